@@ -33,6 +33,7 @@ examples: $(VENV)/installed        # every other kind of recording, and what els
 
 test: $(VENV)/installed            # style, types of the Python interface, documentation, tests: what CI runs
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/pytest -n auto --dist worksteal
 
 PAGE := $(DEMO_OUT)/page-benches
@@ -50,6 +51,7 @@ bench: $(VENV)/installed           # tables of accuracy and speed, side by side 
 
 lint: $(VENV)/installed
 	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
 	$(BIN)/mypy
 
 docs: $(VENV)/installed            # the documentation as a site: build/site/index.html

@@ -1,5 +1,6 @@
-"""Tests compute on one BLAS thread each (matrices are small, and threads that wait for each other
-cost four times the time), and what numba compiles is compiled by one worker only."""
+"""Tests compute on one BLAS thread each (matrices are small, and threads that wait for
+each other cost four times the time), and what numba compiles is compiled by one worker
+only."""
 
 import os
 import tempfile
@@ -18,8 +19,8 @@ def pytest_configure(config):
 
 
 def compile_in_one_worker(locks: Path) -> None:
-    """One worker compiles a function that numba keeps on disk; the others wait and load it. A step
-    loop takes half a minute, and every worker needs it."""
+    """One worker compiles a function that numba keeps on disk; the others wait and load
+    it. A step loop takes half a minute, and every worker needs it."""
     import fcntl
 
     from numba.core.caching import NullCache

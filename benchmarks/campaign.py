@@ -1,11 +1,12 @@
-"""Campaigns: two workers beside one on the same drops, what a job costs besides its work, and looking up 10,000 finished jobs.
+"""Campaigns: two workers beside one on the same drops, what a job costs besides its
+work, and looking up 10,000 finished jobs.
 
     python benchmarks/campaign.py [--drops 24] [--tiny 500]
 
-One and two workers are timed in turns, from the first outcome on, so that starting processes and compiling are not counted (both
-stand in a column of their own). Drops can run 1.8 times as quick only where two cores are free: the load average is printed, and
-jobs that only sleep show what the campaign itself costs.
-"""
+One and two workers are timed in turns, from the first outcome on, so that starting
+processes and compiling are not counted (both stand in a column of their own). Drops can
+run 1.8 times as quick only where two cores are free: the load average is printed, and
+jobs that only sleep show what the campaign itself costs."""
 
 import argparse
 import os
@@ -37,7 +38,10 @@ class Nothing:
 
 def nothing(job, folder: Path, threads: int) -> Measured:
     folder.mkdir()
-    return Measured(tuple(Measurement(f"quantity_{k}", 1.0, 0.1, "mm") for k in range(4)), {"truth_mm": 1.0})
+    return Measured(
+        tuple(Measurement(f"quantity_{k}", 1.0, 0.1, "mm") for k in range(4)),
+        {"truth_mm": 1.0},
+    )
 
 
 def asleep(job, folder: Path, threads: int) -> Measured:
@@ -47,19 +51,32 @@ def asleep(job, folder: Path, threads: int) -> Measured:
 
 
 def timed(jobs: list, work, workers: int) -> tuple[float, float, float]:
-    """Seconds to the first outcome, and from there on a job; how many seconds the jobs' own work took, each."""
+    """Seconds to the first outcome, and from there on a job; how many seconds the jobs'
+    own work took, each."""
     with tempfile.TemporaryDirectory() as store:
         begin, times, own = time.perf_counter(), [], []
-        for outcome in stream_campaign(jobs, Path(store) / "store", workers=workers, work=work):
+        for outcome in stream_campaign(
+            jobs, Path(store) / "store", workers=workers, work=work
+        ):
             times.append(time.perf_counter())
             own.append(outcome.seconds)
     warm = 2 * workers  # every worker has had its first
-    return times[0] - begin, (times[-1] - times[warm - 1]) / (len(times) - warm), median(own)
+    return (
+        times[0] - begin,
+        (times[-1] - times[warm - 1]) / (len(times) - warm),
+        median(own),
+    )
 
 
 def side_by_side(name: str, jobs: list, work, rounds: int) -> None:
-    print(f"\n{name}, {len(jobs)} jobs, median of {rounds}; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
-    print(f"{'workers':>8} {'first outcome s':>16} {'then s a job':>13} {'own s a job':>12}")
+    print(
+        f"\n{name}, {len(jobs)} jobs, median of {rounds}; load {os.getloadavg()[0]:.1f}"
+        f" on {os.cpu_count()} cores"
+    )
+    print(
+        f"{'workers':>8} {'first outcome s':>16} {'then s a job':>13}"
+        f" {'own s a job':>12}"
+    )
     taken: dict[int, list] = {1: [], 2: []}
     for _ in range(rounds):
         for workers in taken:
@@ -86,27 +103,50 @@ def lookup(count: int) -> None:
         results = read_campaign(jobs, folder)
         found = time.perf_counter() - begin
         table = results.table
-        print(f"\n{len(table)} finished jobs: found in {found:.2f} s, as a table after {time.perf_counter() - begin:.2f} s")
+        print(
+            f"\n{len(table)} finished jobs: found in {found:.2f} s, as a table after"
+            f" {time.perf_counter() - begin:.2f} s"
+        )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--drops", type=int, default=24)
     parser.add_argument("--tiny", type=int, default=500)
     parser.add_argument("--finished", type=int, default=10_000)
     parser.add_argument("--rounds", type=int, default=3)
     arguments = parser.parse_args()
     if arguments.drops < 5:
-        parser.error(f"--drops {arguments.drops}: at least 5, as the first two of each worker only warm it")
+        parser.error(
+            f"--drops {arguments.drops}: at least 5, as the first two of each worker"
+            " only warm it"
+        )
     lookup(arguments.finished)
-    side_by_side("nothing to do", [Nothing(n) for n in range(max(arguments.tiny, 20))], nothing, arguments.rounds)
-    side_by_side("0.2 s asleep", [Nothing(n) for n in range(max(arguments.tiny // 10, 20))], asleep, arguments.rounds)
+    side_by_side(
+        "nothing to do",
+        [Nothing(n) for n in range(max(arguments.tiny, 20))],
+        nothing,
+        arguments.rounds,
+    )
+    side_by_side(
+        "0.2 s asleep",
+        [Nothing(n) for n in range(max(arguments.tiny // 10, 20))],
+        asleep,
+        arguments.rounds,
+    )
     from twin import Parameters
     from twin.job import Job
 
     any_way = {"drop": {"orientation": "any"}}
-    drops = [Job("drop", Parameters(), any_way, rng=(1, n), rendered=False) for n in range(arguments.drops)]
-    side_by_side("drops without pictures", drops, simulate_and_measure, arguments.rounds)
+    drops = [
+        Job("drop", Parameters(), any_way, rng=(1, n), rendered=False)
+        for n in range(arguments.drops)
+    ]
+    side_by_side(
+        "drops without pictures", drops, simulate_and_measure, arguments.rounds
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""Photos of spread seeds drawn from analytic outlines, with their truth. Nothing of the reader is used.
+"""Photos of spread seeds drawn from analytic outlines, with their truth. Nothing of the
+reader is used.
 
-Outlines are polygons of 720 points; each pixel's cover is exact along its row and the mean of 8 lines down its height.
-Lengths are mm in the plane of the paper; +x right, +y down, as in the picture.
-"""
+Outlines are polygons of 720 points; each pixel's cover is exact along its row and the
+mean of 8 lines down its height. Lengths are mm in the plane of the paper; +x right, +y
+down, as in the picture."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,10 +19,11 @@ Array = np.ndarray
 class Scene:
     """What is drawn. Sizes [mm] are those of the family's outline before it is turned.
 
-    groups: numbers of seeds that touch, an entry a cluster. distance_mm: of a camera above the middle of the picture (seeds
-    are then ellipsoids of thickness_mm that lie on the paper); None: flat outlines seen squarely. shadow: darkness of the soft
-    shadow beside each seed; texture: relative sd of blotches on seeds and ground; limb: how much darker a seed's rim is.
-    """
+    groups: numbers of seeds that touch, an entry a cluster. distance_mm: of a camera
+    above the middle of the picture (seeds are then ellipsoids of thickness_mm that lie
+    on the paper); None: flat outlines seen squarely. shadow: darkness of the soft
+    shadow beside each seed; texture: relative sd of blotches on seeds and ground; limb:
+    how much darker a seed's rim is."""
 
     family: str
     groups: tuple[int, ...] = (1,) * 60
@@ -39,12 +41,15 @@ class Scene:
     light: float = 0.1
     blur_px: float = 1.0
     noise: float = 0.012
-    strip_mm: float = 0.0  # height of the strip of millimetre paper along the upper border
+    strip_mm: float = (
+        0.0  # height of the strip of millimetre paper along the upper border
+    )
 
 
 @dataclass(frozen=True)
 class DrawnSeed:
-    """outline_mm: its true outline seen from above (n, 2), where it lies; seen_mm: what the camera sees of it on the paper."""
+    """outline_mm: its true outline seen from above (n, 2), where it lies; seen_mm: what
+    the camera sees of it on the paper."""
 
     outline_mm: Array
     seen_mm: Array
@@ -65,7 +70,13 @@ def superellipse(length: float, width: float, rng: np.random.Generator) -> Array
     power = rng.uniform(2.2, 3.2)
     t = np.linspace(0, 2 * np.pi, POINTS, endpoint=False)
     c, s = np.cos(t), np.sin(t)
-    return np.stack([length / 2 * np.sign(c) * abs(c) ** (2 / power), width / 2 * np.sign(s) * abs(s) ** (2 / power)], -1)
+    return np.stack(
+        [
+            length / 2 * np.sign(c) * abs(c) ** (2 / power),
+            width / 2 * np.sign(s) * abs(s) ** (2 / power),
+        ],
+        -1,
+    )
 
 
 def ellipse(length: float, width: float, rng: np.random.Generator) -> Array:
@@ -88,19 +99,24 @@ def wedge(length: float, width: float, rng: np.random.Generator) -> Array:
 
 
 FAMILIES: dict[str, Callable[[float, float, np.random.Generator], Array]] = {
-    "ellipse": ellipse, "superellipse": superellipse, "bean": bean, "wedge": wedge,
-}  # fmt: skip
+    "ellipse": ellipse,
+    "superellipse": superellipse,
+    "bean": bean,
+    "wedge": wedge,
+}
 
 
 def caliper(points: Array) -> tuple[float, float]:
-    """Largest distance of two points, and least width between parallel jaws in 7200 directions (within 1e-7 of itself)."""
+    """Largest distance of two points, and least width between parallel jaws in 7200
+    directions (within 1e-7 of itself)."""
     angle = np.linspace(0, np.pi, 7200, endpoint=False)
     width = np.ptp(points @ np.stack([np.cos(angle), np.sin(angle)]), axis=0)
     return float(width.max()), float(width.min())
 
 
 def draw(scene: Scene, rng: np.random.Generator) -> tuple[Array, list[DrawnSeed]]:
-    """The photo (h, w, 3), uint8 RGB, and its seeds. ValueError when they find no room."""
+    """The photo (h, w, 3), uint8 RGB, and its seeds. ValueError when they find no
+    room."""
     seeds = place(scene, rng)
     return paint(scene, seeds, rng), seeds
 
@@ -113,7 +129,9 @@ def place(scene: Scene, rng: np.random.Generator) -> list[DrawnSeed]:
         for _ in range(4000):
             cluster = _cluster(scene, rng.uniform(low, top), count, group, rng)
             points = np.concatenate([s.seen_mm for s in cluster])
-            apart = all(_apart(a.seen_mm, b.seen_mm, 1.0) for a in cluster for b in seeds)
+            apart = all(
+                _apart(a.seen_mm, b.seen_mm, 1.0) for a in cluster for b in seeds
+            )
             if (points > low).all() and (points < top).all() and apart:
                 seeds += cluster
                 break
@@ -122,24 +140,38 @@ def place(scene: Scene, rng: np.random.Generator) -> list[DrawnSeed]:
     return seeds
 
 
-def _cluster(scene: Scene, middle: Array, count: int, group: int, rng: np.random.Generator) -> list[DrawnSeed]:
+def _cluster(
+    scene: Scene, middle: Array, count: int, group: int, rng: np.random.Generator
+) -> list[DrawnSeed]:
     cluster = [_one(scene, middle, group, rng)]
     while len(cluster) < count:
-        first, direction = cluster[int(rng.integers(len(cluster)))], rng.uniform(0, 2 * np.pi)
+        first, direction = (
+            cluster[int(rng.integers(len(cluster)))],
+            rng.uniform(0, 2 * np.pi),
+        )
         along = np.array([np.cos(direction), np.sin(direction)])
         state = rng.bit_generator.state  # the same seed at every distance that is tried
         near, far = 0.0, 3 * scene.length_mm[0]
         for _ in range(22):
             rng.bit_generator.state = state
             tried = _one(scene, first.centre_mm + (near + far) / 2 * along, group, rng)
-            near, far = (near, (near + far) / 2) if _apart(first.seen_mm, tried.seen_mm, 0.0) else ((near + far) / 2, far)
+            near, far = (
+                (near, (near + far) / 2)
+                if _apart(first.seen_mm, tried.seen_mm, 0.0)
+                else ((near + far) / 2, far)
+            )
         if all(_apart(tried.seen_mm, s.seen_mm, -0.02) for s in cluster):
             cluster.append(tried)
     return cluster
 
 
-def _one(scene: Scene, middle: Array, group: int, rng: np.random.Generator) -> DrawnSeed:
-    length, width, thick = (m + s * rng.standard_normal() for m, s in (scene.length_mm, scene.width_mm, scene.thickness_mm))
+def _one(
+    scene: Scene, middle: Array, group: int, rng: np.random.Generator
+) -> DrawnSeed:
+    length, width, thick = (
+        m + s * rng.standard_normal()
+        for m, s in (scene.length_mm, scene.width_mm, scene.thickness_mm)
+    )
     width = min(width, 0.96 * length)
     turn = rng.uniform(0, 2 * np.pi)
     c, s = np.cos(turn), np.sin(turn)
@@ -148,12 +180,18 @@ def _one(scene: Scene, middle: Array, group: int, rng: np.random.Generator) -> D
     if scene.distance_mm is None:
         return DrawnSeed(outline, outline, thick, group)
     centre = np.array([n * scene.mm_per_px / 2 for n in scene.size_px])
-    seen = silhouette(length, width, thick, turned, middle - centre, scene.distance_mm) + centre
+    seen = (
+        silhouette(length, width, thick, turned, middle - centre, scene.distance_mm)
+        + centre
+    )
     return DrawnSeed(outline, seen, thick, group)
 
 
-def silhouette(length: float, width: float, thick: float, turned: Array, at: Array, distance: float) -> Array:
-    """Shadow on the paper of an ellipsoid that lies on it, of a light where the camera is: exact, by the dual conic."""
+def silhouette(
+    length: float, width: float, thick: float, turned: Array, at: Array, distance: float
+) -> Array:
+    """Shadow on the paper of an ellipsoid that lies on it, of a light where the camera
+    is: exact, by the dual conic."""
     half = np.diag([length, width, thick]) / 2
     turn = np.eye(3)
     turn[:2, :2] = turned
@@ -162,7 +200,9 @@ def silhouette(length: float, width: float, thick: float, turned: Array, at: Arr
     dual[:3, :3] = turn @ half**2 @ turn.T - np.outer(middle, middle)
     dual[:3, 3] = dual[3, :3] = -middle
     dual[3, 3] = -1.0
-    camera = np.array([[distance, 0, 0, 0], [0, distance, 0, 0], [0, 0, -1, distance]], float)
+    camera = np.array(
+        [[distance, 0, 0, 0], [0, distance, 0, 0], [0, 0, -1, distance]], float
+    )
     conic = camera @ dual @ camera.T
     centre = conic[:2, 2] / conic[2, 2]
     spread = np.outer(centre, centre) - conic[:2, :2] / conic[2, 2]
@@ -182,21 +222,29 @@ def inside(points: Array, polygon: Array) -> Array:
 
 
 def _apart(a: Array, b: Array, gap: float) -> bool:
-    """Whether two outlines keep `gap` mm between them (every sixth point; negative: they may overlap by so much)."""
+    """Whether two outlines keep `gap` mm between them (every sixth point; negative:
+    they may overlap by so much)."""
     ca, cb = a.mean(0), b.mean(0)
     reach = np.hypot(*(a - ca).T).max() + np.hypot(*(b - cb).T).max()
     if np.hypot(*(ca - cb)) > reach + gap:
         return True
     if gap > 0:
         away = a[::6, None] - b[None, ::6]
-        return bool(np.hypot(away[..., 0], away[..., 1]).min() > gap) and not inside(a[:1], b)[0] and not inside(b[:1], a)[0]
+        return (
+            bool(np.hypot(away[..., 0], away[..., 1]).min() > gap)
+            and not inside(a[:1], b)[0]
+            and not inside(b[:1], a)[0]
+        )
     shrink = 1 + gap / np.hypot(*(b - cb).T).min()
     inner = cb + shrink * (b - cb)
     return not inside(a[::6], inner).any() and not inside(inner[::6], a).any()
 
 
-def cover(polygon_px: Array, shape: tuple[int, int]) -> tuple[Array, tuple[slice, slice]]:
-    """Share of each pixel inside the polygon, in its bounding box, and where the box is. Pixel centres are integers."""
+def cover(
+    polygon_px: Array, shape: tuple[int, int]
+) -> tuple[Array, tuple[slice, slice]]:
+    """Share of each pixel inside the polygon, in its bounding box, and where the box
+    is. Pixel centres are integers."""
     low = np.maximum(np.floor(polygon_px.min(0)).astype(int) - 1, 0)
     high = np.minimum(np.ceil(polygon_px.max(0)).astype(int) + 2, [shape[1], shape[0]])
     wide, tall = np.maximum(high - low, 0)
@@ -207,7 +255,10 @@ def cover(polygon_px: Array, shape: tuple[int, int]) -> tuple[Array, tuple[slice
         for k in range(ROWS):
             y = low[1] + row - 0.5 + (k + 0.5) / ROWS
             hit = (a[:, 1] > y) != (b[:, 1] > y)
-            at = np.sort(a[hit, 0] + (y - a[hit, 1]) * (b[hit, 0] - a[hit, 0]) / (b[hit, 1] - a[hit, 1]))
+            at = np.sort(
+                a[hit, 0]
+                + (y - a[hit, 1]) * (b[hit, 0] - a[hit, 0]) / (b[hit, 1] - a[hit, 1])
+            )
             for x0, x1 in zip(at[::2], at[1::2]):
                 share[row] += np.clip(x1 - left, 0, 1) - np.clip(x0 - left, 0, 1)
     return share / ROWS, (slice(low[1], high[1]), slice(low[0], high[0]))
@@ -224,7 +275,10 @@ def paint(scene: Scene, seeds: list[DrawnSeed], rng: np.random.Generator) -> Arr
     if scene.shadow:
         shade = np.zeros((high, wide))
         for seed in seeds:
-            moved = cover((seed.seen_mm + 0.05 * seed.thickness_mm) / scene.mm_per_px - 0.5, (high, wide))
+            moved = cover(
+                (seed.seen_mm + 0.05 * seed.thickness_mm) / scene.mm_per_px - 0.5,
+                (high, wide),
+            )
             shade[moved[1]] = np.maximum(shade[moved[1]], moved[0])
         shade = gaussian_filter(shade, 0.6 / scene.mm_per_px)
         picture *= (1 - scene.shadow * shade)[..., None]
@@ -233,7 +287,9 @@ def paint(scene: Scene, seeds: list[DrawnSeed], rng: np.random.Generator) -> Arr
         middle = seed.seen_mm.mean(0) / scene.mm_per_px - 0.5
         y, x = np.mgrid[box]
         reach = np.sqrt((seed.seen_mm.var(axis=0).sum()) * 1.0) / scene.mm_per_px
-        rim = np.clip(np.hypot(x - middle[0], y - middle[1]) / (1.45 * reach), 0, 1) ** 4
+        rim = (
+            np.clip(np.hypot(x - middle[0], y - middle[1]) / (1.45 * reach), 0, 1) ** 4
+        )
         tint = np.array(scene.seed_rgb) * (0.55 if seed.kind == "husk" else 1.0)
         bright = (1 - scene.limb * rim) * (1 + scene.texture * 1.5 * blotch[box])
         picture[box] += share[..., None] * (bright[..., None] * tint - picture[box])
@@ -243,13 +299,16 @@ def paint(scene: Scene, seeds: list[DrawnSeed], rng: np.random.Generator) -> Arr
     return np.clip(np.rint(255 * picture), 0, 255).astype(np.uint8)
 
 
-def _blotches(shape: tuple[int, int], size_px: float, rng: np.random.Generator) -> Array:
+def _blotches(
+    shape: tuple[int, int], size_px: float, rng: np.random.Generator
+) -> Array:
     noise = gaussian_filter(rng.standard_normal(shape), size_px)
     return noise / noise.std()
 
 
 def _paper(scene: Scene) -> Array:
-    """A strip of millimetre paper: lines every 1, 5, 10 mm, 0.10, 0.18 and 0.30 mm wide, their cover of each pixel exact."""
+    """A strip of millimetre paper: lines every 1, 5, 10 mm, 0.10, 0.18 and 0.30 mm
+    wide, their cover of each pixel exact."""
     wide, high = scene.size_px[0], int(scene.strip_mm / scene.mm_per_px)
 
     def lines(count: int) -> Array:
@@ -257,8 +316,17 @@ def _paper(scene: Scene) -> Array:
         ink = np.zeros(count)
         for k in range(int(edge[-1]) + 2):
             half = 0.15 if k % 10 == 0 else 0.09 if k % 5 == 0 else 0.05
-            part = np.clip(np.minimum(edge[1:], k + half) - np.maximum(edge[:-1], k - half), 0, None) / scene.mm_per_px
-            ink = np.maximum(ink, part * (0.75 if k % 10 == 0 else 0.6 if k % 5 == 0 else 0.45))
+            part = (
+                np.clip(
+                    np.minimum(edge[1:], k + half) - np.maximum(edge[:-1], k - half),
+                    0,
+                    None,
+                )
+                / scene.mm_per_px
+            )
+            ink = np.maximum(
+                ink, part * (0.75 if k % 10 == 0 else 0.6 if k % 5 == 0 else 0.45)
+            )
         return ink
 
     across, down = lines(wide), lines(high)

@@ -1,9 +1,10 @@
-"""The sound of a seed that bounces, drawn with known impacts: decaying tones, noise, speech and filters.
+"""The sound of a seed that bounces, drawn with known impacts: decaying tones, noise,
+speech and filters.
 
-Nothing of the reader is used. A loudness in dB is the rms of a ring over its first 5 ms above the rms of the noise in the whole
-band (of hum: of its hiss). A scene's loudness is that of the first impact; every later one is fainter by its speed to the power
-1.2, and scatters by 2 dB.
-"""
+Nothing of the reader is used. A loudness in dB is the rms of a ring over its first 5 ms
+above the rms of the noise in the whole band (of hum: of its hiss). A scene's loudness
+is that of the first impact; every later one is fainter by its speed to the power 1.2,
+and scatters by 2 dB."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,8 @@ G = 9.80665
 
 @dataclass(frozen=True)
 class Scene:
-    """What one row of the table is made of. db: loudness of the first impact, a range; e: a range; codec: "" or "aac 64000"."""
+    """What one row of the table is made of. db: loudness of the first impact, a range;
+    e: a range; codec: "" or "aac 64000"."""
 
     name: str
     db: tuple[float, float] = (10.0, 40.0)
@@ -34,22 +36,49 @@ class Scene:
 
 
 SCENES = (
-    Scene("white"), Scene("white, 10 dB", (10, 10)), Scene("white, 0 dB", (0, 0)), Scene("white, -10 dB", (-10, -10)),
-    Scene("pink", noise="pink"), Scene("hum", noise="hum"), Scene("pink, 10 dB", (10, 10), "pink"),
+    Scene("white"),
+    Scene("white, 10 dB", (10, 10)),
+    Scene("white, 0 dB", (0, 0)),
+    Scene("white, -10 dB", (-10, -10)),
+    Scene("pink", noise="pink"),
+    Scene("hum", noise="hum"),
+    Scene("pink, 10 dB", (10, 10), "pink"),
     Scene("lively (e .8-.95)", e=(0.8, 0.95)),
-    Scene("dead (e .2-.4)", (25, 40), e=(0.2, 0.4)), Scene("scatter of e .06", e_scatter=0.06),
-    Scene("echoes 5-60 ms", noise="pink", echoes=2), Scene("handling", noise="pink", thumps=True),
-    Scene("speech, faint", noise="pink", speech=0.05), Scene("speech, loud", (25, 40), "pink", speech=0.4),
-    Scene("clipped", (25, 40), clip=True), Scene("aac 64 kbit/s", noise="pink", codec="aac 64000"),
-    Scene("mp3 96 kbit/s", noise="pink", codec="libmp3lame 96000"), Scene("all of it, aac", (20, 40), "pink", speech=0.1, thumps=True,
-                                                                          echoes=2, codec="aac 96000", clip=True),
-    Scene("all of it, height unknown", (20, 40), "pink", speech=0.1, thumps=True, echoes=2, stated=False),
-)  # fmt: skip
+    Scene("dead (e .2-.4)", (25, 40), e=(0.2, 0.4)),
+    Scene("scatter of e .06", e_scatter=0.06),
+    Scene("echoes 5-60 ms", noise="pink", echoes=2),
+    Scene("handling", noise="pink", thumps=True),
+    Scene("speech, faint", noise="pink", speech=0.05),
+    Scene("speech, loud", (25, 40), "pink", speech=0.4),
+    Scene("clipped", (25, 40), clip=True),
+    Scene("aac 64 kbit/s", noise="pink", codec="aac 64000"),
+    Scene("mp3 96 kbit/s", noise="pink", codec="libmp3lame 96000"),
+    Scene(
+        "all of it, aac",
+        (20, 40),
+        "pink",
+        speech=0.1,
+        thumps=True,
+        echoes=2,
+        codec="aac 96000",
+        clip=True,
+    ),
+    Scene(
+        "all of it, height unknown",
+        (20, 40),
+        "pink",
+        speech=0.1,
+        thumps=True,
+        echoes=2,
+        stated=False,
+    ),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """samples (n,), rate, the true times [s], restitutions (first one from the fall), dB of each impact, the height fallen."""
+    """samples (n,), rate, the true times [s], restitutions (first one from the fall),
+    dB of each impact, the height fallen."""
 
     samples: np.ndarray
     rate: int
@@ -67,14 +96,28 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
     fall = np.sqrt(2 * G * height / 1000)
     speeds, each = [fall], []
     while len(speeds) < 12 and 2 * speeds[-1] * mean / G > 0.03:
-        each.append(float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98)))
+        each.append(
+            float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98))
+        )
         speeds.append(speeds[-1] * each[-1])
-    times = rng.uniform(0.7, 1.5) + np.concatenate([[0.0], np.cumsum(2 * np.array(speeds[1:]) / G)])
+    times = rng.uniform(0.7, 1.5) + np.concatenate(
+        [[0.0], np.cumsum(2 * np.array(speeds[1:]) / G)]
+    )
     e = np.array(each)
     count = int((times[-1] + rng.uniform(0.5, 1.0)) * rate)
-    db = rng.uniform(*scene.db) + 24 * np.log10(np.array(speeds[: len(times)]) / fall) + 2.0 * rng.standard_normal(len(times))
+    db = (
+        rng.uniform(*scene.db)
+        + 24 * np.log10(np.array(speeds[: len(times)]) / fall)
+        + 2.0 * rng.standard_normal(len(times))
+    )
     db[0] = max(db[0], scene.db[0])
-    out = np.sum([_placed(ring, t, rate, count) for ring, t in zip(_rings(scene, rate, db, rng), times)], axis=0)
+    out = np.sum(
+        [
+            _placed(ring, t, rate, count)
+            for ring, t in zip(_rings(scene, rate, db, rng), times)
+        ],
+        axis=0,
+    )
     for _ in range(scene.echoes):
         out = out + _echo(out, rate, rng)
     loud = np.abs(out).max()
@@ -83,24 +126,46 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
     if scene.thumps:
         out = out + _thumps(count, rate, times, rng) * loud * rng.uniform(0.1, 1.0)
     out = out + _noise(scene.noise, count, rate, rng)
-    scale = (rng.uniform(1.5, 4.0) if scene.clip else rng.uniform(0.2, 0.9)) / np.abs(out).max()
-    return Drawn(np.clip(out * scale, -1, 1).astype(np.float32), rate, times, e, db, height)
+    scale = (rng.uniform(1.5, 4.0) if scene.clip else rng.uniform(0.2, 0.9)) / np.abs(
+        out
+    ).max()
+    return Drawn(
+        np.clip(out * scale, -1, 1).astype(np.float32), rate, times, e, db, height
+    )
 
 
-def _rings(scene: Scene, rate: int, db: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+def _rings(
+    scene: Scene, rate: int, db: np.ndarray, rng: np.random.Generator
+) -> list[np.ndarray]:
     """The sound of each impact: the same tones, struck otherwise each time."""
     tones = rng.uniform(2000, 8000, int(rng.integers(2, 6)))
-    decay = np.exp(rng.uniform(np.log(scene.decay_ms[0]), np.log(scene.decay_ms[1]), len(tones))) / 1000
+    decay = (
+        np.exp(
+            rng.uniform(
+                np.log(scene.decay_ms[0]), np.log(scene.decay_ms[1]), len(tones)
+            )
+        )
+        / 1000
+    )
     t = np.arange(int(0.1 * rate)) / rate
     usual = rng.uniform(0.3, 1.0, len(tones))
-    touch = np.hanning(max(3, int(rng.uniform(3e-5, 1e-4) * rate) | 1) + 2)  # the contact's own length
+    touch = np.hanning(
+        max(3, int(rng.uniform(3e-5, 1e-4) * rate) | 1) + 2
+    )  # the contact's own length
     out = []
     for loudness in db:
         size = usual * np.exp(0.3 * rng.standard_normal(len(tones)))
         phase = rng.uniform(0, 2 * np.pi, len(tones))
-        ring = sum(a * np.exp(-t / d) * np.sin(2 * np.pi * f * t + p) for a, d, f, p in zip(size, decay, tones, phase))
+        ring = sum(
+            a * np.exp(-t / d) * np.sin(2 * np.pi * f * t + p)
+            for a, d, f, p in zip(size, decay, tones, phase)
+        )
         ring = np.convolve(ring, touch / touch.sum())[: len(t)]
-        out.append(ring * 10 ** (loudness / 20) / np.sqrt(np.mean(ring[: int(0.005 * rate)] ** 2)))
+        out.append(
+            ring
+            * 10 ** (loudness / 20)
+            / np.sqrt(np.mean(ring[: int(0.005 * rate)] ** 2))
+        )
     return out
 
 
@@ -125,7 +190,10 @@ def _noise(kind: str, count: int, rate: int, rng: np.random.Generator) -> np.nda
     white = rng.standard_normal(count)
     if kind == "hum":
         t = np.arange(count) / rate
-        return 0.3 * white + sum(3.0 / k * np.sin(2 * np.pi * 50 * k * t + rng.uniform(0, 7)) for k in (1, 2, 3, 5, 7))
+        return 0.3 * white + sum(
+            3.0 / k * np.sin(2 * np.pi * 50 * k * t + rng.uniform(0, 7))
+            for k in (1, 2, 3, 5, 7)
+        )
     if kind == "pink":
         spectrum = np.fft.rfft(white)
         spectrum /= np.sqrt(np.maximum(np.fft.rfftfreq(count, 1 / rate), 20.0))
@@ -135,7 +203,8 @@ def _noise(kind: str, count: int, rate: int, rng: np.random.Generator) -> np.nda
 
 
 def _speech(count: int, rate: int, rng: np.random.Generator) -> np.ndarray:
-    """Syllables: a burst of a plosive, pulses of a voice through three formants, hissing; peak 1."""
+    """Syllables: a burst of a plosive, pulses of a voice through three formants,
+    hissing; peak 1."""
     out, at = np.zeros(count), int(rng.uniform(0, 0.4) * rate)
     while at < count - rate // 2:
         long = int(rng.uniform(0.08, 0.3) * rate)
@@ -144,19 +213,38 @@ def _speech(count: int, rate: int, rng: np.random.Generator) -> np.ndarray:
         shape = np.minimum(1, t / rise) * np.minimum(1, (long / rate - t) / fall)
         kind = rng.choice(["vowel", "vowel", "hiss", "burst"])
         if kind == "hiss":
-            part = 0.3 * shape * sosfilt(butter(2, [3500, 8000], "band", fs=rate, output="sos"), rng.standard_normal(long))
+            part = (
+                0.3
+                * shape
+                * sosfilt(
+                    butter(2, [3500, 8000], "band", fs=rate, output="sos"),
+                    rng.standard_normal(long),
+                )
+            )
         else:
             pitch = rng.uniform(90, 220) * (1 + 0.1 * np.sin(2 * np.pi * 3 * t))
             pulses = np.diff(np.floor(np.cumsum(pitch) / rate), prepend=0) * 20
             part = np.zeros(long)
-            for centre, width in ((rng.uniform(300, 800), 80), (rng.uniform(900, 2200), 120), (rng.uniform(2300, 3200), 200)):
+            for centre, width in (
+                (rng.uniform(300, 800), 80),
+                (rng.uniform(900, 2200), 120),
+                (rng.uniform(2300, 3200), 200),
+            ):
                 r = np.exp(-np.pi * width / rate)
-                part += lfilter([1 - r], [1, -2 * r * np.cos(2 * np.pi * centre / rate), r * r], pulses)
+                part += lfilter(
+                    [1 - r],
+                    [1, -2 * r * np.cos(2 * np.pi * centre / rate), r * r],
+                    pulses,
+                )
             part *= shape
             if kind == "burst":
                 short = int(rng.uniform(0.005, 0.02) * rate)
                 count_up = np.arange(short)
-                hiss = rng.standard_normal(short) * np.exp(-count_up / (0.4 * short)) * np.minimum(1, count_up / (1e-3 * rate))
+                hiss = (
+                    rng.standard_normal(short)
+                    * np.exp(-count_up / (0.4 * short))
+                    * np.minimum(1, count_up / (1e-3 * rate))
+                )
                 part = np.concatenate([0.25 * hiss, np.zeros(int(0.02 * rate)), part])
         part /= max(np.abs(part).max(), 1e-9)
         part *= rng.uniform(0.3, 1.0)
@@ -166,15 +254,29 @@ def _speech(count: int, rate: int, rng: np.random.Generator) -> np.ndarray:
     return out / max(np.abs(out).max(), 1e-9)
 
 
-def _thumps(count: int, rate: int, times: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """A table that is touched, a sleeve that rubs: dull, and slow to rise; before the first impact and after the last."""
+def _thumps(
+    count: int, rate: int, times: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
+    """A table that is touched, a sleeve that rubs: dull, and slow to rise; before the
+    first impact and after the last."""
     out = np.zeros(count)
-    places = [rng.uniform(0.05, times[0] - 0.05) for _ in range(2)] + [rng.uniform(times[-1] + 0.1, count / rate - 0.1) for _ in range(2)]
+    places = [rng.uniform(0.05, times[0] - 0.05) for _ in range(2)] + [
+        rng.uniform(times[-1] + 0.1, count / rate - 0.1) for _ in range(2)
+    ]
     for at in places:
         t = np.arange(int(0.15 * rate)) / rate
         rise = rng.uniform(0.003, 0.01)
-        thump = (1 - np.exp(-t / rise)) * np.exp(-t / rng.uniform(0.01, 0.04)) * np.sin(2 * np.pi * rng.uniform(60, 250) * t)
-        rub = lfilter(*butter(2, [800, 4000], "band", fs=rate), rng.standard_normal(len(t))) * np.sin(np.pi * t / t[-1]) ** 2
+        thump = (
+            (1 - np.exp(-t / rise))
+            * np.exp(-t / rng.uniform(0.01, 0.04))
+            * np.sin(2 * np.pi * rng.uniform(60, 250) * t)
+        )
+        rub = (
+            lfilter(
+                *butter(2, [800, 4000], "band", fs=rate), rng.standard_normal(len(t))
+            )
+            * np.sin(np.pi * t / t[-1]) ** 2
+        )
         whole = thump / np.abs(thump).max() + rng.uniform(0, 0.1) * rub
         first = int(at * rate)
         stop = min(count, first + len(whole))
@@ -187,7 +289,14 @@ def write(drawn: Drawn, codec: str, folder: Path, name: str) -> Path:
     import av
 
     kind, _, bits = (codec or "flac").partition(" ")
-    file = folder / f"{name}.{ {'flac': 'flac', 'aac': 'm4a', 'libmp3lame': 'mp3', 'libvorbis': 'ogg', 'libopus': 'ogg'}[kind] }"
+    endings = {
+        "flac": "flac",
+        "aac": "m4a",
+        "libmp3lame": "mp3",
+        "libvorbis": "ogg",
+        "libopus": "ogg",
+    }
+    file = folder / f"{name}.{endings[kind]}"
     with av.open(str(file), "w") as container:
         stream: Any = container.add_stream(kind, rate=drawn.rate, layout="mono")
         if bits:
@@ -195,7 +304,12 @@ def write(drawn: Drawn, codec: str, folder: Path, name: str) -> Path:
         whole = np.round(np.clip(drawn.samples, -1, 1) * 32767).astype(np.int16)[None]
         frame = av.AudioFrame.from_ndarray(whole, format="s16", layout="mono")
         frame.sample_rate, frame.pts = drawn.rate, 0
-        cut = av.AudioResampler(format=stream.format, layout="mono", rate=drawn.rate, frame_size=stream.frame_size or 4096)
+        cut = av.AudioResampler(
+            format=stream.format,
+            layout="mono",
+            rate=drawn.rate,
+            frame_size=stream.frame_size or 4096,
+        )
         for part in [*cut.resample(frame), *cut.resample(None)]:
             container.mux(stream.encode(part))
         container.mux(stream.encode(None))

@@ -1,10 +1,13 @@
-"""Spoilt files for every reader: what is not read must be refused by an error of ours that names the file.
+"""Spoilt files for every reader: what is not read must be refused by an error of ours
+that names the file.
 
-    python benchmarks/fuzz.py [MINUTES [FILES …]]      10 minutes, shared among the readers of all files
+    python benchmarks/fuzz.py [MINUTES [FILES …]]
     python benchmarks/fuzz.py 2 track.csv result.json
 
-Hypothesis spoils valid files: cells and lines exchanged for hostile ones, bytes overwritten, cut out, doubled. A fault is
-printed with the smallest file that shows it.
+Ten minutes if nothing is said, shared among the readers of all files.
+
+Hypothesis spoils valid files: cells and lines exchanged for hostile ones, bytes
+overwritten, cut out, doubled. A fault is printed with the smallest file that shows it.
 """
 
 import argparse
@@ -21,11 +24,55 @@ from hypothesis import strategies as st
 from vision.measurement import MeasurementError
 
 TOKENS = (
-    "", " ", "0", "-1", "1", "nan", "inf", "-inf", "1e308", "-1e308", "1e-308", "1e400", "9" * 30, "9" * 400, "0x10", "1_0",
-    "true", "1+2j", "٣", "½", "abc", '"', "'", '"""', "[", "]]", "{a={}}", "{", "[1, 2]", "[1.0, 2.0, 3.0]", '"drop"', '"pile"',
-    '"+x"', "#", "\0", "\ufeff", "𝄞", "2024-01-01", "../../x", "null", '{"value": null}', "-", "=", ",", ":", "a.b.c", "[seed]",
+    "",
+    " ",
+    "0",
+    "-1",
+    "1",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "1e400",
+    "9" * 30,
+    "9" * 400,
+    "0x10",
+    "1_0",
+    "true",
+    "1+2j",
+    "٣",
+    "½",
+    "abc",
+    '"',
+    "'",
+    '"""',
+    "[",
+    "]]",
+    "{a={}}",
+    "{",
+    "[1, 2]",
+    "[1.0, 2.0, 3.0]",
+    '"drop"',
+    '"pile"',
+    '"+x"',
+    "#",
+    "\0",
+    "\ufeff",
+    "𝄞",
+    "2024-01-01",
+    "../../x",
+    "null",
+    '{"value": null}',
+    "-",
+    "=",
+    ",",
+    ":",
+    "a.b.c",
+    "[seed]",
     "[[seed]]",
-)  # fmt: skip
+)
 
 
 @st.composite
@@ -34,7 +81,11 @@ def spoilt(draw: st.DrawFn, reader: Reader) -> bytes:
     content = reader.valid
     for _ in range(draw(st.integers(1, 4))):
         by_cells = reader.parting and draw(st.integers(0, 5))
-        content = draw(spoilt_cell(content, reader.parting)) if by_cells else draw(spoilt_bytes(content))
+        content = (
+            draw(spoilt_cell(content, reader.parting))
+            if by_cells
+            else draw(spoilt_bytes(content))
+        )
     return content
 
 
@@ -43,20 +94,36 @@ def spoilt_cell(draw: st.DrawFn, content: bytes, parting: str) -> bytes:
     """One cell, line or several lines exchanged."""
     lines = content.decode("utf8", "surrogateescape").split("\n")
     at = draw(st.integers(0, len(lines) - 1))
-    token = draw(st.sampled_from(TOKENS) | st.floats().map(repr) | st.text(st.characters(codec="utf8"), max_size=8))
-    what = draw(st.sampled_from(("cell", "cell", "cell", "line", "drop", "double", "swap", "rest", "column")))
+    token = draw(
+        st.sampled_from(TOKENS)
+        | st.floats().map(repr)
+        | st.text(st.characters(codec="utf8"), max_size=8)
+    )
+    what = draw(
+        st.sampled_from(
+            ("cell", "cell", "cell", "line", "drop", "double", "swap", "rest", "column")
+        )
+    )
     cells = lines[at].split(parting)
     which = draw(st.integers(0, len(cells) - 1))
     if what == "cell":
         lines[at] = parting.join([*cells[:which], token, *cells[which + 1 :]])
     elif what == "column":
-        lines = [parting.join([*(c := line.split(parting))[:which], token, *c[which + 1 :]]) for line in lines]
+        lines = [
+            parting.join([*(c := line.split(parting))[:which], token, *c[which + 1 :]])
+            for line in lines
+        ]
     elif what == "swap":
         other = draw(st.integers(0, len(lines) - 1))
         lines[at], lines[other] = lines[other], lines[at]
     else:
         later = lines[at + 1 :]
-        lines[at:] = {"line": [token, *later], "drop": later, "double": [lines[at], lines[at], *later], "rest": []}[what]
+        lines[at:] = {
+            "line": [token, *later],
+            "drop": later,
+            "double": [lines[at], lines[at], *later],
+            "rest": [],
+        }[what]
     return "\n".join(lines).encode("utf8", "surrogateescape")
 
 
@@ -65,13 +132,20 @@ def spoilt_bytes(draw: st.DrawFn, content: bytes) -> bytes:
     """Bytes overwritten, cut out or put in."""
     at = draw(st.integers(0, max(len(content) - 1, 0)))
     gone = draw(st.sampled_from((0, 1, 1, 4, 64, len(content))))
-    new = draw(st.sampled_from((b"", b"\0", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\n")) | st.binary(max_size=8))
+    new = draw(
+        st.sampled_from((b"", b"\0", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\n"))
+        | st.binary(max_size=8)
+    )
     return content[:at] + new + content[at + gone :]
 
 
 def refused(reader: Reader, name: str, content: bytes) -> bool:
-    """Whether it was refused, in words that name the file or its folder; any other trouble is raised."""
-    with tempfile.TemporaryDirectory(prefix="fuzz") as folder, warnings.catch_warnings():
+    """Whether it was refused, in words that name the file or its folder; any other
+    trouble is raised."""
+    with (
+        tempfile.TemporaryDirectory(prefix="fuzz") as folder,
+        warnings.catch_warnings(),
+    ):
         warnings.simplefilter("ignore")
         name = name.split(" of ")[0]
         for other, there in {**(reader.others or {}), name: content}.items():
@@ -94,7 +168,12 @@ def attack(name: str, reader: Reader, *, examples: int, rng: int) -> tuple[int, 
     count = [0, 0]
 
     @seed(rng)
-    @settings(max_examples=examples, deadline=None, database=None, suppress_health_check=list(HealthCheck))
+    @settings(
+        max_examples=examples,
+        deadline=None,
+        database=None,
+        suppress_health_check=list(HealthCheck),
+    )
     @given(spoilt(reader))
     def one(content: bytes) -> None:
         count[0] += 1
@@ -107,11 +186,18 @@ def attack(name: str, reader: Reader, *, examples: int, rng: int) -> tuple[int, 
 def main(minutes: float, files: list[str]) -> None:
     known = readers()
     if unknown := set(files) - set(known):
-        sys.exit(f"no such file: {', '.join(sorted(unknown))}; there are {', '.join(known)}")
+        sys.exit(
+            f"no such file: {', '.join(sorted(unknown))}; there are {', '.join(known)}"
+        )
     asked = [n for n in known if not files or n in files]
     faults = 0
     for name in asked:
-        end, tried, no, rng = time.monotonic() + 60 * minutes / len(asked), 0, 0, int(time.time())
+        end, tried, no, rng = (
+            time.monotonic() + 60 * minutes / len(asked),
+            0,
+            0,
+            int(time.time()),
+        )
         while time.monotonic() < end:
             rng += 1
             try:
@@ -119,7 +205,10 @@ def main(minutes: float, files: list[str]) -> None:
             except Exception as error:
                 faults += 1
                 smallest = "\n".join(getattr(error, "__notes__", []))[:1500]
-                print(f"FAULT {name}: {error!r} in {error_place(error)}\n{smallest}", flush=True)
+                print(
+                    f"FAULT {name}: {error!r} in {error_place(error)}\n{smallest}",
+                    flush=True,
+                )
                 break
             tried, no = tried + done, no + not_read
         print(f"{name}: {tried} tried, {no} refused", flush=True)
@@ -127,7 +216,9 @@ def main(minutes: float, files: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("minutes", type=float, nargs="?", default=10.0)
     parser.add_argument("files", nargs="*")
     main(**vars(parser.parse_args()))

@@ -1,4 +1,5 @@
-"""A valid file for every reader of benchtwin, and the call that reads it; fuzz.py spoils these files."""
+"""A valid file for every reader of benchtwin, and the call that reads it; fuzz.py
+spoils these files."""
 
 import io
 import json
@@ -40,7 +41,8 @@ roll = {incline_deg = 15.0, incline_length_mm = 20.0}
 
 @dataclass(frozen=True)
 class Reader:
-    """A valid file (bytes), the separator of its cells, and its reader: `read(file)` raises what a user would see."""
+    """A valid file (bytes), the separator of its cells, and its reader: `read(file)`
+    raises what a user would see."""
 
     valid: bytes
     parting: str
@@ -49,9 +51,16 @@ class Reader:
 
 
 def nothing_measured(path: Path) -> bool:
-    """Measure the path; whether every quantity failed, none of them by a fault of benchtwin."""
-    quantities = [quantity for observation in measure(path) for quantity in observation.quantities]
-    faults = [quantity.reason for quantity in quantities if "a fault of benchtwin" in quantity.reason]
+    """Measure the path; whether every quantity failed, none of them by a fault of
+    benchtwin."""
+    quantities = [
+        quantity for observation in measure(path) for quantity in observation.quantities
+    ]
+    faults = [
+        quantity.reason
+        for quantity in quantities
+        if "a fault of benchtwin" in quantity.reason
+    ]
     assert not faults, faults
     return all(quantity.quality == FAILED for quantity in quantities)
 
@@ -72,13 +81,25 @@ def paper_bench() -> Bench:
 
 
 def calibrate_tables_beside(file: Path) -> bool:
-    """Calibrate the paper's bench on the tables beside `file`, with a posterior of a few draws; whether any rig was refused. A
-    refusal names a table and has words of ours, or says that the bench lies beyond the tables' rows."""
-    few = mock.patch.multiple(joint, sample=partial(joint.sample, max_steps=4), GRID_CELLS=400)
-    with few, mock.patch.multiple(from_tables, bench_of=lambda folder: paper_bench(), naming=naming_in_our_words):
+    """Calibrate the paper's bench on the tables beside `file`, with a posterior of a
+    few draws; whether any rig was refused. A refusal names a table and has words of
+    ours, or says that the bench lies beyond the tables' rows."""
+    few = mock.patch.multiple(
+        joint, sample=partial(joint.sample, max_steps=4), GRID_CELLS=400
+    )
+    with (
+        few,
+        mock.patch.multiple(
+            from_tables,
+            bench_of=lambda folder: paper_bench(),
+            naming=naming_in_our_words,
+        ),
+    ):
         found = from_tables.calibrate_tables(file.parent.parent)
     for why in found.refused.values():
-        assert str(file.parent) in why or "outside what was simulated" in why, f"the table is not named: {why}"
+        assert str(file.parent) in why or "outside what was simulated" in why, (
+            f"the table is not named: {why}"
+        )
     return bool(found.refused)
 
 
@@ -96,12 +117,19 @@ def track(rig: str) -> Reader:
     folder = SAMPLES / "drawn-bench" / f"{rig}-track"
     lines = (folder / "track.csv").read_bytes().splitlines()
     few = b"\n".join([lines[0], *lines[1 :: max(1, len(lines) // 150)]])
-    return Reader(few, ",", folder_unmeasured, {"recording.toml": (folder / "recording.toml").read_bytes()})
+    return Reader(
+        few,
+        ",",
+        folder_unmeasured,
+        {"recording.toml": (folder / "recording.toml").read_bytes()},
+    )
 
 
 def heard(name: str) -> Reader:
     file = next((SAMPLES / "heard-drop" / name).glob("sound.*"))
-    return Reader(file.read_bytes(), "", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'})
+    return Reader(
+        file.read_bytes(), "", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'}
+    )
 
 
 def clicks(form: str) -> Reader:
@@ -111,87 +139,208 @@ def clicks(form: str) -> Reader:
     for at in (2000, 4800, 6760, 8132):
         sound[at : at + 80] += ring
     with av.open(file := io.BytesIO(), "w", format=form) as out:
-        stream: Any = out.add_stream({"wav": "pcm_s16le", "flac": "flac"}[form], rate=8000, layout="mono")
-        block = av.AudioFrame.from_ndarray(sound.astype("<i2")[None], format="s16", layout="mono")
+        stream: Any = out.add_stream(
+            {"wav": "pcm_s16le", "flac": "flac"}[form], rate=8000, layout="mono"
+        )
+        block = av.AudioFrame.from_ndarray(
+            sound.astype("<i2")[None], format="s16", layout="mono"
+        )
         block.sample_rate = 8000
         out.mux([*stream.encode(block), *stream.encode(None)])
-    return Reader(file.getvalue(), "", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'})
+    return Reader(
+        file.getvalue(), "", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'}
+    )
 
 
 def import_other_tool(file: Path) -> bool:
-    """A file of another tool, measured as it is and imported as a bench; whether neither could be."""
+    """A file of another tool, measured as it is and imported as a bench; whether
+    neither could be."""
     refused = nothing_measured(file)
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as said:
-        code = import_command([file], file.parent / "bench", "", None, overwrite=False, quiet=False)
-    assert code == 0 or str(file.parent) in said.getvalue(), f"the file is not named: {said.getvalue()}"
+        code = import_command(
+            [file], file.parent / "bench", "", None, overwrite=False, quiet=False
+        )
+    assert code == 0 or str(file.parent) in said.getvalue(), (
+        f"the file is not named: {said.getvalue()}"
+    )
     for toml in (file.parent / "bench").rglob("*.toml"):
         read_toml(toml)
     return refused and code != 0
 
 
 def other_tools_files() -> dict[str, tuple[bytes, str]]:
-    """A small file as each tool writes it, of a ball that bounces, and what parts its cells."""
+    """A small file as each tool writes it, of a ball that bounces, and what parts its
+    cells."""
     t = np.arange(0, 0.9, 1 / 60)
-    high = np.where(t < 0.319, 0.5 - 4.9 * t**2, 2.5 * (t - 0.319) - 4.9 * (t - 0.319) ** 2)
-    places = [(k, f"{s:.5f}", f"{100 + 20 * s:.3f}", f"{400 - 600 * y:.3f}", f"{y:.5f}") for k, (s, y) in enumerate(zip(t, high))]
-    frames = "".join(f'<property name="[{k}]" type="object"><object class="PointMass$FrameData">\n<property name="x">{x}</property>\n'
-                     f'<property name="y">{y}</property></object></property>\n' for k, _, x, y, _ in places)  # fmt: skip
+    high = np.where(
+        t < 0.319, 0.5 - 4.9 * t**2, 2.5 * (t - 0.319) - 4.9 * (t - 0.319) ** 2
+    )
+    places = [
+        (k, f"{s:.5f}", f"{100 + 20 * s:.3f}", f"{400 - 600 * y:.3f}", f"{y:.5f}")
+        for k, (s, y) in enumerate(zip(t, high))
+    ]
+    frames = "".join(
+        f'<property name="[{k}]" type="object"><object'
+        f' class="PointMass$FrameData">\n<property name="x">{x}</property>\n<property'
+        f' name="y">{y}</property></object></property>\n'
+        for k, _, x, y, _ in places
+    )
     trk = TRK.replace("FRAMES", frames).encode()
-    spots = "".join(f"ID{k},{k},0,7.5,{x},{y},0,{s},{k},2.5\n" for k, s, x, y, _ in places)
-    detections = "".join(f'<detection t="{k}" x="{x}" y="{y}" z="0.0" />\n' for k, _, x, y, _ in places)
+    spots = "".join(
+        f"ID{k},{k},0,7.5,{x},{y},0,{s},{k},2.5\n" for k, s, x, y, _ in places
+    )
+    detections = "".join(
+        f'<detection t="{k}" x="{x}" y="{y}" z="0.0" />\n' for k, _, x, y, _ in places
+    )
     events = "Event time (s),Interval (s)\n1.0,0.51\n1.51,0.41\n1.92,0.33\n2.25,0\n"
     clock = "property,value\nSTART,0.0\n"
-    tilt = "".join(f"{k / 20},{np.sin(a):.5f},0.001,{np.cos(a):.5f}\n" for k, a in enumerate(np.radians(np.linspace(0, 25, 80))))
-    points = "".join(f"<TrackPoint>{x};{y};{1502 * k}</TrackPoint>\n" for k, _, x, y, _ in places)
+    tilt = "".join(
+        f"{k / 20},{np.sin(a):.5f},0.001,{np.cos(a):.5f}\n"
+        for k, a in enumerate(np.radians(np.linspace(0, 25, 80)))
+    )
+    points = "".join(
+        f"<TrackPoint>{x};{y};{1502 * k}</TrackPoint>\n" for k, _, x, y, _ in places
+    )
     return {
         "drop.trk": (trk, ">"),
         "drop.trz": (zipped({"a/drop.trk": trk, "video.mp4": b"\0" * 50}), ""),
-        "export.txt": (("\tmass A\t\nt\tx\ty\n" + "".join(
-            f"{s}\t0.1\t{y}\n" for _, s, _, _, y in places)).replace(".", ",").encode(), "\t"),
-        "manual.xls": ((" \tTrack n°\tSlice n°\tX\tY\tDistance\tVelocity\tPixel Value\n" + "".join(
-            f"{k + 1}\t1\t{k + 1}\t{x}\t{y}\t{k}.5\t1\t230\n" for k, _, x, y, _ in places)).encode(), "\t"),
-        "spots.csv": (("LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS\nLabel,Spot ID\nLabel,Spot ID\n"
-                       ",,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)\n" + spots).encode(), ","),
-        "tracks.xml": (f'<?xml version="1.0"?>\n<Tracks spaceUnits="pixel" frameInterval="1.0" timeUnits="sec" from="TrackMate">\n'
-                       f'<particle nSpots="9">\n{detections}</particle></Tracks>'.encode(), '"'),
-        "drop.mdf": (("MTrackJ 1.5.1 Data File\nAssembly 1\nCluster 1\nTrack 1\n" + "".join(
-            f"Point {k + 1} {x} {y} 1.0 {k + 1}.0 1.0\n" for k, _, x, y, _ in places)).encode(), " "),
+        "export.txt": (
+            (
+                "\tmass A\t\nt\tx\ty\n"
+                + "".join(f"{s}\t0.1\t{y}\n" for _, s, _, _, y in places)
+            )
+            .replace(".", ",")
+            .encode(),
+            "\t",
+        ),
+        "manual.xls": (
+            (
+                " \tTrack n°\tSlice n°\tX\tY\tDistance\tVelocity\tPixel Value\n"
+                + "".join(
+                    f"{k + 1}\t1\t{k + 1}\t{x}\t{y}\t{k}.5\t1\t230\n"
+                    for k, _, x, y, _ in places
+                )
+            ).encode(),
+            "\t",
+        ),
+        "spots.csv": (
+            (
+                "LABEL,ID,TRACK_ID,QUALITY,POSITION_X,POSITION_Y,POSITION_Z,POSITION_T,FRAME,RADIUS\nLabel,Spot"
+                " ID\nLabel,Spot"
+                " ID\n,,,(quality),(pixel),(pixel),(pixel),(sec),,(pixel)\n" + spots
+            ).encode(),
+            ",",
+        ),
+        "tracks.xml": (
+            '<?xml version="1.0"?>\n<Tracks spaceUnits="pixel" frameInterval="1.0"'
+            ' timeUnits="sec" from="TrackMate">\n<particle'
+            f' nSpots="9">\n{detections}</particle></Tracks>'.encode(),
+            '"',
+        ),
+        "drop.mdf": (
+            (
+                "MTrackJ 1.5.1 Data File\nAssembly 1\nCluster 1\nTrack 1\n"
+                + "".join(
+                    f"Point {k + 1} {x} {y} 1.0 {k + 1}.0 1.0\n"
+                    for k, _, x, y, _ in places
+                )
+            ).encode(),
+            " ",
+        ),
         "events.csv": (events.encode(), ","),
-        "events.zip": (zipped({"All.csv": events.encode(), "meta/time.csv": clock.encode()}), ""),
-        "events.xlsx": (workbook({"All": EVENTS, "Metadata Time": "<row><c t='inlineStr'><is><t>event</t></is></c></row>"}), ""),
+        "events.zip": (
+            zipped({"All.csv": events.encode(), "meta/time.csv": clock.encode()}),
+            "",
+        ),
+        "events.xlsx": (
+            workbook(
+                {
+                    "All": EVENTS,
+                    "Metadata Time": (
+                        "<row><c t='inlineStr'><is><t>event</t></is></c></row>"
+                    ),
+                }
+            ),
+            "",
+        ),
         "plate.csv": (("time (s),ax (g),ay (g),az (g)\n" + tilt).encode(), ","),
-        "kinovea.csv": (('"Time","ball/0/X","ball/0/Y"\n' + "".join(f'"{s}","0.1","{y}"\n' for _, s, _, _, y in places)).encode(), ","),
-        "kinovea.txt": (("#Kinovea Trajectory data export\n#T X Y\n" + "".join(
-            f"0:00:00:{k % 60:02d} 0.1 {y}\n" for k, _, _, _, y in places)).encode(), " "),
-        "drop.kva": ((f"<KinoveaVideoAnalysis>\n<AverageTimeStampsPerFrame>1502</AverageTimeStampsPerFrame>\n<CaptureFramerate>60"
-                      f"</CaptureFramerate>\n<Calibration><CalibrationLine><Length>5</Length><Segment><A>1;2</A><B>30;2</B></Segment>"
-                      f"</CalibrationLine>\n<Unit>Centimeters</Unit></Calibration>\n<Tracks><Track name='b'><TrackPointList>\n{points}"
-                      f"</TrackPointList></Track></Tracks></KinoveaVideoAnalysis>").encode(), "<"),
-    }  # fmt: skip
+        "kinovea.csv": (
+            (
+                '"Time","ball/0/X","ball/0/Y"\n'
+                + "".join(f'"{s}","0.1","{y}"\n' for _, s, _, _, y in places)
+            ).encode(),
+            ",",
+        ),
+        "kinovea.txt": (
+            (
+                "#Kinovea Trajectory data export\n#T X Y\n"
+                + "".join(f"0:00:00:{k % 60:02d} 0.1 {y}\n" for k, _, _, _, y in places)
+            ).encode(),
+            " ",
+        ),
+        "drop.kva": (
+            (
+                "<KinoveaVideoAnalysis>\n<AverageTimeStampsPerFrame>1502</AverageTimeStampsPerFrame>\n<CaptureFramerate>60"
+                "</CaptureFramerate>\n<Calibration><CalibrationLine><Length>5</Length><Segment><A>1;2</A><B>30;2</B></Segment>"
+                "</CalibrationLine>\n<Unit>Centimeters</Unit></Calibration>\n<Tracks><Track"
+                f" name='b'><TrackPointList>\n{points}"
+                "</TrackPointList></Track></Tracks></KinoveaVideoAnalysis>"
+            ).encode(),
+            "<",
+        ),
+    }
 
 
 def workbook(sheets: dict[str, str]) -> bytes:
     """An .xlsx of these sheets, by name: the least that the format wants."""
     kind = "http://schemas.openxmlformats.org"
     numbered = list(enumerate(sheets, 1))
-    listed = "".join(f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>' for k, n in numbered)
-    related = "".join(f'<Relationship Id="r{k}" Type="{kind}/officeDocument/2006/relationships/worksheet" '
-                      f'Target="worksheets/sheet{k}.xml"/>' for k, _ in numbered)  # fmt: skip
-    return zipped({
-        "_rels/.rels": f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship Id="r0" '
-                       f'Type="{kind}/officeDocument/2006/relationships/officeDocument" Target="xl/workbook.xml"/>'
-                       "</Relationships>".encode(),
-        "xl/workbook.xml": f'<workbook xmlns="{kind}/spreadsheetml/2006/main" xmlns:r="{kind}/officeDocument/2006/relationships">'
-                           f"<sheets>{listed}</sheets></workbook>".encode(),
-        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{kind}/package/2006/relationships">{related}'
-                                      "</Relationships>".encode(),
-        **{f"xl/worksheets/sheet{k}.xml": f'<worksheet xmlns="{kind}/spreadsheetml/2006/main"><sheetData>{sheets[n]}</sheetData>'
-           "</worksheet>".encode() for k, n in numbered},
-    })  # fmt: skip
+    listed = "".join(
+        f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>' for k, n in numbered
+    )
+    related = "".join(
+        f'<Relationship Id="r{k}"'
+        f' Type="{kind}/officeDocument/2006/relationships/worksheet"'
+        f' Target="worksheets/sheet{k}.xml"/>'
+        for k, _ in numbered
+    )
+    return zipped(
+        {
+            "_rels/.rels": (
+                "<Relationships"
+                f' xmlns="{kind}/package/2006/relationships"><Relationship Id="r0"'
+                f' Type="{kind}/officeDocument/2006/relationships/officeDocument"'
+                ' Target="xl/workbook.xml"/></Relationships>'.encode()
+            ),
+            "xl/workbook.xml": (
+                f'<workbook xmlns="{kind}/spreadsheetml/2006/main"'
+                f' xmlns:r="{kind}/officeDocument/2006/relationships">'
+                f"<sheets>{listed}</sheets></workbook>".encode()
+            ),
+            "xl/_rels/workbook.xml.rels": (
+                f'<Relationships xmlns="{kind}/package/2006/relationships">{related}'
+                "</Relationships>".encode()
+            ),
+            **{
+                f"xl/worksheets/sheet{k}.xml": (
+                    "<worksheet"
+                    f' xmlns="{kind}/spreadsheetml/2006/main">'
+                    f"<sheetData>{sheets[n]}</sheetData>"
+                    "</worksheet>".encode()
+                )
+                for k, n in numbered
+            },
+        }
+    )
 
 
-EVENTS = "<row><c t='inlineStr'><is><t>Event (s)</t></is></c><c t='inlineStr'><is><t>Interval (s)</t></is></c></row>" + "".join(
-    f"<row><c><v>{a}</v></c><c><v>{b}</v></c></row>" for a, b in ((1.0, 0.51), (1.51, 0.41), (1.92, 0.33), (2.25, 0))
+EVENTS = (
+    "<row><c t='inlineStr'><is><t>Event (s)</t></is></c><c"
+    " t='inlineStr'><is><t>Interval (s)</t></is></c></row>"
+    + "".join(
+        f"<row><c><v>{a}</v></c><c><v>{b}</v></c></row>"
+        for a, b in ((1.0, 0.51), (1.51, 0.41), (1.92, 0.33), (2.25, 0))
+    )
 )
 
 
@@ -204,7 +353,8 @@ def zipped(members: dict[str, bytes]) -> bytes:
 
 TRK = """<?xml version="1.0" encoding="UTF-8"?>
 <object class="org.opensourcephysics.cabrillo.tracker.TrackerPanel">
-<property name="clipcontrol"><object><property name="delta_t" type="double">16.6667</property></object></property>
+<property name="clipcontrol"><object>\
+<property name="delta_t" type="double">16.6667</property></object></property>
 <property name="coords"><object><property name="framedata"><property name="[0]"><object>
 <property name="xorigin">320.0</property>
 <property name="yorigin">430.0</property>
@@ -213,8 +363,10 @@ TRK = """<?xml version="1.0" encoding="UTF-8"?>
 <property name="yscale">600.0</property>
 </object></property></property></object></property>
 <property name="length_unit">m</property>
-<property name="tracks"><property name="item"><object class="tracker.TapeMeasure"></object></property>
-<property name="item"><object class="tracker.PointMass"><property name="name">A</property>
+<property name="tracks">\
+<property name="item"><object class="tracker.TapeMeasure"></object></property>
+<property name="item"><object class="tracker.PointMass">\
+<property name="name">A</property>
 <property name="framedata">FRAMES</property></object></property></property>
 </object>
 """
@@ -222,7 +374,12 @@ TRK = """<?xml version="1.0" encoding="UTF-8"?>
 
 def gates(rig: str, table: str, more: str) -> Reader:
     seed = "[seed]\nlength_mm = 15\nwidth_mm = 15\nthickness_mm = 15\n"
-    return Reader(table.encode(), ",", folder_unmeasured, {"recording.toml": f'rig = "{rig}"\n{seed}{more}'.encode()})
+    return Reader(
+        table.encode(),
+        ",",
+        folder_unmeasured,
+        {"recording.toml": f'rig = "{rig}"\n{seed}{more}'.encode()},
+    )
 
 
 def photo(suffix: str, *, deep: bool = False) -> Reader:
@@ -239,19 +396,49 @@ def readers() -> dict[str, Reader]:
     made = {
         "track.csv": track("drop"),
         "track.csv of a slide": track("slide"),
-        "track.csv of a roll": Reader((SAMPLES / "soybean-bench/roll-01/track.csv").read_bytes(), ",", folder_unmeasured,
-                                      {"recording.toml": ROLL}),
+        "track.csv of a roll": Reader(
+            (SAMPLES / "soybean-bench/roll-01/track.csv").read_bytes(),
+            ",",
+            folder_unmeasured,
+            {"recording.toml": ROLL},
+        ),
         **{name: gates(*about) for name, about in GATES.items()},
-        "track.csv of few rows": Reader(FEW, ",", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'}),
-        "impacts.csv": Reader((drawn / "drop-heard/impacts.csv").read_bytes(), ",", folder_unmeasured,
-                              {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
-        "readings.csv": Reader((paper / "drop/readings.csv").read_bytes(), ",", folder_unmeasured,
-                               {"recording.toml": (paper / "drop/recording.toml").read_bytes()}),
-        "recording.toml": Reader((drawn / "drop-track/recording.toml").read_bytes(), "=", folder_unmeasured, few),
-        "bench.toml": Reader((drawn / "bench.toml").read_bytes(), "=", folder_unmeasured,
-                             {"drop/recording.toml": b'rig = "drop"\n', "drop/track.csv": few["track.csv"]}),
-        "impacts.csv of known sd": Reader(b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n", ",", folder_unmeasured,
-                                          {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()}),
+        "track.csv of few rows": Reader(
+            FEW, ",", folder_unmeasured, {"recording.toml": b'rig = "drop"\n'}
+        ),
+        "impacts.csv": Reader(
+            (drawn / "drop-heard/impacts.csv").read_bytes(),
+            ",",
+            folder_unmeasured,
+            {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()},
+        ),
+        "readings.csv": Reader(
+            (paper / "drop/readings.csv").read_bytes(),
+            ",",
+            folder_unmeasured,
+            {"recording.toml": (paper / "drop/recording.toml").read_bytes()},
+        ),
+        "recording.toml": Reader(
+            (drawn / "drop-track/recording.toml").read_bytes(),
+            "=",
+            folder_unmeasured,
+            few,
+        ),
+        "bench.toml": Reader(
+            (drawn / "bench.toml").read_bytes(),
+            "=",
+            folder_unmeasured,
+            {
+                "drop/recording.toml": b'rig = "drop"\n',
+                "drop/track.csv": few["track.csv"],
+            },
+        ),
+        "impacts.csv of known sd": Reader(
+            b"t_s,sd_s\n0.27,1e-4\n0.55,1e-4\n0.70,2e-4\n0.79,1e-4\n",
+            ",",
+            folder_unmeasured,
+            {"recording.toml": (drawn / "drop-heard/recording.toml").read_bytes()},
+        ),
         "sound.wav": clicks("wav"),
         "sound.flac": clicks("flac"),
         "sound.ogg": heard("drop-01"),
@@ -265,31 +452,68 @@ def readers() -> dict[str, Reader]:
         "photo.webp": photo("webp"),
         "photo.heic": photo("heif"),
         "result.json": Reader(json.dumps(RESULT, indent=1).encode(), ":", exported),
-        **{name: Reader(content, parting, import_other_tool) for name, (content, parting) in other_tools_files().items()},
-    }  # fmt: skip
+        **{
+            name: Reader(content, parting, import_other_tool)
+            for name, (content, parting) in other_tools_files().items()
+        },
+    }
     for name in sorted(tables):
         beside = {k: v for k, v in tables.items() if k != name}
-        made[name] = Reader(tables[name], "=" if name.endswith("toml") else ",", calibrate_tables_beside, beside)
+        made[name] = Reader(
+            tables[name],
+            "=" if name.endswith("toml") else ",",
+            calibrate_tables_beside,
+            beside,
+        )
     return made
 
 
 GATES = {  # rig, table, more of recording.toml
-    "gates.csv": ("roll", "x_mm,t_s,sd_s,sd_mm\n150,0,1e-4,0.3\n350,0.31,1e-4,0.3\n550,0.52,1e-4,0.3\n750,0.7,1e-4,0.3\n950,0.85,,\n",
-                  "[roll]\nincline_deg = 8\nlevel = false\nrail_gap_mm = 6\n"),
-    "gates.csv of both legs": ("roll", "x_mm,t_s\n50,0.4\n90,0.52\n150,0.68\n300,1.1\n450,1.8\n",
-                               "[roll]\nincline_deg = 8\nincline_length_mm = 100\n"),
-    "gates.csv of a drop": ("drop", "y_mm,t_s,sd_s\n300,0,1e-4\n200,0.14,1e-4\n50,0.226,1e-4\n50,0.29,1e-4\n100,0.33,1e-4\n", ""),
-    "gates.csv of a slide": ("slide", "x_mm,t_s\n20,0.2\n80,0.4\n160,0.55\n260,0.7\n400,0.88\n", "[slide]\nstart_deg = 25\n"),
-}  # fmt: skip
-FEW = b"t_s,x_mm,y_mm,sd_mm\n0,0,500,1\n0.2,1,304,1\n0.3,1,60,1\n0.4,2,120,1\n0.5,2,200,1\n0.6,2,190,1\n"
-PAIR = {f"{who}{name}": {"value": 0.3, "low": 0.2, "high": 0.4, "unit": "1"}
-        for who in ("", "seed_") for name in ("restitution", "static_friction", "rolling_friction")}  # fmt: skip
+    "gates.csv": (
+        "roll",
+        "x_mm,t_s,sd_s,sd_mm\n150,0,1e-4,0.3\n350,0.31,1e-4,0.3\n550,0.52,1e-4,0.3\n750,0.7,1e-4,0.3\n950,0.85,,\n",
+        "[roll]\nincline_deg = 8\nlevel = false\nrail_gap_mm = 6\n",
+    ),
+    "gates.csv of both legs": (
+        "roll",
+        "x_mm,t_s\n50,0.4\n90,0.52\n150,0.68\n300,1.1\n450,1.8\n",
+        "[roll]\nincline_deg = 8\nincline_length_mm = 100\n",
+    ),
+    "gates.csv of a drop": (
+        "drop",
+        "y_mm,t_s,sd_s\n300,0,1e-4\n200,0.14,1e-4\n50,0.226,1e-4\n50,0.29,1e-4\n100,0.33,1e-4\n",
+        "",
+    ),
+    "gates.csv of a slide": (
+        "slide",
+        "x_mm,t_s\n20,0.2\n80,0.4\n160,0.55\n260,0.7\n400,0.88\n",
+        "[slide]\nstart_deg = 25\n",
+    ),
+}
+FEW = (
+    b"t_s,x_mm,y_mm,sd_mm\n"
+    b"0,0,500,1\n0.2,1,304,1\n0.3,1,60,1\n0.4,2,120,1\n0.5,2,200,1\n0.6,2,190,1\n"
+)
+PAIR = {
+    f"{who}{name}": {"value": 0.3, "low": 0.2, "high": 0.4, "unit": "1"}
+    for who in ("", "seed_")
+    for name in ("restitution", "static_friction", "rolling_friction")
+}
 SOLID = {"density_kg_m3": 1250.0, "shear_modulus_pa": 1e7, "poisson_ratio": 0.4}
 RESULT = {
-    "parameters": PAIR, "conventions": {"rolling": "edem"},
-    "materials": {"seed": {"name": "soybean", **SOLID}, "wall": {"name": "steel", **SOLID}},
-    "seed_shape": {"length_mm": 8.7, "width_mm": 6.8, "thickness_mm": 6.0, "spheres": [[0, 0, 0, 3.0], [2.0, 0, 0, 2.5]]},
-}  # fmt: skip
+    "parameters": PAIR,
+    "conventions": {"rolling": "edem"},
+    "materials": {
+        "seed": {"name": "soybean", **SOLID},
+        "wall": {"name": "steel", **SOLID},
+    },
+    "seed_shape": {
+        "length_mm": 8.7,
+        "width_mm": 6.8,
+        "thickness_mm": 6.0,
+        "spheres": [[0, 0, 0, 3.0], [2.0, 0, 0, 2.5]],
+    },
+}
 
 
 def error_place(error: BaseException) -> str:

@@ -1,12 +1,14 @@
-"""Closing the loop: benches with known parameters (loop_truth.py) calibrated by the whole procedure, answers beside the truth.
+"""Closing the loop: benches with known parameters (loop_truth.py) calibrated by the
+whole procedure, answers beside the truth.
 
-python benchmarks/loop.py piles [FIRST LAST] → benchmarks/tables/loop/piles.csv: where the truth lies in the seed–seed posteriors
-python benchmarks/loop.py steel [FIRST LAST] → benchmarks/tables/loop/steel.csv: seed–steel answers, quick effort
+python benchmarks/loop.py piles [FIRST LAST] → benchmarks/tables/loop/piles.csv: where
+the truth lies in the seed–seed posteriors python benchmarks/loop.py steel [FIRST LAST]
+→ benchmarks/tables/loop/steel.csv: seed–steel answers, quick effort
 
-FIRST and LAST are 0 and 19 unless given; without arguments the tables are read again. Simulations are kept in
-benchmark-runs/loop/runs. The piles' design is that of a quick calibration of the first folder and serves all; posteriors are
-drawn by weighing points of the prior, which takes a moment where the procedure's chains take 20 s.
-"""
+FIRST and LAST are 0 and 19 unless given; without arguments the tables are read again.
+Simulations are kept in benchmark-runs/loop/runs. The piles' design is that of a quick
+calibration of the first folder and serves all; posteriors are drawn by weighing points
+of the prior, which takes a moment where the procedure's chains take 20 s."""
 
 import argparse
 import json
@@ -35,9 +37,11 @@ LEVELS = (0.50, 0.80, 0.95)
 POINTS = 40_000
 
 
-def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]], bool]:
-    """All piles of the quick design, the box of its seed–steel parameters, what these were calibrated to, (value, sd), and
-    whether its piles share packings."""
+def designed(
+    simulate,
+) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]], bool]:
+    """All piles of the quick design, the box of its seed–steel parameters, what these
+    were calibrated to, (value, sd), and whether its piles share packings."""
     bench = bench_of(RUNS / "piles-00")
     state = State(bench, QUICK, 1, Prescribed(levels=Box.of(RANGES)), {})
     for name in STEEL:
@@ -46,21 +50,36 @@ def designed(simulate) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]
     assert stage.steel is not None  # all three rigs are in the bench
     noise, pairing, _, _ = measure_noise(stage, levels)
     run_design(stage, levels, noise, pairing, 0.0)
-    found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()}
-    return pd.concat(stage.done, ignore_index=True), stage.steel, found, pairing.worth_it
+    found = {
+        f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()
+    }
+    return (
+        pd.concat(stage.done, ignore_index=True),
+        stage.steel,
+        found,
+        pairing.worth_it,
+    )
 
 
-def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared: bool) -> list[dict]:
-    """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the posterior below the truth), sd_ratio
-    (posterior over prior), points (effective number)."""
+def posterior(
+    folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared: bool
+) -> list[dict]:
+    """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the
+    posterior below the truth), sd_ratio (posterior over prior), points (effective
+    number)."""
     truth = json.loads((RUNS / f"piles-{folder:02d}.json").read_text(encoding="utf8"))
     readings = bench_of(RUNS / f"piles-{folder:02d}").rigs["pile"]
     seen = observed(piles, readings, Box.of(RANGES), steel, alike=True, shared=shared)
-    names, ends = (*RANGES, *steel.names), np.array([*RANGES.values(), *zip(steel.low, steel.high)])
+    names, ends = (
+        (*RANGES, *steel.names),
+        np.array([*RANGES.values(), *zip(steel.low, steel.high)]),
+    )
     prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
     points = prior.draw(POINTS, np.random.default_rng(folder))
     flat = Prior(prior.box, {})  # the points carry the prior already
-    weight = log_posterior(points, list(seen.observables), flat, seen.correlation.to_numpy())
+    weight = log_posterior(
+        points, list(seen.observables), flat, seen.correlation.to_numpy()
+    )
     weight = np.exp(weight - weight.max())
     weight /= weight.sum()
     rows = []
@@ -68,17 +87,35 @@ def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared:
         x = points[:, j]
         mean = float(weight @ x)
         sd = float(np.sqrt(weight @ (x - mean) ** 2))
-        row = {"folder": folder, "parameter": name, "truth": truth[name], "mean": mean, "rank": float(weight @ (x < truth[name]))}
-        rows.append(row | {"sd_ratio": sd / float(flat.sd[j]), "points": 1 / float(np.sum(weight**2))})
+        row = {
+            "folder": folder,
+            "parameter": name,
+            "truth": truth[name],
+            "mean": mean,
+            "rank": float(weight @ (x < truth[name])),
+        }
+        rows.append(
+            row
+            | {
+                "sd_ratio": sd / float(flat.sd[j]),
+                "points": 1 / float(np.sum(weight**2)),
+            }
+        )
     return rows
 
 
 def on_steel(folder: int, simulate) -> list[dict]:
     """One row a seed–steel parameter: folder, parameter, truth, value, low, high."""
     truth = json.loads((RUNS / f"steel-{folder:02d}.json").read_text(encoding="utf8"))
-    found = parameters(calibrate_simulated(RUNS / f"steel-{folder:02d}", simulate, effort=QUICK, seed=1))
+    found = parameters(
+        calibrate_simulated(
+            RUNS / f"steel-{folder:02d}", simulate, effort=QUICK, seed=1
+        )
+    )
     kept = found[["parameter", "value", "low", "high"]]
-    return kept.assign(folder=folder, truth=kept["parameter"].map(truth)).to_dict("records")
+    return kept.assign(folder=folder, truth=kept["parameter"].map(truth)).to_dict(
+        "records"
+    )
 
 
 def rate(hits: np.ndarray) -> str:
@@ -91,14 +128,32 @@ def rate(hits: np.ndarray) -> str:
 
 def table() -> None:
     if (TABLES / "steel.csv").exists():
-        for name, t in pd.read_csv(TABLES / "steel.csv").groupby("parameter", sort=False):
-            inside, off = (t["low"] <= t["truth"]) & (t["truth"] <= t["high"]), t["value"] - t["truth"]
-            near, scatter = rate(abs(off) <= TOLERANCE[name]), f"bias {off.mean():+.4f}, sd {off.std():.4f}"
-            print(f"{name:22} within ±{TOLERANCE[name]}: {near}; 95 % interval: {rate(inside)}; {scatter}")
+        for name, t in pd.read_csv(TABLES / "steel.csv").groupby(
+            "parameter", sort=False
+        ):
+            inside, off = (
+                (t["low"] <= t["truth"]) & (t["truth"] <= t["high"]),
+                t["value"] - t["truth"],
+            )
+            near, scatter = (
+                rate(abs(off) <= TOLERANCE[name]),
+                f"bias {off.mean():+.4f}, sd {off.std():.4f}",
+            )
+            print(
+                f"{name:22} within ±{TOLERANCE[name]}: {near}; 95 % interval:"
+                f" {rate(inside)}; {scatter}"
+            )
     if (TABLES / "piles.csv").exists():
-        for name, t in pd.read_csv(TABLES / "piles.csv").groupby("parameter", sort=False):
-            central = [f"{level:.0%}: {rate(abs(t['rank'] - 0.5) <= level / 2)}" for level in LEVELS]
-            print(f"{name:22} {'; '.join(central)}; sd left {t['sd_ratio'].median():.2f}")
+        for name, t in pd.read_csv(TABLES / "piles.csv").groupby(
+            "parameter", sort=False
+        ):
+            central = [
+                f"{level:.0%}: {rate(abs(t['rank'] - 0.5) <= level / 2)}"
+                for level in LEVELS
+            ]
+            print(
+                f"{name:22} {'; '.join(central)}; sd left {t['sd_ratio'].median():.2f}"
+            )
 
 
 def main(kind: str, first: int, last: int) -> None:
@@ -108,7 +163,10 @@ def main(kind: str, first: int, last: int) -> None:
     with campaign(RUNS / "runs", workers=1) as simulate:
         design = designed(simulate) if kind == "piles" else None
         for folder in range(first, last + 1):
-            if folder in done["folder"].to_numpy() or not (RUNS / f"{kind}-{folder:02d}.json").exists():
+            if (
+                folder in done["folder"].to_numpy()
+                or not (RUNS / f"{kind}-{folder:02d}.json").exists()
+            ):
                 continue
             rows = posterior(folder, *design) if design else on_steel(folder, simulate)
             done = pd.concat([done, pd.DataFrame(rows)], ignore_index=True)
@@ -117,7 +175,9 @@ def main(kind: str, first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("kind", nargs="?", choices=["piles", "steel"])
     parser.add_argument("first", type=int, nargs="?", default=0)
     parser.add_argument("last", type=int, nargs="?", default=19)

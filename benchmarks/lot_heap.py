@@ -1,10 +1,12 @@
-"""A heap of a measured lot against heaps of its typical seed alone and of ellipsoids of its sizes, repeated over packings.
+"""A heap of a measured lot against heaps of its typical seed alone and of ellipsoids of
+its sizes, repeated over packings.
 
-python benchmarks/lot_heap.py FOLDER [--lot samples/seed-lot/lot] [--packings 6] [--thickness-mm 5.98]
+python benchmarks/lot_heap.py FOLDER [--lot samples/seed-lot/lot] [--packings 6]
+[--thickness-mm 5.98]
 
-Reduced piles (a slab 18 mm deep) at the paper's optimum; one thread. Packing k of every kind of seed has the same random numbers.
-Rows are appended to FOLDER/heaps.csv and are not run again; the summary is printed at the end.
-"""
+Reduced piles (a slab 18 mm deep) at the paper's optimum; one thread. Packing k of every
+kind of seed has the same random numbers. Rows are appended to FOLDER/heaps.csv and are
+not run again; the summary is printed at the end."""
 
 import argparse
 import os
@@ -22,27 +24,41 @@ from twin.lot import other_seeds
 from twin.parameters import Parameters, bench
 from vision.evidence.keys import Air, Seed
 
-SLAB = Pile(box_m=(0.105, 0.018, 0.2), gate_m=(0.018, 0.2), plate_m=(0.2, 0.018), slab=True)
+SLAB = Pile(
+    box_m=(0.105, 0.018, 0.2), gate_m=(0.018, 0.2), plate_m=(0.2, 0.018), slab=True
+)
 ANGLE = "centroid_angle_deg"
 
 
 def one(section: dict, packing: int) -> dict[str, float]:
-    """Truth of one simulated heap of the seeds in `section` ([seed] of a bench.toml)."""
+    """Truth of one simulated heap of the seeds in `section` ([seed] of a
+    bench.toml)."""
     described = bench(Parameters(), "pile", Seed(**section), Air())
     rng, tall = np.random.default_rng(packing), vessel(SLAB, described)
     filled = fill(tall, described, rng, threads=1, watch=no_watch)
-    return run_heap(tall, described, rng, fps=20.0, watch=no_watch, threads=1, filled=filled).truth
+    return run_heap(
+        tall, described, rng, fps=20.0, watch=no_watch, threads=1, filled=filled
+    ).truth
 
 
 def summary(table: pd.DataFrame) -> str:
-    """Mean with standard error a kind, and what each differs by from the lot, with its 95 % interval."""
+    """Mean with standard error a kind, and what each differs by from the lot, with its
+    95 % interval."""
     found = {kind: part[ANGLE].to_numpy() for kind, part in table.groupby("seeds")}
-    lines = [f"{kind:13s} {len(a)} packings: {a.mean():.2f} ± {a.std(ddof=1) / len(a) ** 0.5:.2f} deg, spread {a.std(ddof=1):.2f}"
-             for kind, a in found.items()]  # fmt: skip
+    lines = [
+        f"{kind:13s} {len(a)} packings: {a.mean():.2f} ±"
+        f" {a.std(ddof=1) / len(a) ** 0.5:.2f} deg, spread {a.std(ddof=1):.2f}"
+        for kind, a in found.items()
+    ]
     for kind, a in found.items():
         if kind != "lot":
-            sd = np.sqrt(a.var(ddof=1) / len(a) + found["lot"].var(ddof=1) / len(found["lot"]))
-            lines.append(f"{kind} less lot: {a.mean() - found['lot'].mean():+.2f} ± {1.96 * sd:.2f} deg (95 %)")
+            sd = np.sqrt(
+                a.var(ddof=1) / len(a) + found["lot"].var(ddof=1) / len(found["lot"])
+            )
+            lines.append(
+                f"{kind} less lot: {a.mean() - found['lot'].mean():+.2f} ±"
+                f" {1.96 * sd:.2f} deg (95 %)"
+            )
     return "\n".join(lines)
 
 
@@ -56,7 +72,10 @@ def main() -> None:
     arguments.folder.mkdir(parents=True, exist_ok=True)
     file = arguments.folder / "heaps.csv"
     rows = pd.read_csv(file).to_dict("records") if file.exists() else []
-    section = {"lot": str(arguments.lot.resolve()), "thickness_mm": arguments.thickness_mm}
+    section = {
+        "lot": str(arguments.lot.resolve()),
+        "thickness_mm": arguments.thickness_mm,
+    }
     kinds = {"lot": section} | other_seeds(section)
     for packing in range(arguments.packings):
         for kind, seeds in kinds.items():

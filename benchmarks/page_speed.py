@@ -1,4 +1,5 @@
-"""How fast the page answers: first paint, a dropped photo, a dragged base line on 12 megapixels, a bench of 100, memory with a film.
+"""How fast the page answers: first paint, a dropped photo, a dragged base line on 12
+megapixels, a bench of 100, memory with a film.
 
 Needs Chromium with chromedriver.
 """
@@ -23,15 +24,26 @@ FRAMES = 5000
 
 
 def main() -> None:
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     browser, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if not (browser and driver):
         sys.exit("no Chromium with chromedriver on this machine")
     with tempfile.TemporaryDirectory() as place:
         large = draw(Path(place) / "heap.jpg")
-        print(f"{'opening an empty folder, first paint':46} {timed(Path(place) / 'empty', first_paint):6.2f} s")
-        print(f"{'a photo of 12 megapixels dropped → its angle':46} {timed(Path(place) / 'one', dropped, large):6.2f} s")
-        print(f"{'base line dragged → new angle':46} {timed(Path(place) / 'one', dragged):6.2f} s")
+        print(
+            f"{'opening an empty folder, first paint':46}"
+            f" {timed(Path(place) / 'empty', first_paint):6.2f} s"
+        )
+        print(
+            f"{'a photo of 12 megapixels dropped → its angle':46}"
+            f" {timed(Path(place) / 'one', dropped, large):6.2f} s"
+        )
+        print(
+            f"{'base line dragged → new angle':46}"
+            f" {timed(Path(place) / 'one', dragged):6.2f} s"
+        )
         many = Path(place) / "many"
         for n in range(100):
             (many / f"pile-{n:03d}").mkdir(parents=True)
@@ -42,11 +54,17 @@ def main() -> None:
         (film / "drop-01").mkdir(parents=True)
         (film / "drop-01" / "recording.toml").write_text('rig = "drop"\n')
         draw_film(film / "drop-01" / "film.mp4")
-        print(f"{'memory of the server, a film of 5,000 frames open':46} {timed(film, film_open):6.0f} MB")
+        print(
+            f"{'memory of the server, a film of 5,000 frames open':46}"
+            f" {timed(film, film_open):6.0f} MB"
+        )
 
 
 def draw(file: Path) -> Path:
-    picture = draw_pile(PileScene(angle_deg=30, size=(4000, 3000), pile_height=900), np.random.default_rng(0))
+    picture = draw_pile(
+        PileScene(angle_deg=30, size=(4000, 3000), pile_height=900),
+        np.random.default_rng(0),
+    )
     Image.fromarray(picture).save(file, quality=92)
     return file
 
@@ -55,7 +73,9 @@ def draw_film(file: Path) -> None:
     out = cv2.VideoWriter(str(file), cv2.VideoWriter.fourcc(*"mp4v"), 60, (640, 480))
     for n in range(FRAMES):
         frame = np.full((480, 640, 3), 90, np.uint8)
-        cv2.circle(frame, (320, int(60 + 0.01 * (n % 190) ** 2)), 9, (220, 220, 230), -1)
+        cv2.circle(
+            frame, (320, int(60 + 0.01 * (n % 190) ** 2)), 9, (220, 220, 230), -1
+        )
         out.write(frame)
     out.release()
 
@@ -67,8 +87,17 @@ class Served:
         from selenium import webdriver
         from selenium.webdriver.chrome.service import Service
 
-        command = [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"]
-        self.server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        command = [
+            sys.executable,
+            "-m",
+            "benchtwin",
+            "page",
+            str(folder),
+            "--no-browser",
+        ]
+        self.server = subprocess.Popen(
+            command, stdout=subprocess.PIPE, text=True, cwd=ROOT
+        )
         assert self.server.stdout is not None
         said = ""
         while not (found := re.search(r"http://\S+token=\S+", said)):
@@ -76,9 +105,16 @@ class Served:
         self.address, self.root = found[0], found[0].split("/?")[0]
         time.sleep(3)
         options = webdriver.ChromeOptions()
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1280,900"):
+        for argument in (
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--window-size=1280,900",
+        ):
             options.add_argument(argument)
-        self.driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+        self.driver = webdriver.Chrome(
+            options=options, service=Service(shutil.which("chromedriver"))
+        )
 
     def until(self, script: str, seconds: float = 60.0) -> float:
         """Seconds until the script gives something true."""
@@ -106,7 +142,12 @@ def timed(folder: Path, what, *arguments) -> float:
 def first_paint(served: Served) -> float:
     served.driver.get(served.address)
     served.until("document.body.innerText.includes('Nothing here yet')")
-    return served.driver.execute_script("return performance.getEntriesByName('first-contentful-paint')[0].startTime") / 1000
+    return (
+        served.driver.execute_script(
+            "return performance.getEntriesByName('first-contentful-paint')[0].startTime"
+        )
+        / 1000
+    )
 
 
 NUMBERS = "(document.querySelector('.numbers') || {innerText: ''}).innerText"
@@ -127,22 +168,32 @@ def dragged(served: Served) -> float:
     served.driver.get(served.address)
     served.driver.get(served.root + "/recording?r=pile-01")
     served.until(f"{NUMBERS}.includes('repose angle')")
-    served.driver.execute_script("[...document.querySelectorAll('button')].find(b => b.innerText == 'Base line').click()")
+    served.driver.execute_script(
+        "[...document.querySelectorAll('button')].find(b => b.innerText == 'Base"
+        " line').click()"
+    )
     took = []
     for shift in (-10, 6, -4, 8, -6):
         served.until("document.querySelector('[data-handle=base-left]') !== null")
         before = served.driver.execute_script(f"return {NUMBERS}")
         handle = served.driver.find_element("css selector", "[data-handle=base-left]")
-        ActionChains(served.driver, duration=20).move_to_element(handle).click_and_hold().move_by_offset(0, shift).release().perform()
+        ActionChains(served.driver, duration=20).move_to_element(
+            handle
+        ).click_and_hold().move_by_offset(0, shift).release().perform()
         took.append(served.until(f"{NUMBERS} != {before!r}"))
         time.sleep(1)
-    return float(np.median(took[1:]))  # the first one also measures without corrections, to stand beside
+    return float(
+        np.median(took[1:])
+    )  # the first one also measures without corrections, to stand beside
 
 
 def cards(served: Served, count: int) -> float:
     began = time.perf_counter()
     served.driver.get(served.address)
-    served.until(f"document.querySelectorAll('.thumb').length == {count} && document.querySelector('.thumb').complete")
+    served.until(
+        f"document.querySelectorAll('.thumb').length == {count} &&"
+        " document.querySelector('.thumb').complete"
+    )
     return time.perf_counter() - began
 
 

@@ -1,15 +1,21 @@
-"""Beside peers: piles until the recommended parameters give the bench's angle within 2 %, and what each says of its uncertainty.
+"""Beside peers: piles until the recommended parameters give the bench's angle within 2
+%, and what each says of its uncertainty.
 
 python -m venv benchmark-runs/peers
-benchmark-runs/peers/bin/pip install grainlearning coexist 'setuptools<81'     (GrainLearning asks for numpy 1, we for numpy 2)
-python benchmarks/peers_calibrate.py ours [SEEDS]                              → benchmarks/tables/peers/ours.csv
-benchmark-runs/peers/bin/python benchmarks/peers_calibrate.py grainlearning|coexist [SEEDS]
-python benchmarks/peers_calibrate.py                                           the table
+benchmark-runs/peers/bin/pip install grainlearning coexist 'setuptools<81'
+    (GrainLearning asks for numpy 1, we for numpy 2)
+python benchmarks/peers_calibrate.py ours [SEEDS]
+    → benchmarks/tables/peers/ours.csv
+benchmark-runs/peers/bin/python \\
+    benchmarks/peers_calibrate.py grainlearning|coexist [SEEDS]
+python benchmarks/peers_calibrate.py
+    the table
 
-No DEM: a pile's angle is the soybean paper's Eq. 8 over ranges two and a half times as wide as its design, plus packing noise
-(NOISE_DEG: the paper's centre points, and a reduced pile's). A bench is five piles of parameters drawn at random. Everyone gets
-the same benches, ranges and noise, at most BUDGET piles; after every batch each says what it recommends, with 95 % intervals.
-"""
+No DEM: a pile's angle is the soybean paper's Eq. 8 over ranges two and a half times as
+wide as its design, plus packing noise (NOISE_DEG: the paper's centre points, and a
+reduced pile's). A bench is five piles of parameters drawn at random. Everyone gets the
+same benches, ranges and noise, at most BUDGET piles; after every batch each says what
+it recommends, with 95 % intervals."""
 
 import argparse
 import tempfile
@@ -24,23 +30,37 @@ NAMES = ("seed_restitution", "seed_static_friction", "seed_rolling_friction")
 LOW, HIGH = np.array([0.45, 0.20, 0.01]), np.array([0.70, 0.70, 0.06])
 NOISE_DEG = (0.28, 1.3)
 BENCH_PILES, BUDGET, WITHIN = 5, 120, 0.02
-EQ8 = np.array([30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575])
-Answer = tuple[int, np.ndarray, np.ndarray, np.ndarray]  # piles so far, recommended, low, high
+EQ8 = np.array(
+    [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]
+)
+Answer = tuple[
+    int, np.ndarray, np.ndarray, np.ndarray
+]  # piles so far, recommended, low, high
 
 
 def angle(x: np.ndarray) -> np.ndarray:
     """The paper's Eq. 8 at natural points (…, 3) [°]."""
-    a, b, c = np.moveaxis((np.asarray(x) - [0.60, 0.50, 0.04]) / [0.05, 0.10, 0.01], -1, 0)
-    return np.stack([a * 0 + 1, a, b, c, a * b, a * c, b * c, a * a, b * b, c * c], axis=-1) @ EQ8
+    a, b, c = np.moveaxis(
+        (np.asarray(x) - [0.60, 0.50, 0.04]) / [0.05, 0.10, 0.01], -1, 0
+    )
+    return (
+        np.stack(
+            [a * 0 + 1, a, b, c, a * b, a * c, b * c, a * a, b * b, c * c], axis=-1
+        )
+        @ EQ8
+    )
 
 
 class Bench:
-    """One bench and its simulator. truth: (3,); target: mean angle of its piles [°]; spent: piles simulated so far."""
+    """One bench and its simulator. truth: (3,); target: mean angle of its piles [°];
+    spent: piles simulated so far."""
 
     def __init__(self, seed: int, noise: float) -> None:
         self.rng, self.noise, self.spent = np.random.default_rng([seed, 8]), noise, 0
         self.truth = self.rng.uniform(LOW, HIGH)
-        self.readings = angle(self.truth) + noise * self.rng.standard_normal(BENCH_PILES)
+        self.readings = angle(self.truth) + noise * self.rng.standard_normal(
+            BENCH_PILES
+        )
         self.target = float(self.readings.mean())
 
     def simulate(self, x: np.ndarray) -> np.ndarray:
@@ -50,14 +70,24 @@ class Bench:
 
 
 def grainlearning(bench: Bench, seed: int) -> Iterator[Answer]:
-    """Its iterative Bayesian filter, 20 samples an iteration; interval: its estimate ± 1.96 of its own sd."""
+    """Its iterative Bayesian filter, 20 samples an iteration; interval: its estimate ±
+    1.96 of its own sd."""
     from grainlearning.dynamic_systems import DynamicSystem
     from grainlearning.iterative_bayesian_filter import IterativeBayesianFilter
 
-    system = DynamicSystem.from_dict({"param_names": list(NAMES), "param_min": list(LOW), "param_max": list(HIGH),
-                                      "num_samples": 20, "obs_data": [[bench.target]]})  # fmt: skip
+    system = DynamicSystem.from_dict(
+        {
+            "param_names": list(NAMES),
+            "param_min": list(LOW),
+            "param_max": list(HIGH),
+            "num_samples": 20,
+            "obs_data": [[bench.target]],
+        }
+    )
     sampling = {"max_num_components": 1, "random_state": seed, "n_init": 1}
-    loop = IterativeBayesianFilter.from_dict({"Bayes_filter": {"ess_target": 0.3}, "sampling": sampling})
+    loop = IterativeBayesianFilter.from_dict(
+        {"Bayes_filter": {"ess_target": 0.3}, "sampling": sampling}
+    )
     loop.initialize(system)
     while bench.spent + 20 <= BUDGET:
         system.param_data = loop.param_data_list[-1]
@@ -78,11 +108,11 @@ error = 0.0
 
 
 def coexist(bench: Bench, seed: int) -> Iterator[Answer]:
-    """Its ACCES, 8 solutions at a time, on the squared distance from the bench's angle; interval: what it calls sigma, × 1.96.
+    """Its ACCES, 8 solutions at a time, on the squared distance from the bench's angle;
+    interval: what it calls sigma, × 1.96.
 
-    Its piles are run in this process instead of one interpreter each; everything else is its own. It recommends the solution
-    with the smallest error so far.
-    """
+    Its piles are run in this process instead of one interpreter each; everything else
+    is its own. It recommends the solution with the smallest error so far."""
     from coexist import Access
 
     found: list[Answer] = []
@@ -107,15 +137,18 @@ def coexist(bench: Bench, seed: int) -> Iterator[Answer]:
         here = Path.cwd()
         os.chdir(folder)  # it writes beside itself
         try:
-            InProcess(str(script)).learn(num_solutions=8, target_sigma=0.01, random_seed=seed, verbose=0)
+            InProcess(str(script)).learn(
+                num_solutions=8, target_sigma=0.01, random_seed=seed, verbose=0
+            )
         finally:
             os.chdir(here)
     yield from found
 
 
 def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
-    """The pile's part of the procedure, without its verification: where the path meets the bench (else its nearest group), then
-    the design's optimum with the posterior's interval."""
+    """The pile's part of the procedure, without its verification: where the path meets
+    the bench (else its nearest group), then the design's optimum with the posterior's
+    interval."""
     from dataclasses import replace
 
     from calibrate.procedure.bench import RigReadings
@@ -135,16 +168,37 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
         def simulate(runs) -> pd.DataFrame:
             batches.append(len(runs))
             x = np.array([[r.values[n] for n in NAMES] for r in runs])
-            return pd.DataFrame({"status": "done", "reason": "", "rerun": "", "repose_angle_deg": bench.simulate(x)})
+            return pd.DataFrame(
+                {
+                    "status": "done",
+                    "reason": "",
+                    "rerun": "",
+                    "repose_angle_deg": bench.simulate(x),
+                }
+            )
 
-        seen = RigReadings("pile", "repose_angle_deg", bench.readings, np.zeros(BENCH_PILES), 0.0, {}, pd.DataFrame(), ())
+        seen = RigReadings(
+            "pile",
+            "repose_angle_deg",
+            bench.readings,
+            np.zeros(BENCH_PILES),
+            0.0,
+            {},
+            pd.DataFrame(),
+            (),
+        )
         ranges = dict(zip(NAMES, zip(LOW, HIGH)))
         rng = np.random.default_rng(seed)
         found = simulate_pile(PileStage(seen, {}, {}, simulate, of, seed, ranges), rng)
         path = found.fit.path
         assert path is not None  # nothing here prescribes the levels
         nearest = path.errors.set_index("group").loc[path.group, list(NAMES)]
-        yield bench.spent - batches[-1], np.array([(path.crossing or nearest)[n] for n in NAMES]), LOW, HIGH
+        yield (
+            bench.spent - batches[-1],
+            np.array([(path.crossing or nearest)[n] for n in NAMES]),
+            LOW,
+            HIGH,
+        )
         prior = Prior.uniform(found.fit.box)
         points = prior.draw(20_000, rng)
         density = log_posterior(points, list(found.seen.observables), prior)
@@ -157,14 +211,21 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
             for x, limit, whole in zip(draws.T, limits, searched)
         ]
         low, high = np.array(ends).T  # as the procedure states it
-        yield bench.spent, np.array([found.fit.optimum.point[n] for n in NAMES]), low, high
+        yield (
+            bench.spent,
+            np.array([found.fit.optimum.point[n] for n in NAMES]),
+            low,
+            high,
+        )
 
     return run
 
 
-def study(name: str, method: Callable[[Bench, int], Iterator[Answer]], seeds: int) -> pd.DataFrame:
-    """One row an answer: method, noise_deg, seed, runs, off (of the angle that the answer truly gives), held_… and width_… (of
-    the range) of the intervals."""
+def study(
+    name: str, method: Callable[[Bench, int], Iterator[Answer]], seeds: int
+) -> pd.DataFrame:
+    """One row an answer: method, noise_deg, seed, runs, off (of the angle that the
+    answer truly gives), held_… and width_… (of the range) of the intervals."""
     rows = []
     for noise in NOISE_DEG:
         for seed in range(seeds):
@@ -174,24 +235,52 @@ def study(name: str, method: Callable[[Bench, int], Iterator[Answer]], seeds: in
                 row["off"] = abs(float(angle(x)) / bench.target - 1)
                 low, high = np.maximum(low, LOW), np.minimum(high, HIGH)
                 for n, t, a, b, whole in zip(NAMES, bench.truth, low, high, HIGH - LOW):
-                    row |= {f"held_{n}": int(a <= t <= b), f"width_{n}": max(0.0, b - a) / whole}
+                    row |= {
+                        f"held_{n}": int(a <= t <= b),
+                        f"width_{n}": max(0.0, b - a) / whole,
+                    }
                 rows.append(row)
         print(name, noise, flush=True)
     return pd.DataFrame(rows)
 
 
 def summary(answers: pd.DataFrame) -> pd.DataFrame:
-    """One row a method and noise: piles until within 2 % for good (median, 90 %; inf where not within BUDGET), share of benches
-    that end there, share of 95 % intervals that hold the truth at the end, their median width over the range."""
+    """One row a method and noise: piles until within 2 % for good (median, 90 %; inf
+    where not within BUDGET), share of benches that end there, share of 95 % intervals
+    that hold the truth at the end, their median width over the range."""
     rows = []
     for (method, noise), t in answers.groupby(["method", "noise_deg"], sort=False):
         first = t.groupby("seed").apply(_for_good, include_groups=False)
         last = t.sort_values("runs").groupby("seed").tail(1)
         held = last[[f"held_{n}" for n in NAMES]].to_numpy().mean()
         width = float(np.median(last[[f"width_{n}" for n in NAMES]]))
-        median, nine = (float(np.quantile(first, q, method="higher")) for q in (0.5, 0.9))
-        rows.append((method, noise, len(first), median, nine, np.isfinite(first).mean(), last["runs"].median(), held, width))
-    columns = ["method", "noise_deg", "benches", "median_runs", "runs_90", "reached", "runs_at_end", "held_95", "width"]
+        median, nine = (
+            float(np.quantile(first, q, method="higher")) for q in (0.5, 0.9)
+        )
+        rows.append(
+            (
+                method,
+                noise,
+                len(first),
+                median,
+                nine,
+                np.isfinite(first).mean(),
+                last["runs"].median(),
+                held,
+                width,
+            )
+        )
+    columns = [
+        "method",
+        "noise_deg",
+        "benches",
+        "median_runs",
+        "runs_90",
+        "reached",
+        "runs_at_end",
+        "held_95",
+        "width",
+    ]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -206,18 +295,33 @@ def _for_good(answers: pd.DataFrame) -> float:
 def main(which: str, seeds: int) -> None:
     TABLES.mkdir(parents=True, exist_ok=True)
     if which == "ours":
-        found = pd.concat([study(f"benchtwin, {effort}", ours(effort), seeds) for effort in ("quick", "full")])
+        found = pd.concat(
+            [
+                study(f"benchtwin, {effort}", ours(effort), seeds)
+                for effort in ("quick", "full")
+            ]
+        )
     else:
-        found = study(which, {"grainlearning": grainlearning, "coexist": coexist}[which], seeds)
+        found = study(
+            which, {"grainlearning": grainlearning, "coexist": coexist}[which], seeds
+        )
     found.to_csv(TABLES / f"{which}.csv", index=False, float_format="%.4g")
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("which", nargs="?", choices=["ours", "grainlearning", "coexist"])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "which", nargs="?", choices=["ours", "grainlearning", "coexist"]
+    )
     parser.add_argument("seeds", type=int, nargs="?", default=100)
     arguments = parser.parse_args()
     if arguments.which:
         main(arguments.which, arguments.seeds)
     files = [TABLES / f"{name}.csv" for name in ("ours", "grainlearning", "coexist")]
-    print(summary(pd.concat([pd.read_csv(f) for f in files if f.exists()])).round(3).to_string(index=False))
+    print(
+        summary(pd.concat([pd.read_csv(f) for f in files if f.exists()]))
+        .round(3)
+        .to_string(index=False)
+    )

@@ -1,4 +1,5 @@
-"""Many simulated runs for a study: each once, on all cores, kept by key in a folder, so that a study that is stopped goes on."""
+"""Many simulated runs for a study: each once, on all cores, kept by key in a folder, so
+that a study that is stopped goes on."""
 
 import json
 import os
@@ -13,16 +14,29 @@ from twin.run import RECORD
 
 STORE = Path("benchmark-runs")
 WORKERS = int(os.environ.get("WORKERS", os.cpu_count() or 1))
-SLAB = {"box_mm": [105, 30, 200], "gate_mm": [30, 200], "plate_mm": [200, 30], "fill_height_mm": 60, "slab": True}
+SLAB = {
+    "box_mm": [105, 30, 200],
+    "gate_mm": [30, 200],
+    "plate_mm": [200, 30],
+    "fill_height_mm": 60,
+    "slab": True,
+}
 
 
 def pile(settings: dict, packing: int, description: dict | None = None) -> Job:
     """A reduced pile: a 30 mm slab between smooth sides, 60 mm high, of one packing."""
-    return Job("pile", Parameters(**settings), {"pile": {**SLAB, **(description or {})}}, (9, packing), rendered=False)
+    return Job(
+        "pile",
+        Parameters(**settings),
+        {"pile": {**SLAB, **(description or {})}},
+        (9, packing),
+        rendered=False,
+    )
 
 
 def truths(jobs: list[Job], workers: int = WORKERS) -> list[dict]:
-    """What the simulation knows of each job, in order; {"failed": reason} where one stopped."""
+    """What the simulation knows of each job, in order; {"failed": reason} where one
+    stopped."""
     STORE.mkdir(exist_ok=True)
     todo = list({job.key: job for job in jobs if not _file(job).exists()}.values())
     begin = time.time()
@@ -31,7 +45,12 @@ def truths(jobs: list[Job], workers: int = WORKERS) -> list[dict]:
         for n, done in enumerate(as_completed(running), start=1):
             done.result()
             left = (time.time() - begin) / n * (len(todo) - n)
-            print(f"\r{n} of {len(todo)} runs, {left / 60:.0f} min left ", end="", file=sys.stderr, flush=True)
+            print(
+                f"\r{n} of {len(todo)} runs, {left / 60:.0f} min left ",
+                end="",
+                file=sys.stderr,
+                flush=True,
+            )
     if todo:
         print(file=sys.stderr)
     return [json.loads(_file(job).read_text()) for job in jobs]

@@ -1,11 +1,13 @@
-"""Calibrations of whole piles by slices of them: do their intervals hold the truth as those by whole piles do?
+"""Calibrations of whole piles by slices of them: do their intervals hold the truth as
+those by whole piles do?
 
     python benchmarks/slices.py [BENCHES]      default 3 → benchmarks/tables/slices.csv
 
-Each bench has four piles from a box of BOX with steel sides, made by the twin with seed–seed parameters drawn at random, and
-drops, slides and rolls of one lot. It is calibrated with `--quick` twice: by the slice that a calibration takes by default, and
-with `--whole-pile`. Kept in benchmark-runs/slices: the same command goes on where it was stopped.
-"""
+Each bench has four piles from a box of BOX with steel sides, made by the twin with
+seed–seed parameters drawn at random, and drops, slides and rolls of one lot. It is
+calibrated with `--quick` twice: by the slice that a calibration takes by default, and
+with `--whole-pile`. Kept in benchmark-runs/slices: the same command goes on where it
+was stopped."""
 
 import argparse
 import json
@@ -19,15 +21,27 @@ from twin import Parameters
 from twin.job import Job
 
 OUT, TABLE = Path("benchmark-runs/slices"), Path("benchmarks/tables/slices.csv")
-BOX = {"box_mm": [80, 70, 200], "gate_mm": [70, 200], "plate_mm": [200, 110], "fill_height_mm": 50, "gate_speed_mm_s": 100}
+BOX = {
+    "box_mm": [80, 70, 200],
+    "gate_mm": [70, 200],
+    "plate_mm": [200, 110],
+    "fill_height_mm": 50,
+    "gate_speed_mm_s": 100,
+}
 PILES, SEED = 4, 2041
 
 
 def make(bench: Path, number: int) -> dict[str, float]:
-    """All recordings of a bench that are not there, as tracks and true angles; its parameters."""
+    """All recordings of a bench that are not there, as tracks and true angles; its
+    parameters."""
     of = truth("piles", number)
     made = {name: job for name, job in jobs("piles", 0).items() if job.rig != "pile"}
-    made |= {f"pile-{k + 1:02d}": Job("pile", Parameters(**of), {"pile": BOX}, (SEED, number, k), rendered=False) for k in range(PILES)}
+    made |= {
+        f"pile-{k + 1:02d}": Job(
+            "pile", Parameters(**of), {"pile": BOX}, (SEED, number, k), rendered=False
+        )
+        for k in range(PILES)
+    }
     for name, job in made.items():
         if not (bench / name).exists():
             job.run(bench / name, threads=1)
@@ -38,11 +52,24 @@ def calibrated(number: int, *, whole: bool) -> pd.DataFrame:
     """A row a seed–seed parameter: truth, interval, whether it holds."""
     folder = OUT / f"{number:02d}"
     of, out = make(folder / "bench", number), folder / ("whole" if whole else "slices")
-    if not (out / "result.json").is_file() and calibrate_command(Asked(folder / "bench", out, quick=True, whole_pile=whole, workers=1)):
+    if not (out / "result.json").is_file() and calibrate_command(
+        Asked(folder / "bench", out, quick=True, whole_pile=whole, workers=1)
+    ):
         raise SystemExit(f"{out}: not calibrated")
     found = json.loads((out / "result.json").read_text())["parameters"]
-    rows = [(number, "whole" if whole else "slices", name, of[name], *(found[name][k] for k in ("value", "low", "high"))) for name in SEEDS]
-    table = pd.DataFrame(rows, columns=["bench", "by", "parameter", "truth", "value", "low", "high"])
+    rows = [
+        (
+            number,
+            "whole" if whole else "slices",
+            name,
+            of[name],
+            *(found[name][k] for k in ("value", "low", "high")),
+        )
+        for name in SEEDS
+    ]
+    table = pd.DataFrame(
+        rows, columns=["bench", "by", "parameter", "truth", "value", "low", "high"]
+    )
     return table.assign(holds=table["truth"].between(table["low"], table["high"]))
 
 
@@ -56,6 +83,8 @@ def main(benches: int) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("benches", type=int, nargs="?", default=3)
     main(parser.parse_args().benches)

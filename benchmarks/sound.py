@@ -1,7 +1,8 @@
-"""Impacts found in drawn sound (drawn_sound.py): how many are found, how many invented, how exact times and restitution are.
+"""Impacts found in drawn sound (drawn_sound.py): how many are found, how many invented,
+how exact times and restitution are.
 
-Times of compressed sound are compared after their common shift is taken off, which encoders may put in.
-"""
+Times of compressed sound are compared after their common shift is taken off, which
+encoders may put in."""
 
 import argparse
 import tempfile
@@ -30,8 +31,9 @@ def heard(file: Path, height_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(eq=False)
 class Score:
-    """Counts and errors of many drops: the first four impacts and those of them that are clear, found ones, all that were said and
-    those that are none, seconds of work and of sound; errors of times with sd and loudness, errors of e."""
+    """Counts and errors of many drops: the first four impacts and those of them that
+    are clear, found ones, all that were said and those that are none, seconds of work
+    and of sound; errors of times with sd and loudness, errors of e."""
 
     due: int = 0
     found: int = 0
@@ -44,15 +46,24 @@ class Score:
     times: list = field(default_factory=list)
     e: list = field(default_factory=list)
 
-    def add(self, drawn: Drawn, times: np.ndarray, sds: np.ndarray, compressed: bool) -> None:
-        near = np.abs(times[:, None] - drawn.times[None]) if len(times) else np.zeros((0, len(drawn.times)))
+    def add(
+        self, drawn: Drawn, times: np.ndarray, sds: np.ndarray, compressed: bool
+    ) -> None:
+        near = (
+            np.abs(times[:, None] - drawn.times[None])
+            if len(times)
+            else np.zeros((0, len(drawn.times)))
+        )
         own = near.argmin(axis=1) if len(times) else np.zeros(0, int)
         right = near.min(axis=1) < MATCH_S if len(times) else np.zeros(0, bool)
         four = set(range(min(4, len(drawn.times))))
         clear = {k for k in four if drawn.db[k] >= CLEAR_DB}
         heard = set(own[right].tolist())
         self.due, self.found = self.due + len(four), self.found + len(four & heard)
-        self.clear, self.clear_found = self.clear + len(clear), self.clear_found + len(clear & heard)
+        self.clear, self.clear_found = (
+            self.clear + len(clear),
+            self.clear_found + len(clear & heard),
+        )
         self.said += len(times)
         self.invented += int((~right).sum())
         off = times[right] - drawn.times[own[right]]
@@ -82,7 +93,8 @@ def study(scene: Scene, drops: int, seed: int) -> Score:
 
 
 HEAD = (
-    f"{'scene':28} {'found':>7} {'of 0 dB':>7} {'invented':>8} {'rms ms':>7} {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
+    f"{'scene':28} {'found':>7} {'of 0 dB':>7} {'invented':>8} {'rms ms':>7}"
+    f" {'>= 10 dB':>8} {'in 2 sd':>7} {'e < .005':>8} {'s / 10 s':>8}"
 )
 
 
@@ -90,21 +102,33 @@ def row(name: str, score: Score) -> str:
     off, sd, db = np.array(score.times).reshape(-1, 3).T
     loud = db >= 10
     e = np.abs(score.e)
-    rms = [1000 * np.sqrt(np.mean(np.square(x))) if len(x) else np.nan for x in (off, off[loud])]
+    rms = [
+        1000 * np.sqrt(np.mean(np.square(x))) if len(x) else np.nan
+        for x in (off, off[loud])
+    ]
     inside = np.mean(np.abs(off) < 1.96 * sd) if len(off) else np.nan
-    shares = (score.found / score.due, score.clear_found / max(score.clear, 1), score.invented / max(score.said, 1))
+    shares = (
+        score.found / score.due,
+        score.clear_found / max(score.clear, 1),
+        score.invented / max(score.said, 1),
+    )
     found, clear, invented = (100 * share for share in shares)
     good = 100 * np.mean(e < 0.005) if len(e) else np.nan
     return (
-        f"{name:28} {found:6.1f}% {clear:6.1f}% {invented:7.1f}% {rms[0]:7.3f} {rms[1]:8.3f}"
-        f" {100 * inside:6.1f}% {good:7.1f}% {10 * score.seconds / score.listened:8.2f}"
+        f"{name:28} {found:6.1f}% {clear:6.1f}% {invented:7.1f}% {rms[0]:7.3f}"
+        f" {rms[1]:8.3f} {100 * inside:6.1f}% {good:7.1f}%"
+        f" {10 * score.seconds / score.listened:8.2f}"
     )
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     options.add_argument("drops", type=int, nargs="?", default=50, help="a row")
-    options.add_argument("rows", nargs="*", help="only rows in whose names one of these words is")
+    options.add_argument(
+        "rows", nargs="*", help="only rows in whose names one of these words is"
+    )
     arguments = options.parse_args()
     drops, wanted = arguments.drops, arguments.rows
     print(HEAD, flush=True)

@@ -1,13 +1,19 @@
-"""Tracking: accuracy, honesty of the error bars, speed and memory on drawn films; trackpy's locate on the same frames beside it.
+"""Tracking: accuracy, honesty of the error bars, speed and memory on drawn films;
+trackpy's locate on the same frames beside it.
 
-python benchmarks/tracking.py [RECORDINGS [accuracy restitution coverage speed memory]]      for the coverage, default 200
+python benchmarks/tracking.py \\
+    [RECORDINGS [accuracy restitution coverage speed memory]]
+
+RECORDINGS: for the coverage, 200 if not stated.
 """
 
 import argparse
 import os
 import re
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # one core: what is stated is per core
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS", "1"
+)  # one core: what is stated is per core
 
 import subprocess
 import sys
@@ -19,7 +25,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from synthetic.film import Look, draw_frame, draw_scene, film, to_picture, write_frames, write_video
+from synthetic.film import (
+    Look,
+    draw_frame,
+    draw_scene,
+    film,
+    to_picture,
+    write_frames,
+    write_video,
+)
 from synthetic.motion import draw_drop, film_track
 
 from vision.evidence.frames import Frame, FrameSource, open_frames
@@ -47,19 +61,33 @@ class InMemory(FrameSource):
 
 def recording(folder="drawn", **camera) -> Recording:
     return Recording(
-        id="drawn", path=Path(folder), rig="drop", evidence="frames", files=(), camera=Camera(**camera),
-        air=Air(density_kg_m3=0), drop=Drop(height_mm=310),
-    )  # fmt: skip
+        id="drawn",
+        path=Path(folder),
+        rig="drop",
+        evidence="frames",
+        files=(),
+        camera=Camera(**camera),
+        air=Air(density_kg_m3=0),
+        drop=Drop(height_mm=310),
+    )
 
 
 def accuracy() -> None:
-    """Centroids of a seed of 17 × 14 px that falls at random sub-pixel places, against where it was drawn."""
-    print(f"{'frames':32s} {'rms px':>8s} {'lock px':>8s} {'claimed':>8s} {'trackpy':>8s} {'ratio':>6s}")
+    """Centroids of a seed of 17 × 14 px that falls at random sub-pixel places, against
+    where it was drawn."""
+    print(
+        f"{'frames':32s} {'rms px':>8s} {'lock px':>8s} {'claimed':>8s} {'trackpy':>8s}"
+        f" {'ratio':>6s}"
+    )
     looks = {
         "clean": Look(),
         "noise/signal 0.1": Look(noise=12.5),
-        "graph paper, shading, noise 3": Look(graph_paper=True, ground_grey=110, shading=0.1, noise=3),
-        "dark seed on light graph paper": Look(seed_grey=60, ground_grey=190, graph_paper=True, noise=3),
+        "graph paper, shading, noise 3": Look(
+            graph_paper=True, ground_grey=110, shading=0.1, noise=3
+        ),
+        "dark seed on light graph paper": Look(
+            seed_grey=60, ground_grey=190, graph_paper=True, noise=3
+        ),
         "small seed (9 × 7 px), noise 3": Look(mm_per_px=1.0, noise=3),
         "16 bits, noise 2": Look(bits=16, noise=2),
     }
@@ -80,23 +108,34 @@ def accuracy() -> None:
         off, peer = np.array(ours), np.array(theirs)
         phase = np.concatenate([columns % 1, rows % 1])
         rms, peers = np.sqrt((off**2).mean()), np.sqrt(np.nanmean(peer**2))
-        print(f"{name:32s} {rms:8.4f} {lock(phase, off.T.ravel()):8.4f} {np.mean(sd):8.4f} {peers:8.4f} {peers / rms:6.1f}")
+        print(
+            f"{name:32s} {rms:8.4f} {lock(phase, off.T.ravel()):8.4f}"
+            f" {np.mean(sd):8.4f} {peers:8.4f} {peers / rms:6.1f}"
+        )
 
 
 def lock(phase: np.ndarray, off: np.ndarray) -> float:
-    """Amplitude of the error's dependence on the sub-pixel place: the first harmonic."""
-    wave = np.column_stack([np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))])
+    """Amplitude of the error's dependence on the sub-pixel place: the first
+    harmonic."""
+    wave = np.column_stack(
+        [np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))]
+    )
     return float(np.hypot(*np.linalg.lstsq(wave, off, rcond=None)[0][:2]))
 
 
 def located(frame, scene, column, row, look) -> tuple[float, float]:
-    """trackpy.locate on the same frame less the same background (it knows no background), nearest feature's error."""
+    """trackpy.locate on the same frame less the same background (it knows no
+    background), nearest feature's error."""
     import trackpy
 
     size = int(look.axes_mm[0] / look.mm_per_px) // 2 * 2 + 5
     bright = np.abs(grey(frame) - scene.grey_background)
     found = trackpy.locate(bright, size, topn=1, characterize=False)
-    return (float(found.x.iloc[0] - column), float(found.y.iloc[0] - row)) if len(found) else (np.nan, np.nan)
+    return (
+        (float(found.x.iloc[0] - column), float(found.y.iloc[0] - row))
+        if len(found)
+        else (np.nan, np.nan)
+    )
 
 
 def restitution(count=60) -> None:
@@ -104,9 +143,15 @@ def restitution(count=60) -> None:
     values: dict[str, list] = {"white noise": [], "AR(1) 0.9": []}
     for seed in range(count):
         for name, ar in zip(values, (0.0, 0.9)):
-            track = film_track(draw_drop(), np.random.default_rng(seed), ar=ar, noise_mm=0.025)
-            found = measure_rebound(track, recording(fps=5200, mm_per_px=0.25, mm_per_px_sd=0.0002))
-            values[name].append([q.value for q in found.quantities if q.name.startswith("restitution")])
+            track = film_track(
+                draw_drop(), np.random.default_rng(seed), ar=ar, noise_mm=0.025
+            )
+            found = measure_rebound(
+                track, recording(fps=5200, mm_per_px=0.25, mm_per_px_sd=0.0002)
+            )
+            values[name].append(
+                [q.value for q in found.quantities if q.name.startswith("restitution")]
+            )
     for name, rows in values.items():
         mean, sd = np.mean(rows, axis=0), np.std(rows, axis=0)
         text = f"Eq. 1 {mean[0]:.5f} ± {sd[0]:.5f}   normal {mean[1]:.5f} ± {sd[1]:.5f}"
@@ -114,60 +159,106 @@ def restitution(count=60) -> None:
 
 
 def coverage(count: int) -> None:
-    """How often value ± 1.96 sd holds the truth; e, noise, its correlation, fps, scale, plumb, gravity, height all drawn."""
+    """How often value ± 1.96 sd holds the truth; e, noise, its correlation, fps, scale,
+    plumb, gravity, height all drawn."""
     inside: dict[str, list[bool]] = {}
     for seed in range(count):
         motion, track, known, height = drawn_drop(np.random.default_rng(seed))
-        truth = motion.truth | {"restitution": np.sqrt(motion.truth["rebound_height"] / height)}
+        truth = motion.truth | {
+            "restitution": np.sqrt(motion.truth["rebound_height"] / height)
+        }
         for q in measure_rebound(track, known).quantities:
-            inside.setdefault(q.name, []).append(abs(q.value - truth[q.name]) < 1.96 * q.sd)
+            inside.setdefault(q.name, []).append(
+                abs(q.value - truth[q.name]) < 1.96 * q.sd
+            )
     for name, hits in inside.items():
-        print(f"95 % interval of {name:20s} holds the truth in {100 * np.mean(hits):5.1f} % of {len(hits)}")
+        print(
+            f"95 % interval of {name:20s} holds the truth in {100 * np.mean(hits):5.1f}"
+            f" % of {len(hits)}"
+        )
 
 
 def drawn_drop(rng: np.random.Generator):
     """A drop whose every stated number is off by its own sd."""
-    e, fps, ar = rng.uniform(0.3, 0.75), float(rng.choice([240, 1000, 2400])), float(rng.choice([0, 0.5, 0.9]))
-    scale_sd, plumb_sd, noise = float(rng.choice([2e-4, 2e-3, 1e-2])), float(rng.choice([0.05, 0.5])), rng.uniform(0.01, 0.1)
+    e, fps, ar = (
+        rng.uniform(0.3, 0.75),
+        float(rng.choice([240, 1000, 2400])),
+        float(rng.choice([0, 0.5, 0.9])),
+    )
+    scale_sd, plumb_sd, noise = (
+        float(rng.choice([2e-4, 2e-3, 1e-2])),
+        float(rng.choice([0.05, 0.5])),
+        rng.uniform(0.01, 0.1),
+    )
     height = 310 + rng.normal()
     kicks = ((0.1 * rng.normal(), 0.0),)
     soybean = Seed(length_mm=8.72, width_mm=6.84, thickness_mm=5.98, density_kg_m3=1250)
-    camera = Camera(fps=fps, mm_per_px=0.25, mm_per_px_sd=0.25 * scale_sd, plumb_deg=0.0, plumb_sd_deg=plumb_sd)
+    camera = Camera(
+        fps=fps,
+        mm_per_px=0.25,
+        mm_per_px_sd=0.25 * scale_sd,
+        plumb_deg=0.0,
+        plumb_sd_deg=plumb_sd,
+    )
     known = replace(recording(), camera=camera, seed=soybean, air=Air())
     drag = drag_per_metre(known, 1.8)
     assert drag is not None  # seed and air are stated
     drag *= 1 + SHAPE_SD * rng.normal()
     motion = draw_drop(
-        height_mm=height, restitution=e, lateral_m_s=0.1 * rng.normal(), kicks=kicks, max_bounces=3,
-        gravity=9.80665 * (1 + 1e-3 * rng.normal()), drag_per_m=drag,
-    )  # fmt: skip
+        height_mm=height,
+        restitution=e,
+        lateral_m_s=0.1 * rng.normal(),
+        kicks=kicks,
+        max_bounces=3,
+        gravity=9.80665 * (1 + 1e-3 * rng.normal()),
+        drag_per_m=drag,
+    )
     track = film_track(motion, rng, fps=fps, ar=ar, noise_mm=noise)
     scale, turn = 1 + scale_sd * rng.normal(), np.radians(plumb_sd * rng.normal())
     x, y = scale * track.x, scale * track.y
-    track = replace(track, x=x * np.cos(turn) - y * np.sin(turn), y=x * np.sin(turn) + y * np.cos(turn))
+    track = replace(
+        track,
+        x=x * np.cos(turn) - y * np.sin(turn),
+        y=x * np.sin(turn) + y * np.cos(turn),
+    )
     return motion, track, known, height
 
 
 def large_frames(count: int, step_s: float):
-    """1280 × 800, graph paper and noise; the noise is one of 16 fields, so that drawing them takes seconds."""
-    look = Look(width=1280, height=800, mm_per_px=0.45, origin_px=(640, 780), graph_paper=True, ground_grey=110, noise=0.0)
+    """1280 × 800, graph paper and noise; the noise is one of 16 fields, so that drawing
+    them takes seconds."""
+    look = Look(
+        width=1280,
+        height=800,
+        mm_per_px=0.45,
+        origin_px=(640, 780),
+        graph_paper=True,
+        ground_grey=110,
+        noise=0.0,
+    )
     rng = np.random.default_rng(3)
     motion, scene = draw_drop(height_mm=310), draw_scene(look, rng)
-    fields = [(3 * rng.standard_normal(scene.shape)).astype(np.int16) for _ in range(16)]
+    fields = [
+        (3 * rng.standard_normal(scene.shape)).astype(np.int16) for _ in range(16)
+    ]
     for n in range(count):
         frame = draw_frame(motion, look, rng, scene, n * step_s, 0.0)
         yield np.clip(frame.astype(np.int16) + fields[n % 16], 0, 255).astype(np.uint8)
 
 
 def speed(count=300) -> None:
-    """Processor time a frame, decoding apart, one thread (a busy machine's wall clock says little); trackpy beside it."""
+    """Processor time a frame, decoding apart, one thread (a busy machine's wall clock
+    says little); trackpy beside it."""
     import trackpy
 
     cv2.setNumThreads(1)
     with tempfile.TemporaryDirectory() as folder:
         known = recording(folder, fps=count / 0.9)
         for name, write in (("png frames", write_frames), ("h264 video", write_video)):
-            made = write(replace(known, path=Path(folder) / name[:4]), large_frames(count, 0.9 / count))
+            made = write(
+                replace(known, path=Path(folder) / name[:4]),
+                large_frames(count, 0.9 / count),
+            )
             start = time.process_time()
             for _ in open_frames(made).iterate():
                 pass
@@ -184,23 +275,46 @@ def speed(count=300) -> None:
             start = time.process_time()
             track_seed(open_frames(made), falling=True)
             whole = (time.process_time() - start) / count
-            print(f"1280 × 800, {name}: decoding {1e3 * decoding:.2f} ms, finding the seed {1e3 * finding:.2f} ms, "
-                  f"learning the scene {1e3 * learning * count:.0f} ms once, whole run {1e3 * whole:.2f} ms a frame")  # fmt: skip
+            print(
+                f"1280 × 800, {name}: decoding {1e3 * decoding:.2f} ms, finding the"
+                f" seed {1e3 * finding:.2f} ms, learning the scene"
+                f" {1e3 * learning * count:.0f} ms once, whole run {1e3 * whole:.2f} ms"
+                " a frame"
+            )
         start = time.process_time()
         for pixels in frames[:20]:
-            trackpy.locate(np.abs(grey(pixels) - scene.grey_background), 21, topn=1, characterize=False)
+            trackpy.locate(
+                np.abs(grey(pixels) - scene.grey_background),
+                21,
+                topn=1,
+                characterize=False,
+            )
         peer = (time.process_time() - start) / 20
         ratio = peer / finding
-        print(f"trackpy.locate on the same frames: {1e3 * peer:.1f} ms a frame, {ratio:.1f} × as long as finding the seed here")
+        print(
+            f"trackpy.locate on the same frames: {1e3 * peer:.1f} ms a frame,"
+            f" {ratio:.1f} × as long as finding the seed here"
+        )
 
 
 def memory() -> None:
-    """Peak memory of a fresh process that tracks FRAMES_LONG frames of 1280 × 800 from a video."""
+    """Peak memory of a fresh process that tracks FRAMES_LONG frames of 1280 × 800 from
+    a video."""
     with tempfile.TemporaryDirectory() as folder:
-        made = write_video(recording(folder, fps=5200), large_frames(FRAMES_LONG, 1 / 5200))
+        made = write_video(
+            recording(folder, fps=5200), large_frames(FRAMES_LONG, 1 / 5200)
+        )
         start = time.perf_counter()
-        out = subprocess.run([sys.executable, __file__, "--track", str(made.path)], capture_output=True, text=True, check=True)
-        print(f"{FRAMES_LONG} frames of 1280 × 800 from a video: {out.stdout.strip()}, {time.perf_counter() - start:.0f} s")
+        out = subprocess.run(
+            [sys.executable, __file__, "--track", str(made.path)],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        print(
+            f"{FRAMES_LONG} frames of 1280 × 800 from a video: {out.stdout.strip()},"
+            f" {time.perf_counter() - start:.0f} s"
+        )
 
 
 def track_alone(folder: str) -> None:
@@ -209,9 +323,12 @@ def track_alone(folder: str) -> None:
 
     found = observe_moving(read_recording(Path(folder)))
     assert found.track is not None
-    # ru_maxrss would hand on what the parent held when it forked; VmHWM is this program's own.
+    # ru_maxrss would hand on what the parent held when it forked; VmHWM is this
+    # program's own.
     status = Path("/proc/self/status")
-    peak_line = re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
+    peak_line = (
+        re.search(r"VmHWM:\s+(\d+)", status.read_text()) if status.exists() else None
+    )
     peak = int(peak_line[1]) / 1024 if peak_line else float("nan")
     print(f"peak memory {peak:.0f} MB, {len(found.track)} frames with the seed")
 
@@ -220,7 +337,9 @@ if __name__ == "__main__":
     if sys.argv[1:2] == ["--track"]:
         track_alone(sys.argv[2])
     else:
-        parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+        parser = argparse.ArgumentParser(
+            description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
         parser.add_argument("recordings", type=int, nargs="?", default=200)
         parser.add_argument("studies", nargs="*", metavar="study")
         arguments = parser.parse_args()
@@ -232,6 +351,9 @@ if __name__ == "__main__":
             "memory": memory,
         }
         if unknown := set(arguments.studies) - set(studies):
-            parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(studies)}")
+            parser.error(
+                f"no such study: {', '.join(sorted(unknown))}; there are"
+                f" {', '.join(studies)}"
+            )
         for study in arguments.studies or studies:
             studies[study]()

@@ -5,8 +5,8 @@
     print(benchtwin.measure("samples/soybean-bench").summary)
     print(benchtwin.calibrate("samples/soybean-paper", tables=True).parameters)
 
-What `__all__` names is the Python interface; docs/python.md says what of it may change between versions.
-"""
+What `__all__` names is the Python interface; docs/python.md says what of it may change
+between versions."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -56,7 +56,8 @@ def __dir__() -> list[str]:
 if not TYPE_CHECKING:  # a type checker would take every name for one of ours
 
     def __getattr__(name: str) -> object:
-        """Import a name when it is asked for: `import benchtwin` stays fast, since the engine's compiler loads for seconds."""
+        """Import a name when it is asked for: `import benchtwin` stays fast, since the
+        engine's compiler loads for seconds."""
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         return getattr(import_module(_MODULES[name]), name)

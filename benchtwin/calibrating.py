@@ -14,13 +14,13 @@ from calibrate.procedure import Calibration, calibrate_tables, parameters
 class CalibrationSummary:
     """What a calibration found.
 
-    parameters: a row a contact parameter: parameter, value, low, high, level (the chance that low to
-    high holds the value), unit, status ("calibrated", or a sentence: "only bounded" where low or high
-    is a limit of what was simulated, "not resolved" …), source, budget (shares of its variance).
-    not_calibrated: rigs that gave nothing, and why. findings: what no contact parameters explain.
-    folder: where files were written, None where none were. details: every fit and table; its fields
-    may change between versions.
-    """
+    parameters: a row a contact parameter: parameter, value, low, high, level (the
+    chance that low to high holds the value), unit, status ("calibrated", or a sentence:
+    "only bounded" where low or high is a limit of what was simulated, "not resolved"
+    …), source, budget (shares of its variance). not_calibrated: rigs that gave nothing,
+    and why. findings: what no contact parameters explain. folder: where files were
+    written, None where none were. details: every fit and table; its fields may change
+    between versions."""
 
     parameters: pd.DataFrame
     not_calibrated: dict[str, str]
@@ -46,35 +46,55 @@ def calibrate(
     overwrite: bool = False,
     progress: bool = False,
 ) -> CalibrationSummary:
-    """Calibrate contact parameters on a bench folder: values with intervals, and what the bench leaves open.
+    """Calibrate contact parameters on a bench folder: values with intervals, and what
+    the bench leaves open.
 
-    out: folder for result.json, tables, report and finished simulations; only with tables=True may it be left out. tables:
-    calibrate on the simulations in BENCH/tables instead of simulating. quick: fewer repeats and piles, wider intervals.
-    whole_pile: simulate the pile as described, not a slice of it. rendered: film every run and measure the pictures. design: of
-    the piles, "box-behnken" or "central-composite". ranges: (low, high) in which to look for a seed–seed parameter; priors:
-    (mean, sd) of a parameter known beforehand; both by its name. rng: seed of the random numbers. workers: processes that
-    simulate, else one a core; scheduler: tcp://host:port of a dask scheduler. overwrite: replace a result; finished
-    simulations are kept. progress: shown on stderr.
+    out: folder for result.json, tables, report and finished simulations; only with
+    tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
+    instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
+    simulate the pile as described, not a slice of it. rendered: film every run and
+    measure the pictures. design: of the piles, "box-behnken" or "central-composite".
+    ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
+    of a parameter known beforehand; both by its name. rng: seed of the random numbers.
+    workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
+    dask scheduler. overwrite: replace a result; finished simulations are kept.
+    progress: shown on stderr.
 
-    A script guards its call by `if __name__ == "__main__":`, because the workers are processes that import it. Raises
-    FileNotFoundError for a bench that is not there; FileExistsError where `out` must not be replaced; ValueError where an
-    option does not fit or nothing can be calibrated; RuntimeError where simulations fail.
-    """
+    A script guards its call by `if __name__ == "__main__":`, because the workers are
+    processes that import it. Raises FileNotFoundError for a bench that is not there;
+    FileExistsError where `out` must not be replaced; ValueError where an option does
+    not fit or nothing can be calibrated; RuntimeError where simulations fail."""
     if out is None:
         if not tables:
-            raise ValueError("calibrate: out names the folder that keeps finished simulations; only tables=True needs none")
+            raise ValueError(
+                "calibrate: out names the folder that keeps finished simulations; only"
+                " tables=True needs none"
+            )
         return _summary(calibrate_tables(Path(bench), seed=rng), None)
     asked = Asked(
-        Path(bench), Path(out), tables=tables, quick=quick, whole_pile=whole_pile, rendered=rendered, design=design,
-        ranges=_typed(ranges), priors=_typed(priors), rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite,
+        Path(bench),
+        Path(out),
+        tables=tables,
+        quick=quick,
+        whole_pile=whole_pile,
+        rendered=rendered,
+        design=design,
+        ranges=_typed(ranges),
+        priors=_typed(priors),
+        rng=rng,
+        workers=workers,
+        scheduler=scheduler,
+        overwrite=overwrite,
         quiet=not progress,
-    )  # fmt: skip
+    )
     found, _ = calibrate_into(asked)
     return _summary(found, asked.out)
 
 
 def _summary(found: Calibration, folder: Path | None) -> CalibrationSummary:
-    return CalibrationSummary(parameters(found), dict(found.refused), found.findings, folder, found)
+    return CalibrationSummary(
+        parameters(found), dict(found.refused), found.findings, folder, found
+    )
 
 
 def _typed(pairs: Mapping[str, tuple[float, float]] | None) -> tuple[str, ...]:
@@ -83,4 +103,6 @@ def _typed(pairs: Mapping[str, tuple[float, float]] | None) -> tuple[str, ...]:
     >>> _typed({"seed_restitution": (0.45, 0.7)})
     ('seed_restitution=0.45:0.7',)
     """
-    return tuple(f"{name}={float(a)!r}:{float(b)!r}" for name, (a, b) in (pairs or {}).items())
+    return tuple(
+        f"{name}={float(a)!r}:{float(b)!r}" for name, (a, b) in (pairs or {}).items()
+    )

@@ -14,7 +14,12 @@ import typer
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
 COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
     "measure": recordings.measure,
     "import": recordings.import_,
@@ -45,17 +50,25 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def benchtwin(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
 ) -> None:
     """DEM contact parameters for seeds and grains, from what you film at the bench."""
 
 
 def _keep_compiled_code() -> None:
-    """Numba keeps what it compiled beside the source or in the user's cache; where it may write to neither, in /tmp."""
+    """Numba keeps what it compiled beside the source or in the user's cache; where it
+    may write to neither, in /tmp."""
     try:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
         cache.mkdir(parents=True, exist_ok=True)
-        if os.access(Path(__file__).parents[1] / "calibrate", os.W_OK) or os.access(cache, os.W_OK):
+        if os.access(Path(__file__).parents[1] / "calibrate", os.W_OK) or os.access(
+            cache, os.W_OK
+        ):
             return
     except (OSError, RuntimeError):  # no home at all
         pass
@@ -68,8 +81,11 @@ def _keep_compiled_code() -> None:
 
 
 def main() -> None:
-    """The command line. A fault of ours ends it with one line and exit code 1; BENCHTWIN_TRACEBACK=1 shows where it arose."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # matrices are small: more threads wait for each other, and take longer
+    """The command line. A fault of ours ends it with one line and exit code 1;
+    BENCHTWIN_TRACEBACK=1 shows where it arose."""
+    os.environ.setdefault(
+        "OPENBLAS_NUM_THREADS", "1"
+    )  # matrices are small: more threads wait for each other, and take longer
     _keep_compiled_code()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -81,4 +97,7 @@ def main() -> None:
             raise
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
-        sys.exit(f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where} (BENCHTWIN_TRACEBACK=1 shows more)")
+        sys.exit(
+            f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where}"
+            " (BENCHTWIN_TRACEBACK=1 shows more)"
+        )

@@ -1,4 +1,5 @@
-"""`benchtwin.diagnose`: a bench folder → what physics the twin leaves out, and how sure that is."""
+"""`benchtwin.diagnose`: a bench folder → what physics the twin leaves out, and how sure
+that is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,7 +11,15 @@ from diagnose.bench import Diagnosis, diagnose_bench
 from diagnose.diagnose_command import RIG_NAMES, Asked, diagnose_into
 from diagnose.words import lines
 
-VERDICTS = ["rig", "verdict", "names", "probability", "p_noise", "matters", "next_record"]
+VERDICTS = [
+    "rig",
+    "verdict",
+    "names",
+    "probability",
+    "p_noise",
+    "matters",
+    "next_record",
+]
 EFFECTS = ["rig", "effect", "probability", "value", "low95", "high95", "unit"]
 
 
@@ -18,12 +27,14 @@ EFFECTS = ["rig", "effect", "probability", "value", "low95", "high95", "unit"]
 class DiagnosisSummary:
     """What a diagnosis found.
 
-    verdicts: a row a rig: verdict ("none", "name", "class" or "unknown"), the effects that it names, its probability, the
-    chance p_noise that noise alone makes as great a mismatch, whether the effect moves a contact parameter by half its
-    standard deviation, and what to record next. effects: a row an effect that may be missing, with its probability and its
-    size in `unit`, NaN where it has none. not_diagnosed: rigs without a verdict, and why. in_words: the lines that the command
-    prints. folder: where files were written, None where none were. details: every fit; its fields may change between versions.
-    """
+    verdicts: a row a rig: verdict ("none", "name", "class" or "unknown"), the effects
+    that it names, its probability, the chance p_noise that noise alone makes as great a
+    mismatch, whether the effect moves a contact parameter by half its standard
+    deviation, and what to record next. effects: a row an effect that may be missing,
+    with its probability and its size in `unit`, NaN where it has none. not_diagnosed:
+    rigs without a verdict, and why. in_words: the lines that the command prints.
+    folder: where files were written, None where none were. details: every fit; its
+    fields may change between versions."""
 
     verdicts: pd.DataFrame
     effects: pd.DataFrame
@@ -44,29 +55,42 @@ def diagnose(
     overwrite: bool = False,
     progress: bool = False,
 ) -> DiagnosisSummary:
-    """Diagnose where recordings and simulation differ: where, and which physics was left out.
+    """Diagnose where recordings and simulation differ: where, and which physics was
+    left out.
 
-    out: folder for diagnosis.json, report and the twin's new runs, none of them without it; twin: run the twin again with what
-    was found; quick: its tracks only, no pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
+    out: folder for diagnosis.json, report and the twin's new runs, none of them without
+    it; twin: run the twin again with what was found; quick: its tracks only, no
+    pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
     numbers. overwrite: replace a diagnosis. progress: shown on stderr.
 
-    Raises FileNotFoundError for a bench that is not there; FileExistsError where `out` must not be replaced; ValueError for an
-    unknown rig. A rig that cannot be diagnosed raises nothing: `not_diagnosed` says why.
-    """
+    Raises FileNotFoundError for a bench that is not there; FileExistsError where `out`
+    must not be replaced; ValueError for an unknown rig. A rig that cannot be diagnosed
+    raises nothing: `not_diagnosed` says why."""
     if wrong := [rig for rig in rigs if rig not in RIG_NAMES]:
         raise ValueError(f"rigs: no rig {wrong[0]!r}; there are {', '.join(RIG_NAMES)}")
     if out is None:
         return _summary(diagnose_bench(Path(bench), seed=rng, only=tuple(rigs)), None)
-    asked = Asked(Path(bench), Path(out), tuple(rigs), rng, twin, quick, overwrite, not progress)
+    asked = Asked(
+        Path(bench), Path(out), tuple(rigs), rng, twin, quick, overwrite, not progress
+    )
     found, _ = diagnose_into(asked)
     return _summary(found, asked.out)
 
 
 def _summary(found: Diagnosis, folder: Path | None) -> DiagnosisSummary:
-    """Read off what stands in diagnosis.json, so that file and summary cannot differ."""
+    """Read off what stands in diagnosis.json, so that file and summary cannot
+    differ."""
     rigs = found.to_json()["rigs"]
     verdicts = [
-        (rig, r["verdict"], ", ".join(r["names"]), r["p_verdict"], r["p_global"], r["matters"], r["next_record"])
+        (
+            rig,
+            r["verdict"],
+            ", ".join(r["names"]),
+            r["p_verdict"],
+            r["p_global"],
+            r["matters"],
+            r["next_record"],
+        )
         for rig, r in rigs.items()
     ]
     effects = [
@@ -75,6 +99,10 @@ def _summary(found: Diagnosis, folder: Path | None) -> DiagnosisSummary:
         for name, e in r["effects"].items()
     ]
     return DiagnosisSummary(
-        pd.DataFrame(verdicts, columns=VERDICTS), pd.DataFrame(effects, columns=EFFECTS), dict(found.refused),
-        tuple(lines(found)), folder, found,
-    )  # fmt: skip
+        pd.DataFrame(verdicts, columns=VERDICTS),
+        pd.DataFrame(effects, columns=EFFECTS),
+        dict(found.refused),
+        tuple(lines(found)),
+        folder,
+        found,
+    )

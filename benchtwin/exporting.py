@@ -15,13 +15,20 @@ class Cards:
     texts: dict[str, str] = field(repr=False)
 
 
-def export(result: str | Path, engine: str, *, out: str | Path | None = None, overwrite: bool = False) -> Cards:
+def export(
+    result: str | Path,
+    engine: str,
+    *,
+    out: str | Path | None = None,
+    overwrite: bool = False,
+) -> Cards:
     """Write calibrated parameters as an engine takes them, in its own conventions.
 
-    result: the folder that a calibration wrote. engine: "lammps", "liggghts", "yade", "edem" or "mercury". out: where to, else
-    RESULT/export/ENGINE; overwrite: replace cards that are there. Raises FileNotFoundError for a folder without result.json;
-    FileExistsError where a card must not be replaced; ValueError for an unknown engine, or a result that lacks a number.
-    """
+    result: the folder that a calibration wrote. engine: "lammps", "liggghts", "yade",
+    "edem" or "mercury". out: where to, else RESULT/export/ENGINE; overwrite: replace
+    cards that are there. Raises FileNotFoundError for a folder without result.json;
+    FileExistsError where a card must not be replaced; ValueError for an unknown engine,
+    or a result that lacks a number."""
     folder = Path(result) / "export" / engine if out is None else Path(out)
     texts = cards_for(Path(result), engine, folder, overwrite)
     write_cards(texts, folder)

@@ -1,4 +1,5 @@
-"""Commands on recordings and benches: one short function a command, heavy imports inside."""
+"""Commands on recordings and benches: one short function a command, heavy imports
+inside."""
 
 import sys
 from pathlib import Path
@@ -10,84 +11,231 @@ from benchtwin.options import Quiet
 
 
 def measure(
-    paths: Annotated[list[Path], Argument(help="Photos, folders of photos, recordings, bench folders, in any mix.")],
-    out: Annotated[Path, Option(help="Folder for measurements.csv, summary.csv, overlays/, tracks/, bounces.csv.")],
-    window: Annotated[str, Option(help="Piles: heights, in % of the crest's, between which the line is fitted.")] = "20-80",
+    paths: Annotated[
+        list[Path],
+        Argument(
+            help="Photos, folders of photos, recordings, bench folders, in any mix."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help=(
+                "Folder for measurements.csv, summary.csv, overlays/, tracks/,"
+                " bounces.csv."
+            )
+        ),
+    ],
+    window: Annotated[
+        str,
+        Option(
+            help=(
+                "Piles: heights, in % of the crest's, between which the line is fitted."
+            )
+        ),
+    ] = "20-80",
     roi: Annotated[str, Option(help="Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
-    baseline: Annotated[str, Option(help="Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).")] = "",
-    trim: Annotated[bool, Option(help="Readings: leave out one highest and one lowest, as the paper does.")] = False,
-    seeds: Annotated[bool, Option(help="The photos show spread seeds: measure the length and width of each.")] = False,
+    baseline: Annotated[
+        str,
+        Option(help="Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down)."),
+    ] = "",
+    trim: Annotated[
+        bool,
+        Option(
+            help="Readings: leave out one highest and one lowest, as the paper does."
+        ),
+    ] = False,
+    seeds: Annotated[
+        bool,
+        Option(
+            help="The photos show spread seeds: measure the length and width of each."
+        ),
+    ] = False,
     overwrite: Annotated[bool, Option(help="Replace an existing --out.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure recordings: angles of repose, restitution, friction, each with its standard deviation and a picture.
+    """Measure recordings: angles of repose, restitution, friction, each with its
+    standard deviation and a picture.
 
-    Exit code 0: something was measured; 1: nothing could be; 2: the command was misused.
-    """
+    Exit code 0: something was measured; 1: nothing could be; 2: the command was
+    misused."""
     from vision.command import measure_command
 
-    raise Exit(measure_command(paths, out, window, roi, baseline, trim, seeds, overwrite, quiet))
+    raise Exit(
+        measure_command(
+            paths, out, window, roi, baseline, trim, seeds, overwrite, quiet
+        )
+    )
 
 
 def import_(
-    files: Annotated[list[Path], Argument(help="Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos; folders.")],
-    out: Annotated[Path, Option(help="Bench folder to be written: a folder a recording, bench.toml with the questions.")],
-    rig: Annotated[str, Option(help="What all of them show: drop, slide, roll or pile; else told by the motion, or asked.")] = "",
-    track: Annotated[int | None, Option(min=1, help="Of several tracks this one; else the longest that falls.")] = None,
-    overwrite: Annotated[bool, Option(help="Replace a bench that this command wrote.")] = False,
+    files: Annotated[
+        list[Path],
+        Argument(
+            help=(
+                "Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos;"
+                " folders."
+            )
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help=(
+                "Bench folder to be written: a folder a recording, bench.toml with the"
+                " questions."
+            )
+        ),
+    ],
+    rig: Annotated[
+        str,
+        Option(
+            help=(
+                "What all of them show: drop, slide, roll or pile; else told by the"
+                " motion, or asked."
+            )
+        ),
+    ] = "",
+    track: Annotated[
+        int | None,
+        Option(min=1, help="Of several tracks this one; else the longest that falls."),
+    ] = None,
+    overwrite: Annotated[
+        bool, Option(help="Replace a bench that this command wrote.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Import files of other tools as a bench folder: what they hold, every guess marked, everything unknown as a question.
+    """Import files of other tools as a bench folder: what they hold, every guess
+    marked, everything unknown as a question.
 
-    Exit code 0: written, and what could not be read named; 1: nothing could be read; 2: the command was misused.
-    """
+    Exit code 0: written, and what could not be read named; 1: nothing could be read; 2:
+    the command was misused."""
     from vision.import_command import import_command
 
     raise Exit(import_command(files, out, rig, track, overwrite, quiet))
 
 
 def shape(
-    photos: Annotated[list[Path], Argument(help="Photos, or folders of photos, of seeds spread beside millimetre paper.")],
-    out: Annotated[Path, Option(help="Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures.")],
-    side: Annotated[list[Path], Option(help="Photos of the seeds on their side: they show the thickness.")] = [],  # noqa: B006
-    mm_per_px: Annotated[float | None, Option(help="Scale in the plane of the paper; else read from millimetre paper.")] = None,
-    mm_per_px_sd: Annotated[float | None, Option(help="How well that is known (standard deviation); else 1 %.")] = None,
-    distance_mm: Annotated[float | None, Option(help="Lens to paper: seeds lie above it and look larger for it.")] = None,
-    scanner: Annotated[bool, Option(help="Scanned from above: no perspective.")] = False,
-    overwrite: Annotated[bool, Option(help="Replace a lot that this command wrote.")] = False,
+    photos: Annotated[
+        list[Path],
+        Argument(
+            help=(
+                "Photos, or folders of photos, of seeds spread beside millimetre paper."
+            )
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(help="Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures."),
+    ],
+    side: Annotated[
+        list[Path],
+        Option(help="Photos of the seeds on their side: they show the thickness."),
+    ] = [],  # noqa: B006
+    mm_per_px: Annotated[
+        float | None,
+        Option(
+            help="Scale in the plane of the paper; else read from millimetre paper."
+        ),
+    ] = None,
+    mm_per_px_sd: Annotated[
+        float | None,
+        Option(help="How well that is known (standard deviation); else 1 %."),
+    ] = None,
+    distance_mm: Annotated[
+        float | None,
+        Option(help="Lens to paper: seeds lie above it and look larger for it."),
+    ] = None,
+    scanner: Annotated[
+        bool, Option(help="Scanned from above: no perspective.")
+    ] = False,
+    overwrite: Annotated[
+        bool, Option(help="Replace a lot that this command wrote.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Measure the shapes of a lot of seeds: sizes and outlines, one by one, for simulations that use them ([seed] lot).
+    """Measure the shapes of a lot of seeds: sizes and outlines, one by one, for
+    simulations that use them ([seed] lot).
 
     Exit code 0: measured; 1: no whole seed was found; 2: the command was misused.
     """
     from vision.shape.command import shape_command
 
-    raise Exit(shape_command(photos, out, side, mm_per_px, mm_per_px_sd, distance_mm, scanner, overwrite, quiet))
+    raise Exit(
+        shape_command(
+            photos,
+            out,
+            side,
+            mm_per_px,
+            mm_per_px_sd,
+            distance_mm,
+            scanner,
+            overwrite,
+            quiet,
+        )
+    )
 
 
 def clump(
-    source: Annotated[Path, Argument(metavar="FILE", help="Mesh of one seed (STL, PLY, OBJ), or voxels (.npy).")],
-    out: Annotated[Path, Option(help="Folder for the clump: a table, a picture, files for other DEM codes.")],
-    spheres: Annotated[int | None, Option(min=1, help="So many balls; else the fewest that --tolerance needs.")] = None,
-    tolerance: Annotated[float | None, Option(help="Rms surface error as a share of the mean radius; else 0.03.")] = None,
-    unit: Annotated[str | None, Option(help="Of the mesh's coordinates: mm, cm, m or inch.")] = None,
+    source: Annotated[
+        Path,
+        Argument(
+            metavar="FILE", help="Mesh of one seed (STL, PLY, OBJ), or voxels (.npy)."
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help="Folder for the clump: a table, a picture, files for other DEM codes."
+        ),
+    ],
+    spheres: Annotated[
+        int | None,
+        Option(min=1, help="So many balls; else the fewest that --tolerance needs."),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        Option(help="Rms surface error as a share of the mean radius; else 0.03."),
+    ] = None,
+    unit: Annotated[
+        str | None, Option(help="Of the mesh's coordinates: mm, cm, m or inch.")
+    ] = None,
     voxel_mm: Annotated[float | None, Option(help="Side of a voxel.")] = None,
-    density_kg_m3: Annotated[float, Option(help="Of the seed, for its mass and inertia.")] = 1000.0,
+    density_kg_m3: Annotated[
+        float, Option(help="Of the seed, for its mass and inertia.")
+    ] = 1000.0,
     overwrite: Annotated[bool, Option(help="Replace a clump that is there.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Fill a seed's true shape with overlapping balls, for LAMMPS, LIGGGHTS, YADE and EDEM; mass and inertia are the shape's.
+    """Fill a seed's true shape with overlapping balls, for LAMMPS, LIGGGHTS, YADE and
+    EDEM; mass and inertia are the shape's.
 
     Exit code 0: written; 2: the command was misused, or the file is no closed shape.
     """
     from sim.seed.clump_command import clump_command
 
-    raise Exit(clump_command(source, out, spheres, tolerance, unit, voxel_mm, density_kg_m3, overwrite, quiet))
+    raise Exit(
+        clump_command(
+            source,
+            out,
+            spheres,
+            tolerance,
+            unit,
+            voxel_mm,
+            density_kg_m3,
+            overwrite,
+            quiet,
+        )
+    )
 
 
-def seeds(kind: Annotated[str, Argument(metavar="[KIND]", help="soybean, maize …; none: all kinds.")] = "") -> None:
-    """List published sizes, densities and contact parameters of seeds and grains, each with its source.
+def seeds(
+    kind: Annotated[
+        str, Argument(metavar="[KIND]", help="soybean, maize …; none: all kinds.")
+    ] = "",
+) -> None:
+    """List published sizes, densities and contact parameters of seeds and grains, each
+    with its source.
 
     Exit code 0: listed; 2: there is no such kind.
     """
@@ -102,8 +250,11 @@ def seeds(kind: Annotated[str, Argument(metavar="[KIND]", help="soybean, maize �
         print(name, *(f"  {entry}" for entry in kinds()[name]), sep="\n")
 
 
-def new(bench: Annotated[Path, Argument(metavar="BENCH", help="Folder to make.")]) -> None:
-    """Make an empty bench: a folder with a bench.toml that names every key, with what it means.
+def new(
+    bench: Annotated[Path, Argument(metavar="BENCH", help="Folder to make.")],
+) -> None:
+    """Make an empty bench: a folder with a bench.toml that names every key, with what
+    it means.
 
     Exit code 0: made; 2: it is there already, or cannot be written.
     """
@@ -111,18 +262,26 @@ def new(bench: Annotated[Path, Argument(metavar="BENCH", help="Folder to make.")
     from vision.new_bench import new_bench
 
     try:
-        print(f"{new_bench(bench)}: say there what is known, and put recordings beside it (benchtwin page {bench} helps with both)")
+        print(
+            f"{new_bench(bench)}: say there what is known, and put recordings beside it"
+            f" (benchtwin page {bench} helps with both)"
+        )
     except (MeasurementError, OSError) as error:
         print(f"benchtwin new: {error}", file=sys.stderr)
         raise Exit(2) from error
 
 
 def page(
-    folder: Annotated[Path, Argument(help="A bench folder, a folder of benches, or a new one.")] = Path(),
-    port: Annotated[int, Option(min=0, max=65535, help="Of this machine; 0: a free one.")] = 0,
+    folder: Annotated[
+        Path, Argument(help="A bench folder, a folder of benches, or a new one.")
+    ] = Path(),
+    port: Annotated[
+        int, Option(min=0, max=65535, help="Of this machine; 0: a free one.")
+    ] = 0,
     browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Open benches in the browser: add files, correct, calibrate, diagnose, see the results. Only this machine reaches it.
+    """Open benches in the browser: add files, correct, calibrate, diagnose, see the
+    results. Only this machine reaches it.
 
     Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
     """

@@ -1,4 +1,5 @@
-"""`benchtwin.simulate`: contact parameters → recordings of a simulated rig, measured like the bench's own."""
+"""`benchtwin.simulate`: contact parameters → recordings of a simulated rig, measured
+like the bench's own."""
 
 import json
 from collections.abc import Mapping
@@ -16,7 +17,8 @@ from twin.simulate_command import jobs_of, run_jobs
 
 @dataclass(frozen=True, eq=False)
 class Simulations:
-    """Simulated recordings. folder: the bench folder that holds them; names: theirs; measured: what is measured on them."""
+    """Simulated recordings. folder: the bench folder that holds them; names: theirs;
+    measured: what is measured on them."""
 
     folder: Path
     names: tuple[str, ...]
@@ -24,8 +26,11 @@ class Simulations:
 
     @property
     def truth(self) -> pd.DataFrame:
-        """A row a recording: what the simulation itself knows of the answer, units at the end of the columns' names."""
-        return pd.DataFrame([{"recording": name} | _truth(self.folder / name) for name in self.names])
+        """A row a recording: what the simulation itself knows of the answer, units at
+        the end of the columns' names."""
+        return pd.DataFrame(
+            [{"recording": name} | _truth(self.folder / name) for name in self.names]
+        )
 
 
 def simulate(
@@ -43,28 +48,44 @@ def simulate(
     ranks: int = 1,
     progress: bool = False,
 ) -> Simulations:
-    """Simulate a rig into the bench folder `out`, and measure that as if it came from the bench.
+    """Simulate a rig into the bench folder `out`, and measure that as if it came from
+    the bench.
 
-    rig: "drop", "slide", "roll", "pile", "cylinder" (a pile from a lifting cylinder) or "drum" (rotating). parameters: contact
-    parameters, else those that the soybean paper calibrated. repeats: recordings, each with seeds, placing and packing of its
-    own; rng: seed of the random numbers. settings: keys of recording.toml by their dotted names, {"drop.height_mm": 200.0}.
-    like: a recording whose rig, seed and camera to copy. rendered: film or photograph the run, else its track is written.
-    threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks: processes that share one LAMMPS pile. progress:
-    shown on stderr.
+    rig: "drop", "slide", "roll", "pile", "cylinder" (a pile from a lifting cylinder) or
+    "drum" (rotating). parameters: contact parameters, else those that the soybean paper
+    calibrated. repeats: recordings, each with seeds, placing and packing of its own;
+    rng: seed of the random numbers. settings: keys of recording.toml by their dotted
+    names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and camera to
+    copy. rendered: film or photograph the run, else its track is written. threads:
+    processor cores for one pile. engine: "benchtwin" or "lammps"; ranks: processes that
+    share one LAMMPS pile. progress: shown on stderr.
 
-    Called again, it goes on where it was stopped. Raises ValueError for a rig, number or setting that does not fit;
-    FileExistsError where `out` holds other recordings of these names; RuntimeError where a run cannot end.
-    """
+    Called again, it goes on where it was stopped. Raises ValueError for a rig, number
+    or setting that does not fit; FileExistsError where `out` holds other recordings of
+    these names; RuntimeError where a run cannot end."""
     numbers = asdict(parameters or Parameters())
     assigned = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
     folder = Path(out)
-    jobs = jobs_of(rig, numbers, repeats, rng, assigned, None if like is None else Path(like), rendered, Engine(engine, ranks))
+    jobs = jobs_of(
+        rig,
+        numbers,
+        repeats,
+        rng,
+        assigned,
+        None if like is None else Path(like),
+        rendered,
+        Engine(engine, ranks),
+    )
     jobs[0].engine.ready()
     run_jobs(jobs, rig, folder, threads, not progress)
-    names = tuple(f"{rig}-{n:0{max(2, len(str(repeats)))}d}" for n in range(1, repeats + 1))
+    names = tuple(
+        f"{rig}-{n:0{max(2, len(str(repeats)))}d}" for n in range(1, repeats + 1)
+    )
     return Simulations(folder, names, measure([folder / name for name in names]))
 
 
 def _truth(recording: Path) -> dict[str, float | None]:
-    truth: dict[str, float | None] = json.loads((recording / RECORD).read_text(encoding="utf8"))["truth"]
+    truth: dict[str, float | None] = json.loads(
+        (recording / RECORD).read_text(encoding="utf8")
+    )["truth"]
     return truth

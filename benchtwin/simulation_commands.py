@@ -1,38 +1,81 @@
-"""Commands that simulate, and those on their results: one short function a command, heavy imports
-inside."""
+"""Commands that simulate, and those on their results: one short function a command,
+heavy imports inside."""
 
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Exit, Option
 
-from benchtwin.options import EngineName, Quiet, Ranks, Rendered, Rng, Scheduler, Workers
+from benchtwin.options import (
+    EngineName,
+    Quiet,
+    Ranks,
+    Rendered,
+    Rng,
+    Scheduler,
+    Workers,
+)
 
 
 def simulate(
-    rig: Annotated[str, Argument(help="drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or drum (rotating).")],
-    out: Annotated[Path, Option(help="Bench folder for the recordings; their numbers go into OUT/measured.")],
-    restitution: Annotated[float | None, Option(help="Seed on steel: coefficient of restitution.")] = None,
+    rig: Annotated[
+        str,
+        Argument(
+            help=(
+                "drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or"
+                " drum (rotating)."
+            )
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help="Bench folder for the recordings; their numbers go into OUT/measured."
+        ),
+    ],
+    restitution: Annotated[
+        float | None, Option(help="Seed on steel: coefficient of restitution.")
+    ] = None,
     static_friction: Annotated[float | None, Option(help="Seed on steel.")] = None,
-    rolling_friction: Annotated[float | None, Option(help="Seed on steel; EDEM's standard convention.")] = None,
-    seed_restitution: Annotated[float | None, Option(help="Seed on seed: coefficient of restitution.")] = None,
+    rolling_friction: Annotated[
+        float | None, Option(help="Seed on steel; EDEM's standard convention.")
+    ] = None,
+    seed_restitution: Annotated[
+        float | None, Option(help="Seed on seed: coefficient of restitution.")
+    ] = None,
     seed_static_friction: Annotated[float | None, Option(help="Seed on seed.")] = None,
-    seed_rolling_friction: Annotated[float | None, Option(help="Seed on seed; EDEM's standard convention.")] = None,
-    repeats: Annotated[int, Option(help="How many recordings, each with seeds, placing and packing of its own.")] = 1,
+    seed_rolling_friction: Annotated[
+        float | None, Option(help="Seed on seed; EDEM's standard convention.")
+    ] = None,
+    repeats: Annotated[
+        int,
+        Option(
+            help="How many recordings, each with seeds, placing and packing of its own."
+        ),
+    ] = 1,
     rng: Rng = 1,
-    setting: Annotated[list[str], Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …")] = [],  # noqa: B006
-    like: Annotated[Path | None, Option("--from", help="A recording.toml whose rig, seed and camera to copy.")] = None,
-    track: Annotated[bool, Option(help="Write the simulation's own track, no pictures: quick.")] = False,
+    setting: Annotated[
+        list[str],
+        Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …"),
+    ] = [],  # noqa: B006
+    like: Annotated[
+        Path | None,
+        Option("--from", help="A recording.toml whose rig, seed and camera to copy."),
+    ] = None,
+    track: Annotated[
+        bool, Option(help="Write the simulation's own track, no pictures: quick.")
+    ] = False,
     threads: Annotated[int, Option(min=1, help="Processor cores for one pile.")] = 2,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate a rig, film or photograph it, and measure that as if it came from the bench.
+    """Simulate a rig, film or photograph it, and measure that as if it came from the
+    bench.
 
-    What is not given has the value that the soybean paper calibrated. Run again, the command goes on where it was stopped.
-    Exit code 0: done and measured; 1: stopped, or nothing could be measured; 2: the command was misused.
-    """
+    What is not given has the value that the soybean paper calibrated. Run again, the
+    command goes on where it was stopped. Exit code 0: done and measured; 1: stopped, or
+    nothing could be measured; 2: the command was misused."""
     from twin.simulate_command import simulate_command
     from vision.command import measure_command
 
@@ -45,128 +88,291 @@ def simulate(
         "seed_rolling_friction": seed_rolling_friction,
     }
     code = simulate_command(
-        rig, out, numbers, repeats=repeats, rng=rng, settings=setting, like=like, rendered=not track, threads=threads,
-        engine=engine, ranks=ranks, quiet=quiet,
-    )  # fmt: skip
-    raise Exit(code or measure_command([out], out / "measured", "20-80", "", "", False, False, True, quiet))
+        rig,
+        out,
+        numbers,
+        repeats=repeats,
+        rng=rng,
+        settings=setting,
+        like=like,
+        rendered=not track,
+        threads=threads,
+        engine=engine,
+        ranks=ranks,
+        quiet=quiet,
+    )
+    raise Exit(
+        code
+        or measure_command(
+            [out], out / "measured", "20-80", "", "", False, False, True, quiet
+        )
+    )
 
 
 def calibrate(
-    bench: Annotated[Path, Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
-    out: Annotated[Path, Option(help="Folder for result.json, tables/, report.html, and the simulated runs.")],
-    tables: Annotated[bool, Option(help="Calibrate on the simulations in BENCH/tables instead of simulating.")] = False,
-    twin: Annotated[bool, Option(help="With --tables: simulate what the tables hold, and show both.")] = False,
-    quick: Annotated[bool, Option(help="Fewer repeats and piles: minutes, with wider intervals.")] = False,
-    whole_pile: Annotated[bool, Option(help="Simulate the pile as described, not a slice of it: hours.")] = False,
+    bench: Annotated[
+        Path,
+        Argument(
+            metavar="BENCH",
+            help="Bench folder: recordings of drop, slide, roll and pile.",
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help="Folder for result.json, tables/, report.html, and the simulated runs."
+        ),
+    ],
+    tables: Annotated[
+        bool,
+        Option(
+            help="Calibrate on the simulations in BENCH/tables instead of simulating."
+        ),
+    ] = False,
+    twin: Annotated[
+        bool,
+        Option(help="With --tables: simulate what the tables hold, and show both."),
+    ] = False,
+    quick: Annotated[
+        bool, Option(help="Fewer repeats and piles: minutes, with wider intervals.")
+    ] = False,
+    whole_pile: Annotated[
+        bool, Option(help="Simulate the pile as described, not a slice of it: hours.")
+    ] = False,
     rendered: Rendered = False,
-    design: Annotated[str, Option(help="Of the piles: box-behnken, or central-composite (face-centred).")] = "box-behnken",
-    ranges: Annotated[list[str], Option("--range", help="seed_restitution=0.45:0.70: where to look for it.")] = [],  # noqa: B006
-    priors: Annotated[list[str], Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand.")] = [],  # noqa: B006
+    design: Annotated[
+        str,
+        Option(help="Of the piles: box-behnken, or central-composite (face-centred)."),
+    ] = "box-behnken",
+    ranges: Annotated[
+        list[str],
+        Option("--range", help="seed_restitution=0.45:0.70: where to look for it."),
+    ] = [],  # noqa: B006
+    priors: Annotated[
+        list[str],
+        Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand."),
+    ] = [],  # noqa: B006
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
-    overwrite: Annotated[bool, Option(help="Replace an existing result; finished runs are kept.")] = False,
+    overwrite: Annotated[
+        bool, Option(help="Replace an existing result; finished runs are kept.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Calibrate contact parameters on a bench folder: values with intervals, and what the bench leaves open.
+    """Calibrate contact parameters on a bench folder: values with intervals, and what
+    the bench leaves open.
 
-    Run again, a stopped calibration goes on where it was.
-    Exit code 0: done; 1: stopped, or nothing could be calibrated; 2: the command was misused.
-    """
+    Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
+    stopped, or nothing could be calibrated; 2: the command was misused."""
     from calibrate.calibrate_command import Asked, calibrate_command
 
     asked = Asked(
-        bench, out, tables=tables, twin=twin, quick=quick, whole_pile=whole_pile, rendered=rendered, design=design,
-        ranges=tuple(ranges), priors=tuple(priors), rng=rng, workers=workers, scheduler=scheduler, engine=engine,
-        ranks=ranks, overwrite=overwrite, quiet=quiet,
-    )  # fmt: skip
+        bench,
+        out,
+        tables=tables,
+        twin=twin,
+        quick=quick,
+        whole_pile=whole_pile,
+        rendered=rendered,
+        design=design,
+        ranges=tuple(ranges),
+        priors=tuple(priors),
+        rng=rng,
+        workers=workers,
+        scheduler=scheduler,
+        engine=engine,
+        ranks=ranks,
+        overwrite=overwrite,
+        quiet=quiet,
+    )
     raise Exit(calibrate_command(asked))
 
 
 def predict(
-    calibrated: Annotated[Path, Argument(metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left.")],
-    rig: Annotated[str, Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating).")],
-    out: Annotated[Path, Option(help="Folder for predicted.csv, prediction.json, prediction.svg, and the runs.")],
-    beside: Annotated[Path | None, Option(help="Recordings of that rig to compare with: a bench folder, or one.")] = None,
-    setting: Annotated[list[str], Option("--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …")] = [],  # noqa: B006
-    like: Annotated[Path | None, Option("--from", help="A recording.toml whose rig and seed to copy.")] = None,
-    draws: Annotated[int, Option(help="Parameter sets drawn from the posterior, a run each.")] = 12,
-    packings: Annotated[int, Option(help="Runs at the posterior's mean: how much packings scatter.")] = 4,
+    calibrated: Annotated[
+        Path,
+        Argument(
+            metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left."
+        ),
+    ],
+    rig: Annotated[
+        str,
+        Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating)."),
+    ],
+    out: Annotated[
+        Path,
+        Option(
+            help=(
+                "Folder for predicted.csv, prediction.json, prediction.svg, and the"
+                " runs."
+            )
+        ),
+    ],
+    beside: Annotated[
+        Path | None,
+        Option(help="Recordings of that rig to compare with: a bench folder, or one."),
+    ] = None,
+    setting: Annotated[
+        list[str],
+        Option(
+            "--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …"
+        ),
+    ] = [],  # noqa: B006
+    like: Annotated[
+        Path | None,
+        Option("--from", help="A recording.toml whose rig and seed to copy."),
+    ] = None,
+    draws: Annotated[
+        int, Option(help="Parameter sets drawn from the posterior, a run each.")
+    ] = 12,
+    packings: Annotated[
+        int, Option(help="Runs at the posterior's mean: how much packings scatter.")
+    ] = 4,
     rendered: Rendered = False,
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    overwrite: Annotated[bool, Option(help="Replace an existing prediction; finished runs are kept.")] = False,
+    overwrite: Annotated[
+        bool, Option(help="Replace an existing prediction; finished runs are kept.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Predict another system from calibrated parameters, with intervals; beside recordings, whether they agree.
+    """Predict another system from calibrated parameters, with intervals; beside
+    recordings, whether they agree.
 
-    Run again, a stopped prediction goes on where it was.
-    Exit code 0: predicted; 1: stopped, or too many runs gave nothing; 2: the command was misused.
-    """
+    Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
+    stopped, or too many runs gave nothing; 2: the command was misused."""
     from calibrate.predict_command import Asked, predict_command
 
     asked = Asked(
-        calibrated, rig, out, beside=beside, like=like, settings=tuple(setting), draws=draws, packings=packings,
-        rendered=rendered, rng=rng, workers=workers, scheduler=scheduler, overwrite=overwrite, quiet=quiet,
-    )  # fmt: skip
+        calibrated,
+        rig,
+        out,
+        beside=beside,
+        like=like,
+        settings=tuple(setting),
+        draws=draws,
+        packings=packings,
+        rendered=rendered,
+        rng=rng,
+        workers=workers,
+        scheduler=scheduler,
+        overwrite=overwrite,
+        quiet=quiet,
+    )
     raise Exit(predict_command(asked))
 
 
 def compare_engines(
-    out: Annotated[Path, Option(help="Folder for compared.csv, compared.html, runs.csv, and the simulated runs.")],
-    rows: Annotated[Path | None, Option(help="CSV with a row of parameters a line; else the paper's optimum.")] = None,
-    packings: Annotated[int, Option(help="Piles of each row, with seeds and packing of their own.")] = 4,
+    out: Annotated[
+        Path,
+        Option(
+            help=(
+                "Folder for compared.csv, compared.html, runs.csv, and the simulated"
+                " runs."
+            )
+        ),
+    ],
+    rows: Annotated[
+        Path | None,
+        Option(help="CSV with a row of parameters a line; else the paper's optimum."),
+    ] = None,
+    packings: Annotated[
+        int, Option(help="Piles of each row, with seeds and packing of their own.")
+    ] = 4,
     rng: Rng = 1,
-    setting: Annotated[list[str], Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …")] = [],  # noqa: B006
+    setting: Annotated[
+        list[str],
+        Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …"),
+    ] = [],  # noqa: B006
     ranks: Ranks = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compare our engine with LAMMPS: reduced piles of the same law and packings, and where the two part.
+    """Compare our engine with LAMMPS: reduced piles of the same law and packings, and
+    where the two part.
 
-    Run again, the command goes on where it was stopped.
-    Exit code 0: compared; 1: stopped, or LAMMPS is not there; 2: the command was misused.
-    """
+    Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
+    stopped, or LAMMPS is not there; 2: the command was misused."""
     from twin.compare.command import Compared, compare_command
 
     asked = Compared(
-        out=out, rows=rows, packings=packings, rng=rng, settings=tuple(setting), ranks=ranks, workers=workers,
-        scheduler=scheduler, quiet=quiet,
-    )  # fmt: skip
+        out=out,
+        rows=rows,
+        packings=packings,
+        rng=rng,
+        settings=tuple(setting),
+        ranks=ranks,
+        workers=workers,
+        scheduler=scheduler,
+        quiet=quiet,
+    )
     raise Exit(compare_command(asked))
 
 
 def diagnose(
-    bench: Annotated[Path, Argument(metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile.")],
-    out: Annotated[Path, Option(help="Folder for diagnosis.json, report.html, and the twin's new runs.")],
-    rig: Annotated[list[str], Option(help="Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
-    twin: Annotated[bool, Option(help="Run the twin again with what was found, and show whether it then agrees.")] = True,
-    quick: Annotated[bool, Option(help="The twin's tracks only: no pictures are rendered.")] = False,
+    bench: Annotated[
+        Path,
+        Argument(
+            metavar="BENCH",
+            help="Bench folder: recordings of drop, slide, roll and pile.",
+        ),
+    ],
+    out: Annotated[
+        Path,
+        Option(help="Folder for diagnosis.json, report.html, and the twin's new runs."),
+    ],
+    rig: Annotated[
+        list[str], Option(help="Only this rig: drop, slide, roll or pile.")
+    ] = [],  # noqa: B006
+    twin: Annotated[
+        bool,
+        Option(
+            help=(
+                "Run the twin again with what was found, and show whether it then"
+                " agrees."
+            )
+        ),
+    ] = True,
+    quick: Annotated[
+        bool, Option(help="The twin's tracks only: no pictures are rendered.")
+    ] = False,
     rng: Rng = 1,
     overwrite: Annotated[bool, Option(help="Replace an existing diagnosis.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Diagnose where recordings and simulation differ: where, what physics is left out, and whether it mends the twin.
+    """Diagnose where recordings and simulation differ: where, what physics is left out,
+    and whether it mends the twin.
 
-    Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was misused.
-    """
+    Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was
+    misused."""
     from diagnose.diagnose_command import Asked, diagnose_command
 
-    raise Exit(diagnose_command(Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)))
+    raise Exit(
+        diagnose_command(
+            Asked(bench, out, tuple(rig), rng, twin, quick, overwrite, quiet)
+        )
+    )
 
 
 def export(
-    folder: Annotated[Path, Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left.")],
+    folder: Annotated[
+        Path,
+        Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left."),
+    ],
     to: Annotated[str, Option(help="lammps, liggghts, yade, edem, or mercury.")],
-    out: Annotated[Path | None, Option(help="Folder for the cards; else DIR/export/ENGINE.")] = None,
+    out: Annotated[
+        Path | None, Option(help="Folder for the cards; else DIR/export/ENGINE.")
+    ] = None,
     overwrite: Annotated[bool, Option(help="Replace cards that are there.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write calibrated parameters as another DEM engine takes them, in its own conventions.
+    """Write calibrated parameters as another DEM engine takes them, in its own
+    conventions.
 
     Exit code 0: written; 1: it could not be; 2: the command was misused.
     """
@@ -176,19 +382,51 @@ def export(
 
 
 def prove(
-    out: Annotated[Path, Option(help="Folder for cases, keys, solutions, prove.json, cases.csv, report.html.")],
-    cases: Annotated[int, Option(min=1, max=100_000, help="How many; half of them conceal nothing.")] = 600,
-    rng: Annotated[int | None, Option(min=0, help="Seed of the random numbers: the same one, the same cases.")] = None,
-    workers: Annotated[int, Option(min=1, help="Cases that are made and solved at a time.")] = 1,
-    limit_s: Annotated[float, Option(min=1.0, help="A case that takes longer counts as one without a diagnosis.")] = 600.0,
-    keep_frames: Annotated[bool, Option(help="Keep the pictures of solved cases, about 10 MB each.")] = False,
+    out: Annotated[
+        Path,
+        Option(
+            help=(
+                "Folder for cases, keys, solutions, prove.json, cases.csv, report.html."
+            )
+        ),
+    ],
+    cases: Annotated[
+        int, Option(min=1, max=100_000, help="How many; half of them conceal nothing.")
+    ] = 600,
+    rng: Annotated[
+        int | None,
+        Option(min=0, help="Seed of the random numbers: the same one, the same cases."),
+    ] = None,
+    workers: Annotated[
+        int, Option(min=1, help="Cases that are made and solved at a time.")
+    ] = 1,
+    limit_s: Annotated[
+        float,
+        Option(
+            min=1.0, help="A case that takes longer counts as one without a diagnosis."
+        ),
+    ] = 600.0,
+    keep_frames: Annotated[
+        bool, Option(help="Keep the pictures of solved cases, about 10 MB each.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Test `benchtwin diagnose` blind: cases with a concealed effect, made by other code, each solved once and scored.
+    """Test `benchtwin diagnose` blind: cases with a concealed effect, made by other
+    code, each solved once and scored.
 
-    Run again with the same --rng, a stopped proof goes on where it was.
-    Exit code 0: scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the command was misused.
-    """
+    Run again with the same --rng, a stopped proof goes on where it was. Exit code 0:
+    scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the
+    command was misused."""
     from prove.command import prove_command
 
-    raise Exit(prove_command(out, cases, rng, workers=workers, limit_s=limit_s, keep_frames=keep_frames, quiet=quiet))
+    raise Exit(
+        prove_command(
+            out,
+            cases,
+            rng,
+            workers=workers,
+            limit_s=limit_s,
+            keep_frames=keep_frames,
+            quiet=quiet,
+        )
+    )

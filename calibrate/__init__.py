@@ -1,13 +1,17 @@
 """Bench recordings and their simulated twin → contact parameters.
 
-    from calibrate import calibrate_tables, parameters
+from calibrate import calibrate_tables, parameters
 
-    print(parameters(calibrate_tables("samples/soybean-paper")))
+print(parameters(calibrate_tables("samples/soybean-paper")))
 """
 
 from importlib import import_module
 
-_WHERE = {"calibrate_simulated": "procedure.simulated", "calibrate_tables": "procedure", "parameters": "procedure"}
+_WHERE = {
+    "calibrate_simulated": "procedure.simulated",
+    "calibrate_tables": "procedure",
+    "parameters": "procedure",
+}
 __all__ = ["calibrate_simulated", "calibrate_tables", "parameters"]
 
 

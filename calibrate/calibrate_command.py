@@ -1,4 +1,5 @@
-"""Command line of `benchtwin calibrate`: options, progress, printed result, exit code."""
+"""Command line of `benchtwin calibrate`: options, progress, printed result, exit
+code."""
 
 import shutil
 import sys
@@ -32,14 +33,28 @@ from twin.command import (
 )
 from twin.engine import Engine
 
-RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")  # in result.json
-OURS = {"result.json", "report.html", "tables", "runs", "twin"}  # what a calibration leaves
+RECORDED = (
+    "twin",
+    "rendered",
+    "quick",
+    "whole_pile",
+    "design",
+    "ranges",
+    "priors",
+)  # in result.json
+OURS = {
+    "result.json",
+    "report.html",
+    "tables",
+    "runs",
+    "twin",
+}  # what a calibration leaves
 
 
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
-    """Options. tables: on BENCH/tables; twin: with our simulations at the tables' values; ranges,
-    priors: "NAME=A:B"."""
+    """Options. tables: on BENCH/tables; twin: with our simulations at the tables'
+    values; ranges, priors: "NAME=A:B"."""
 
     bench: Path
     out: Path
@@ -56,7 +71,8 @@ class Asked(CampaignOptions):
 
 
 def calibrate_command(asked: Asked, simulator=None) -> int:
-    """Calibrate a bench folder; returns the exit code. simulator: instead of the campaign."""
+    """Calibrate a bench folder; returns the exit code. simulator: instead of the
+    campaign."""
 
     def work() -> int:
         found, drawn = calibrate_into(asked, simulator)
@@ -68,14 +84,18 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
 
 
 def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
-    """Calibrate a bench folder and write the result into `asked.out`; also says whether its report could be drawn.
+    """Calibrate a bench folder and write the result into `asked.out`; also says whether
+    its report could be drawn.
 
-    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; ValueError or RuntimeError where nothing can be
-    calibrated; OSError where `out` cannot be written.
-    """
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; ValueError
+    or RuntimeError where nothing can be calibrated; OSError where `out` cannot be
+    written."""
     check_bench(asked.bench, asked.out)
-    if "result.json" in check_out(asked.out, OURS, "calibration", "result.json", asked.overwrite):
-        # tables of other rigs than this time's would stand beside the new result; runs are kept
+    if "result.json" in check_out(
+        asked.out, OURS, "calibration", "result.json", asked.overwrite
+    ):
+        # tables of other rigs than this time's would stand beside the new result; runs
+        # are kept
         shutil.rmtree(asked.out / "tables", ignore_errors=True)
         (asked.out / "result.json").unlink()
     if asked.tables and not asked.twin:
@@ -88,8 +108,13 @@ def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
 
 
 def _reported(found: Calibration, out: Path) -> bool:
-    """Write the report; a fault of ours in drawing it costs neither the results nor a simulation."""
-    kept = f"the numbers are in {out / 'result.json'}" if found.finished else "the calibration goes on"
+    """Write the report; a fault of ours in drawing it costs neither the results nor a
+    simulation."""
+    kept = (
+        f"the numbers are in {out / 'result.json'}"
+        if found.finished
+        else "the calibration goes on"
+    )
     return reported(lambda: write_report(found, out), kept, "calibrate")
 
 
@@ -98,7 +123,11 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     from calibrate.procedure.beside import beside_tables
     from calibrate.procedure.effort import FULL, QUICK
     from calibrate.procedure.pile_runs import DESIGNS
-    from calibrate.procedure.simulated import Prescribed, calibrate_simulated, checked_ranges
+    from calibrate.procedure.simulated import (
+        Prescribed,
+        calibrate_simulated,
+        checked_ranges,
+    )
     from calibrate.procedure.simulator import campaign
     from calibrate.statistics.box import Box
     from calibrate.statistics.prior import Prior
@@ -108,7 +137,9 @@ def _simulated(asked: Asked, simulator) -> Calibration:
         raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
     effort = replace(QUICK if asked.quick else FULL, design=asked.design)
     effort = replace(effort, slab=None) if asked.whole_pile else effort
-    options = {k: v for k, v in vars(asked).items() if k in RECORDED and v} | engine.told
+    options = {
+        k: v for k, v in vars(asked).items() if k in RECORDED and v
+    } | engine.told
     ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
     prescribed = Prescribed(ranges, priors, options=options)
     try:
@@ -124,26 +155,44 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     with _progress(asked.quiet) as (say, told), ExitStack() as stack:
         simulate = simulator or stack.enter_context(
             campaign(
-                asked.out / "runs", rendered=asked.rendered, workers=asked.workers, scheduler=asked.scheduler, progress=told,
-                engine=engine, say=converted.append,
+                asked.out / "runs",
+                rendered=asked.rendered,
+                workers=asked.workers,
+                scheduler=asked.scheduler,
+                progress=told,
+                engine=engine,
+                say=converted.append,
             )
-        )  # fmt: skip
+        )
 
         def so_far(calibration: Calibration) -> None:
             asked.out.mkdir(parents=True, exist_ok=True)
             _reported(calibration, asked.out)
 
         found = calibrate_simulated(
-            asked.bench, simulate, effort=effort, seed=asked.rng, prescribed=prescribed, say=say, so_far=so_far
+            asked.bench,
+            simulate,
+            effort=effort,
+            seed=asked.rng,
+            prescribed=prescribed,
+            say=say,
+            so_far=so_far,
         )
         if simulator is None:  # a stand-in has no twin to show
             found = _with_pairs(found, asked.out / "twin", effort, say, engine)
-        found = replace(found, options={**found.options, "said": [*found.options.get("said", []), *converted]})
+        found = replace(
+            found,
+            options={
+                **found.options,
+                "said": [*found.options.get("said", []), *converted],
+            },
+        )
     return beside_tables(found, printed) if printed else found
 
 
 def _engine(asked: Asked) -> Engine:
-    """The engine asked for; Misuse where there is none such, Unavailable where it has to run here and cannot."""
+    """The engine asked for; Misuse where there is none such, Unavailable where it has
+    to run here and cannot."""
     try:
         engine = Engine(asked.engine, asked.ranks)
     except ValueError as error:
@@ -153,8 +202,11 @@ def _engine(asked: Asked) -> Engine:
     return engine
 
 
-def _with_pairs(found: Calibration, out: Path, effort, say, engine: Engine) -> Calibration:
-    """With recordings of the bench beside their twins; a rig that cannot be shown says why."""
+def _with_pairs(
+    found: Calibration, out: Path, effort, say, engine: Engine
+) -> Calibration:
+    """With recordings of the bench beside their twins; a rig that cannot be shown says
+    why."""
     from calibrate.procedure.pairs import pairs
 
     shown, why = pairs(found, out, effort, say, engine)
@@ -170,7 +222,11 @@ def _as_tabulated(prescribed, printed: Calibration):
     if printed.pile is None:
         return prescribed
     pile = printed.pile
-    path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"]) if pile.path is not None else None
+    path = (
+        pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"])
+        if pile.path is not None
+        else None
+    )
     return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
 
 
@@ -182,13 +238,18 @@ def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]
         try:
             a, b = (float(v) for v in ends.split(":"))
         except ValueError:
-            raise Misuse(f"{option} {text}: expected NAME=NUMBER:NUMBER, such as seed_restitution=0.4:0.7") from None
+            raise Misuse(
+                f"{option} {text}: expected NAME=NUMBER:NUMBER, such as"
+                " seed_restitution=0.4:0.7"
+            ) from None
         out[key.strip()] = (a, b)
     return out
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[tuple[Callable[[str], None], Callable[[object], None]]]:
+def _progress(
+    quiet: bool,
+) -> Iterator[tuple[Callable[[str], None], Callable[[object], None]]]:
     """Two functions: one takes the name of every stage, one the campaign's progress."""
     stage = ""
     with progress_line(quiet) as update:
@@ -207,8 +268,14 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
     console = result_console()
     show_parameters(console, parameters(c).to_dict("records"))
-    refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]  # columns and keys as the files have them
-    lines = [*(line for line in c.findings if line not in c.refused.values()), *c.flags, *c.options.get("said", [])]
+    refused = [
+        f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()
+    ]  # columns and keys as the files have them
+    lines = [
+        *(line for line in c.findings if line not in c.refused.values()),
+        *c.flags,
+        *c.options.get("said", []),
+    ]
     lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     lines += [
         f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
@@ -224,5 +291,9 @@ def show_parameters(console: Console, rows: list[dict]) -> None:
     for heading in ("parameter", "value (95 % interval)", ""):
         shown.add_column(heading)
     for row in rows:
-        shown.add_row(name(row["parameter"]), with_interval(row["value"], row["low"], row["high"]), row["status"])
+        shown.add_row(
+            name(row["parameter"]),
+            with_interval(row["value"], row["low"], row["high"]),
+            row["status"],
+        )
     console.print(shown)

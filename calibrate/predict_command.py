@@ -1,4 +1,5 @@
-"""Command-line front end of `benchtwin predict`: options, progress, printed prediction, exit code."""
+"""Command-line front end of `benchtwin predict`: options, progress, printed prediction,
+exit code."""
 
 import json
 from contextlib import ExitStack
@@ -7,7 +8,14 @@ from pathlib import Path
 
 from rich.table import Table
 
-from calibrate.prediction.beside import Comparison, Measured, compare, described_by, measured, recordings
+from calibrate.prediction.beside import (
+    Comparison,
+    Measured,
+    compare,
+    described_by,
+    measured,
+    recordings,
+)
 from calibrate.prediction.picture import picture
 from calibrate.prediction.posterior import Kept, read_posterior
 from calibrate.prediction.predict import QUANTITIES, RIG_OF, Prediction, predict, rows
@@ -35,8 +43,8 @@ OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"
 
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
-    """Options. like: the recording.toml of --from; settings: "KEY=VALUE" as `benchtwin simulate
-    --set` takes them."""
+    """Options. like: the recording.toml of --from; settings: "KEY=VALUE" as `benchtwin
+    simulate --set` takes them."""
 
     calibrated: Path
     rig: str
@@ -50,7 +58,8 @@ class Asked(CampaignOptions):
 
 
 def predict_command(asked: Asked, simulator: Simulator | None = None) -> int:
-    """Predict a rig; returns the exit code. simulator: instead of the campaign, for tests."""
+    """Predict a rig; returns the exit code. simulator: instead of the campaign, for
+    tests."""
 
     def work() -> int:
         found, seen, compared = predict_into(asked, simulator)
@@ -65,28 +74,40 @@ def predict_command(asked: Asked, simulator: Simulator | None = None) -> int:
 def predict_into(
     asked: Asked, simulator: Simulator | None = None
 ) -> tuple[Prediction, Measured | None, list[Comparison]]:
-    """Predict, compare where recordings are given, and write all of it into `asked.out`.
+    """Predict, compare where recordings are given, and write all of it into
+    `asked.out`.
 
-    Raises FileNotFoundError, FileExistsError and ValueError before anything runs; RuntimeError
-    where the runs stop.
-    """
+    Raises FileNotFoundError, FileExistsError and ValueError before anything runs;
+    RuntimeError where the runs stop."""
     _check(asked)
     kept = read_posterior(asked.calibrated)
     beside = recordings(asked.beside, asked.rig) if asked.beside else []
-    base, description = _described(asked, kept, described_by(beside, asked.rig) if beside else {})
+    base, description = _described(
+        asked, kept, described_by(beside, asked.rig) if beside else {}
+    )
     seen = measured(beside, asked.rig, description) if beside else None
     with ExitStack() as stack:
         show = stack.enter_context(progress_line(asked.quiet))
         simulate = simulator or stack.enter_context(
             campaign(
-                asked.out / "runs", base=base, rendered=asked.rendered, workers=asked.workers,
-                scheduler=asked.scheduler, progress=lambda state: show(f"{asked.rig}: {state}"),
+                asked.out / "runs",
+                base=base,
+                rendered=asked.rendered,
+                workers=asked.workers,
+                scheduler=asked.scheduler,
+                progress=lambda state: show(f"{asked.rig}: {state}"),
             )
-        )  # fmt: skip
+        )
         found = predict(
-            asked.rig, kept, description, simulate, draws=asked.draws, packings=asked.packings,
-            seed=asked.rng, measured=asked.rendered,
-        )  # fmt: skip
+            asked.rig,
+            kept,
+            description,
+            simulate,
+            draws=asked.draws,
+            packings=asked.packings,
+            seed=asked.rng,
+            measured=asked.rendered,
+        )
     compared = compare(found, seen) if seen is not None else []
     _write(asked, found, seen, compared, description)
     return found, seen, compared
@@ -104,9 +125,9 @@ def _check(asked: Asked) -> None:
 
 
 def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
-    """Fields of `Parameters` that are no contact parameters, and the rig's description: the
-    calibration's seeds, and the rig of --from, else of the recordings beside it; --set changes
-    either. ValueError for what does not fit."""
+    """Fields of `Parameters` that are no contact parameters, and the rig's description:
+    the calibration's seeds, and the rig of --from, else of the recordings beside it;
+    --set changes either. ValueError for what does not fit."""
     of, own = described(asked.like) if asked.like else (None, {})
     if of is not None and of != RIG_OF[asked.rig]:
         raise Misuse(f"{asked.like} describes a {of}, not a {asked.rig}")
@@ -124,16 +145,24 @@ def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
 
 
 def _write(
-    asked: Asked, found: Prediction, seen: Measured | None, compared: list[Comparison], description: dict
+    asked: Asked,
+    found: Prediction,
+    seen: Measured | None,
+    compared: list[Comparison],
+    description: dict,
 ) -> None:
     table, out = rows(found), asked.out
-    quantities = {row.pop("quantity"): row for row in table.drop(columns="rig").to_dict("records")}
+    quantities = {
+        row.pop("quantity"): row for row in table.drop(columns="rig").to_dict("records")
+    }
     content = {
         "schema": 1,
         "rig": found.rig,
         "described": description,
         "unit": "deg",
-        "interval": "95 %: low to high of a single packing, mean_low to mean_high of their mean",
+        "interval": (
+            "95 %: low to high of a single packing, mean_low to mean_high of their mean"
+        ),
         "quantities": quantities,
         "beside": [asdict(c) for c in compared],
         "recordings": list(seen.recordings) if seen else [],
@@ -146,7 +175,9 @@ def _write(
     write_whole(out / "predicted.csv", table.to_csv(index=False, float_format="%.6g"))
     write_whole(out / "runs.csv", found.runs.to_csv(index=False, float_format="%.6g"))
     write_whole(out / "prediction.svg", picture(found, seen, compared))
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False, default=float)
+    text = json.dumps(
+        content, indent=1, ensure_ascii=False, allow_nan=False, default=float
+    )
     write_whole(out / "prediction.json", text)
 
 
@@ -154,11 +185,18 @@ def _notes(found: Prediction, seen: Measured | None) -> list[str]:
     return [*found.notes, *(seen.notes if seen else ())]
 
 
-def _show(found: Prediction, seen: Measured | None, compared: list[Comparison], out: Path) -> None:
+def _show(
+    found: Prediction, seen: Measured | None, compared: list[Comparison], out: Path
+) -> None:
     """The prediction in the terminal, and where to look."""
     console, shown = result_console(), Table(box=None, pad_edge=False)
     shown.add_column(found.rig)
-    for heading in ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by packing"):
+    for heading in (
+        "one packing, 95 %",
+        "mean of many, 95 %",
+        "sd by parameters",
+        "by packing",
+    ):
         shown.add_column(heading, justify="right")
     for r in rows(found).itertuples():
         shown.add_row(

@@ -1,4 +1,5 @@
-"""What a calibration leaves in its folder: result.json, and every table as CSV. Each file appears whole or not at all."""
+"""What a calibration leaves in its folder: result.json, and every table as CSV. Each
+file appears whole or not at all."""
 
 import json
 from dataclasses import asdict
@@ -19,12 +20,20 @@ SCHEMA = 1
 CURVE_POINTS = 101
 CONVENTIONS = {
     "rolling": "edem",
-    "rolling_means": "torque = μ_r × normal force × own centroid-to-contact distance, against each "
-    "body's own spin (EDEM standard)",
+    "rolling_means": (
+        "torque = μ_r × normal force × own centroid-to-contact distance, against each "
+        "body's own spin (EDEM standard)"
+    ),
     "restitution": "normal speed after over before impact, at any speed",
     "static_friction": "Coulomb: largest tangential over normal force",
-    "repose_angle": "least-squares line through the outline between 20 and 80 % of the crest's height, against the horizontal",
-    "centroid_angle": "atan(z̄ / x̄) of what stands above a tenth of the crest's height, x̄ from the wall or the heap's axis",
+    "repose_angle": (
+        "least-squares line through the outline between 20 and 80 % of the crest's"
+        " height, against the horizontal"
+    ),
+    "centroid_angle": (
+        "atan(z̄ / x̄) of what stands above a tenth of the crest's height, x̄ from the"
+        " wall or the heap's axis"
+    ),
     "interval": "low to high holds the value with probability `level`, given the model",
 }
 
@@ -34,7 +43,9 @@ def write_result(c: Calibration, out: Path) -> None:
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
-        write_whole(tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g"))
+        write_whole(
+            tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g")
+        )
     shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
     plain = _plain(content(c) | shown)
     text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
@@ -42,10 +53,16 @@ def write_result(c: Calibration, out: Path) -> None:
 
 
 def _beside(p: Pair, out: Path) -> dict:
-    """Which recording is shown beside which run of the twin, as a folder below `out`."""
+    """Which recording is shown beside which run of the twin, as a folder below
+    `out`."""
     inside = p.folder.resolve().is_relative_to(out.resolve())
     twin = p.folder.resolve().relative_to(out.resolve()) if inside else p.folder
-    return {"rig": p.rig, "recording": p.recording, "alike": "crest" not in p.x_name, "twin": twin.as_posix()}
+    return {
+        "rig": p.rig,
+        "recording": p.recording,
+        "alike": "crest" not in p.x_name,
+        "twin": twin.as_posix(),
+    }
 
 
 def content(c: Calibration) -> dict:
@@ -62,7 +79,10 @@ def content(c: Calibration) -> dict:
         "bench": {
             "folder": str(c.bench.folder),
             "provenance": list(c.bench.provenance),
-            "means": {n: _mean(f) for n, f in c.steel.items()} | ({"pile": _mean(c.pile)} if c.pile else {}),
+            "means": (
+                {n: _mean(f) for n, f in c.steel.items()}
+                | ({"pile": _mean(c.pile)} if c.pile else {})
+            ),
             "sha256": c.bench.hashes,
             "described": c.bench.seed,
         },
@@ -73,7 +93,10 @@ def content(c: Calibration) -> dict:
         "findings": list(c.findings),
         "printed_but_does_not_follow": c.not_following.to_dict("records"),
         "contradictions": list(c.flags),
-        "notes": {n: list(f.notes) for n, f in c.steel.items()} | ({"pile": list(c.pile.notes)} if c.pile else {}),
+        "notes": (
+            {n: list(f.notes) for n, f in c.steel.items()}
+            | ({"pile": list(c.pile.notes)} if c.pile else {})
+        ),
         "options": c.options,
         "random_seed": c.seed,
         "versions": versions(),
@@ -85,7 +108,9 @@ def _mean(fit) -> dict:
 
 
 def _verifications(c: Calibration) -> dict:
-    found = {n: f.verification for n, f in c.steel.items()} | ({"pile": c.pile.verification} if c.pile else {})
+    found = {n: f.verification for n, f in c.steel.items()} | (
+        {"pile": c.pile.verification} if c.pile else {}
+    )
     return {n: v for n, v in found.items() if v is not None}
 
 
@@ -102,27 +127,43 @@ def _pile(c: Calibration) -> dict | None:
         "boundary": o.boundary,
         "nearest_the_centre": c.pile.central.point,
         "solutions": c.pile.sheet.statement,
-        "path_meets_bench_at": c.pile.path.crossing if c.pile.path is not None else None,
+        "path_meets_bench_at": (
+            c.pile.path.crossing if c.pile.path is not None else None
+        ),
     }
     if c.joint is not None:
         tension = c.joint.posterior.tension
-        out["observables"] = tension[tension["observable"].str.startswith("pile: ")].to_dict("records")
+        out["observables"] = tension[
+            tension["observable"].str.startswith("pile: ")
+        ].to_dict("records")
     if c.joint is not None and len(c.joint.directions):
-        out["directions"] = c.joint.directions[["sd_ratio", "resolved", "statement"]].to_dict("records")
-        out["measure_next"] = c.joint.narrowing.iloc[0]["candidate"] if len(c.joint.narrowing) else None
+        out["directions"] = c.joint.directions[
+            ["sd_ratio", "resolved", "statement"]
+        ].to_dict("records")
+        out["measure_next"] = (
+            c.joint.narrowing.iloc[0]["candidate"] if len(c.joint.narrowing) else None
+        )
     return out
 
 
 def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
     """Every table by the name of its file."""
     flat = parameters(c)
-    flat["budget"] = ["; ".join(f"{k} {v:.0%}" for k, v in b.items()) for b in flat["budget"]]
+    flat["budget"] = [
+        "; ".join(f"{k} {v:.0%}" for k, v in b.items()) for b in flat["budget"]
+    ]
     out = {"parameters": flat, "printed": c.checks}
     for name, r in c.bench.rigs.items():
-        out[f"{name}_bench"] = pd.DataFrame({r.response: r.values, "reading_sd": r.reading_sd})
+        out[f"{name}_bench"] = pd.DataFrame(
+            {r.response: r.values, "reading_sd": r.reading_sd}
+        )
         out[f"{name}_recordings"] = r.recordings
     for name, fit in c.steel.items():
-        out |= {f"{name}_simulated": fit.rows, f"{name}_answers": fit.answers, f"{name}_curve": curve(fit)}
+        out |= {
+            f"{name}_simulated": fit.rows,
+            f"{name}_answers": fit.answers,
+            f"{name}_curve": curve(fit),
+        }
     if c.pile is not None:
         p = c.pile
         out |= {
@@ -138,17 +179,33 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         out |= {"pile_path": p.path.errors} if p.path is not None else {}
         out |= {"pile_replicates": p.plan.table} if p.plan is not None else {}
     if c.joint is not None:
-        out |= {"posterior": c.joint.posterior.draws, "posterior_summary": c.joint.table, "tension": c.joint.posterior.tension}
-        out |= {"directions": c.joint.directions, "narrowing": c.joint.narrowing} if len(c.joint.directions) else {}
+        out |= {
+            "posterior": c.joint.posterior.draws,
+            "posterior_summary": c.joint.table,
+            "tension": c.joint.posterior.tension,
+        }
+        out |= (
+            {"directions": c.joint.directions, "narrowing": c.joint.narrowing}
+            if len(c.joint.directions)
+            else {}
+        )
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}
 
 
 def curve(fit: SteelFit) -> pd.DataFrame:
     """Both curves of a rig with their standard errors, for drawing."""
     x = np.linspace(fit.polynomial.low, fit.polynomial.high, CURVE_POINTS)
-    table = pd.DataFrame({fit.rig.parameter: x, "polynomial": fit.polynomial.mean(x), "se": np.sqrt(fit.polynomial.variance(x))})
+    table = pd.DataFrame(
+        {
+            fit.rig.parameter: x,
+            "polynomial": fit.polynomial.mean(x),
+            "se": np.sqrt(fit.polynomial.variance(x)),
+        }
+    )
     if fit.monotone is not None:
-        table = table.assign(monotone=fit.monotone.mean(x), monotone_se=np.sqrt(fit.monotone.variance(x)))
+        table = table.assign(
+            monotone=fit.monotone.mean(x), monotone_se=np.sqrt(fit.monotone.variance(x))
+        )
     return table
 
 

@@ -1,9 +1,10 @@
-"""Diagnosis of a bench: which physics the simulation leaves out, where, and whether it matters.
+"""Diagnosis of a bench: which physics the simulation leaves out, where, and whether it
+matters.
 
-    from diagnose import diagnose_bench
+from diagnose import diagnose_bench
 
-    for rig, finding in diagnose_bench("samples/concealed-roll").findings.items():
-        print(rig, finding.verdict, finding.names)
+for rig, finding in diagnose_bench("samples/concealed-roll").findings.items():
+    print(rig, finding.verdict, finding.names)
 """
 
 

@@ -1,7 +1,7 @@
 """Drag of the stated seed in air at any speed, and how well it is known.
 
-C_d(Re) = (24/Re)(1 + 0.15 Re^0.687) + 0.42/(1 + 42500 Re^−1.16), Re < 3·10⁵ (Clift & Gauvin 1971),
-of a sphere of the seed's volume; a seed's own differs by about SHAPE_SD.
+C_d(Re) = (24/Re)(1 + 0.15 Re^0.687) + 0.42/(1 + 42500 Re^−1.16), Re < 3·10⁵ (Clift &
+Gauvin 1971), of a sphere of the seed's volume; a seed's own differs by about SHAPE_SD.
 """
 
 import math
@@ -12,7 +12,9 @@ import numpy as np
 SHAPE_SD = 0.15  # relative, of C_d beside a sphere's
 SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
 SEED_DRAG = 0.05  # relative sd of one seed's drag within its lot (size, attitude)
-UNKNOWN = 0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
+UNKNOWN = (
+    0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
+)
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # floor on speeds
 G_M_S2 = 9.80665
@@ -49,18 +51,32 @@ def stated_sizes_mm(description: dict) -> list[float]:
 def air_of(description: dict) -> Air:
     """From `seed` and `air` sections; absent keys get typical values and a wide sd."""
     seed, air = description.get("seed", {}), description.get("air", {})
-    density, viscosity = air.get("density_kg_m3", 1.2), air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
+    density, viscosity = (
+        air.get("density_kg_m3", 1.2),
+        air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5,
+    )
     stated = density > 0
     density = density or 1.2
     sizes = stated_sizes_mm(description)
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000 if sizes else 7e-3
-    mass = seed["mass_g"] / 1000 if seed.get("mass_g") else seed.get("density_kg_m3", 0.0) * math.pi / 6 * diameter**3
+    mass = (
+        seed["mass_g"] / 1000
+        if seed.get("mass_g")
+        else seed.get("density_kg_m3", 0.0) * math.pi / 6 * diameter**3
+    )
     reynolds = density * diameter / viscosity
     known = bool(sizes) and mass > 0
     mass = mass or 1250 * math.pi / 6 * diameter**3
     lift = density * math.pi * diameter**3 / 8 / 2 / mass
     speed = REFERENCE_SPEED_M_S
-    force = density * float(drag_coefficient(reynolds * speed)) * math.pi / 8 * diameter**2 * speed**2
+    force = (
+        density
+        * float(drag_coefficient(reynolds * speed))
+        * math.pi
+        / 8
+        * diameter**2
+        * speed**2
+    )
     room = force / (mass * G_M_S2)
     if not stated:
         return Air(0.0, 0.0, room, reynolds, lift)
@@ -70,7 +86,8 @@ def air_of(description: dict) -> Air:
 
 
 def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndarray:
-    """Speed (f, n, 1) [m/s] of (f, n, 2) velocities and v_y² (f, 1), which may be < 0."""
+    """Speed (f, n, 1) [m/s] of (f, n, 2) velocities and v_y² (f, 1), which may be <
+    0."""
     square = (velocity**2).sum(axis=-1, keepdims=True) + aside_square[..., None]
     return np.sqrt(np.maximum(square, SLOWEST_M_S**2))
 
@@ -78,11 +95,13 @@ def speed_through_air(velocity: np.ndarray, aside_square: np.ndarray) -> np.ndar
 def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0):
     """s in a = −(share g) s u, u the velocity through the air; s u is u/|u| at 2 m/s.
 
-    slope: d ln C_d/d ln v beside a sphere's, clipped to ± 1: a force that falls with speed
-    diverges.
-    """
+    slope: d ln C_d/d ln v beside a sphere's, clipped to ± 1: a force that falls with
+    speed diverges."""
     slope = min(max(slope, -1.0), 1.0)
-    reference = drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S) * REFERENCE_SPEED_M_S**2
+    reference = (
+        drag_coefficient(reynolds_per_speed * REFERENCE_SPEED_M_S)
+        * REFERENCE_SPEED_M_S**2
+    )
     bent = np.maximum(speed / REFERENCE_SPEED_M_S, 1e-6) ** slope if slope else 1.0
     return drag_coefficient(reynolds_per_speed * speed) * speed / reference * bent
 
@@ -90,4 +109,9 @@ def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0
 def drag_over_mass(motion, share) -> np.ndarray:
     """a = −share g s(|v|) v [m/s²] of a `Motion`; share: scalar or (f, 1, 1)."""
     speed = speed_through_air(motion.velocity, motion.aside_square)
-    return -share * motion.g * drag_shape(speed, motion.reynolds[..., None], motion.slope) * motion.velocity
+    return (
+        -share
+        * motion.g
+        * drag_shape(speed, motion.reynolds[..., None], motion.slope)
+        * motion.velocity
+    )

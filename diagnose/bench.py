@@ -41,15 +41,30 @@ class Diagnosis:
         """The content of diagnosis.json."""
         rigs = {}
         for rig, finding in self.findings.items():
-            rigs[rig] = finding.to_json() | ({"twin": self.twins[rig].to_json()} if rig in self.twins else {})
-        trouble = [dict(zip(("recording", "rig", "why"), entry, strict=True)) for entry in self.trouble]
+            rigs[rig] = finding.to_json() | (
+                {"twin": self.twins[rig].to_json()} if rig in self.twins else {}
+            )
+        trouble = [
+            dict(zip(("recording", "rig", "why"), entry, strict=True))
+            for entry in self.trouble
+        ]
         return {
-            "schema": 1, "rigs": rigs, "refused": self.refused, "trouble": trouble, "notes": list(self.notes),
+            "schema": 1,
+            "rigs": rigs,
+            "refused": self.refused,
+            "trouble": trouble,
+            "notes": list(self.notes),
             "random_seed": self.seed,
-        }  # fmt: skip
+        }
 
 
-def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), say: Say = lambda text: None) -> Diagnosis:
+def diagnose_bench(
+    folder: Path,
+    *,
+    seed: int = 1,
+    only: tuple[str, ...] = (),
+    say: Say = lambda text: None,
+) -> Diagnosis:
     """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
     entries = listed(folder)
@@ -68,28 +83,58 @@ def diagnose_bench(folder: Path, *, seed: int = 1, only: tuple[str, ...] = (), s
         else:
             refused[rig] = found
     took = time.monotonic() - begun
-    notes = tuple(f"{n}: one recording only: nothing could be held out" for n, f in findings.items() if len(f.recordings) == 1)
-    return Diagnosis(Path(folder), findings, used, refused, tuple(dict.fromkeys(trouble)), notes, took, seed)
+    notes = tuple(
+        f"{n}: one recording only: nothing could be held out"
+        for n, f in findings.items()
+        if len(f.recordings) == 1
+    )
+    return Diagnosis(
+        Path(folder),
+        findings,
+        used,
+        refused,
+        tuple(dict.fromkeys(trouble)),
+        notes,
+        took,
+        seed,
+    )
 
 
-def _diagnosed(folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say):
-    """A Finding or why there is none; recordings used; those that were not: (name, rig, why)."""
+def _diagnosed(
+    folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say
+):
+    """A Finding or why there is none; recordings used; those that were not: (name, rig,
+    why)."""
     if rig not in READERS:
         return f"a {rig} cannot be diagnosed yet", [], []
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
         module, reader = READERS[rig]  # imported on first use
         seen = getattr(import_module(f"twin.{module}"), reader)(folder)
-        known = {e.recording for e in entries}  # every rig's reader reports unreadable files
-        wrong = [(s.recording, rig, s.trouble) for s in seen if s.trouble and s.recording in known]
+        known = {
+            e.recording for e in entries
+        }  # every rig's reader reports unreadable files
+        wrong = [
+            (s.recording, rig, s.trouble)
+            for s in seen
+            if s.trouble and s.recording in known
+        ]
         usable = [s for s in seen if not s.trouble]
         if not usable:
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
-        diagnose = getattr(import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}")
-        with np.errstate(all="ignore"):  # a fit may try a step that overflows, and takes it back
+        diagnose = getattr(
+            import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}"
+        )
+        with np.errstate(
+            all="ignore"
+        ):  # a fit may try a step that overflows, and takes it back
             return diagnose(usable, rng), usable, wrong
     except ValueError as error:
         return str(error), [], []
     except Exception as error:  # an error in one rig must not stop the others
-        return f"a fault of benchtwin, please report it: {fault_in_words(error)}", [], []
+        return (
+            f"a fault of benchtwin, please report it: {fault_in_words(error)}",
+            [],
+            [],
+        )

@@ -1,4 +1,5 @@
-"""Command line of `benchtwin diagnose`: options, progress, printed result, exit code."""
+"""Command line of `benchtwin diagnose`: options, progress, printed result, exit
+code."""
 
 import json
 import shutil
@@ -24,13 +25,18 @@ from twin.command import (
 if TYPE_CHECKING:
     from diagnose.bench import Diagnosis
 
-OURS = {"diagnosis.json", "report.html", "twin"}  # what a diagnosis leaves in its folder
+OURS = {
+    "diagnosis.json",
+    "report.html",
+    "twin",
+}  # what a diagnosis leaves in its folder
 RIG_NAMES = ("drop", "slide", "roll", "pile")
 
 
 @dataclass(frozen=True)
 class Asked:
-    """Options. rigs: only these; twin: simulate again; quick: without rendered pictures."""
+    """Options. rigs: only these; twin: simulate again; quick: without rendered
+    pictures."""
 
     bench: Path
     out: Path
@@ -45,7 +51,9 @@ class Asked:
 def diagnose_command(asked: Asked) -> int:
     """Diagnose a bench folder; returns the exit code."""
     stopped = "no diagnosis was written to {out}"
-    return exit_code("diagnose", asked.out, lambda: _diagnose(asked), stopped=stopped, failures=())
+    return exit_code(
+        "diagnose", asked.out, lambda: _diagnose(asked), stopped=stopped, failures=()
+    )
 
 
 def _diagnose(asked: Asked) -> int:
@@ -55,11 +63,11 @@ def _diagnose(asked: Asked) -> int:
 
 
 def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
-    """Diagnose a bench folder and write diagnosis and report into `asked.out`; also says whether the report could be drawn.
+    """Diagnose a bench folder and write diagnosis and report into `asked.out`; also
+    says whether the report could be drawn.
 
-    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError where `out`
-    cannot be written.
-    """
+    Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError
+    where `out` cannot be written."""
     from diagnose.bench import diagnose_bench
 
     _check(asked)
@@ -68,12 +76,16 @@ def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
         found = _modelled(asked, found, show) if asked.twin else found
     asked.out.mkdir(parents=True, exist_ok=True)
     _clear(asked)
-    write_whole(asked.out / "diagnosis.json", json.dumps(found.to_json(), indent=1, allow_nan=False))
+    write_whole(
+        asked.out / "diagnosis.json",
+        json.dumps(found.to_json(), indent=1, allow_nan=False),
+    )
     return found, _reported(found, asked.out)
 
 
 def _check(asked: Asked) -> None:
-    """FileNotFoundError without a bench folder; FileExistsError where `out` holds something that must not be replaced."""
+    """FileNotFoundError without a bench folder; FileExistsError where `out` holds
+    something that must not be replaced."""
     if wrong := [rig for rig in asked.rigs if rig not in RIG_NAMES]:
         raise Misuse(f"--rig {wrong[0]}: no such rig; there are {', '.join(RIG_NAMES)}")
     if asked.rng < 0:
@@ -100,11 +112,16 @@ def _reported(found, out: Path) -> bool:
     """Write the report; a fault in drawing it is one line, and the verdict stays."""
     from report.diagnosis import write_report
 
-    return reported(lambda: write_report(found, out), f"the verdict is in {out / 'diagnosis.json'}", "diagnose")
+    return reported(
+        lambda: write_report(found, out),
+        f"the verdict is in {out / 'diagnosis.json'}",
+        "diagnose",
+    )
 
 
 def _show(found, asked: Asked, drawn: bool) -> None:
-    """Print verdicts and where to look; problems go to stderr where nothing was found."""
+    """Print verdicts and where to look; problems go to stderr where nothing was
+    found."""
     from diagnose.words import lines
 
     if not found.findings:

@@ -25,27 +25,52 @@ class TwinPair:
     new: tuple[Recording, Parameters]
 
 
-def compared(again: Resimulation, twins: list[TwinPair], folder: Path, pictures: bool, say: Callable[[str], None]) -> Resimulation:
-    """`again` with every recording beside both simulations, a picture, and optionally films."""
+def compared(
+    again: Resimulation,
+    twins: list[TwinPair],
+    folder: Path,
+    pictures: bool,
+    say: Callable[[str], None],
+) -> Resimulation:
+    """`again` with every recording beside both simulations, a picture, and optionally
+    films."""
     rows, ways = [], []
     for k, twin in enumerate(twins):
-        say(f"{again.rig}: running the twin of {twin.name} again ({k + 1} of {len(twins)})")
+        say(
+            f"{again.rig}: running the twin of {twin.name} again ({k + 1} of"
+            f" {len(twins)})"
+        )
         ran = [run_path(*made, k) for made in (twin.old, twin.new)]
         before, after = (rms_distance_mm(twin, path) for path in ran)
-        rows.append(Comparison(twin.name, "way along the path", "mm", before, after, "track"))
+        rows.append(
+            Comparison(twin.name, "way along the path", "mm", before, after, "track")
+        )
         ways.append(ran)
     best = max(range(len(twins)), key=lambda k: rows[k].before - rows[k].after)
     caption = (
-        f"{twins[best].name} at the same moments: as recorded (drawn from its track), the old twin, the new twin with "
-        f"{' and '.join(again.effects)}, and what differs, brightened"
+        f"{twins[best].name} at the same moments: as recorded (drawn from its track),"
+        f" the old twin, the new twin with {' and '.join(again.effects)}, and what"
+        " differs, brightened"
     )
-    again = replace(again, compared=tuple(rows), figure=_figure(twins[best], *ways[best]))
+    again = replace(
+        again, compared=tuple(rows), figure=_figure(twins[best], *ways[best])
+    )
     try:  # no renderer, or a film that cannot be followed: a note
-        again = replace(again, picture=_picture(twins[best], *ways[best]), caption=caption)
+        again = replace(
+            again, picture=_picture(twins[best], *ways[best]), caption=caption
+        )
         if pictures:
-            again = replace(again, compared=(*again.compared, _followed(twins[best], best, again.rig, folder, say)))
+            again = replace(
+                again,
+                compared=(
+                    *again.compared,
+                    _followed(twins[best], best, again.rig, folder, say),
+                ),
+            )
     except (RuntimeError, ValueError) as error:
-        again = replace(again, notes=(*again.notes, f"no pictures of the twin: {error}"))
+        again = replace(
+            again, notes=(*again.notes, f"no pictures of the twin: {error}")
+        )
     return again
 
 
@@ -58,16 +83,26 @@ def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
     """The recording with the frame rate of these rows where none is stated."""
     if recording.camera.fps is not None:
         return recording
-    return replace(recording, camera=recording.camera.model_copy(update={"fps": float(1 / np.median(np.diff(time_s)))}))
+    return replace(
+        recording,
+        camera=recording.camera.model_copy(
+            update={"fps": float(1 / np.median(np.diff(time_s)))}
+        ),
+    )
 
 
 def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
-    """Root mean square [mm] between recorded and simulated way, clocks started at `from_mm`."""
+    """Root mean square [mm] between recorded and simulated way, clocks started at
+    `from_mm`."""
     begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)
     if not np.isfinite(own):
-        return float(np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean()))  # it did not move that far
+        return float(
+            np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean())
+        )  # it did not move that far
     time = np.linspace(0.0, twin.seen.time[-1] - begin, POINTS)
-    return float(np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean()))
+    return float(
+        np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean())
+    )
 
 
 def _followed(twin: TwinPair, number: int, rig: str, folder: Path, say) -> Comparison:
@@ -78,8 +113,12 @@ def _followed(twin: TwinPair, number: int, rig: str, folder: Path, say) -> Compa
         out = folder / f"{twin.name.replace('/', '-')}-{which}"
         shutil.rmtree(out, ignore_errors=True)
         out.parent.mkdir(parents=True, exist_ok=True)
-        off[which] = rms_distance_mm(twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}")))
-    return Comparison(twin.name, "way along the path", "mm", off["old"], off["new"], "pictures")
+        off[which] = rms_distance_mm(
+            twin, filmed(*made, number, out, lambda text: say(f"{rig}: {text}"))
+        )
+    return Comparison(
+        twin.name, "way along the path", "mm", off["old"], off["new"], "pictures"
+    )
 
 
 def _figure(twin: TwinPair, old: Path1D, new: Path1D) -> dict:
@@ -89,17 +128,37 @@ def _figure(twin: TwinPair, old: Path1D, new: Path1D) -> dict:
     for name, path in (("old twin", old), ("new twin", new)):
         if np.isfinite(own := path.reached(twin.from_mm)):
             points[name] = (time, path.at(own + time))
-    return {"x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}", "y": "way along the path (mm)", "points": points}
+    return {
+        "x": f"time since {twin.from_mm:.3g} mm (s), {twin.name}",
+        "y": "way along the path (mm)",
+        "points": points,
+    }
 
 
 def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
-    """Recording and simulations at the same moments: several of a roll, one of a slide."""
+    """Recording and simulations at the same moments: several of a roll, one of a
+    slide."""
     slide = twin.old[0].rig == "slide"
-    begin, span = twin.seen.reached(twin.from_mm), twin.seen.time[-1] - twin.seen.reached(twin.from_mm)
+    begin, span = (
+        twin.seen.reached(twin.from_mm),
+        twin.seen.time[-1] - twin.seen.reached(twin.from_mm),
+    )
     moments = [0.8 * span] if slide else [k * span / 7 for k in range(8)]
-    recorded = [int(np.argmin(np.abs(new.way - way))) for way in twin.seen.at(begin + np.array(moments))]
-    frames = [[int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t))) for t in moments] for path in (old, new)]
+    recorded = [
+        int(np.argmin(np.abs(new.way - way)))
+        for way in twin.seen.at(begin + np.array(moments))
+    ]
+    frames = [
+        [
+            int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t)))
+            for t in moments
+        ]
+        for path in (old, new)
+    ]
     drawn = [shown(twin.new[0], new.motion, recorded)]
-    drawn += [shown(made[0], path.motion, which) for made, path, which in zip((twin.old, twin.new), (old, new), frames)]
+    drawn += [
+        shown(made[0], path.motion, which)
+        for made, path, which in zip((twin.old, twin.new), (old, new), frames)
+    ]
     labels = ["recording", "old twin", "new twin", "recording - old", "recording - new"]
     return above([*drawn, *differences(drawn, 60)], labels)

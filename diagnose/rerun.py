@@ -13,7 +13,10 @@ from diagnose.finding import Finding
 from diagnose.words import PLURALS, effect_named, fault_in_words, followed_condition
 
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
-PER_RECORDING_RIGS = ("drop", "slide")  # rigs whose recordings can each have their own parameter
+PER_RECORDING_RIGS = (
+    "drop",
+    "slide",
+)  # rigs whose recordings can each have their own parameter
 
 
 @dataclass(frozen=True)
@@ -46,39 +49,67 @@ class Resimulation:
     def total(self, by: str = "track") -> tuple[float, float, str, str]:
         """Root mean square of the first quantity: before, after, unit, quantity."""
         first = next((c for c in self.compared if c.by == by), self.compared[0])
-        own = [c for c in self.compared if c.quantity == first.quantity and c.by == first.by]
-        before, after = (math.sqrt(np.mean([getattr(c, key) ** 2 for c in own])) for key in ("before", "after"))
+        own = [
+            c
+            for c in self.compared
+            if c.quantity == first.quantity and c.by == first.by
+        ]
+        before, after = (
+            math.sqrt(np.mean([getattr(c, key) ** 2 for c in own]))
+            for key in ("before", "after")
+        )
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """One sentence: run again so that the plate rises by 0.2°, the twin is off by 0.97 mm where it was off by 7.7 mm."""
+        """One sentence: run again so that the plate rises by 0.2°, the twin is off by
+        0.97 mm where it was off by 7.7 mm."""
         if not self.compared:
             return "; ".join(self.notes)
         before, after, unit, quantity = self.total()
         held = "; each recording with what the others gave" if self.held_out else ""
         unit = {"1": "", "°": "°"}.get(unit, f" {unit}")
-        what = f"the twin is off by {after:.2g}{unit} where it was off by {before:.2g}{unit}"
-        confirmed = "" if after < CONFIRMED_RATIO * before else ": an improvement of less than 5 %, which does not confirm the verdict"
+        what = (
+            f"the twin is off by {after:.2g}{unit} where it was off by"
+            f" {before:.2g}{unit}"
+        )
+        confirmed = (
+            ""
+            if after < CONFIRMED_RATIO * before
+            else ": an improvement of less than 5 %, which does not confirm the verdict"
+        )
         return f"run again so that {self.change}, {what} ({quantity}{held}){confirmed}"
 
     def to_json(self) -> dict:
         """The entry "twin" of diagnosis.json."""
-        out = {"effects": list(self.effects), "change": self.change, "notes": list(self.notes), "held_out": self.held_out}
+        out = {
+            "effects": list(self.effects),
+            "change": self.change,
+            "notes": list(self.notes),
+            "held_out": self.held_out,
+        }
         if self.compared:
             before, after, unit, quantity = self.total()
-            out |= {"quantity": quantity, "unit": unit, "rmse_before": before, "rmse_after": after}
+            out |= {
+                "quantity": quantity,
+                "unit": unit,
+                "rmse_before": before,
+                "rmse_after": after,
+            }
         return out | {"recordings": [vars(c) for c in self.compared]}
 
 
 def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
     """Settings of the simulation for these values of effects' parameters, by name.
 
-    "laws": numbers of force laws, by name ("fall" of a restitution: e(0.5 m/s) − e(2 m/s)); "air":
-    drag over weight beyond what is stated ("share") at a speed ("at_m_s"), wind_x [m/s], Magnus' C
-    ("lift"); "rig": added to the rig's numbers. Effects of the camera have their own law.
-    """
+    "laws": numbers of force laws, by name ("fall" of a restitution: e(0.5 m/s) − e(2
+    m/s)); "air": drag over weight beyond what is stated ("share") at a speed
+    ("at_m_s"), wind_x [m/s], Magnus' C ("lift"); "rig": added to the rig's numbers.
+    Effects of the camera have their own law."""
     effects = {n: e for n in values if (e := effect_named(rig, n)) is not None}
-    shown = {n: e.reported(values[n]) if e.reported else values[n] for n, e in effects.items()}
+    shown = {
+        n: e.reported(values[n]) if e.reported else values[n]
+        for n, e in effects.items()
+    }
     out: dict[str, dict] = {}
     changes = [e.counterpart.change for e in effects.values() if e.counterpart]
     for change in filter(None, changes):
@@ -88,38 +119,58 @@ def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
 
 
 def values_by_recording(finding: Finding) -> dict[str, dict[str, float]]:
-    """For every recording, each effect's fitted parameters as the other recordings have them."""
-    return {r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()} for k, r in enumerate(finding.recordings)}
+    """For every recording, each effect's fitted parameters as the other recordings have
+    them."""
+    return {
+        r: {n: v[min(k, len(v) - 1)] for n, v in finding.left_out.items()}
+        for k, r in enumerate(finding.recordings)
+    }
 
 
-def condition_shifts(contact: Contact, finding: Finding, recordings: list) -> dict[str, float]:
+def condition_shifts(
+    contact: Contact, finding: Finding, recordings: list
+) -> dict[str, float]:
     """Each recording's contact parameter beside the mean, by the named conditions."""
     by_name = {r.recording: r for r in recordings}
     used = [by_name[n] for n in finding.recordings]
     more = np.zeros(len(used))
-    for condition in conditions_of([r.description for r in used], [r.session for r in used])[0]:
+    for condition in conditions_of(
+        [r.description for r in used], [r.session for r in used]
+    )[0]:
         name = effect_name(contact, condition)
         if name in finding.left_out:
             columns = [name, *(f"{name}.{level}" for level in condition.levels[1:])]
-            more += contact.scale * (condition.z * np.array([finding.left_out[n] for n in columns]).T).sum(axis=1)
+            more += contact.scale * (
+                condition.z * np.array([finding.left_out[n] for n in columns]).T
+            ).sum(axis=1)
     return dict(zip(finding.recordings, more.tolist(), strict=True))
 
 
 def secant(
-    miss: Callable[[float], float], low: float, high: float, limits: tuple[float, float], *, iterations: int, close: float
+    miss: Callable[[float], float],
+    low: float,
+    high: float,
+    limits: tuple[float, float],
+    *,
+    iterations: int,
+    close: float,
 ) -> float:
-    """A zero of `miss` within `limits`, by secant steps; the better of the last two points."""
+    """A zero of `miss` within `limits`, by secant steps; the better of the last two
+    points."""
     at_low, at_high = miss(low), miss(high)
     for _ in range(iterations):
         if abs(at_high) < close or abs(at_high - at_low) < 1e-9:
             break
-        step = float(np.clip(high - at_high * (high - low) / (at_high - at_low), *limits))
+        step = float(
+            np.clip(high - at_high * (high - low) / (at_high - at_low), *limits)
+        )
         low, at_low, high, at_high = high, at_high, step, miss(step)
     return float(high if abs(at_high) < abs(at_low) else low)
 
 
 def differences(drawn: list[np.ndarray], least: int) -> list[np.ndarray]:
-    """Pictures less the first one, as bright as the greatest of all, or of `least`, allows."""
+    """Pictures less the first one, as bright as the greatest of all, or of `least`,
+    allows."""
     gaps = [np.abs(drawn[0].astype(int) - other) for other in drawn[1:]]
     bright = 255 / max(least, *(int(gap.max()) for gap in gaps))
     return [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
@@ -133,46 +184,74 @@ def change_in_words(rig: str, finding: Finding) -> str:
             said.append(f"{found[0]} of each recording follows its {found[1]}")
             continue
         told, effect = finding.effects.get(name), effect_named(rig, name)
-        assert effect is not None and effect.counterpart is not None  # see reason_not_simulated
+        assert (
+            effect is not None and effect.counterpart is not None
+        )  # see reason_not_simulated
         value = f"{told.size.value if told else math.nan:.3g}"
         said.append(effect.counterpart.what.format(value=value))
     return "; ".join(said)
 
 
 def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], None]):
-    """The diagnosis with simulations of every rig in which something was named or likeliest."""
+    """The diagnosis with simulations of every rig in which something was named or
+    likeliest."""
     twins = {}
     for rig, finding in found.findings.items():
         named = finding.names if finding.verdict == "name" else ()
         if effects := tuple(dict.fromkeys((*finding.modelled, *named))):
             say(f"{rig}: running the twin again with {' and '.join(effects)}")
-            twins[rig] = _resimulated(rig, effects, finding, found, folder, pictures, say)
+            twins[rig] = _resimulated(
+                rig, effects, finding, found, folder, pictures, say
+            )
     return replace(found, twins=twins)
 
 
 def _resimulated(
-    rig: str, effects: tuple[str, ...], finding: Finding, found, folder: Path, pictures: bool, say
+    rig: str,
+    effects: tuple[str, ...],
+    finding: Finding,
+    found,
+    folder: Path,
+    pictures: bool,
+    say,
 ) -> Resimulation:
-    why = [f"was not run again: {e}: {r}" for e in effects if (r := reason_not_simulated(rig, e))]
+    why = [
+        f"was not run again: {e}: {r}"
+        for e in effects
+        if (r := reason_not_simulated(rig, e))
+    ]
     if not why:
         try:
-            resimulate = importlib.import_module(f"diagnose.rigs.{rig}.resimulation").resimulate
+            resimulate = importlib.import_module(
+                f"diagnose.rigs.{rig}.resimulation"
+            ).resimulate
             return resimulate(finding, found.recordings[rig], folder, pictures, say)
-        except (ValueError, RuntimeError) as error:  # rig, engine's watches, or no renderer
+        except (
+            ValueError,
+            RuntimeError,
+        ) as error:  # rig, engine's watches, or no renderer
             why = [f"could not be run again: {error}"]
         except OSError:
             raise
         except Exception as error:  # an error here must not lose the verdict
-            why = [f"could not be run again, a fault of benchtwin: {fault_in_words(error)}"]
+            why = [
+                f"could not be run again, a fault of benchtwin: {fault_in_words(error)}"
+            ]
     notes = tuple(f"the twin {line}" for line in why)
-    return Resimulation(rig, effects, "the twin was not run again", "", (), False, notes=notes)
+    return Resimulation(
+        rig, effects, "the twin was not run again", "", (), False, notes=notes
+    )
 
 
 def reason_not_simulated(rig: str, name: str) -> str:
     """Why the simulation has no counterpart of an effect; "" where it has one."""
     effect = effect_named(rig, name)
     if effect is None and (found := followed_condition(name)):
-        return "" if rig in PER_RECORDING_RIGS else f"the twin's {PLURALS[rig]} have one {found[0]} for all"
+        return (
+            ""
+            if rig in PER_RECORDING_RIGS
+            else f"the twin's {PLURALS[rig]} have one {found[0]} for all"
+        )
     if effect is None or effect.counterpart is None:
         return (effect and effect.not_simulated) or "nothing in the twin stands for it"
     return ""

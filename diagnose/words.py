@@ -10,13 +10,29 @@ from diagnose.engine.verdict import MATTERS_SDS, NAME_SHARE
 from diagnose.finding import Finding
 
 WHERE = {
-    "flight": "in flight", "impact": "in the impacts", "measurement": "in how it was measured", "onset": "at the onset",
-    "sliding": "while it slides", "incline": "on the incline", "run-out": "in the run-out", "crest": "at the crest",
-    "middle": "in the middle of the slope", "toe": "at the toe",
-}  # fmt: skip
+    "flight": "in flight",
+    "impact": "in the impacts",
+    "measurement": "in how it was measured",
+    "onset": "at the onset",
+    "sliding": "while it slides",
+    "incline": "on the incline",
+    "run-out": "in the run-out",
+    "crest": "at the crest",
+    "middle": "in the middle of the slope",
+    "toe": "at the toe",
+}
 PLURALS = {"drop": "drops", "slide": "slides", "roll": "rolls", "pile": "heaps"}
-UNITS = {"pct": "%", "deg": "°", "c": "°C", "k": "K", "days": "day"}  # at the end of a condition's name
-ONLY_WHEN = {"order": "the order of the recordings", "session": "the session"}  # drifts without a stated cause
+UNITS = {
+    "pct": "%",
+    "deg": "°",
+    "c": "°C",
+    "k": "K",
+    "days": "day",
+}  # at the end of a condition's name
+ONLY_WHEN = {
+    "order": "the order of the recordings",
+    "session": "the session",
+}  # drifts without a stated cause
 
 
 def effect_named(rig: str, name: str) -> Effect | None:
@@ -31,7 +47,8 @@ def fault_in_words(error: Exception) -> str:
 
 
 def followed_condition(name: str) -> tuple[str, str] | None:
-    """The contact parameter, in words, and the condition that it follows; None of other effects.
+    """The contact parameter, in words, and the condition that it follows; None of other
+    effects.
 
     >>> followed_condition("static_friction-follows-moisture_pct")
     ('static friction', 'moisture_pct')
@@ -41,11 +58,15 @@ def followed_condition(name: str) -> tuple[str, str] | None:
 
 
 def verdict_in_words(finding: Finding) -> str:
-    """What is missing, how much of it, and what ignoring it does to the contact parameters."""
+    """What is missing, how much of it, and what ignoring it does to the contact
+    parameters."""
     if finding.verdict == "none":
         count = len(finding.recordings)
         these = "the recording shows" if count == 1 else f"{count} recordings show"
-        return f"nothing is missing that {these} ({percent(finding.p_verdict)}; noise alone: {chance(finding.p_global)})"
+        return (
+            f"nothing is missing that {these} ({percent(finding.p_verdict)}; noise"
+            f" alone: {chance(finding.p_global)})"
+        )
     if finding.verdict == "name":
         told = "; ".join(named(n, finding) for n in finding.names)
     else:
@@ -60,23 +81,39 @@ def _class(finding: Finding) -> str:
     rest = [n for n in finding.names if n not in sure]
     if sure:
         beside = " or ".join(_short(n, finding) for n in rest)
-        return "; ".join([*(named(n, finding) for n in sure), *([f"beside it, not settled: {beside}"] if beside else [])])
+        return "; ".join(
+            [
+                *(named(n, finding) for n in sure),
+                *([f"beside it, not settled: {beside}"] if beside else []),
+            ]
+        )
     if len(rest) == 1:
-        return f"something is missing {place(finding)}; the likely reason, not settled: {named(rest[0], finding)}"
+        return (
+            f"something is missing {place(finding)}; the likely reason, not settled:"
+            f" {named(rest[0], finding)}"
+        )
     some = " or ".join(f"{n} ({percent(_probability(n, finding))})" for n in rest)
-    return f"something is missing {place(finding)}: {some}; these recordings do not tell which"
+    return (
+        f"something is missing {place(finding)}: {some}; these recordings do not tell"
+        " which"
+    )
 
 
 def _unknown(finding: Finding) -> str:
     known = [named(n, finding) for n in finding.names]
-    what = f"something{' else' if known else ''} is missing {place(finding)} that no known effect explains"
+    what = (
+        f"something{' else' if known else ''} is missing {place(finding)} that no known"
+        " effect explains"
+    )
     law = finding.law
     likeliest = next((names for names, _ in finding.explanations if names), ())
     drifts = (followed_condition(n) for n in likeliest if n not in finding.effects)
     if not law and (drift := next(filter(None, drifts), None)):
         when = ONLY_WHEN.get(drift[1], drift[1])
         law = f"{drift[0]} changes with {when}, and nothing stated says why"
-    return "; ".join([*known, f"{what} ({percent(finding.p_verdict)})" + (f": {law}" if law else "")])
+    return "; ".join(
+        [*known, f"{what} ({percent(finding.p_verdict)})" + (f": {law}" if law else "")]
+    )
 
 
 def _moved(finding: Finding) -> list[str]:
@@ -86,9 +123,16 @@ def _moved(finding: Finding) -> list[str]:
         if abs(moved.shift_sds) < MATTERS_SDS:
             continue
         off = moved.explained.value - moved.nothing_missing.value
-        share = 100 * abs(off / moved.explained.value) if moved.explained.value else math.inf
+        share = (
+            100 * abs(off / moved.explained.value)
+            if moved.explained.value
+            else math.inf
+        )
         how = f"{brief(share)} % too {'low' if off > 0 else 'high'}"
-        out.append(f"{name.replace('_', ' ')} reads {how}, {brief(abs(moved.shift_sds))} of its sds")
+        out.append(
+            f"{name.replace('_', ' ')} reads {how}, {brief(abs(moved.shift_sds))} of"
+            " its sds"
+        )
     return [f"left out, {', and '.join(out)}"] if out else []
 
 
@@ -100,22 +144,41 @@ def named(name: str, finding: Finding) -> str:
     unit = effect.wording[1] if effect else ""
     if told is None or not unit or not math.isfinite(told.size.value):
         return _short(name, finding)
-    return f"{_short(name, finding)}: {plus_minus(told.size)}{'' if unit.startswith('°') else ' '}{unit}"
+    return (
+        f"{_short(name, finding)}:"
+        f" {plus_minus(told.size)}{'' if unit.startswith('°') else ' '}{unit}"
+    )
 
 
 def _following(name: str, parameter: str, condition: str, finding: Finding) -> str:
-    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all 10 slides (99.7 %)"; of words each level."""
+    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all
+    10 slides (99.7 %)"; of words each level."""
     told, count = finding.effects.get(name), len(finding.recordings)
-    over = f"in all {count} {PLURALS[finding.rig]} ({percent(_probability(name, finding))})"
+    over = (
+        f"in all {count} {PLURALS[finding.rig]}"
+        f" ({percent(_probability(name, finding))})"
+    )
     if told and told.levels:
-        each = ", ".join(f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}" for level, size in told.levels.items())
-        return f"{parameter} follows {condition}, {over}; beside the mean of all: {each}"
+        each = ", ".join(
+            f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}"
+            for level, size in told.levels.items()
+        )
+        return (
+            f"{parameter} follows {condition}, {over}; beside the mean of all: {each}"
+        )
     if told is None or told.unit == "1" or not math.isfinite(told.size.value):
         return f"{parameter} follows {condition}, {over}"
     what, _, unit = condition.rpartition("_")
-    of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})" if what else f"unit of {condition}"
+    of = (
+        f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
+        if what
+        else f"unit of {condition}"
+    )
     size = plus_minus(told.size).lstrip("−")
-    return f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of}, {over}"
+    return (
+        f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of},"
+        f" {over}"
+    )
 
 
 def missing(name: str, rig: str) -> str:
@@ -131,7 +194,11 @@ def _short(name: str, finding: Finding) -> str:
 
 
 def _probability(name: str, finding: Finding) -> float:
-    return finding.effects[name].probability if name in finding.effects else finding.p_verdict
+    return (
+        finding.effects[name].probability
+        if name in finding.effects
+        else finding.p_verdict
+    )
 
 
 def plus_minus(size) -> str:
@@ -150,7 +217,10 @@ def plus_minus(size) -> str:
 
 def place(finding: Finding) -> str:
     """The most likely sector, in words."""
-    best = next((s for s in finding.sectors if math.isfinite(s.explained) and s.explained > 0), None)
+    best = next(
+        (s for s in finding.sectors if math.isfinite(s.explained) and s.explained > 0),
+        None,
+    )
     return WHERE.get(best.name, f"in {best.name}") if best else "somewhere"
 
 
@@ -176,9 +246,12 @@ def brief(x: float) -> str:
 
 
 def lines(diagnosis) -> list[str]:
-    """What the command prints: a line a rig, what is missing first, what to record next, what could not be used."""
+    """What the command prints: a line a rig, what is missing first, what to record
+    next, what could not be used."""
     out = []
-    for rig, finding in sorted(diagnosis.findings.items(), key=lambda entry: entry[1].verdict == "none"):
+    for rig, finding in sorted(
+        diagnosis.findings.items(), key=lambda entry: entry[1].verdict == "none"
+    ):
         out.append(f"{rig}: {verdict_in_words(finding)}")
         if finding.matters and finding.next_record:
             out.append(f"  to settle it, record: {finding.next_record}")

@@ -1,4 +1,5 @@
-"""What the page hands out as files: a bench as one zip, cards for other engines, a printable list of what to record next."""
+"""What the page hands out as files: a bench as one zip, cards for other engines, a
+printable list of what to record next."""
 
 import html
 import io
@@ -16,32 +17,48 @@ MOST_AT_ONCE = 4  # older packages are thrown away
 
 
 def packed_bench(bench: Path, folder: Folder) -> Path:
-    """The zip file, in the folder for passing things: all but links and hidden files, and the cards of what is calibrated."""
+    """The zip file, in the folder for passing things: all but links and hidden files,
+    and the cards of what is calibrated."""
     place = folder.root / INCOMING
     place.mkdir(exist_ok=True)
-    for old in sorted(place.glob("zip-*"), key=lambda p: p.stat().st_mtime)[:-MOST_AT_ONCE]:
+    for old in sorted(place.glob("zip-*"), key=lambda p: p.stat().st_mtime)[
+        :-MOST_AT_ONCE
+    ]:
         old.unlink(missing_ok=True)
     out = place / f"zip-{secrets.token_hex(8)}"
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as pack:
         for path in sorted(bench.rglob("*")):
             inside = path.relative_to(bench)
-            hidden = any(part.startswith(".") for part in inside.parts) and inside.parts[-1] != RESULTS_MARK
+            hidden = (
+                any(part.startswith(".") for part in inside.parts)
+                and inside.parts[-1] != RESULTS_MARK
+            )
             if path.is_file() and not path.is_symlink() and not hidden:
                 pack.write(path, Path(bench.name) / inside)
-        for engine in ENGINES if (bench / RESULTS / CALIBRATED / "result.json").is_file() else ():
+        for engine in (
+            ENGINES if (bench / RESULTS / CALIBRATED / "result.json").is_file() else ()
+        ):
             with suppress(Refused):  # a result that lacks a parameter has no cards
                 for name, text in card_files(bench / RESULTS, engine).items():
-                    pack.writestr(f"{bench.name}/{RESULTS}/{CALIBRATED}/export/{engine}/{name}", text)
+                    pack.writestr(
+                        f"{bench.name}/{RESULTS}/{CALIBRATED}/export/{engine}/{name}",
+                        text,
+                    )
     return out
 
 
 def card_files(results: Path, engine: str) -> dict[str, str]:
-    """An engine's cards of the last calibration, text by file name; Refused, in words, where there is none."""
+    """An engine's cards of the last calibration, text by file name; Refused, in words,
+    where there is none."""
     try:
         return cards(read_result(results / CALIBRATED), engine)
     except (ValueError, OSError) as error:
         why = str(error).replace(str(results / CALIBRATED) + "/", "")
-        raise Refused(why if (results / CALIBRATED / "result.json").is_file() else "nothing is calibrated yet: no cards") from error
+        raise Refused(
+            why
+            if (results / CALIBRATED / "result.json").is_file()
+            else "nothing is calibrated yet: no cards"
+        ) from error
 
 
 def zipped(files: dict[str, str]) -> bytes:
@@ -55,16 +72,21 @@ def zipped(files: dict[str, str]) -> bytes:
 
 def sheet(bench: str, to_record: dict[str, list[ToRecord]]) -> str:
     """The printable page of what to record next; all names escaped."""
-    parts = [f"<h2>{html.escape(heading)}</h2><ul>{''.join(map(_item, rows))}</ul>" for heading, rows in to_record.items()]
+    parts = [
+        f"<h2>{html.escape(heading)}</h2><ul>{''.join(map(_item, rows))}</ul>"
+        for heading, rows in to_record.items()
+    ]
     title = f"What to record next: {html.escape(bench)}"
     body = "".join(parts) or "<p>Nothing yet: calibrate or diagnose first.</p>"
     button = '<p><button onclick="print()">Print</button></p>'
     return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
+        '<!doctype html><html lang="en"><head><meta'
+        f' charset="utf-8"><title>{title}</title>'
         '<link rel="stylesheet" href="/static/next.css"></head>'
         f"<body><h1>{title}</h1>{button}{body}</body></html>"
     )
 
 
 def _item(row: ToRecord) -> str:
-    return f"<li><span>{html.escape(row.what)}<small>{html.escape(row.why)}</small></span></li>"
+    what, why = html.escape(row.what), html.escape(row.why)
+    return f"<li><span>{what}<small>{why}</small></span></li>"

@@ -1,4 +1,5 @@
-"""The opened folder; nothing outside it is read or written, whatever name a request or a file brings."""
+"""The opened folder; nothing outside it is read or written, whatever name a request or
+a file brings."""
 
 import json
 import os
@@ -28,9 +29,16 @@ class Folder:
     root: Path
 
     def inside(self, name: str) -> Path:
-        """The path that `name` (relative, with forward slashes) means; Refused where it leads out of the folder."""
+        """The path that `name` (relative, with forward slashes) means; Refused where it
+        leads out of the folder."""
         parts = name.split("/")
-        if not name or "\\" in name or "\0" in name or ":" in parts[0] or any(map(_no_part, parts)):
+        if (
+            not name
+            or "\\" in name
+            or "\0" in name
+            or ":" in parts[0]
+            or any(map(_no_part, parts))
+        ):
             raise Refused(f"{name!r} is not a name inside this folder")
         try:
             path = (self.root / name).resolve()
@@ -45,16 +53,28 @@ class Folder:
         return Path(os.path.relpath(path, self.root)).as_posix()
 
     def benches(self) -> list[Path]:
-        """The folder itself if it holds recordings or nothing at all, and the bench folders directly in it."""
-        inside = sorted(p for p in self.root.iterdir() if p.is_dir() and not p.is_symlink() and not p.name.startswith("."))
+        """The folder itself if it holds recordings or nothing at all, and the bench
+        folders directly in it."""
+        inside = sorted(
+            p
+            for p in self.root.iterdir()
+            if p.is_dir() and not p.is_symlink() and not p.name.startswith(".")
+        )
         inside = [p for p in inside if not (p / MARK).is_file()]
-        if (self.root / "bench.toml").is_file() or any((p / "recording.toml").is_file() for p in inside):
+        if (self.root / "bench.toml").is_file() or any(
+            (p / "recording.toml").is_file() for p in inside
+        ):
             return [self.root]
-        benches = [p for p in inside if (p / "bench.toml").is_file() or any(q.is_dir() for q in p.iterdir())]
+        benches = [
+            p
+            for p in inside
+            if (p / "bench.toml").is_file() or any(q.is_dir() for q in p.iterdir())
+        ]
         return benches or [self.root]
 
     def results(self, bench: Path) -> Path:
-        """Where commands leave what they found, made if need be and marked as no recording."""
+        """Where commands leave what they found, made if need be and marked as no
+        recording."""
         folder = bench / RESULTS
         folder.mkdir(exist_ok=True)
         (folder / MARK).touch()
@@ -67,7 +87,11 @@ class Folder:
 
 def _no_part(part: str) -> bool:
     """Whether this cannot be the name of a file or folder in a folder."""
-    return part in ("", "..") or part.startswith("~") or len(part.encode(errors="replace")) > 255
+    return (
+        part in ("", "..")
+        or part.startswith("~")
+        or len(part.encode(errors="replace")) > 255
+    )
 
 
 def read_json(path: Path) -> dict:
@@ -79,16 +103,25 @@ def read_json(path: Path) -> dict:
 
 
 def clean_name(name: str) -> str:
-    """A file's own name as it can stand in any folder: no folders in it, no control characters, not hidden, not too long."""
+    """A file's own name as it can stand in any folder: no folders in it, no control
+    characters, not hidden, not too long."""
     name = unicodedata.normalize("NFC", name.replace("\\", "/").rsplit("/", 1)[-1])
-    name = "".join(c for c in name if c.isprintable() and c not in '/\\:*?"|').strip(" .") or "file"
+    name = (
+        "".join(c for c in name if c.isprintable() and c not in '/\\:*?"|').strip(" .")
+        or "file"
+    )
     stem, dot, suffix = name.rpartition(".")
-    return f"{stem[: LONGEST_NAME - len(suffix) - 1]}.{suffix}" if dot and len(suffix) < 12 else name[:LONGEST_NAME]
+    return (
+        f"{stem[: LONGEST_NAME - len(suffix) - 1]}.{suffix}"
+        if dot and len(suffix) < 12
+        else name[:LONGEST_NAME]
+    )
 
 
 @contextmanager
 def whole_folder(target: Path, root: Path) -> Iterator[Path]:
-    """A folder to fill, which takes the place `target` when all is in it, or never appears; an existing one is not replaced."""
+    """A folder to fill, which takes the place `target` when all is in it, or never
+    appears; an existing one is not replaced."""
     part = root / INCOMING / f"folder-{secrets.token_hex(8)}"
     part.mkdir(parents=True)
     try:
@@ -102,7 +135,8 @@ def whole_folder(target: Path, root: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Replace a file's content at once: whoever reads it, or kills us, finds the old or the new one whole."""
+    """Replace a file's content at once: whoever reads it, or kills us, finds the old or
+    the new one whole."""
     part = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     try:
         with part.open("wb") as file:

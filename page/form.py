@@ -1,4 +1,5 @@
-"""The keys of recording.toml as a form: each with its unit, range, help, present value and where that comes from."""
+"""The keys of recording.toml as a form: each with its unit, range, help, present value
+and where that comes from."""
 
 import re
 import typing
@@ -14,9 +15,20 @@ from vision.evidence.keys import Keys
 from vision.recording import RIGS
 
 UNITS = {
-    "mm": "mm", "g": "g", "s": "s", "deg": "°", "kg_m3": "kg/m³", "pa_s": "Pa s", "px": "px", "mm_per_px": "mm/px", "fps": "1/s",
-    "deg_s": "°/s", "mm_s": "mm/s", "rad_s": "rad/s", "pct": "%",
-}  # fmt: skip
+    "mm": "mm",
+    "g": "g",
+    "s": "s",
+    "deg": "°",
+    "kg_m3": "kg/m³",
+    "pa_s": "Pa s",
+    "px": "px",
+    "mm_per_px": "mm/px",
+    "fps": "1/s",
+    "deg_s": "°/s",
+    "mm_s": "mm/s",
+    "rad_s": "rad/s",
+    "pct": "%",
+}
 COMMON_SECTIONS = ("seed", "camera")  # sections that every rig has
 SIMULATED = "simulated"  # in a help text: measuring does without it
 NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
@@ -24,7 +36,8 @@ NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
 
 @dataclass(frozen=True)
 class Field:
-    """One key. value: what the file says, None: nothing; inherited: what bench.toml says; kind: number, list, choice, yes, text."""
+    """One key. value: what the file says, None: nothing; inherited: what bench.toml
+    says; kind: number, list, choice, yes, text."""
 
     section: str
     key: str
@@ -42,14 +55,19 @@ class Field:
         return SIMULATED in self.help
 
     def read(self, text: Any) -> Any:
-        """The value that somebody typed; None for nothing. Refused, in words, for what cannot be one."""
+        """The value that somebody typed; None for nothing. Refused, in words, for what
+        cannot be one."""
         if text is None or (isinstance(text, str) and not text.strip()):
             return None
         if self.kind in ("yes", "choice"):
             return text
         if self.kind == "text":
             return str(text).strip()
-        parts = re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip()) if self.kind == "list" else [str(text)]
+        parts = (
+            re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip())
+            if self.kind == "list"
+            else [str(text)]
+        )
         numbers = [_number(part, self) for part in parts if part]
         return numbers if self.kind == "list" else numbers[0]
 
@@ -65,44 +83,88 @@ class Section:
 
 
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
-    """The sections that a recording of `rig` has; content: its recording.toml; defaults: the bench.toml."""
+    """The sections that a recording of `rig` has; content: its recording.toml;
+    defaults: the bench.toml."""
     more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
     wanted = [*COMMON_SECTIONS, *([rig] if rig in RIGS else []), *more, "air"]
-    top = tuple(_field("", key, info, content, defaults) for key, info in Keys.model_fields.items() if not _section(info))
+    top = tuple(
+        _field("", key, info, content, defaults)
+        for key, info in Keys.model_fields.items()
+        if not _section(info)
+    )
     sections = [Section("", "Recording", "", top)]
     for name in wanted:
         model = _section(Keys.model_fields[name])
         assert model is not None
         inside, above = content.get(name, {}), defaults.get(name, {})
-        fields = tuple(_field(name, key, info, inside, above) for key, info in model.model_fields.items())
-        sections.append(Section(name, name.capitalize(), (model.__doc__ or "").strip(), fields))
+        fields = tuple(
+            _field(name, key, info, inside, above)
+            for key, info in model.model_fields.items()
+        )
+        sections.append(
+            Section(name, name.capitalize(), (model.__doc__ or "").strip(), fields)
+        )
     return sections
 
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:
     """Keys (section, key) that a measurement asked for by name."""
-    named = {(section, key) for reason in reasons for section, key in NEEDED.findall(reason) if section in Keys.model_fields}
+    named = {
+        (section, key)
+        for reason in reasons
+        for section, key in NEEDED.findall(reason)
+        if section in Keys.model_fields
+    }
     return named | {("", "rig") for reason in reasons if "rig is missing" in reason}
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:
-    return info.annotation if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel) else None
+    return (
+        info.annotation
+        if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel)
+        else None
+    )
 
 
-def _field(section: str, key: str, info: FieldInfo, content: dict, defaults: dict) -> Field:
+def _field(
+    section: str, key: str, info: FieldInfo, content: dict, defaults: dict
+) -> Field:
     kind, choices, bounds = _kind(info.annotation)
     plain = key.removesuffix("_sd")
-    unit = next((UNITS[end] for end in sorted(UNITS, key=len, reverse=True) if plain == end or plain.endswith(f"_{end}")), "")
+    unit = next(
+        (
+            UNITS[end]
+            for end in sorted(UNITS, key=len, reverse=True)
+            if plain == end or plain.endswith(f"_{end}")
+        ),
+        "",
+    )
     help_text = " ".join((info.description or "").split())
-    return Field(section, key, kind, unit, bounds, help_text, choices, content.get(key), defaults.get(key))
+    return Field(
+        section,
+        key,
+        kind,
+        unit,
+        bounds,
+        help_text,
+        choices,
+        content.get(key),
+        defaults.get(key),
+    )
 
 
 def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
     """(kind, choices, bounds in words) of a key's type."""
-    parts = [a for a in typing.get_args(annotation) if a is not type(None)] or [annotation]
+    parts = [a for a in typing.get_args(annotation) if a is not type(None)] or [
+        annotation
+    ]
     if typing.get_origin(annotation) is dict:
         return "conditions", (), ""
-    choices = tuple(str(c) for p in parts for c in (typing.get_args(p) if typing.get_origin(p) is Literal else ()))
+    choices = tuple(
+        str(c)
+        for p in parts
+        for c in (typing.get_args(p) if typing.get_origin(p) is Literal else ())
+    )
     if choices:
         return "choice", choices, ""
     inner = parts[0]
@@ -118,9 +180,19 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         inside = typing.get_args(base)
         return "list", (), "" if Ellipsis in inside else f"{len(inside)} numbers"
     limits = [m for s in limits_of for m in (getattr(s, "metadata", None) or [s])]
-    low = next((m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)), None)
-    high = next((m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)), None)
-    return "number", (), _range(low, high, reached=any(isinstance(m, Ge) for m in limits))
+    low = next(
+        (m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)),
+        None,
+    )
+    high = next(
+        (m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)),
+        None,
+    )
+    return (
+        "number",
+        (),
+        _range(low, high, reached=any(isinstance(m, Ge) for m in limits)),
+    )
 
 
 def _range(low: Any, high: Any, *, reached: bool) -> str:
@@ -129,7 +201,13 @@ def _range(low: Any, high: Any, *, reached: bool) -> str:
         return f"{low:g} to {high:g}"
     if low is not None and reached:
         return f"{low:g} or more"
-    return f"above {low:g}" if low is not None else f"below {high:g}" if high is not None else ""
+    return (
+        f"above {low:g}"
+        if low is not None
+        else f"below {high:g}"
+        if high is not None
+        else ""
+    )
 
 
 def _number(text: str, field: Field) -> float | int:
@@ -139,4 +217,8 @@ def _number(text: str, field: Field) -> float | int:
         value = float(plain)
     except ValueError:
         raise Refused(f"{field.key}: {text!r} is not a number") from None
-    return int(value) if value == int(value) and re.fullmatch(r"[+-]?\d+", plain) else value
+    return (
+        int(value)
+        if value == int(value) and re.fullmatch(r"[+-]?\d+", plain)
+        else value
+    )

@@ -1,9 +1,11 @@
-"""Access control: only the person at this machine gets in; every request and socket is checked here first.
+"""Access control: only the person at this machine gets in; every request and socket is
+checked here first.
 
-The server listens on the loopback address only. That alone does not keep out other web pages open in the same browser, so
-each request must also name this host (against DNS rebinding), come from this page if it says where from (against requests
-of other sites) and carry the token that the address printed at the start holds; a cookie keeps it afterwards.
-"""
+The server listens on the loopback address only. That alone does not keep out other web
+pages open in the same browser, so each request must also name this host (against DNS
+rebinding), come from this page if it says where from (against requests of other sites)
+and carry the token that the address printed at the start holds; a cookie keeps it
+afterwards."""
 
 import hmac
 import secrets
@@ -36,14 +38,32 @@ class Guard:
         if scope["type"] == "lifespan":
             return await self.app(scope, receive, send)
         headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        if headers.get(b"host") not in self.hosts or headers.get(b"origin", next(iter(self.origins))) not in self.origins:
-            return await _refuse(scope, receive, send, "This page answers only to its own address on this machine.")
+        if (
+            headers.get(b"host") not in self.hosts
+            or headers.get(b"origin", next(iter(self.origins))) not in self.origins
+        ):
+            return await _refuse(
+                scope,
+                receive,
+                send,
+                "This page answers only to its own address on this machine.",
+            )
         if self._same(self._from_cookie(headers.get(b"cookie", ""))):
             return await self.app(scope, receive, _with_headers(send))
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-        if scope["type"] == "http" and scope["method"] == "GET" and self._same(query.pop("token", [""])[0]):
+        if (
+            scope["type"] == "http"
+            and scope["method"] == "GET"
+            and self._same(query.pop("token", [""])[0])
+        ):
             return await self._let_in(scope, send, query)
-        await _refuse(scope, receive, send, "Open the address that benchtwin page printed: it holds the key to this page.")
+        await _refuse(
+            scope,
+            receive,
+            send,
+            "Open the address that benchtwin page printed: it holds the key to this"
+            " page.",
+        )
 
     def _same(self, token: str) -> bool:
         return hmac.compare_digest(token.encode(), self.token.encode())
@@ -60,7 +80,11 @@ class Guard:
         rest = urlencode(query, doseq=True)
         cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
         where = (scope["path"] + (f"?{rest}" if rest else "")).lstrip("/")
-        headers = [(b"location", b"/" + where.encode()), (b"set-cookie", cookie.encode()), *HEADERS]
+        headers = [
+            (b"location", b"/" + where.encode()),
+            (b"set-cookie", cookie.encode()),
+            *HEADERS,
+        ]
         await send({"type": "http.response.start", "status": 303, "headers": headers})
         await send({"type": "http.response.body", "body": b""})
 

@@ -1,4 +1,5 @@
-"""Measures a recording for the page, with and without corrections by hand, and gives what is drawn over its picture."""
+"""Measures a recording for the page, with and without corrections by hand, and gives
+what is drawn over its picture."""
 
 import re
 from collections.abc import Iterable
@@ -15,12 +16,15 @@ from vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
 KEPT_REGIONS = 12
-_regions: dict[tuple, Region | None] = {}  # the seeds in a photo stay where they are when a base line is dragged
+_regions: dict[
+    tuple, Region | None
+] = {}  # the seeds in a photo stay where they are when a base line is dragged
 
 
 @dataclass(frozen=True)
 class PileOverlay:
-    """A pile as drawn, in px of the whole picture: polylines by name, and the numbers. trouble: why there are none."""
+    """A pile as drawn, in px of the whole picture: polylines by name, and the numbers.
+    trouble: why there are none."""
 
     surface: list[list[float]] = field(default_factory=list)
     base: list[float] | None = None
@@ -48,10 +52,16 @@ def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
         return _regions[key]
 
     try:
-        return _overlay(measure_repose(image, recording.camera, options, find=find), image)
+        return _overlay(
+            measure_repose(image, recording.camera, options, find=find), image
+        )
     except MeasurementError as error:
-        return PileOverlay(roi=list(options.roi) if options.roi else None, base=list(options.baseline) if options.baseline else None,
-                    window=[100 * w for w in options.window], trouble=str(error))  # fmt: skip
+        return PileOverlay(
+            roi=list(options.roi) if options.roi else None,
+            base=list(options.baseline) if options.baseline else None,
+            window=[100 * w for w in options.window],
+            trouble=str(error),
+        )
 
 
 def automatic_options(recording: Recording) -> PileOptions:
@@ -63,8 +73,15 @@ def automatic_options(recording: Recording) -> PileOptions:
 def corrected_options(recording: Recording) -> PileOptions:
     """The same with the corrections that recording.toml holds."""
     pile, options = recording.pile, automatic_options(recording)
-    window = tuple(w / 100 for w in pile.window_pct) if pile.window_pct else options.window
-    return replace(options, roi=pile.roi_px, baseline=pile.baseline_px, window=(window[0], window[1]))
+    window = (
+        tuple(w / 100 for w in pile.window_pct) if pile.window_pct else options.window
+    )
+    return replace(
+        options,
+        roi=pile.roi_px,
+        baseline=pile.baseline_px,
+        window=(window[0], window[1]),
+    )
 
 
 def measure_recording(recording: Recording) -> Observation:
@@ -72,8 +89,11 @@ def measure_recording(recording: Recording) -> Observation:
     return observe_or_fail(recording, observe)
 
 
-def reasons(quantities: Iterable[Quantity], notes: Iterable[str], trouble: str = "") -> list[str]:
-    """Why something is doubtful or failed, each once; paths of files shortened to their names."""
+def reasons(
+    quantities: Iterable[Quantity], notes: Iterable[str], trouble: str = ""
+) -> list[str]:
+    """Why something is doubtful or failed, each once; paths of files shortened to their
+    names."""
     texts = [trouble, *(q.reason for q in quantities), *notes]
     return [shorten_paths(text) for text in dict.fromkeys(filter(None, texts))]
 
@@ -81,7 +101,9 @@ def reasons(quantities: Iterable[Quantity], notes: Iterable[str], trouble: str =
 def shorten_paths(text: str) -> str:
     """A message with the names of files in the place of their paths.
 
-    >>> shorten_paths("/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing")
+    >>> shorten_paths(
+    ...     "/home/me/soy/drop-01/recording.toml: [drop] height_mm is missing"
+    ... )
     'recording.toml: [drop] height_mm is missing'
     """
     return re.sub(r"(?:/[^\s:/]+)+/(?=[^\s:/]+)", "", text)
@@ -92,29 +114,50 @@ def _overlay(found: Repose, image: np.ndarray) -> PileOverlay:
     columns = np.flatnonzero(np.isfinite(found.surface))
     columns = columns[:: max(1, len(columns) // MOST_POINTS)]
     surface = [[float(c + x0), float(found.surface[c] + y0)] for c in columns]
-    base = [float(x0), float(found.base.at(0) + y0), float(x0 + width - 1), float(found.base.at(width - 1) + y0)]
-    lines = [[s.line.x_low + x0, s.line.at(s.line.x_low) + y0, s.line.x_high + x0, s.line.at(s.line.x_high) + y0] for s in found.slopes]
+    base = [
+        float(x0),
+        float(found.base.at(0) + y0),
+        float(x0 + width - 1),
+        float(found.base.at(width - 1) + y0),
+    ]
+    lines = [
+        [
+            s.line.x_low + x0,
+            s.line.at(s.line.x_low) + y0,
+            s.line.x_high + x0,
+            s.line.at(s.line.x_high) + y0,
+        ]
+        for s in found.slopes
+    ]
     whole = (width, height) == (image.shape[1], image.shape[0])
     return PileOverlay(
-        surface, base, None if whole else [int(v) for v in found.roi], [100 * w for w in found.window], [float(v) for v in found.crest],
-        [[float(v) for v in line] for line in lines], found.quantities, found.notes,
-    )  # fmt: skip
+        surface,
+        base,
+        None if whole else [int(v) for v in found.roi],
+        [100 * w for w in found.window],
+        [float(v) for v in found.crest],
+        [[float(v) for v in line] for line in lines],
+        found.quantities,
+        found.notes,
+    )
 
 
 def ruler(points: list[float], length_mm: float) -> tuple[float, float]:
-    """(mm_per_px, its sd) of a length drawn between two points, each placed to a pixel: s = L/d, sd = s √2/d."""
+    """(mm_per_px, its sd) of a length drawn between two points, each placed to a pixel:
+    s = L/d, sd = s √2/d."""
     distance = float(np.hypot(points[2] - points[0], points[3] - points[1]))
     if distance < 10 or not 0 < length_mm < 1e5:
-        raise MeasurementError("draw the ruler over at least 10 px, and say its length in mm")
+        raise MeasurementError(
+            "draw the ruler over at least 10 px, and say its length in mm"
+        )
     scale = length_mm / distance
     return scale, scale * float(np.sqrt(2)) / distance
 
 
 def plumb(points: list[float]) -> float:
-    """Direction of a drawn plumb line, clockwise from straight down [deg], whichever end was set first."""
+    """Direction of a drawn plumb line, clockwise from straight down [deg], whichever
+    end was set first."""
     dx, dy = points[2] - points[0], points[3] - points[1]
     if dy < 0:
         dx, dy = -dx, -dy
     return float(-np.degrees(np.arctan2(dx, dy)))
-
-

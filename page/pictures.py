@@ -1,4 +1,5 @@
-"""Photos, thumbnails and single frames as JPEG for the browser; the originals stay untouched."""
+"""Photos, thumbnails and single frames as JPEG for the browser; the originals stay
+untouched."""
 
 import io
 from bisect import bisect_left
@@ -19,7 +20,8 @@ KEPT_PHOTOS = 3  # decoded at once: one of 12 megapixels takes 36 MB
 
 @lru_cache(maxsize=KEPT_PHOTOS)
 def photo(file: Path, changed_ns: int) -> np.ndarray:
-    """The decoded photo; changed_ns: the file's time, so that a new file of the same name is read anew."""
+    """The decoded photo; changed_ns: the file's time, so that a new file of the same
+    name is read anew."""
     return read_photo(file)
 
 
@@ -30,7 +32,11 @@ def as_jpeg(pixels: np.ndarray, largest: int = SHOWN_PX) -> tuple[bytes, float]:
     picture = Image.fromarray(pixels)
     factor = min(1.0, largest / max(picture.size))
     if factor < 1:
-        picture = picture.resize((round(picture.width * factor), round(picture.height * factor)), Image.Resampling.BOX, reducing_gap=2.0)
+        picture = picture.resize(
+            (round(picture.width * factor), round(picture.height * factor)),
+            Image.Resampling.BOX,
+            reducing_gap=2.0,
+        )
     data = io.BytesIO()
     picture.convert("RGB").save(data, "JPEG", quality=88)
     return data.getvalue(), factor
@@ -51,7 +57,8 @@ def thumbnail(recording: Recording) -> bytes | None:
 
 
 class Film:
-    """Single frames of a recording by their index, in any order; what was decoded on the way is kept for the next steps."""
+    """Single frames of a recording by their index, in any order; what was decoded on
+    the way is kept for the next steps."""
 
     KEPT = 24  # frames; stepping backwards one by one costs one decoding in so many
 
@@ -68,7 +75,8 @@ class Film:
         return self.source.count
 
     def frame(self, index: int) -> bytes:
-        """JPEG of frame `index` (its number at the bench); IndexError where there is none."""
+        """JPEG of frame `index` (its number at the bench); IndexError where there is
+        none."""
         if index not in self.kept:
             first = max(0, index - self.KEPT // 2)
             if self.video:
@@ -80,14 +88,18 @@ class Film:
             raise IndexError(index)
         return self.kept[index]
 
-    def _decoded(self, file: Path, first: int, stop: int) -> Iterator[tuple[int, bytes]]:
+    def _decoded(
+        self, file: Path, first: int, stop: int
+    ) -> Iterator[tuple[int, bytes]]:
         """Frames from `first` up to `stop`, decoded from the key frame before them."""
         import av
 
         with av.open(str(file)) as container:
             stream = container.streams.video[0]
             if not self.times:
-                self.times = sorted(p.pts for p in container.demux(stream) if p.pts is not None)
+                self.times = sorted(
+                    p.pts for p in container.demux(stream) if p.pts is not None
+                )
             if first >= len(self.times):
                 return
             container.seek(self.times[first], stream=stream, backward=True)
@@ -96,5 +108,7 @@ class Film:
                 if index >= stop:
                     return
                 if index >= first:
-                    turned = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90) % 4)
+                    turned = np.rot90(
+                        frame.to_ndarray(format="rgb24"), round(frame.rotation / 90) % 4
+                    )
                     yield index, as_jpeg(np.ascontiguousarray(turned), FRAME_PX)[0]

@@ -1,4 +1,5 @@
-"""Reads the results of a bench for the page: explanations, posterior, what to record next."""
+"""Reads the results of a bench for the page: explanations, posterior, what to record
+next."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,10 @@ from page.measuring import shorten_paths
 from report.draw import name as in_words
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
-SETTLES, SHOWS_MORE = "it would settle what is missing", "nothing that matters is missing so far; it would show more"
+SETTLES, SHOWS_MORE = (
+    "it would settle what is missing",
+    "nothing that matters is missing so far; it would show more",
+)
 MOST_DRAWS = 1500
 MOST_EXPLANATIONS = 8
 LEAST_GAIN = 0.01  # of the variance, of a candidate that is listed
@@ -29,7 +33,8 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Explained:
-    """A rig's diagnosis: verdict "none", "name", "class" or "unknown"; p_noise: how often noise alone does as much."""
+    """A rig's diagnosis: verdict "none", "name", "class" or "unknown"; p_noise: how
+    often noise alone does as much."""
 
     rig: str
     verdict: str
@@ -58,13 +63,27 @@ class Cloud:
 def explained(results: Path) -> list[Explained]:
     """The rigs of the last diagnosis, the most probable explanation first."""
     out = []
-    for rig, found in read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items():
+    for rig, found in (
+        read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items()
+    ):
         listed = [
-            Explanation(tuple(missing(e, rig) for e in one["effects"]), float(one["probability"]))
+            Explanation(
+                tuple(missing(e, rig) for e in one["effects"]),
+                float(one["probability"]),
+            )
             for one in found["explanations"][:MOST_EXPLANATIONS]
             if one["probability"] >= LEAST_PROBABILITY
         ]
-        out.append(Explained(rig, found["verdict"], found["p_global"], tuple(listed), found["next_record"] or "", found["matters"]))
+        out.append(
+            Explained(
+                rig,
+                found["verdict"],
+                found["p_global"],
+                tuple(listed),
+                found["next_record"] or "",
+                found["matters"],
+            )
+        )
     return out
 
 
@@ -81,14 +100,21 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     """What to record next by what it is for; only headings that have something."""
     gone = read_json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
     lists = {
-        "Not calibrated yet": [ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()],
-        "To narrow the parameters": _narrowing(_table(results / CALIBRATED / "tables" / "narrowing.csv")),
+        "Not calibrated yet": [
+            ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()
+        ],
+        "To narrow the parameters": _narrowing(
+            _table(results / CALIBRATED / "tables" / "narrowing.csv")
+        ),
         "To tell explanations apart": [
-            ToRecord(f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE)
-            for one in sorted(explained(results), key=lambda one: not one.matters) if one.next_record
+            ToRecord(
+                f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE
+            )
+            for one in sorted(explained(results), key=lambda one: not one.matters)
+            if one.next_record
         ],
         "To record again": _again(_table(results / MEASURED / "measurements.csv")),
-    }  # fmt: skip
+    }
     return {heading: rows for heading, rows in lists.items() if rows}
 
 
@@ -99,7 +125,11 @@ def _narrowing(table: pd.DataFrame | None) -> list[ToRecord]:
     table = table[-table["variance_left_after"].diff().fillna(-1.0) > LEAST_GAIN]
     seed = "of the variance of the seed–seed parameters is left"
     return [
-        ToRecord(row.candidate, f"{100 * row.variance_left_after:.0f} % {seed}{' with those above' if k else ''}")
+        ToRecord(
+            row.candidate,
+            f"{100 * row.variance_left_after:.0f} %"
+            f" {seed}{' with those above' if k else ''}",
+        )
         for k, row in enumerate(table.itertuples())
     ]
 
@@ -109,7 +139,10 @@ def _again(table: pd.DataFrame | None) -> list[ToRecord]:
     if table is None:
         return []
     failed = table[table["quality"] == "failed"].dropna(subset=["reason"])
-    return [ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"]))) for name, rows in failed.groupby("recording", sort=True)]
+    return [
+        ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"])))
+        for name, rows in failed.groupby("recording", sort=True)
+    ]
 
 
 def _table(path: Path) -> pd.DataFrame | None:

@@ -1,9 +1,11 @@
-"""One run of a command, in a process that outlives the page: python -m page.runner FOLDER.
+"""One run of a command, in a process that outlives the page: python -m page.runner
+FOLDER.
 
-FOLDER/job.json says what to run; beside it this keeps log.txt (what the command printed) and state.json (its last line of
-progress, its exit code). The command runs on a terminal of its own, so that it shows its progress as to a person. An interrupt
-(SIGINT, SIGTERM) is handed to the command, which stops where it can go on. When it has ended, the next run in the queue is started.
-"""
+FOLDER/job.json says what to run; beside it this keeps log.txt (what the command
+printed) and state.json (its last line of progress, its exit code). The command runs on
+a terminal of its own, so that it shows its progress as to a person. An interrupt
+(SIGINT, SIGTERM) is handed to the command, which stops where it can go on. When it has
+ended, the next run in the queue is started."""
 
 import json
 import os
@@ -20,7 +22,9 @@ from page.folder import Folder, write_whole
 from page.runs import advance
 
 SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
-CONTROLS = re.compile(rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}")
+CONTROLS = re.compile(
+    rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}"
+)
 BARS = re.compile(r"[━╸╺─]{4,}")
 EVERY_S = 0.3  # state.json is written at most so often
 WIDTH = "160"
@@ -28,10 +32,25 @@ WIDTH = "160"
 
 def main(folder: Path) -> int:
     """Run what job.json says; returns the command's exit code."""
-    arguments = json.loads((folder / "job.json").read_text(encoding="utf8"))["arguments"]
+    arguments = json.loads((folder / "job.json").read_text(encoding="utf8"))[
+        "arguments"
+    ]
     terminal, its_end = pty.openpty()
-    environment = {**os.environ, "TERM": "xterm", "COLUMNS": WIDTH, "LINES": "50", "NO_COLOR": "1"}
-    child = subprocess.Popen(arguments, stdin=subprocess.DEVNULL, stdout=its_end, stderr=its_end, env=environment, start_new_session=True)
+    environment = {
+        **os.environ,
+        "TERM": "xterm",
+        "COLUMNS": WIDTH,
+        "LINES": "50",
+        "NO_COLOR": "1",
+    }
+    child = subprocess.Popen(
+        arguments,
+        stdin=subprocess.DEVNULL,
+        stdout=its_end,
+        stderr=its_end,
+        env=environment,
+        start_new_session=True,
+    )
     os.close(its_end)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: child.send_signal(signal.SIGINT))
@@ -43,20 +62,31 @@ def main(folder: Path) -> int:
     code = child.wait()
     state.finish(code)
     if (bench := folder.parents[2]).is_dir():
-        advance(bench, Folder(bench))  # what waits is not to wait for a page to be opened
+        advance(
+            bench, Folder(bench)
+        )  # what waits is not to wait for a page to be opened
     return code
 
 
 class State:
-    """What state.json says: pid, when it began, the last line of progress, when it ended and how."""
+    """What state.json says: pid, when it began, the last line of progress, when it
+    ended and how."""
 
     def __init__(self, folder: Path, child: int):
         self.file = folder / "state.json"
-        self.content: dict = {"pid": os.getpid(), "child": child, "started": time.time(), "progress": "", "code": None, "ended": None}
+        self.content: dict = {
+            "pid": os.getpid(),
+            "child": child,
+            "started": time.time(),
+            "progress": "",
+            "code": None,
+            "ended": None,
+        }
         self.written, self.rest = 0.0, ""
 
     def add(self, text: str, log) -> None:
-        """Whole lines go into the log; a line that the terminal overwrites is progress."""
+        """Whole lines go into the log; a line that the terminal overwrites is
+        progress."""
         *lines, self.rest = (self.rest + text).split("\n")
         for line in lines:
             last = CONTROLS.sub("", line.rstrip("\r").rpartition("\r")[2]).rstrip()
@@ -64,7 +94,9 @@ class State:
                 log.write(last + "\n")
             elif last:
                 self.content["progress"] = BARS.sub(" ", last)
-        if shown := CONTROLS.sub("", self.rest.rstrip("\r").rpartition("\r")[2]).strip():
+        if shown := CONTROLS.sub(
+            "", self.rest.rstrip("\r").rpartition("\r")[2]
+        ).strip():
             self.content["progress"] = re.sub(r"\s{2,}", "  ", BARS.sub(" ", shown))
         log.flush()
         if time.time() - self.written > EVERY_S:

@@ -1,8 +1,8 @@
 """Queue of command runs on a bench, one at a time: start, follow, stop, resume.
 
-A run is a folder, BENCH/results/runs/0003-calibrate, with job.json, state.json and log.txt. All that is known of it stands
-there, so that a page opened later finds it as it is.
-"""
+A run is a folder, BENCH/results/runs/0003-calibrate, with job.json, state.json and
+log.txt. All that is known of it stands there, so that a page opened later finds it as
+it is."""
 
 import fcntl
 import json
@@ -17,14 +17,26 @@ from pathlib import Path
 from page.folder import Folder, Refused, read_json, write_whole
 
 COMMANDS = ("measure", "calibrate", "diagnose")
-RESULT_FOLDERS = {"measure": "measured", "calibrate": "calibrated", "diagnose": "diagnosed"}
-WAITING, RUNNING, DONE, FAILED, STOPPED, BROKEN = "waiting", "running", "done", "failed", "stopped", "broken off"
+RESULT_FOLDERS = {
+    "measure": "measured",
+    "calibrate": "calibrated",
+    "diagnose": "diagnosed",
+}
+WAITING, RUNNING, DONE, FAILED, STOPPED, BROKEN = (
+    "waiting",
+    "running",
+    "done",
+    "failed",
+    "stopped",
+    "broken off",
+)
 STARTS_WITHIN_S = 20.0  # a run that was started and has no state after that never began
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run as its folder has it. progress: the command's last line of progress; log: all else that it printed."""
+    """One run as its folder has it. progress: the command's last line of progress; log:
+    all else that it printed."""
 
     folder: Path
     command: str
@@ -42,7 +54,11 @@ class Run:
 def all_runs(bench: Path, folder: Folder) -> list[Run]:
     """The bench's runs, the newest first."""
     place = folder.results(bench) / "runs"
-    return [read_run(p) for p in sorted(place.glob("[0-9]*-*"), reverse=True) if (p / "job.json").is_file()]
+    return [
+        read_run(p)
+        for p in sorted(place.glob("[0-9]*-*"), reverse=True)
+        if (p / "job.json").is_file()
+    ]
 
 
 def read_run(place: Path) -> Run:
@@ -50,10 +66,22 @@ def read_run(place: Path) -> Run:
     job = read_json(place / "job.json")
     state = read_json(place / "state.json")
     log = place / "log.txt"
-    text = log.read_text(encoding="utf8", errors="replace")[-20_000:] if log.is_file() else ""
+    text = (
+        log.read_text(encoding="utf8", errors="replace")[-20_000:]
+        if log.is_file()
+        else ""
+    )
     began = state.get("started") or job.get("launched") or 0.0
     took = (state.get("ended") or time.time()) - began if began else 0.0
-    return Run(place, job["command"], tuple(job["options"]), _status(job, state), state.get("progress", ""), text, took)
+    return Run(
+        place,
+        job["command"],
+        tuple(job["options"]),
+        _status(job, state),
+        state.get("progress", ""),
+        text,
+        took,
+    )
 
 
 def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder) -> Run:
@@ -62,18 +90,44 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
         raise Refused(f"{command}: not a command for a bench")
     runs = folder.results(bench) / "runs"
     runs.mkdir(exist_ok=True)
-    number = max((read_run(p).number for p in runs.glob("[0-9]*-*") if (p / "job.json").is_file()), default=0) + 1
+    number = (
+        max(
+            (
+                read_run(p).number
+                for p in runs.glob("[0-9]*-*")
+                if (p / "job.json").is_file()
+            ),
+            default=0,
+        )
+        + 1
+    )
     place = runs / f"{number:04d}-{command}"
     place.mkdir()
     out = folder.results(bench) / RESULT_FOLDERS[command]
-    arguments = [sys.executable, "-m", "benchtwin", command, str(bench), "--out", str(out), "--overwrite", *options]
-    write_whole(place / "job.json", json.dumps({"command": command, "options": options, "arguments": arguments}).encode())
+    arguments = [
+        sys.executable,
+        "-m",
+        "benchtwin",
+        command,
+        str(bench),
+        "--out",
+        str(out),
+        "--overwrite",
+        *options,
+    ]
+    write_whole(
+        place / "job.json",
+        json.dumps(
+            {"command": command, "options": options, "arguments": arguments}
+        ).encode(),
+    )
     advance(bench, folder)
     return read_run(place)
 
 
 def advance(bench: Path, folder: Folder) -> None:
-    """Start the oldest waiting run of the bench if none is running. A page and a run that ends may both ask at once: one does it."""
+    """Start the oldest waiting run of the bench if none is running. A page and a run
+    that ends may both ask at once: one does it."""
     with (folder.results(bench) / ".queue").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         runs = all_runs(bench, folder)
@@ -84,10 +138,13 @@ def advance(bench: Path, folder: Folder) -> None:
 
 
 def stop(run: Run) -> None:
-    """Interrupt a running command (it stops where it can go on), or take a waiting one from the queue."""
+    """Interrupt a running command (it stops where it can go on), or take a waiting one
+    from the queue."""
     job = read_json(run.folder / "job.json")
     write_whole(run.folder / "job.json", json.dumps({**job, "stopped": True}).encode())
-    if run.status == RUNNING and (pid := read_json(run.folder / "state.json").get("pid")):
+    if run.status == RUNNING and (
+        pid := read_json(run.folder / "state.json").get("pid")
+    ):
         os.kill(pid, signal.SIGINT)
 
 
@@ -103,14 +160,25 @@ def resume(run: Run, bench: Path, folder: Folder) -> None:
 
 def _launch(place: Path) -> None:
     job = read_json(place / "job.json")
-    write_whole(place / "job.json", json.dumps({**job, "launched": time.time()}).encode())
+    write_whole(
+        place / "job.json", json.dumps({**job, "launched": time.time()}).encode()
+    )
     (place / "state.json").unlink(missing_ok=True)
     root = Path(__file__).parent.parent
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [str(root), os.environ.get("PYTHONPATH")]))}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(
+            filter(None, [str(root), os.environ.get("PYTHONPATH")])
+        ),
+    }
     subprocess.Popen(
-        [sys.executable, "-m", "page.runner", str(place)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, start_new_session=True, env=environment,
-    )  # fmt: skip
+        [sys.executable, "-m", "page.runner", str(place)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env=environment,
+    )
 
 
 def _status(job: dict, state: dict) -> str:
@@ -128,11 +196,15 @@ def _status(job: dict, state: dict) -> str:
 
 
 def _is_alive(pid: int, started: float) -> bool:
-    """Whether the runner is still there; another process may have got its number since."""
+    """Whether the runner is still there; another process may have got its number
+    since."""
     import psutil
 
     try:
         process = psutil.Process(pid)
-        return process.status() != psutil.STATUS_ZOMBIE and process.create_time() < started + 5
+        return (
+            process.status() != psutil.STATUS_ZOMBIE
+            and process.create_time() < started + 5
+        )
     except psutil.Error:
         return False

@@ -1,4 +1,5 @@
-"""The application: plain routes for files and pictures, pages for people, all behind the guard."""
+"""The application: plain routes for files and pictures, pages for people, all behind
+the guard."""
 
 import asyncio
 import math
@@ -9,7 +10,12 @@ from pathlib import Path
 from urllib.parse import quote
 
 from fastapi import FastAPI, Request, Response
-from fastapi.responses import FileResponse, HTMLResponse, JSONResponse, PlainTextResponse
+from fastapi.responses import (
+    FileResponse,
+    HTMLResponse,
+    JSONResponse,
+    PlainTextResponse,
+)
 from fastapi.staticfiles import StaticFiles
 
 from page import pictures
@@ -26,16 +32,27 @@ from vision.motion.drop_sound import read_onsets, sound_of
 from vision.motion.onsets import Onsets
 from vision.recording import Recording, read_recording
 
-SERVED = {".html": "text/html", ".png": "image/png", ".csv": "text/csv", ".json": "application/json", ".txt": "text/plain",
-          ".mp4": "video/mp4", ".md": "text/plain"}  # fmt: skip
-SCRIPTS = "sandbox allow-scripts"  # a report draws its figures itself, and reaches nothing of the page
-NO_SCRIPTS = "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
+SERVED = {
+    ".html": "text/html",
+    ".png": "image/png",
+    ".csv": "text/csv",
+    ".json": "application/json",
+    ".txt": "text/plain",
+    ".mp4": "video/mp4",
+    ".md": "text/plain",
+}
+# a report draws its figures itself, and reaches nothing of the page
+SCRIPTS = "sandbox allow-scripts"
+NO_SCRIPTS = (
+    "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
+)
 KEPT_OBSERVATIONS = 40
 
 
 @dataclass
 class Site:
-    """What all pages share: the folder, and what was measured or decoded since the start."""
+    """What all pages share: the folder, and what was measured or decoded since the
+    start."""
 
     folder: Folder
     observations: dict[tuple, Observation] = field(default_factory=dict)
@@ -44,7 +61,8 @@ class Site:
     batches: dict[str, list[ReceivedFile]] = field(default_factory=dict)
 
     def recording(self, name: str) -> Recording:
-        """The recording of this name; Refused, in words, where it cannot be read or is gone."""
+        """The recording of this name; Refused, in words, where it cannot be read or is
+        gone."""
         path = self.folder.inside(name)
         if not path.exists():
             raise Refused(f"{name}: no longer there. Was the folder moved?")
@@ -56,7 +74,13 @@ class Site:
     def seen(self, recording: Recording) -> Observation:
         """What measuring finds, remembered until the recording changes."""
         stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
-        key = (recording.path, *(p.stat().st_mtime_ns if p.exists() else 0 for p in (*recording.files[:1], *stated)))
+        key = (
+            recording.path,
+            *(
+                p.stat().st_mtime_ns if p.exists() else 0
+                for p in (*recording.files[:1], *stated)
+            ),
+        )
         if key not in self.observations:
             if len(self.observations) >= KEPT_OBSERVATIONS:
                 self.observations.pop(next(iter(self.observations)))
@@ -65,13 +89,15 @@ class Site:
 
     def film(self, recording: Recording) -> pictures.Film:
         if recording.path not in self.films:
-            kept = dict([*self.films.items()][-1:])  # two are open at a time: a recording and its twin
+            kept = dict(
+                [*self.films.items()][-1:]
+            )  # two are open at a time: a recording and its twin
             self.films = kept | {recording.path: pictures.Film(recording)}
         return self.films[recording.path]
 
-
     def sound(self, recording: Recording) -> tuple[Sound, Onsets]:
-        """A drop's sound and all that is sudden in it; MeasurementError where it has none."""
+        """A drop's sound and all that is sudden in it; MeasurementError where it has
+        none."""
         file = sound_of(recording)
         if file is None:
             raise MeasurementError(f"{recording.id} has no sound")
@@ -95,7 +121,13 @@ def application(folder: Folder, port: int, token: str) -> Guard:
     _files(app, site)
     _pictures(app, site)
     pages(site)
-    ui.run_with(app, title="benchtwin", dark=None, reconnect_timeout=60.0, show_welcome_message=False)
+    ui.run_with(
+        app,
+        title="benchtwin",
+        dark=None,
+        reconnect_timeout=60.0,
+        show_welcome_message=False,
+    )
     return Guard(app, port, token)
 
 
@@ -111,7 +143,13 @@ def _files(app: FastAPI, site: Site) -> None:
         if not re.fullmatch(r"[0-9a-f-]{36}", batch):
             raise Refused("this batch has no proper name")
         parts = name.split("/")
-        if name.startswith("/") or "\0" in name or "\\" in name or ".." in parts or len(name) > 1000:
+        if (
+            name.startswith("/")
+            or "\0" in name
+            or "\\" in name
+            or ".." in parts
+            or len(name) > 1000
+        ):
             raise Refused(f"{name[:80]!r} is not a name for a file here")
         check(name, int(request.headers.get("content-length", 0)), folder)
         place = folder.root / INCOMING / batch
@@ -131,32 +169,49 @@ def _files(app: FastAPI, site: Site) -> None:
         refused: list[str] = []
         made: list[Path] = []
         try:
-            made = await asyncio.to_thread(place_files, arrived, folder.inside(bench), folder)
+            made = await asyncio.to_thread(
+                place_files, arrived, folder.inside(bench), folder
+            )
         except (Refused, OSError) as error:
             refused.append(str(error))
         finally:
             if re.fullmatch(r"[0-9a-f-]{36}", batch):
                 shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
-        where = f"/recording?r={quote(folder.name_of(made[0]))}" if len(made) == 1 else None
-        return JSONResponse({"refused": refused, "open": where, "made": [folder.name_of(p) for p in made]})
+        where = (
+            f"/recording?r={quote(folder.name_of(made[0]))}" if len(made) == 1 else None
+        )
+        return JSONResponse(
+            {
+                "refused": refused,
+                "open": where,
+                "made": [folder.name_of(p) for p in made],
+            }
+        )
 
     @app.get("/left/{name:path}")
     async def left(name: str) -> Response:
         path = folder.inside(name)
         within = [p for p in path.parents if p.is_relative_to(folder.root.resolve())]
-        if not path.is_file() or path.suffix not in SERVED or not any((p / MARK).is_file() for p in within):
+        if (
+            not path.is_file()
+            or path.suffix not in SERVED
+            or not any((p / MARK).is_file() for p in within)
+        ):
             raise Refused(f"{name}: not among the results here")
         headers = {"cache-control": "no-cache"}
         if path.suffix == ".html":
-            headers["content-security-policy"] = SCRIPTS if path.name == "report.html" else NO_SCRIPTS
+            headers["content-security-policy"] = (
+                SCRIPTS if path.name == "report.html" else NO_SCRIPTS
+            )
         return FileResponse(path, media_type=SERVED[path.suffix], headers=headers)
 
     @app.get("/zip")
     async def packed(bench: str) -> Response:
         path = folder.inside(bench)
         file = await asyncio.to_thread(packed_bench, path, folder)
-        return FileResponse(file, filename=f"{path.name}.zip", media_type="application/zip")
-
+        return FileResponse(
+            file, filename=f"{path.name}.zip", media_type="application/zip"
+        )
 
     @app.get("/cards")
     async def engine_cards(bench: str, engine: str) -> Response:
@@ -169,11 +224,14 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/next")
     async def to_record(bench: str) -> Response:
         path = folder.inside(bench)
-        return HTMLResponse(sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS)))
+        return HTMLResponse(
+            sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS))
+        )
 
 
 async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:
-    """Stream the body into the file; what the header promised is checked again on what comes."""
+    """Stream the body into the file; what the header promised is checked again on what
+    comes."""
     size = 0
     with file.open("xb") as out:
         async for chunk in request.stream():
@@ -192,7 +250,11 @@ def _pictures(app: FastAPI, site: Site) -> None:
     folder = site.folder
 
     def jpeg(data: bytes) -> Response:
-        return Response(data, media_type="image/jpeg", headers={"cache-control": "private, max-age=3600"})
+        return Response(
+            data,
+            media_type="image/jpeg",
+            headers={"cache-control": "private, max-age=3600"},
+        )
 
     @app.get("/thumb")
     async def thumb(r: str) -> Response:
@@ -206,7 +268,9 @@ def _pictures(app: FastAPI, site: Site) -> None:
     async def whole(r: str) -> Response:
         file = site.recording(r).files[0]
         try:
-            image = await asyncio.to_thread(pictures.photo, file, file.stat().st_mtime_ns)
+            image = await asyncio.to_thread(
+                pictures.photo, file, file.stat().st_mtime_ns
+            )
         except MeasurementError as error:
             raise Refused(str(error)) from error
         return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0])
@@ -233,7 +297,9 @@ def _pictures(app: FastAPI, site: Site) -> None:
         file = sound_of(site.recording(r))
         if file is None:
             raise Refused(f"{r} has no sound")
-        return FileResponse(folder.inside(folder.name_of(file)))  # a link out of the folder is refused
+        return FileResponse(
+            folder.inside(folder.name_of(file))
+        )  # a link out of the folder is refused
 
     @app.get("/overlay")
     async def overlay(r: str, name: str) -> Response:

@@ -1,4 +1,5 @@
-"""Pairs of a recording and its twin: which ones the results hold, and what the browser draws of one."""
+"""Pairs of a recording and its twin: which ones the results hold, and what the browser
+draws of one."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,8 @@ FILMED = ("frames", "video")
 
 @dataclass(frozen=True)
 class BenchTwinPair:
-    """A recording of the bench and a run of the twin; alike: whether both have the same scale."""
+    """A recording of the bench and a run of the twin; alike: whether both have the same
+    scale."""
 
     title: str
     recording: Path
@@ -25,11 +27,19 @@ class BenchTwinPair:
 
 
 def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
-    """What a calibration chose to show, and what a diagnosis filmed; pairs of which a half is gone are left out."""
+    """What a calibration chose to show, and what a diagnosis filmed; pairs of which a
+    half is gone are left out."""
     results = folder.results(bench)
-    recordings = {r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)}
+    recordings = {
+        r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)
+    }
     found = [
-        BenchTwinPair(f"Calibration: {p['recording']}", recordings[p["recording"]], results / "calibrated" / p["twin"], p["alike"])
+        BenchTwinPair(
+            f"Calibration: {p['recording']}",
+            recordings[p["recording"]],
+            results / "calibrated" / p["twin"],
+            p["alike"],
+        )
         for p in read_json(results / "calibrated" / "result.json").get("pairs", [])
         if p["recording"] in recordings
     ]
@@ -38,34 +48,57 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
             twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
             found.append(BenchTwinPair(f"Diagnosis: {name}, {which} twin", path, twin))
     inside = folder.root.resolve()
-    return [b for b in found if (b.twin / "recording.toml").is_file() and b.twin.resolve().is_relative_to(inside)]
+    return [
+        b
+        for b in found
+        if (b.twin / "recording.toml").is_file()
+        and b.twin.resolve().is_relative_to(inside)
+    ]
 
 
 def read_pair(chosen: BenchTwinPair) -> Pair:
-    """Both read by the same code and laid over each other. MeasurementError where one cannot be read."""
+    """Both read by the same code and laid over each other. MeasurementError where one
+    cannot be read."""
     bench, twin = (read_recording(p) for p in (chosen.recording, chosen.twin))
-    return pair(bench, twin, alike=chosen.alike, timed=any(r.evidence in FILMED for r in (bench, twin)))
+    return pair(
+        bench,
+        twin,
+        alike=chosen.alike,
+        timed=any(r.evidence in FILMED for r in (bench, twin)),
+    )
 
 
 def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
-    """What the browser draws: places of both over x, thinned to MOST_STEPS, and where their pictures are."""
-    rows = np.unique(np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS)).round().astype(int))
+    """What the browser draws: places of both over x, thinned to MOST_STEPS, and where
+    their pictures are."""
+    rows = np.unique(
+        np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS))
+        .round()
+        .astype(int)
+    )
     recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
     return {
-        "rig": both.rig, "xname": both.x_name, "yname": both.y_name, "x": _numbers(both.x[rows]),
-        "bench": _numbers(both.bench[rows]), "twin": _numbers(both.twin[rows]),
+        "rig": both.rig,
+        "xname": both.x_name,
+        "yname": both.y_name,
+        "x": _numbers(both.x[rows]),
+        "bench": _numbers(both.bench[rows]),
+        "twin": _numbers(both.twin[rows]),
         "names": [folder.name_of(r.path) for r in recordings],
         "photos": [r.evidence == "photos" for r in recordings],
         "frames": [
-            [round(float(v)) for v in f[rows]] if f is not None and r.evidence in FILMED else None
+            [round(float(v)) for v in f[rows]]
+            if f is not None and r.evidence in FILMED
+            else None
             for f, r in zip(both.frames, recordings, strict=True)
         ],
         "seed": _seed(recordings[0]),
-    }  # fmt: skip
+    }
 
 
 def _seed(recording: Recording) -> list[float] | None:
-    """Length and thickness [mm] of the seed as it is drawn; None where nobody states them."""
+    """Length and thickness [mm] of the seed as it is drawn; None where nobody states
+    them."""
     seed = recording.seed
     long, flat = seed.length_mm, seed.thickness_mm or seed.width_mm
     return [long, flat or long] if long else None

@@ -21,7 +21,8 @@ Changes = dict[tuple[str, str], list[float] | None]
 
 @dataclass(frozen=True)
 class SoundView:
-    """Impacts, those of them that were added, what was struck out and what else is sudden [s]; the numbers. trouble: why none."""
+    """Impacts, those of them that were added, what was struck out and what else is
+    sudden [s]; the numbers. trouble: why none."""
 
     impacts: list[float]
     added: list[float]
@@ -33,34 +34,70 @@ class SoundView:
     trouble: str = ""
 
 
-def find_with_corrections(sound: Sound, onsets: Onsets, recording: Recording) -> SoundView:
+def find_with_corrections(
+    sound: Sound, onsets: Onsets, recording: Recording
+) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
-    plain = replace(recording, drop=drop.model_copy(update={"impacts_added_s": None, "impacts_struck_s": None}))
-    struck, sudden = [float(t) for t in drop.impacts_struck_s or ()], [float(t) for t in onsets.time_s]
+    plain = replace(
+        recording,
+        drop=drop.model_copy(
+            update={"impacts_added_s": None, "impacts_struck_s": None}
+        ),
+    )
+    struck, sudden = (
+        [float(t) for t in drop.impacts_struck_s or ()],
+        [float(t) for t in onsets.time_s],
+    )
     automatic: tuple[Quantity, ...] = ()
-    with suppress(MeasurementError):  # then there is nothing to stand beside what was corrected
-        automatic = sound_observation(find_impacts(sound, onsets, plain), plain).quantities
+    with suppress(
+        MeasurementError
+    ):  # then there is nothing to stand beside what was corrected
+        automatic = sound_observation(
+            find_impacts(sound, onsets, plain), plain
+        ).quantities
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return SoundView([], list(drop.impacts_added_s or ()), struck, sudden, (), automatic, (), str(error))
+        return SoundView(
+            [],
+            list(drop.impacts_added_s or ()),
+            struck,
+            sudden,
+            (),
+            automatic,
+            (),
+            str(error),
+        )
     seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
-    return SoundView(impacts, _times(heard, heard.added), struck, others, seen.quantities, automatic, seen.notes)
+    return SoundView(
+        impacts,
+        _times(heard, heard.added),
+        struck,
+        others,
+        seen.quantities,
+        automatic,
+        seen.notes,
+    )
 
 
 def _times(heard: SoundImpacts, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 
-def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Drop) -> Changes:
-    """What a click means for the keys: an impact within reach is struck out, or no longer added; what was struck out comes back;
-    elsewhere an impact is added, at the sudden sound within reach if there is one."""
+def changes_of_click(
+    at_s: float, reach_s: float, now: SoundView, drop: Drop
+) -> Changes:
+    """What a click means for the keys: an impact within reach is struck out, or no
+    longer added; what was struck out comes back; elsewhere an impact is added, at the
+    sudden sound within reach if there is one."""
     added, struck = list(drop.impacts_added_s or ()), list(drop.impacts_struck_s or ())
     if (impact := _near(now.impacts, at_s, reach_s)) is not None:
-        if (by_hand := _near(added, impact, 2 * APART_S)) is not None and _near(now.added, impact, 1e-6) is not None:
+        if (by_hand := _near(added, impact, 2 * APART_S)) is not None and _near(
+            now.added, impact, 1e-6
+        ) is not None:
             added.remove(by_hand)
         else:
             struck.append(round(impact, DIGITS))
@@ -69,7 +106,10 @@ def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Drop) ->
     else:
         sudden = _near(now.others, at_s, reach_s)
         added.append(round(at_s if sudden is None else sudden, DIGITS))
-    return {("drop", "impacts_added_s"): sorted(added) or None, ("drop", "impacts_struck_s"): sorted(struck) or None}
+    return {
+        ("drop", "impacts_added_s"): sorted(added) or None,
+        ("drop", "impacts_struck_s"): sorted(struck) or None,
+    }
 
 
 def _near(times: list[float], at_s: float, reach_s: float) -> float | None:
@@ -78,7 +118,8 @@ def _near(times: list[float], at_s: float, reach_s: float) -> float | None:
 
 
 def waveform(sound: Sound, begin_s: float, end_s: float, columns: int) -> list[float]:
-    """(columns,) loudest sample of each stretch between two moments, in shares of DEEPEST_DB above nothing: 1 is the loudest."""
+    """(columns,) loudest sample of each stretch between two moments, in shares of
+    DEEPEST_DB above nothing: 1 is the loudest."""
     columns = int(np.clip(columns, *COLUMNS))
     edges = (np.linspace(begin_s, end_s, columns + 1) - sound.start_s) * sound.rate_hz
     edges = np.clip(np.round(edges).astype(int), 0, len(sound.samples))

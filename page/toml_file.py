@@ -1,5 +1,5 @@
-"""Changes recording.toml and bench.toml key by key: comments are kept, files written whole, and nothing is overwritten that
-somebody else changed meanwhile."""
+"""Changes recording.toml and bench.toml key by key: comments are kept, files written
+whole, and nothing is overwritten that somebody else changed meanwhile."""
 
 import hashlib
 from dataclasses import dataclass
@@ -15,12 +15,15 @@ from vision.evidence.read_keys import validate
 from vision.measurement import MeasurementError
 
 BY_HAND = "set by hand on the page"
-Changes = dict[tuple[str, str], Any]  # (section, key) → value; None takes the key away; section "": above all sections
+Changes = dict[
+    tuple[str, str], Any
+]  # (section, key) → value; None takes the key away; section "": above all sections
 
 
 @dataclass(frozen=True)
 class Keys:
-    """A file's keys, and the version of it that they were read from ("" for a file that is not there)."""
+    """A file's keys, and the version of it that they were read from ("" for a file that
+    is not there)."""
 
     path: Path
     version: str
@@ -34,10 +37,14 @@ def read(path: Path) -> Keys:
 
 
 def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
-    """Write the changes into the file; Refused where it has changed since `keys` was read, or would not be valid."""
+    """Write the changes into the file; Refused where it has changed since `keys` was
+    read, or would not be valid."""
     text = keys.path.read_text(encoding="utf-8-sig") if keys.path.is_file() else ""
     if _version(text) != keys.version:
-        raise Refused(f"{keys.path.name} was changed meanwhile, elsewhere. Reload the page; what you changed here is not saved")
+        raise Refused(
+            f"{keys.path.name} was changed meanwhile, elsewhere. Reload the page; what"
+            " you changed here is not saved"
+        )
     document = _parsed(text, keys.path)
     for (section, key), value in changes.items():
         _set(document, section, key, value, by_hand)
@@ -50,7 +57,9 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     return Keys(keys.path, _version(written), document.unwrap())
 
 
-def _set(document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_hand: bool) -> None:
+def _set(
+    document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_hand: bool
+) -> None:
     if section and section not in document:
         if value is None:
             return
@@ -65,8 +74,15 @@ def _set(document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_
     item = tomlkit.item(value)
     if by_hand:
         item.comment(BY_HAND)
-    elif key in place and (comment := place[key].trivia.comment) and BY_HAND not in comment:
-        item.trivia.comment, item.trivia.comment_ws = comment, place[key].trivia.comment_ws
+    elif (
+        key in place
+        and (comment := place[key].trivia.comment)
+        and BY_HAND not in comment
+    ):
+        item.trivia.comment, item.trivia.comment_ws = (
+            comment,
+            place[key].trivia.comment_ws,
+        )
     place[key] = item
 
 

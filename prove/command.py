@@ -15,26 +15,53 @@ from prove.score import table
 from prove.solve import SOLVER
 
 PROOF_FILES = {  # what a proof leaves in its folder
-    "cases", "solutions", "baselines", "hashes.json", "keys.json", "submitted.json", "prove.json", "cases.csv",
+    "cases",
+    "solutions",
+    "baselines",
+    "hashes.json",
+    "keys.json",
+    "submitted.json",
+    "prove.json",
+    "cases.csv",
     "report.html",
-}  # fmt: skip
+}
 
 
 def prove_command(
-    out: Path, cases: int, rng: int | None, *, workers: int, limit_s: float, solver: str = SOLVER,
-    keep_frames: bool = False, quiet: bool = False,
-) -> int:  # fmt: skip
-    """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2: misused."""
-    console, errors = Console(quiet=quiet, highlight=False), Console(stderr=True, highlight=False)
+    out: Path,
+    cases: int,
+    rng: int | None,
+    *,
+    workers: int,
+    limit_s: float,
+    solver: str = SOLVER,
+    keep_frames: bool = False,
+    quiet: bool = False,
+) -> int:
+    """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2:
+    misused."""
+    console, errors = (
+        Console(quiet=quiet, highlight=False),
+        Console(stderr=True, highlight=False),
+    )
     if cases < 1 or workers < 1:
         errors.print("benchtwin prove: --cases and --workers must be at least 1")
         return 2
-    if out.exists() and not (out.is_dir() and {p.name for p in out.iterdir() if not p.name.startswith(".")} <= PROOF_FILES):
-        errors.print(f"benchtwin prove: {out}: holds what no proof wrote, or is a file; choose another --out")
+    if out.exists() and not (
+        out.is_dir()
+        and {p.name for p in out.iterdir() if not p.name.startswith(".")} <= PROOF_FILES
+    ):
+        errors.print(
+            f"benchtwin prove: {out}: holds what no proof wrote, or is a file; choose"
+            " another --out"
+        )
         return 2
     seed = secrets.randbits(32) if rng is None else rng
     try:
-        judged = prove(Settings(out, cases, seed, workers, solver, limit_s, keep_frames), _progress(console))
+        judged = prove(
+            Settings(out, cases, seed, workers, solver, limit_s, keep_frames),
+            _progress(console),
+        )
         seed = seed_of(out)
         rows = table(judged, np.random.default_rng(seed))
         tables = compare(out, judged, workers, seed)
@@ -43,10 +70,15 @@ def prove_command(
         errors.print(f"benchtwin prove: {error}")
         return 1
     except OSError as error:
-        errors.print(f"benchtwin prove: {error.filename or out}: {error.strerror or error}")
+        errors.print(
+            f"benchtwin prove: {error.filename or out}: {error.strerror or error}"
+        )
         return 1
     except KeyboardInterrupt:
-        errors.print("benchtwin prove: stopped. The same command with the same --rng goes on from here.")
+        errors.print(
+            "benchtwin prove: stopped. The same command with the same --rng goes on"
+            " from here."
+        )
         return 1
     printed = Table("score", "target", "found", "", title="All rigs")
     for row in (r for r in rows if r.rig == "all"):
@@ -63,6 +95,9 @@ def _progress(console: Console):
     def show(stage: str, done: int, total: int, left_s: float) -> None:
         if done == total or done % max(1, total // 20) == 0:
             left = f"{left_s / 60:.0f} min" if left_s > 90 else f"{left_s:.0f} s"
-            console.print(f"{stage}: {done} of {total}" + (f", about {left} left" if done < total else ""))
+            console.print(
+                f"{stage}: {done} of {total}"
+                + (f", about {left} left" if done < total else "")
+            )
 
     return show

@@ -1,13 +1,20 @@
-"""The effects that solver and proof both know: of each its sectors, unit and sign, rig by rig."""
+"""The effects that solver and proof both know: of each its sectors, unit and sign, rig
+by rig."""
 
 from dataclasses import dataclass
 
-RESTITUTION = ("restitution-falls-with-speed", "viscoelastic-restitution", "plastic-restitution", "plate-compliance")
+RESTITUTION = (
+    "restitution-falls-with-speed",
+    "viscoelastic-restitution",
+    "plastic-restitution",
+    "plate-compliance",
+)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect. unit None: reported without a parameter. either: its sign depends on the choice of axes; sizes are compared."""
+    """One effect. unit None: reported without a parameter. either: its sign depends on
+    the choice of axes; sizes are compared."""
 
     sectors: tuple[str, ...]
     unit: str | None
@@ -64,21 +71,34 @@ EFFECTS: dict[str, dict[str, Effect]] = {
     },
 }
 
-FOLLOWING = {  # the parameter of a rig that may follow a condition, and where that shows
+# the parameter of a rig that may follow a condition, and where that shows
+FOLLOWING = {
     "drop": ("restitution", ("impact",)),
     "slide": ("static_friction", ("onset", "sliding")),
     "roll": ("rolling_friction", ("run-out",)),
 }
 
-OUTSIDE: dict[str, dict[str, tuple[str, ...]]] = {  # what nobody listed, and the sectors where it shows
+OUTSIDE: dict[
+    str, dict[str, tuple[str, ...]]
+] = {  # what nobody listed, and the sectors where it shows
     "drop": {
         "updraught": ("flight",),  # rising air, faster with height
         "field": ("flight",),  # a sideways pull that grows with the distance
         "oriented-restitution": ("impact",),  # e depends on how the seed lands
         "clock-drift": ("measurement",),  # the frame rate drifts
-        "order-drift": FOLLOWING["drop"][1],  # restitution goes with the order of the recordings
+        "order-drift": FOLLOWING["drop"][
+            1
+        ],  # restitution goes with the order of the recordings
     },
-    "slide": {"worn-track": ("sliding",), "order-drift": FOLLOWING["slide"][1]},  # friction grows with the travel
-    "roll": {"sticky-patch": ("run-out",), "order-drift": FOLLOWING["roll"][1]},  # a stretch of the plate resists more
-    "pile": {"layered": ("middle",)},  # two kinds of grains: the flank breaks half way up
+    "slide": {
+        "worn-track": ("sliding",),
+        "order-drift": FOLLOWING["slide"][1],
+    },  # friction grows with the travel
+    "roll": {
+        "sticky-patch": ("run-out",),
+        "order-drift": FOLLOWING["roll"][1],
+    },  # a stretch of the plate resists more
+    "pile": {
+        "layered": ("middle",)
+    },  # two kinds of grains: the flank breaks half way up
 }

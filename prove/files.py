@@ -10,12 +10,16 @@ def read_json(file: Path) -> dict:
 
 
 def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
-    """Write a JSON file, whole or not at all; ValueError for a number that is not finite."""
-    write_whole(file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False))
+    """Write a JSON file, whole or not at all; ValueError for a number that is not
+    finite."""
+    write_whole(
+        file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False)
+    )
 
 
 def write_whole(file: Path, text: str) -> None:
-    """Write beside the file and put it in place: a proof that is stopped leaves no half of one."""
+    """Write beside the file and put it in place: a proof that is stopped leaves no half
+    of one."""
     part = file.with_name(f".{file.name}.part")
     part.write_text(text, encoding="utf8")
     part.replace(file)

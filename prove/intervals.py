@@ -32,7 +32,8 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
 
 @dataclass(frozen=True)
 class Power:
-    """Share detected as a function of SNR: α + (1 − α) / (1 + (s₅₀/SNR)^k). NaN where the cases do not say; intervals by bootstrap."""
+    """Share detected as a function of SNR: α + (1 − α) / (1 + (s₅₀/SNR)^k). NaN where
+    the cases do not say; intervals by bootstrap."""
 
     n: int
     middle: float
@@ -46,7 +47,9 @@ class Power:
         return _share(np.log(snr), math.log(self.middle), self.steepness)
 
 
-def power_curve(snr: np.ndarray, found: np.ndarray, rng: np.random.Generator, repeats: int = 200) -> Power:
+def power_curve(
+    snr: np.ndarray, found: np.ndarray, rng: np.random.Generator, repeats: int = 200
+) -> Power:
     """Fit detections (n,) bool at SNRs (n,). Needs ten cases and both outcomes."""
     nothing = (math.nan, math.nan)
     if len(snr) < 10 or found.all() or not found.any():
@@ -57,12 +60,25 @@ def power_curve(snr: np.ndarray, found: np.ndarray, rng: np.random.Generator, re
         rows = rng.integers(len(snr), size=len(snr))
         if found[rows].any() and not found[rows].all():
             drawn.append(_points(*_fit(snr[rows], found[rows])))
-    bands = np.quantile(drawn, [0.025, 0.975], axis=0) if len(drawn) > 20 else np.full((2, 2), math.nan)
-    return Power(len(snr), math.exp(fit[0]), fit[1], *_points(*fit), tuple(bands[:, 0].tolist()), tuple(bands[:, 1].tolist()))
+    bands = (
+        np.quantile(drawn, [0.025, 0.975], axis=0)
+        if len(drawn) > 20
+        else np.full((2, 2), math.nan)
+    )
+    return Power(
+        len(snr),
+        math.exp(fit[0]),
+        fit[1],
+        *_points(*fit),
+        tuple(bands[:, 0].tolist()),
+        tuple(bands[:, 1].tolist()),
+    )
 
 
 def _share(log_snr, middle: float, steepness: float):
-    return FALSE_ALARM + (1 - FALSE_ALARM) / (1 + np.exp(-steepness * (log_snr - middle)))
+    return FALSE_ALARM + (1 - FALSE_ALARM) / (
+        1 + np.exp(-steepness * (log_snr - middle))
+    )
 
 
 def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
@@ -70,10 +86,19 @@ def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
 
     def cost(p: np.ndarray) -> float:
         share = np.clip(_share(x, p[0], math.exp(p[1])), 1e-9, 1 - 1e-9)
-        # a weak pull towards the theory's steepness (about 6) keeps separated data finite
-        return -float(np.where(found, np.log(share), np.log(1 - share)).sum()) + 0.5 * ((p[1] - math.log(6)) / 1.0) ** 2
+        # a weak pull towards the theory's steepness (about 6) keeps separated data
+        # finite
+        return (
+            -float(np.where(found, np.log(share), np.log(1 - share)).sum())
+            + 0.5 * ((p[1] - math.log(6)) / 1.0) ** 2
+        )
 
-    best = minimize(cost, [math.log(4), math.log(5)], method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-4})
+    best = minimize(
+        cost,
+        [math.log(4), math.log(5)],
+        method="Nelder-Mead",
+        options={"xatol": 1e-3, "fatol": 1e-4},
+    )
     return float(best.x[0]), float(math.exp(best.x[1]))
 
 
@@ -88,7 +113,8 @@ def _points(middle: float, steepness: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Bin:
-    """Verdicts said with probabilities from low up to high: k of n are right, mean_p is their mean probability."""
+    """Verdicts said with probabilities from low up to high: k of n are right, mean_p is
+    their mean probability."""
 
     low: float
     high: float
@@ -110,24 +136,53 @@ class Bin:
         return self.bounds[0] <= self.mean_p <= self.bounds[1]
 
     def to_dict(self) -> dict:
-        found = {"share": self.share, "low95": self.bounds[0], "high95": self.bounds[1], "holds": self.holds}
-        return {"from": self.low, "to": self.high, "n": self.n, "right": self.k, "mean_p": self.mean_p} | found
+        found = {
+            "share": self.share,
+            "low95": self.bounds[0],
+            "high95": self.bounds[1],
+            "holds": self.holds,
+        }
+        return {
+            "from": self.low,
+            "to": self.high,
+            "n": self.n,
+            "right": self.k,
+            "mean_p": self.mean_p,
+        } | found
 
 
 def reliability(judged: list[Judged]) -> list[Bin]:
-    """The bins of EDGES that hold a verdict; verdicts without a probability are in none."""
+    """The bins of EDGES that hold a verdict; verdicts without a probability are in
+    none."""
     out = []
     for low, high in pairwise(EDGES):
-        some = [j for j in judged if j.p is not None and (low <= j.p < high or j.p == high == EDGES[-1])]
+        some = [
+            j
+            for j in judged
+            if j.p is not None and (low <= j.p < high or j.p == high == EDGES[-1])
+        ]
         if some:
-            out.append(Bin(low, high, len(some), sum(j.as_said for j in some), float(np.mean([j.p for j in some]))))
+            out.append(
+                Bin(
+                    low,
+                    high,
+                    len(some),
+                    sum(j.as_said for j in some),
+                    float(np.mean([j.p for j in some])),
+                )
+            )
     return out
 
 
 def log_score(judged: list[Judged]) -> tuple[float, float, int]:
-    """(mean, its standard error, count) of ln of the probability given to the truth, at least FLOOR; NaN without any."""
+    """(mean, its standard error, count) of ln of the probability given to the truth, at
+    least FLOOR; NaN without any."""
     some = [math.log(max(j.p_truth, FLOOR)) for j in judged if j.p_truth is not None]
     if not some:
         return math.nan, math.nan, 0
-    error = float(np.std(some, ddof=1)) / math.sqrt(len(some)) if len(some) > 1 else math.nan
+    error = (
+        float(np.std(some, ddof=1)) / math.sqrt(len(some))
+        if len(some) > 1
+        else math.nan
+    )
     return float(np.mean(some)), error, len(some)

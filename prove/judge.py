@@ -1,4 +1,5 @@
-"""Compares one diagnosis with what the case conceals. A missing diagnosis is a failure wherever it counts."""
+"""Compares one diagnosis with what the case conceals. A missing diagnosis is a failure
+wherever it counts."""
 
 import math
 from dataclasses import dataclass
@@ -26,14 +27,22 @@ class Judged:
     unknown: bool
     sector: str
     sector_right: bool
-    covers: tuple[bool, ...]  # of each scored effect: whether the 95 % interval holds its value
-    stated: tuple[tuple[float, float, tuple[float, float]], ...]  # of each: (SNR, value, (low, high)), the last two over the truth
+    covers: tuple[
+        bool, ...
+    ]  # of each scored effect: whether the 95 % interval holds its value
+    stated: tuple[
+        tuple[float, float, tuple[float, float]], ...
+    ]  # of each: (SNR, value, (low, high)), the last two over the truth
     removed: float | None  # held-out fraction as stated
     seconds: float
     as_said: bool = False  # the verdict is true in the sense of its probability
     p: float | None = None  # probability of the verdict; None: not stated
-    p_truth: float | None = None  # probability of the true set of effects; None: not stated
-    matters: bool | None = None  # "matters" is right; None: not known, not stated, or nothing found
+    p_truth: float | None = (
+        None  # probability of the true set of effects; None: not stated
+    )
+    matters: bool | None = (
+        None  # "matters" is right; None: not known, not stated, or nothing found
+    )
 
 
 def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
@@ -41,28 +50,77 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
     seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
-        return Judged(key, True, False, "missing", (), False, False, False, False, "", False, (), (), None, seconds)
-    verdict, names = str(answer.get("verdict", "none")), tuple(str(n) for n in answer.get("names") or ())
+        return Judged(
+            key,
+            True,
+            False,
+            "missing",
+            (),
+            False,
+            False,
+            False,
+            False,
+            "",
+            False,
+            (),
+            (),
+            None,
+            seconds,
+        )
+    verdict, names = (
+        str(answer.get("verdict", "none")),
+        tuple(str(n) for n in answer.get("names") or ()),
+    )
     truth = {e.name for e in key.effects}
     definite = verdict == "name" and bool(names)
-    right = bool(truth) and ((definite and same_effects(set(names), truth)) or one_class(verdict, names, truth))
+    right = bool(truth) and (
+        (definite and same_effects(set(names), truth))
+        or one_class(verdict, names, truth)
+    )
     held = verdict == "class" and len(truth) == 1 and truth <= set(names)
     sector = main_sector(answer.get("sectors") or [])
     alarm, matters = bool(answer.get("alarm", verdict != "none")), answer.get("matters")
-    matters_right = matters == key.matters if alarm and isinstance(matters, bool) and key.matters is not None else None
+    matters_right = (
+        matters == key.matters
+        if alarm and isinstance(matters, bool) and key.matters is not None
+        else None
+    )
     covers, stated = interval_coverage(key, answer) if right else ((), ())
-    within = all(n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth)
-    said = {"none": not truth, "unknown": unlisted(key), "class": bool(truth) and within}
+    within = all(
+        n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth
+    )
+    said = {
+        "none": not truth,
+        "unknown": unlisted(key),
+        "class": bool(truth) and within,
+    }
     as_said = said.get(verdict, right)
     return Judged(
-        key, False, alarm, verdict, names, right, definite and not right, held, verdict == "unknown", sector,
-        sector in key.sectors, covers, stated, _number((answer.get("held_out") or {}).get("removed_fraction")), seconds, as_said,
-        _number(answer.get("p_verdict")), probability_of_truth(key, answer.get("explanations")), matters_right,
-    )  # fmt: skip
+        key,
+        False,
+        alarm,
+        verdict,
+        names,
+        right,
+        definite and not right,
+        held,
+        verdict == "unknown",
+        sector,
+        sector in key.sectors,
+        covers,
+        stated,
+        _number((answer.get("held_out") or {}).get("removed_fraction")),
+        seconds,
+        as_said,
+        _number(answer.get("p_verdict")),
+        probability_of_truth(key, answer.get("explanations")),
+        matters_right,
+    )
 
 
 def same_effects(names: set[str], truth: set[str]) -> bool:
-    """The same effects; a law of restitution may be called by its class, never by another law's name."""
+    """The same effects; a law of restitution may be called by its class, never by
+    another law's name."""
     if names == truth:
         return True
     laws = truth & set(RESTITUTION)
@@ -71,27 +129,48 @@ def same_effects(names: set[str], truth: set[str]) -> bool:
 
 def unlisted(key: Key) -> bool:
     """Whether the key holds an effect that the diagnosis does not list."""
-    return any(e.name not in EFFECTS[key.rig] and "-follows-" not in e.name for e in key.effects)
+    return any(
+        e.name not in EFFECTS[key.rig] and "-follows-" not in e.name
+        for e in key.effects
+    )
 
 
 def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | None:
-    """What the explanations give to the true set, unlisted physics in any true sector."""
+    """What the explanations give to the true set, unlisted physics in any true
+    sector."""
     if not isinstance(explanations, list) or not explanations:
         return None
     truth = {e.name for e in key.effects}
-    sets = [{f"{UNLISTED} {sector}"} for sector in key.sectors] if unlisted(key) else [truth]
-    true = [one for one in explanations if any(same_effects(set(one.get("effects", ())), names) for names in sets)]
+    sets = (
+        [{f"{UNLISTED} {sector}"} for sector in key.sectors]
+        if unlisted(key)
+        else [truth]
+    )
+    true = [
+        one
+        for one in explanations
+        if any(same_effects(set(one.get("effects", ())), names) for names in sets)
+    ]
     return sum(_number(one.get("probability")) or 0.0 for one in true)
 
 
 def one_class(verdict: str, names: tuple[str, ...], truth: set[str]) -> bool:
     """Laws of restitution that no drop tells apart: their class is the right answer."""
-    return verdict == "class" and len(truth) == 1 and truth <= set(RESTITUTION) and truth <= set(names) <= set(RESTITUTION)
+    return (
+        verdict == "class"
+        and len(truth) == 1
+        and truth <= set(RESTITUTION)
+        and truth <= set(names) <= set(RESTITUTION)
+    )
 
 
 def main_sector(sectors: list[dict]) -> str:
     """The sector that explains most."""
-    valid = [s for s in sectors if isinstance(s, dict) and isinstance(s.get("explained"), int | float)]
+    valid = [
+        s
+        for s in sectors
+        if isinstance(s, dict) and isinstance(s.get("explained"), int | float)
+    ]
     return str(max(valid, key=lambda s: s["explained"])["name"]) if valid else ""
 
 
@@ -101,13 +180,20 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
     for effect in key.effects:
         if not effect.scored:
             continue
-        law = next((found[n] for n in RESTITUTION if n in found), None) if effect.name in RESTITUTION else None
+        law = (
+            next((found[n] for n in RESTITUTION if n in found), None)
+            if effect.name in RESTITUTION
+            else None
+        )
         one = found.get(effect.name) or law or {}
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
         if low is None or high is None:
             covers.append(False)
             continue
-        covers.append(low <= effect.value <= high or (effect.either and low <= -effect.value <= high))
+        covers.append(
+            low <= effect.value <= high
+            or (effect.either and low <= -effect.value <= high)
+        )
         if value is not None:
             sign = -1 if effect.either and value * effect.value < 0 else 1
             ends = sorted(sign * end / effect.value for end in (low, high))
@@ -117,4 +203,8 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
 
 def _number(value: object) -> float | None:
     """A finite number, or None."""
-    return float(value) if isinstance(value, int | float) and math.isfinite(value) else None
+    return (
+        float(value)
+        if isinstance(value, int | float) and math.isfinite(value)
+        else None
+    )

@@ -1,4 +1,5 @@
-"""Makes one case from its line of the plan and the seed: the bench folder and the answer key."""
+"""Makes one case from its line of the plan and the seed: the bench folder and the
+answer key."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +21,12 @@ from prove.plan import Spec
 
 SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
-MATTERS, TRIFLES = 1.5, 0.17  # sds of a contact parameter: half an sd, give or take the factor of 3 by which fits differ
+# sds of a contact parameter: half an sd, give or take the factor of 3 by which fits
+# differ
+MATTERS, TRIFLES = (
+    1.5,
+    0.17,
+)
 
 
 @dataclass(frozen=True)
@@ -36,7 +42,8 @@ class Rig:
 
 @dataclass(frozen=True)
 class Concealed:
-    """One effect of a case. unit None: without a parameter. scored: whether one number is true of all recordings."""
+    """One effect of a case. unit None: without a parameter. scored: whether one number
+    is true of all recordings."""
 
     name: str
     value: float
@@ -73,20 +80,26 @@ class Key:
     @staticmethod
     def from_dict(content: dict) -> "Key":
         effects = tuple(Concealed(**e) for e in content["effects"])
-        lists = {name: tuple(content[name]) for name in ("sectors", "absent", "conditions")}
+        lists = {
+            name: tuple(content[name]) for name in ("sectors", "absent", "conditions")
+        }
         return Key(**{**content, **lists, "effects": effects})
 
 
 @dataclass(frozen=True)
 class MadeCase:
-    """A scene, the sizes of what is concealed in it, and the conditions that its recordings state."""
+    """A scene, the sizes of what is concealed in it, and the conditions that its
+    recordings state."""
 
     scene: Any
     sizes: dict[str, float]
     conditions: tuple[Condition, ...]
 
     def bench(self, rig: Rig) -> Bench:
-        return without_absent_keys(stating(rig.bench(self.scene, self.sizes), self.conditions), self.scene.request.absent)
+        return without_absent_keys(
+            stating(rig.bench(self.scene, self.sizes), self.conditions),
+            self.scene.request.absent,
+        )
 
 
 def _rig(module: ModuleType, *design: str) -> Rig:
@@ -94,7 +107,13 @@ def _rig(module: ModuleType, *design: str) -> Rig:
 
 
 RIGS = {
-    "drop": Rig(drop.draw, drop_snr.visibility, drop_bench.bench, drop_effects.RANGES, ("stated_mm", "session")),
+    "drop": Rig(
+        drop.draw,
+        drop_snr.visibility,
+        drop_bench.bench,
+        drop_effects.RANGES,
+        ("stated_mm", "session"),
+    ),
     "slide": _rig(slide, "rate_deg_s", "count"),
     "roll": _rig(roll, "forwards"),
     "pile": _rig(pile, "half_mm", "gate_mm_s"),
@@ -108,14 +127,29 @@ def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
 
 
 def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
-    """The scene in which the wished effects come nearest to the wished SNRs, and the key."""
+    """The scene in which the wished effects come nearest to the wished SNRs, and the
+    key."""
     rig, tried = RIGS[spec.rig], []
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
-        scene = rig.draw(Request(spec.effects, spec.separated, spec.rendered, draw_absent_keys(spec.effects, rng)), rng)
+        scene = rig.draw(
+            Request(
+                spec.effects,
+                spec.separated,
+                spec.rendered,
+                draw_absent_keys(spec.effects, rng),
+            ),
+            rng,
+        )
         scene, conditions = _with_conditions(scene, rig, spec, rng)
         sizes, seen = sized(rig, scene, spec, rng)
-        off = max((abs(math.log(max(one.snr, 1e-3) / w)) for one, w in zip(seen, spec.wanted_snr)), default=0.0)
+        off = max(
+            (
+                abs(math.log(max(one.snr, 1e-3) / w))
+                for one, w in zip(seen, spec.wanted_snr)
+            ),
+            default=0.0,
+        )
         tried.append((off, MadeCase(scene, sizes, conditions), seen))
         if off < math.log(NEAR):
             break
@@ -123,24 +157,53 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
     return made, _key(spec, made, seen)
 
 
-def _with_conditions(scene: Any, rig: Rig, spec: Spec, rng: np.random.Generator) -> tuple[Any, tuple[Condition, ...]]:
-    """The scene, its runs following the condition that matters or their order; and what the recordings state."""
+def _with_conditions(
+    scene: Any, rig: Rig, spec: Spec, rng: np.random.Generator
+) -> tuple[Any, tuple[Condition, ...]]:
+    """The scene, its runs following the condition that matters or their order; and what
+    the recordings state."""
     order = np.linspace(-1, 1, len(scene.runs))
-    design = np.array([[float(getattr(run, name)) for name in rig.design] for run in scene.runs])
-    conditions = draw_conditions(np.column_stack([order, design]), "follows" in spec.effects, not spec.effects, rng)
-    follows = conditions[0].follows if "follows" in spec.effects else order if "order-drift" in spec.effects else None
+    design = np.array(
+        [[float(getattr(run, name)) for name in rig.design] for run in scene.runs]
+    )
+    conditions = draw_conditions(
+        np.column_stack([order, design]),
+        "follows" in spec.effects,
+        not spec.effects,
+        rng,
+    )
+    follows = (
+        conditions[0].follows
+        if "follows" in spec.effects
+        else order
+        if "order-drift" in spec.effects
+        else None
+    )
     if follows is not None:
-        scene = replace(scene, runs=tuple(replace(run, follows=float(f)) for run, f in zip(scene.runs, follows, strict=True)))
+        scene = replace(
+            scene,
+            runs=tuple(
+                replace(run, follows=float(f))
+                for run, f in zip(scene.runs, follows, strict=True)
+            ),
+        )
     return scene, conditions
 
 
-def sized(rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator) -> tuple[dict[str, float], list[Visibility]]:
-    """Sizes with which the effects have about the SNR that is wanted, as far as sizes are believable; how visible they are."""
+def sized(
+    rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator
+) -> tuple[dict[str, float], list[Visibility]]:
+    """Sizes with which the effects have about the SNR that is wanted, as far as sizes
+    are believable; how visible they are."""
     sizes: dict[str, float] = {}
     for name, wanted in zip(spec.effects, spec.wanted_snr):
         low, high, sign = rig.ranges[name]
         sign = sign or int(rng.choice([-1, 1]))
-        size, before, seen = math.sqrt(low * high), 0.0, 0.0  # nothing is seen of nothing; what a nuisance hides is a hinge
+        size, before, seen = (
+            math.sqrt(low * high),
+            0.0,
+            0.0,
+        )  # nothing is seen of nothing; what a nuisance hides is a hinge
         for _ in range(ROUNDS):
             snr = rig.visibility(scene, sizes | {name: sign * size}, name).snr
             if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:
@@ -164,20 +227,55 @@ def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
             effects.append(_following(spec.rig, made.conditions[0], value, snr))
             continue
         unit, either = (entry.unit, entry.either) if entry else (None, False)
-        split = spec.rig == "drop" and name in IN_CAMERA and scene.one_session and len(scene.cameras) > 1
-        effects.append(Concealed(name, value, unit, snr, either, bool(unit) and not split))
+        split = (
+            spec.rig == "drop"
+            and name in IN_CAMERA
+            and scene.one_session
+            and len(scene.cameras) > 1
+        )
+        effects.append(
+            Concealed(name, value, unit, snr, either, bool(unit) and not split)
+        )
     # a compound shows in several places; where is then not asked
     sectors = _sectors(spec.rig, spec.effects[0]) if len(effects) == 1 else ()
-    noise = {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()} if hasattr(scene, "noise") else {}
-    absent = tuple(sorted(k for k in scene.request.absent if k.split(".")[0] not in set(RIGS) - {spec.rig}))
+    noise = (
+        {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()}
+        if hasattr(scene, "noise")
+        else {}
+    )
+    absent = tuple(
+        sorted(
+            k
+            for k in scene.request.absent
+            if k.split(".")[0] not in set(RIGS) - {spec.rig}
+        )
+    )
     known = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
-    return Key(spec.name, spec.rig, spec.kind, tuple(effects), sectors, spec.separated, spec.rendered, noise, *known)
+    return Key(
+        spec.name,
+        spec.rig,
+        spec.kind,
+        tuple(effects),
+        sectors,
+        spec.separated,
+        spec.rendered,
+        noise,
+        *known,
+    )
 
 
 def _following(rig: str, condition: Condition, value: float, snr: float) -> Concealed:
-    """A parameter that follows a condition: its slope in the condition's unit; of words the greatest difference, halved."""
+    """A parameter that follows a condition: its slope in the condition's unit; of words
+    the greatest difference, halved."""
     slope = value if condition.per is None else value / condition.per
-    return Concealed(f"{FOLLOWING[rig][0]}-follows-{condition.name}", slope, condition.unit, snr, False, bool(condition.unit))
+    return Concealed(
+        f"{FOLLOWING[rig][0]}-follows-{condition.name}",
+        slope,
+        condition.unit,
+        snr,
+        False,
+        bool(condition.unit),
+    )
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
@@ -197,7 +295,8 @@ def _sectors(rig: str, name: str) -> tuple[str, ...]:
 
 
 def make_folder(spec: Spec, seed: int, folder: Path) -> dict:
-    """Make the case, write its bench folder unless it is there, return its key as a dict (for worker processes)."""
+    """Make the case, write its bench folder unless it is there, return its key as a
+    dict (for worker processes)."""
     made, key = conceal(spec, seed)
     if not folder.exists():
         write_bench(made.bench(RIGS[spec.rig]), folder)

@@ -1,4 +1,5 @@
-"""Writes the results of a proof: prove.json, cases.csv, and one self-contained report.html."""
+"""Writes the results of a proof: prove.json, cases.csv, and one self-contained
+report.html."""
 
 import json
 import math
@@ -9,42 +10,84 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from prove.figures import calibration_figure, confusion_figure, power_figure, reliability_figure
+from prove.figures import (
+    calibration_figure,
+    confusion_figure,
+    power_figure,
+    reliability_figure,
+)
 from prove.files import write_whole
 from prove.intervals import reliability
 from prove.judge import Judged
 from prove.score import Row
 
 
-def write_all(out: Path, judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> None:
+def write_all(
+    out: Path,
+    judged: list[Judged],
+    rows: list[Row],
+    tables: dict[str, list[Row]],
+    seed: int,
+) -> None:
     """All three files, each whole. OSError when they cannot be written."""
     content = {
-        "schema": 1, "cases": len(judged), "rng": seed, "scores": [_plain(row) for row in rows],
+        "schema": 1,
+        "cases": len(judged),
+        "rng": seed,
+        "scores": [_plain(row) for row in rows],
         "reliability": [one.to_dict() for one in reliability(judged)],
-        "drops_with_tracks": {name: [_plain(row) for row in some] for name, some in tables.items()},
-    }  # fmt: skip
-    write_whole(out / "prove.json", json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False))
+        "drops_with_tracks": {
+            name: [_plain(row) for row in some] for name, some in tables.items()
+        },
+    }
+    write_whole(
+        out / "prove.json",
+        json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False),
+    )
     write_whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
     write_whole(out / "report.html", render(judged, rows, tables, seed))
 
 
 def cases_table(judged: list[Judged]) -> pd.DataFrame:
     """One row a case: what was concealed, what was diagnosed, and how it compares."""
-    return pd.DataFrame([
-        {
-            "case": j.key.case, "rig": j.key.rig, "kind": j.key.kind, "rendered": j.key.rendered,
-            "concealed": " + ".join(e.name for e in j.key.effects), "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
-            "snr": round(j.key.snr, 2), "separated": j.key.separated, "verdict": j.verdict, "names": " + ".join(j.names),
-            "alarm": j.alarm, "right": j.right, "wrong_name": j.wrong_name, "class_holds": j.class_holds, "sector": j.sector,
-            "sector_right": j.sector_right, "covers": " ".join(str(c) for c in j.covers), "removed_fraction": j.removed,
-            "seconds": j.seconds, "p_verdict": j.p, "as_said": j.as_said, "p_truth": j.p_truth, "truly_matters": j.key.matters,
-            "matters_right": j.matters, "conditions": " ".join(j.key.conditions), "absent": " ".join(j.key.absent),
-        }
-        for j in judged
-    ])  # fmt: skip
+    return pd.DataFrame(
+        [
+            {
+                "case": j.key.case,
+                "rig": j.key.rig,
+                "kind": j.key.kind,
+                "rendered": j.key.rendered,
+                "concealed": " + ".join(e.name for e in j.key.effects),
+                "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
+                "snr": round(j.key.snr, 2),
+                "separated": j.key.separated,
+                "verdict": j.verdict,
+                "names": " + ".join(j.names),
+                "alarm": j.alarm,
+                "right": j.right,
+                "wrong_name": j.wrong_name,
+                "class_holds": j.class_holds,
+                "sector": j.sector,
+                "sector_right": j.sector_right,
+                "covers": " ".join(str(c) for c in j.covers),
+                "removed_fraction": j.removed,
+                "seconds": j.seconds,
+                "p_verdict": j.p,
+                "as_said": j.as_said,
+                "p_truth": j.p_truth,
+                "truly_matters": j.key.matters,
+                "matters_right": j.matters,
+                "conditions": " ".join(j.key.conditions),
+                "absent": " ".join(j.key.absent),
+            }
+            for j in judged
+        ]
+    )
 
 
-def render(judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int) -> str:
+def render(
+    judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int
+) -> str:
     """The page as text."""
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
@@ -56,22 +99,46 @@ def render(judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], 
         "reliability": reliability_figure(judged),
         "calibration": calibration_figure(judged),
     }
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters["figure"] = number
-    template = environment.from_string((files("prove") / "page.html.j2").read_text(encoding="utf8"))
-    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    template = environment.from_string(
+        (files("prove") / "page.html.j2").read_text(encoding="utf8")
+    )
+    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace(
+        "</", "<\\/"
+    )
     return template.render(
-        rows=rows, rigs=list(dict.fromkeys(r.rig for r in rows)), tables=tables, compared=side_by_side(tables), judged=judged,
-        missing=[j for j in judged if j.missing], drawn=text, plotly=get_plotlyjs(), seed=seed,
-        wrong=[j for j in judged if j.wrong_name or (j.key.kind == "clean" and j.alarm)],
-    )  # fmt: skip
+        rows=rows,
+        rigs=list(dict.fromkeys(r.rig for r in rows)),
+        tables=tables,
+        compared=side_by_side(tables),
+        judged=judged,
+        missing=[j for j in judged if j.missing],
+        drawn=text,
+        plotly=get_plotlyjs(),
+        seed=seed,
+        wrong=[
+            j for j in judged if j.wrong_name or (j.key.kind == "clean" and j.alarm)
+        ],
+    )
 
 
-def side_by_side(tables: dict[str, list[Row]]) -> list[tuple[str, str, list[Row | None]]]:
+def side_by_side(
+    tables: dict[str, list[Row]],
+) -> list[tuple[str, str, list[Row | None]]]:
     """(score, target, a row of each method)."""
     scores = {row.score: row.target for some in tables.values() for row in some}
     return [
-        (score, target, [next((r for r in some if r.score == score), None) for some in tables.values()])
+        (
+            score,
+            target,
+            [
+                next((r for r in some if r.score == score), None)
+                for some in tables.values()
+            ],
+        )
         for score, target in scores.items()
     ]
 
@@ -81,11 +148,21 @@ def number(row: Row | None) -> str:
     if row is None or not math.isfinite(row.value):
         return "–"
     if row.k is not None:
-        return f"{100 * row.value:.1f} % ({100 * row.low:.1f}–{100 * row.high:.1f}); {row.k} of {row.n}"
-    interval = f" ({row.low:.3g}–{row.high:.3g})" if math.isfinite(row.low) and math.isfinite(row.high) else ""
+        return (
+            f"{100 * row.value:.1f} % ({100 * row.low:.1f}–{100 * row.high:.1f});"
+            f" {row.k} of {row.n}"
+        )
+    interval = (
+        f" ({row.low:.3g}–{row.high:.3g})"
+        if math.isfinite(row.low) and math.isfinite(row.high)
+        else ""
+    )
     return f"{row.value:.3g}{interval}; {row.n} cases"
 
 
 def _plain(row: Row) -> dict:
     """The row without what JSON has no number for."""
-    return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in asdict(row).items()}
+    return {
+        k: None if isinstance(v, float) and not math.isfinite(v) else v
+        for k, v in asdict(row).items()
+    }

@@ -1,11 +1,17 @@
-"""The proof from end to end: make cases, publish hashes of their keys, solve, compare. A stopped proof goes on where it was."""
+"""The proof from end to end: make cases, publish hashes of their keys, solve, compare.
+A stopped proof goes on where it was."""
 
 import hashlib
 import json
 import shutil
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import (
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+)
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,12 +25,15 @@ from prove.make import Key, make_folder
 from prove.plan import Spec, plan
 from prove.solve import SOLVER, read_attempt, read_diagnosis, solve
 
-Progress = Callable[[str, int, int, float], None]  # stage, done, of, seconds left (NaN: not known)
+Progress = Callable[
+    [str, int, int, float], None
+]  # stage, done, of, seconds left (NaN: not known)
 
 
 @dataclass(frozen=True)
 class Settings:
-    """out: the proof's folder. seed: of the random numbers. limit_s: how long one case may take."""
+    """out: the proof's folder. seed: of the random numbers. limit_s: how long one case
+    may take."""
 
     out: Path
     cases: int
@@ -40,19 +49,26 @@ class Settings:
 
 
 def prove(settings: Settings, progress: Progress) -> list[Judged]:
-    """Every case judged. Raises KeyMismatch when the folder was made by another proof; OSError when it cannot be written."""
+    """Every case judged. Raises KeyMismatch when the folder was made by another proof;
+    OSError when it cannot be written."""
     specs = plan(settings.cases, np.random.default_rng(settings.seed))
     settings.out.mkdir(parents=True, exist_ok=True)
     if not (settings.out / "keys.json").is_file():
         keys, salts = _make_all(settings, specs, progress)
         _solve_all(settings, specs, progress)
-        files = {s.name: settings.out / "solutions" / s.name / "diagnosis.json" for s in specs}
+        files = {
+            s.name: settings.out / "solutions" / s.name / "diagnosis.json"
+            for s in specs
+        }
         hashes: dict[str, str | None] = dict.fromkeys(files)
         for name, file in files.items():
             if file.is_file():
                 hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
         write_json(settings.out / "submitted.json", hashes)  # before any key is opened
-        write_json(settings.out / "keys.json", {"keys": keys, "salts": salts, "seed": settings.seed})
+        write_json(
+            settings.out / "keys.json",
+            {"keys": keys, "salts": salts, "seed": settings.seed},
+        )
     return judged(settings.out)
 
 
@@ -62,7 +78,11 @@ def judged(out: Path) -> list[Judged]:
     verify(opened["keys"], opened["salts"], read_json(out / "hashes.json"))
     folders = {case: out / "solutions" / case for case in opened["keys"]}
     return [
-        judge(Key.from_dict(key), read_diagnosis(folders[case]), read_attempt(folders[case]))
+        judge(
+            Key.from_dict(key),
+            read_diagnosis(folders[case]),
+            read_attempt(folders[case]),
+        )
         for case, key in opened["keys"].items()
     ]
 
@@ -72,33 +92,54 @@ def seed_of(out: Path) -> int:
     return read_json(out / "keys.json")["seed"]
 
 
-def _make_all(settings: Settings, specs: list[Spec], progress: Progress) -> tuple[dict, dict]:
-    """Write bench folders and the hashes of their keys; returns keys and salts by case."""
+def _make_all(
+    settings: Settings, specs: list[Spec], progress: Progress
+) -> tuple[dict, dict]:
+    """Write bench folders and the hashes of their keys; returns keys and salts by
+    case."""
     cases = settings.out / "cases"
     cases.mkdir(exist_ok=True)
     with ProcessPoolExecutor(settings.workers) as pool:
-        jobs = {pool.submit(make_folder, spec, settings.seed, settings.bench(spec)): spec.name for spec in specs}
+        jobs = {
+            pool.submit(
+                make_folder, spec, settings.seed, settings.bench(spec)
+            ): spec.name
+            for spec in specs
+        }
         keys = dict(_followed("making", jobs, progress))
     keys = json.loads(canonical(keys))  # as they will be read again
     salts = {case: salt_of(settings.seed, case) for case in keys}
     published = {case: hashed(keys[case], salts[case]) for case in sorted(keys)}
     file = settings.out / "hashes.json"
     if file.is_file() and read_json(file) != published:
-        raise KeyMismatch(f"{file}: the hashes are those of another proof (other cases, seed or version); use another --out")
+        raise KeyMismatch(
+            f"{file}: the hashes are those of another proof (other cases, seed or"
+            " version); use another --out"
+        )
     write_json(file, published)
     return keys, salts
 
 
 def _solve_all(settings: Settings, specs: list[Spec], progress: Progress) -> None:
     """One attempt at each case that has none yet."""
-    left = [s for s in specs if read_attempt(settings.out / "solutions" / s.name) is None]
+    left = [
+        s for s in specs if read_attempt(settings.out / "solutions" / s.name) is None
+    ]
 
     def attempt(spec: Spec):
         bench = settings.bench(spec)
-        if spec.rendered and not any(bench.glob("*/frames")):  # of an attempt that is gone
+        if spec.rendered and not any(
+            bench.glob("*/frames")
+        ):  # of an attempt that is gone
             shutil.rmtree(bench, ignore_errors=True)
             make_folder(spec, settings.seed, bench)
-        done = solve(spec.name, bench, settings.out / "solutions" / spec.name, settings.solver, settings.limit_s)
+        done = solve(
+            spec.name,
+            bench,
+            settings.out / "solutions" / spec.name,
+            settings.solver,
+            settings.limit_s,
+        )
         if not settings.keep_frames:
             drop_frames(bench)
         return done
@@ -113,9 +154,16 @@ def _solve_all(settings: Settings, specs: list[Spec], progress: Progress) -> Non
             raise
 
 
-def _followed(stage: str, jobs: dict[Future, str], progress: Progress) -> Iterable[tuple[str, object]]:
+def _followed(
+    stage: str, jobs: dict[Future, str], progress: Progress
+) -> Iterable[tuple[str, object]]:
     """(name, result) of jobs as they end."""
     begin = time.monotonic()
     for done, job in enumerate(as_completed(jobs), 1):
         yield jobs[job], job.result()
-        progress(stage, done, len(jobs), (time.monotonic() - begin) / done * (len(jobs) - done))
+        progress(
+            stage,
+            done,
+            len(jobs),
+            (time.monotonic() - begin) / done * (len(jobs) - done),
+        )

@@ -6,16 +6,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prove.intervals import Power, binomial_interval, log_score, power_curve, reliability
+from prove.intervals import (
+    Power,
+    binomial_interval,
+    log_score,
+    power_curve,
+    reliability,
+)
 from prove.judge import Judged
-from prove.plan import CLEAN, COMPOUND, CONDITION, CONFOUNDED, RIG_SHARES, SEPARATED, SINGLE, UNLISTED_KIND
+from prove.plan import (
+    CLEAN,
+    COMPOUND,
+    CONDITION,
+    CONFOUNDED,
+    RIG_SHARES,
+    SEPARATED,
+    SINGLE,
+    UNLISTED_KIND,
+)
 
 NAMED_SNR, PAIR_SNR, HELD_OUT_SNR = 7.0, 10.0, 10.0
 
 
 @dataclass(frozen=True)
 class Row:
-    """One score of one rig ("all": over all). k of n where it is a share; met: None where nothing can be said."""
+    """One score of one rig ("all": over all). k of n where it is a share; met: None
+    where nothing can be said."""
 
     score: str
     target: str
@@ -53,35 +69,116 @@ def _clean(j: Judged) -> bool:
 
 
 SHARES = (
-    Share("false alarms on clean", "≤ 1 %", _clean, lambda j: j.alarm or j.missing, most=0.01),
-    Share("false definite names on clean", "0", _clean, lambda j: j.verdict == "name", most=0.0),
-    Share("right name, SNR ≥ 7, identifiable", "≥ 90 %", _identifiable, lambda j: j.right, least=0.90),
-    Share("wrong definite name, SNR ≥ 7, identifiable", "≤ 1 %", _identifiable, lambda j: j.wrong_name, most=0.01),
-    Share("named with the separating recording", "≥ 90 %", _strong(SEPARATED, NAMED_SNR), lambda j: j.right, least=0.90),
-    Share("condition that matters named, SNR ≥ 7", "≥ 90 %", _strong(CONDITION, NAMED_SNR), lambda j: j.right, least=0.90),
-    Share("without the separator: class (or name) holds the truth", "≥ 95 %", _strong(CONFOUNDED, NAMED_SNR),
-          lambda j: j.class_holds or j.right, least=0.95),
-    Share("without the separator: wrong definite name", "≤ 2 %", _strong(CONFOUNDED, NAMED_SNR), lambda j: j.wrong_name,
-          most=0.02),
-    Share("compound, exact set, SNR ≥ 10 each", "≥ 90 %", _strong(COMPOUND, PAIR_SNR), lambda j: j.right, least=0.90),
-    Share("outside the library: said to be unknown", "≥ 85 %", _strong(UNLISTED_KIND, NAMED_SNR), lambda j: j.unknown, least=0.85),
-    Share("outside the library: sector right", "≥ 95 %", _strong(UNLISTED_KIND, NAMED_SNR), lambda j: j.sector_right, least=0.95),
-    Share("said rightly whether it matters", "≥ 90 %", lambda j: j.matters is not None, lambda j: bool(j.matters), least=0.90),
+    Share(
+        "false alarms on clean",
+        "≤ 1 %",
+        _clean,
+        lambda j: j.alarm or j.missing,
+        most=0.01,
+    ),
+    Share(
+        "false definite names on clean",
+        "0",
+        _clean,
+        lambda j: j.verdict == "name",
+        most=0.0,
+    ),
+    Share(
+        "right name, SNR ≥ 7, identifiable",
+        "≥ 90 %",
+        _identifiable,
+        lambda j: j.right,
+        least=0.90,
+    ),
+    Share(
+        "wrong definite name, SNR ≥ 7, identifiable",
+        "≤ 1 %",
+        _identifiable,
+        lambda j: j.wrong_name,
+        most=0.01,
+    ),
+    Share(
+        "named with the separating recording",
+        "≥ 90 %",
+        _strong(SEPARATED, NAMED_SNR),
+        lambda j: j.right,
+        least=0.90,
+    ),
+    Share(
+        "condition that matters named, SNR ≥ 7",
+        "≥ 90 %",
+        _strong(CONDITION, NAMED_SNR),
+        lambda j: j.right,
+        least=0.90,
+    ),
+    Share(
+        "without the separator: class (or name) holds the truth",
+        "≥ 95 %",
+        _strong(CONFOUNDED, NAMED_SNR),
+        lambda j: j.class_holds or j.right,
+        least=0.95,
+    ),
+    Share(
+        "without the separator: wrong definite name",
+        "≤ 2 %",
+        _strong(CONFOUNDED, NAMED_SNR),
+        lambda j: j.wrong_name,
+        most=0.02,
+    ),
+    Share(
+        "compound, exact set, SNR ≥ 10 each",
+        "≥ 90 %",
+        _strong(COMPOUND, PAIR_SNR),
+        lambda j: j.right,
+        least=0.90,
+    ),
+    Share(
+        "outside the library: said to be unknown",
+        "≥ 85 %",
+        _strong(UNLISTED_KIND, NAMED_SNR),
+        lambda j: j.unknown,
+        least=0.85,
+    ),
+    Share(
+        "outside the library: sector right",
+        "≥ 95 %",
+        _strong(UNLISTED_KIND, NAMED_SNR),
+        lambda j: j.sector_right,
+        least=0.95,
+    ),
+    Share(
+        "said rightly whether it matters",
+        "≥ 90 %",
+        lambda j: j.matters is not None,
+        lambda j: bool(j.matters),
+        least=0.90,
+    ),
     Share("no p_verdict", "0", lambda j: True, lambda j: j.p is None, most=0.0),
-    Share("no explanations", "0", lambda j: True, lambda j: j.p_truth is None, most=0.0),
+    Share(
+        "no explanations", "0", lambda j: True, lambda j: j.p_truth is None, most=0.0
+    ),
     Share("no diagnosis", "0", lambda j: True, lambda j: j.missing, most=0.0),
-)  # fmt: skip
+)
 
 
 def table(judged: list[Judged], rng: np.random.Generator) -> list[Row]:
-    """Every score, first over all rigs, then rig by rig; rows without cases are left out."""
+    """Every score, first over all rigs, then rig by rig; rows without cases are left
+    out."""
     rows = []
     for rig in ("all", *RIG_SHARES):
         some = [j for j in judged if rig in ("all", j.key.rig)]
         if not some:
             continue
-        rows += [_share_row(share, rig, some) for share in SHARES if any(share.of(j) for j in some)]
-        rows += _reliability_rows(rig, some) + _power_rows(rig, some, rng) + _coverage_row(rig, some)
+        rows += [
+            _share_row(share, rig, some)
+            for share in SHARES
+            if any(share.of(j) for j in some)
+        ]
+        rows += (
+            _reliability_rows(rig, some)
+            + _power_rows(rig, some, rng)
+            + _coverage_row(rig, some)
+        )
         rows += _held_out_row(rig, some) + _time_row(rig, some)
     return rows
 
@@ -95,38 +192,76 @@ def _share_row(share: Share, rig: str, judged: list[Judged]) -> Row:
         met = value >= share.least
     elif share.most is not None:
         met = value <= share.most
-    return Row(share.name, share.target, rig, value, *binomial_interval(k, n), k, n, met)
+    return Row(
+        share.name, share.target, rig, value, *binomial_interval(k, n), k, n, met
+    )
 
 
 def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
-    """Of verdicts said with about the same probability the share that is right; and what the explanations gave to the truth."""
+    """Of verdicts said with about the same probability the share that is right; and
+    what the explanations gave to the truth."""
     rows = []
     for one in reliability(judged):
-        name, target = f"right, of verdicts said with {one.low:g}–{one.high:g}", f"{100 * one.mean_p:.1f} % within"
-        rows.append(Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds))
-    for name, clean in (("log score, clean", True), ("log score, something missing", False)):
+        name, target = (
+            f"right, of verdicts said with {one.low:g}–{one.high:g}",
+            f"{100 * one.mean_p:.1f} % within",
+        )
+        rows.append(
+            Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds)
+        )
+    for name, clean in (
+        ("log score, clean", True),
+        ("log score, something missing", False),
+    ):
         mean, error, n = log_score([j for j in judged if _clean(j) == clean])
         if n:
-            rows.append(Row(name, "", rig, mean, mean - 1.96 * error, mean + 1.96 * error, None, n, None))
+            rows.append(
+                Row(
+                    name,
+                    "",
+                    rig,
+                    mean,
+                    mean - 1.96 * error,
+                    mean + 1.96 * error,
+                    None,
+                    n,
+                    None,
+                )
+            )
     return rows
 
 
 def power(judged: list[Judged], rng: np.random.Generator) -> Power:
     """Power curve over all cases with one concealed effect."""
     some = [j for j in judged if len(j.key.effects) == 1]
-    return power_curve(np.array([j.key.snr for j in some]), np.array([j.alarm for j in some], dtype=bool), rng)
+    return power_curve(
+        np.array([j.key.snr for j in some]),
+        np.array([j.alarm for j in some], dtype=bool),
+        rng,
+    )
 
 
 def _power_rows(rig: str, judged: list[Judged], rng) -> list[Row]:
     curve = power(judged, rng)
     if curve.n < 10:
         return []
-    points = ((curve.snr50, curve.interval50, 4.0, "50 %"), (curve.snr90, curve.interval90, 5.5, "90 %"))
+    points = (
+        (curve.snr50, curve.interval50, 4.0, "50 %"),
+        (curve.snr90, curve.interval90, 5.5, "90 %"),
+    )
     return [
-        Row(f"detection: SNR at {share} power", f"≤ {most:g}", rig, value, *interval, None, curve.n,
-            value <= most if math.isfinite(value) else None)
+        Row(
+            f"detection: SNR at {share} power",
+            f"≤ {most:g}",
+            rig,
+            value,
+            *interval,
+            None,
+            curve.n,
+            value <= most if math.isfinite(value) else None,
+        )
         for value, interval, most, share in points
-    ]  # fmt: skip
+    ]
 
 
 def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
@@ -134,45 +269,101 @@ def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
     if not covers:
         return []
     k, n = sum(covers), len(covers)
-    return [Row("95 % intervals cover", "92–97.5 %", rig, k / n, *binomial_interval(k, n), k, n, 0.92 <= k / n <= 0.975)]
+    return [
+        Row(
+            "95 % intervals cover",
+            "92–97.5 %",
+            rig,
+            k / n,
+            *binomial_interval(k, n),
+            k,
+            n,
+            0.92 <= k / n <= 0.975,
+        )
+    ]
 
 
 def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
     """Mean of the removed fractions; a case without one counts as zero."""
-    some = [j.removed or 0.0 for j in judged if j.key.kind in (SINGLE, SEPARATED, COMPOUND) and j.key.snr >= HELD_OUT_SNR]
+    some = [
+        j.removed or 0.0
+        for j in judged
+        if j.key.kind in (SINGLE, SEPARATED, COMPOUND) and j.key.snr >= HELD_OUT_SNR
+    ]
     if not some:
         return []
-    value, se = float(np.mean(some)), float(np.std(some, ddof=1) / math.sqrt(len(some))) if len(some) > 1 else math.nan
+    value, se = (
+        float(np.mean(some)),
+        float(np.std(some, ddof=1) / math.sqrt(len(some)))
+        if len(some) > 1
+        else math.nan,
+    )
     low, high = value - 1.96 * se, value + 1.96 * se
-    return [Row("held-out removed fraction, SNR ≥ 10", "≥ .9", rig, value, low, high, None, len(some), value >= 0.9)]
+    return [
+        Row(
+            "held-out removed fraction, SNR ≥ 10",
+            "≥ .9",
+            rig,
+            value,
+            low,
+            high,
+            None,
+            len(some),
+            value >= 0.9,
+        )
+    ]
 
 
 def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
-    """Wall time of a folder, pictures left out; low and high are the 5th and 95th percentiles."""
-    seconds = [j.seconds for j in judged if not j.key.rendered and math.isfinite(j.seconds)]
+    """Wall time of a folder, pictures left out; low and high are the 5th and 95th
+    percentiles."""
+    seconds = [
+        j.seconds for j in judged if not j.key.rendered and math.isfinite(j.seconds)
+    ]
     if not seconds:
         return []
     low, middle, high = np.quantile(seconds, [0.05, 0.5, 0.95]).tolist()
     met = bool(middle <= 6 and high <= 15)
-    return [Row("time per folder of tracks [s]", "≤ 6; 95 % ≤ 15", rig, middle, low, high, None, len(seconds), met)]
+    return [
+        Row(
+            "time per folder of tracks [s]",
+            "≤ 6; 95 % ≤ 15",
+            rig,
+            middle,
+            low,
+            high,
+            None,
+            len(seconds),
+            met,
+        )
+    ]
 
 
 def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
-    """Concealed (rows) beside said (columns): counts. What is said is the one definite name, else the verdict."""
+    """Concealed (rows) beside said (columns): counts. What is said is the one definite
+    name, else the verdict."""
 
     def concealed(j: Judged) -> str:
         return (
-            " + ".join(f"{j.key.rig}: {e.name}" if i == 0 else e.name for i, e in enumerate(j.key.effects))
+            " + ".join(
+                f"{j.key.rig}: {e.name}" if i == 0 else e.name
+                for i, e in enumerate(j.key.effects)
+            )
             or f"{j.key.rig}: clean"
         )
 
     def said(j: Judged) -> str:
         if j.verdict == "name":
             return " + ".join(sorted(j.names))
-        return {"class": "class with the truth" if j.class_holds else "class without it"}.get(j.verdict, j.verdict)
+        return {
+            "class": "class with the truth" if j.class_holds else "class without it"
+        }.get(j.verdict, j.verdict)
 
     pairs = [(concealed(j), said(j)) for j in judged]
-    rows, last = sorted({r for r, _ in pairs}), ["class with the truth", "class without it", "unknown", "none", "missing"]
+    rows, last = (
+        sorted({r for r, _ in pairs}),
+        ["class with the truth", "class without it", "unknown", "none", "missing"],
+    )
     named = sorted({c for _, c in pairs} - set(last))
     columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
     counts = np.zeros((len(rows), len(columns)), dtype=int)

@@ -1,4 +1,5 @@
-"""Runs the solver on one case: `benchtwin diagnose BENCH --out DIR` in a process of its own."""
+"""Runs the solver on one case: `benchtwin diagnose BENCH --out DIR` in a process of its
+own."""
 
 import os
 import shlex
@@ -11,13 +12,24 @@ from pathlib import Path
 
 from prove.files import read_json, write_json
 
-SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"  # verdicts alone: no new DEM runs
-PASSED_ON = ("PATH", "LANG", "LC_ALL", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "PYTHONPATH", "SYSTEMROOT", "NUMBA_CACHE_DIR")
+# verdicts alone: no new DEM runs
+SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"
+PASSED_ON = (
+    "PATH",
+    "LANG",
+    "LC_ALL",
+    "LD_LIBRARY_PATH",
+    "VIRTUAL_ENV",
+    "PYTHONPATH",
+    "SYSTEMROOT",
+    "NUMBA_CACHE_DIR",
+)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """The one attempt at a case. trouble: why there is no diagnosis, "" when there is one."""
+    """The one attempt at a case. trouble: why there is no diagnosis, "" when there is
+    one."""
 
     case: str
     seconds: float
@@ -26,22 +38,42 @@ class Attempt:
 
 
 def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Attempt:
-    """Run the solver with nothing but the two paths, in an empty folder, on one core."""
+    """Run the solver with nothing but the two paths, in an empty folder, on one
+    core."""
     out.mkdir(parents=True, exist_ok=True)
-    command = [w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve()) for w in shlex.split(solver)]
+    command = [
+        w.format(python=sys.executable, bench=bench.resolve(), out=out.resolve())
+        for w in shlex.split(solver)
+    ]
     begin = time.monotonic()
     code, trouble = None, ""
-    threads = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+    threads = (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    )
     with tempfile.TemporaryDirectory() as empty:
         kept = {name: os.environ[name] for name in PASSED_ON if name in os.environ}
         bare = kept | dict.fromkeys(threads, "1") | {"HOME": empty, "TMPDIR": empty}
         try:
             done = subprocess.run(
-                command, cwd=empty, env=bare, capture_output=True, timeout=limit_s, check=False
+                command,
+                cwd=empty,
+                env=bare,
+                capture_output=True,
+                timeout=limit_s,
+                check=False,
             )
-            code, printed = done.returncode, done.stdout[-20_000:] + done.stderr[-20_000:]
+            code, printed = (
+                done.returncode,
+                done.stdout[-20_000:] + done.stderr[-20_000:],
+            )
         except subprocess.TimeoutExpired as late:
-            printed, trouble = (late.stdout or b"") + (late.stderr or b""), f"stopped after {limit_s:g} s"
+            printed, trouble = (
+                (late.stdout or b"") + (late.stderr or b""),
+                f"stopped after {limit_s:g} s",
+            )
         except OSError as error:
             printed, trouble = b"", f"cannot be run: {error}"
     seconds = time.monotonic() - begin
@@ -65,4 +97,8 @@ def read_diagnosis(out: Path) -> dict | None:
         content = read_json(out / "diagnosis.json")
     except (OSError, ValueError):
         return None
-    return content if isinstance(content, dict) and isinstance(content.get("rigs"), dict) else None
+    return (
+        content
+        if isinstance(content, dict) and isinstance(content.get("rigs"), dict)
+        else None
+    )

@@ -1,4 +1,5 @@
-"""report.html: one self-contained file, readable on a phone, on paper, and without a network."""
+"""report.html: one self-contained file, readable on a phone, on paper, and without a
+network."""
 
 from report.page import render, write_report
 

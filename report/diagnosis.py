@@ -1,4 +1,5 @@
-"""The report of a diagnosis: of each rig the verdict, then the evidence, filled into diagnosis.html.j2."""
+"""The report of a diagnosis: of each rig the verdict, then the evidence, filled into
+diagnosis.html.j2."""
 
 import base64
 import math
@@ -14,7 +15,12 @@ from report.residuals import AXES, before_and_after, points, recorded
 from report.template import fill
 from twin.command import write_whole
 
-TAGS = {"none": "nothing missing", "name": "found", "class": "not told apart", "unknown": "unknown"}
+TAGS = {
+    "none": "nothing missing",
+    "name": "found",
+    "class": "not told apart",
+    "unknown": "unknown",
+}
 MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
 
 
@@ -25,9 +31,17 @@ def write_report(found: Diagnosis, out: Path) -> None:
 
 def render(found: Diagnosis) -> str:
     """The whole page of a `diagnose.bench.Diagnosis` as text."""
-    drawn = {k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()}
-    drawn |= {f"{rig}-twins": points(again.figure) for rig, again in found.twins.items() if again.figure}
-    missing_first = sorted(found.findings.items(), key=lambda entry: entry[1].verdict == "none")
+    drawn = {
+        k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()
+    }
+    drawn |= {
+        f"{rig}-twins": points(again.figure)
+        for rig, again in found.twins.items()
+        if again.figure
+    }
+    missing_first = sorted(
+        found.findings.items(), key=lambda entry: entry[1].verdict == "none"
+    )
     rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in missing_first]
     filters = {"cells": _cells, "sentence": capitalised}
     return fill("diagnosis.html.j2", drawn, filters, d=found, rigs=rigs)
@@ -47,35 +61,66 @@ def _rig(rig: str, f: Finding, again) -> dict:
     """One section."""
     quiet = f.alarm and not f.matters
     return {
-        "key": rig, "finding": f, "verdict": words.verdict_in_words(f), "tag": "moves nothing" if quiet else TAGS[f.verdict],
-        "quiet": quiet, "where": _where(f), "sure": _sure(f), "explanations": _explanations(f), "effects": _effects(f),
-        "contact": _contact(f), "sectors": _sectors(f), "held_out": _held_out(f), "quantities": quantities(f), "model": _model(f),
-        "again": again, "rows": _rows(again) if again else None,
-        "picture": base64.b64encode(again.picture).decode() if again and again.picture else "",
-    }  # fmt: skip
+        "key": rig,
+        "finding": f,
+        "verdict": words.verdict_in_words(f),
+        "tag": "moves nothing" if quiet else TAGS[f.verdict],
+        "quiet": quiet,
+        "where": _where(f),
+        "sure": _sure(f),
+        "explanations": _explanations(f),
+        "effects": _effects(f),
+        "contact": _contact(f),
+        "sectors": _sectors(f),
+        "held_out": _held_out(f),
+        "quantities": quantities(f),
+        "model": _model(f),
+        "again": again,
+        "rows": _rows(again) if again else None,
+        "picture": (
+            base64.b64encode(again.picture).decode() if again and again.picture else ""
+        ),
+    }
 
 
 def _rows(again) -> pd.DataFrame:
     """How far old and new twin are from each recording."""
-    return pd.DataFrame([
-        {
-            "recording": c.recording, "what": c.quantity, "old twin off by": c.before, "new twin off by": c.after,
-            "unit": "" if c.unit == "1" else c.unit, "measured on": c.by,
-        }
-        for c in again.compared
-    ])  # fmt: skip
+    return pd.DataFrame(
+        [
+            {
+                "recording": c.recording,
+                "what": c.quantity,
+                "old twin off by": c.before,
+                "new twin off by": c.after,
+                "unit": "" if c.unit == "1" else c.unit,
+                "measured on": c.by,
+            }
+            for c in again.compared
+        ]
+    )
 
 
 def _where(f: Finding) -> str:
-    """ "in flight (97 % of the mismatch), most at speed 1.8 to 2.3 m/s; best told by height"."""
+    """ "in flight (97 % of the mismatch), most at speed 1.8 to 2.3 m/s; best told by
+    height"."""
     if f.verdict == "none":
         return ""
-    best = next((s for s in f.sectors if math.isfinite(s.explained) and s.explained > 0), None)
-    out = words.place(f) + (f", which explains {100 * best.explained:.0f} % of the mismatch ({words.chance(best.p)})" if best else "")
+    best = next(
+        (s for s in f.sectors if math.isfinite(s.explained) and s.explained > 0), None
+    )
+    out = words.place(f) + (
+        f", which explains {100 * best.explained:.0f} % of the mismatch"
+        f" ({words.chance(best.p)})"
+        if best
+        else ""
+    )
     if window := _window(f):
         out += f"; most at {window}"
     if f.best_axis:
-        out += f"; what is missing follows {AXES.get(f.best_axis, (f.best_axis, ''))[0]} best"
+        out += (
+            f"; what is missing follows {AXES.get(f.best_axis, (f.best_axis, ''))[0]}"
+            " best"
+        )
     return out
 
 
@@ -87,13 +132,23 @@ def _window(f: Finding) -> str:
     if f.window.axis == "n_bounce":
         numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
         return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
-    return f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}".replace("-", "−").rstrip()
+    return f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}".replace(
+        "-", "−"
+    ).rstrip()
 
 
 def _sure(f: Finding) -> str:
     """Probability and p value in words."""
-    of = {"none": "that nothing is missing", "name": "of exactly this", "class": "of one of these", "unknown": "of something unlisted"}
-    out = f"{words.percent(f.p_verdict)} {of[f.verdict]}; noise alone makes as great a mismatch with {words.chance(f.p_global)}"
+    of = {
+        "none": "that nothing is missing",
+        "name": "of exactly this",
+        "class": "of one of these",
+        "unknown": "of something unlisted",
+    }
+    out = (
+        f"{words.percent(f.p_verdict)} {of[f.verdict]}; noise alone makes as great a"
+        f" mismatch with {words.chance(f.p_global)}"
+    )
     return out + ("; an alarm needs p < 0.005" if f.verdict == "none" else "")
 
 
@@ -115,47 +170,74 @@ def _effects(f: Finding) -> pd.DataFrame | None:
     """Effects with their probability, and their size where they are there."""
     rows = [
         {
-            "what may be missing": words.missing(n, f.rig), "probability": words.percent(t.probability),
-            "size, if there (95 %)": _size(t.size), "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit), "in diagnosis.json": n,
+            "what may be missing": words.missing(n, f.rig),
+            "probability": words.percent(t.probability),
+            "size, if there (95 %)": _size(t.size),
+            "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit),
+            "in diagnosis.json": n,
         }
-        for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[:MOST_EFFECTS]
-    ]  # fmt: skip
+        for n, t in sorted(f.effects.items(), key=lambda entry: -entry[1].probability)[
+            :MOST_EFFECTS
+        ]
+    ]
     return pd.DataFrame(rows) if rows else None
 
 
 def _size(size) -> str:
-    return with_interval(*vars(size).values()).replace("-", "−") if math.isfinite(size.value) else "–"
+    return (
+        with_interval(*vars(size).values()).replace("-", "−")
+        if math.isfinite(size.value)
+        else "–"
+    )
 
 
 def _contact(f: Finding) -> pd.DataFrame | None:
     """Contact parameters with nothing missing and averaged over all explanations."""
     rows = [
         {
-            "parameter": name.replace("_", " "), "with nothing missing": with_interval(*vars(m.nothing_missing).values()),
-            "averaged over all explanations": with_interval(*vars(m.explained).values()),
+            "parameter": name.replace("_", " "),
+            "with nothing missing": with_interval(*vars(m.nothing_missing).values()),
+            "averaged over all explanations": with_interval(
+                *vars(m.explained).values()
+            ),
             "moved by": f"{words.brief(abs(m.shift_sds))} of its sds",
         }
         for name, m in f.contact.items()
-    ]  # fmt: skip
+    ]
     return pd.DataFrame(rows) if rows else None
 
 
 def _sectors(f: Finding) -> pd.DataFrame:
-    rows = [{"sector": s.name, "explains": f"{100 * s.explained:.0f} %" if math.isfinite(s.explained) else "–", "p": s.p}
-            for s in f.sectors]  # fmt: skip
+    rows = [
+        {
+            "sector": s.name,
+            "explains": (
+                f"{100 * s.explained:.0f} %" if math.isfinite(s.explained) else "–"
+            ),
+            "p": s.p,
+        }
+        for s in f.sectors
+    ]
     return pd.DataFrame(rows)
 
 
 def _held_out(f: Finding) -> str:
     h = f.held_out
     if h is None:
-        return "" if f.verdict == "none" else "one recording only: nothing could be held out"
+        return (
+            ""
+            if f.verdict == "none"
+            else "one recording only: nothing could be held out"
+        )
     if not math.isfinite(h.removed_fraction):
-        return f"each recording predicted from the others: the baseline misses nothing beyond noise (× {h.rmse_ratio:.3f})"
+        return (
+            "each recording predicted from the others: the baseline misses nothing"
+            f" beyond noise (× {h.rmse_ratio:.3f})"
+        )
     removed = 100 * min(h.removed_fraction, 1.0)
     return (
-        f"each recording predicted from the others: {removed:.0f} % of what the baseline misses is removed "
-        f"(residuals, noise included, × {h.rmse_ratio:.3f})"
+        f"each recording predicted from the others: {removed:.0f} % of what the"
+        f" baseline misses is removed (residuals, noise included, × {h.rmse_ratio:.3f})"
     )
 
 
@@ -170,8 +252,13 @@ def quantities(f: Finding) -> list[tuple[str, str]]:
     """(key, quantity) of the curves, the one that the model mends most first."""
     gain: dict[str, float] = {}
     for c in f.curves:
-        gain[c.quantity] = gain.get(c.quantity, 0.0) + float((c.left_by_baseline**2).sum() - (c.left_by_model**2).sum())
-    return [(f"{i}", q) for i, q in enumerate(sorted(gain, key=gain.__getitem__, reverse=True))]
+        gain[c.quantity] = gain.get(c.quantity, 0.0) + float(
+            (c.left_by_baseline**2).sum() - (c.left_by_model**2).sum()
+        )
+    return [
+        (f"{i}", q)
+        for i, q in enumerate(sorted(gain, key=gain.__getitem__, reverse=True))
+    ]
 
 
 def _figures(rig: str, f: Finding) -> dict[str, dict]:

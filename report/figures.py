@@ -1,4 +1,5 @@
-"""Figures of the seed–steel rigs and of the posterior as plain Plotly JSON: {"data": […], "layout": {…}}."""
+"""Figures of the seed–steel rigs and of the posterior as plain Plotly JSON: {"data":
+[…], "layout": {…}}."""
 
 import numpy as np
 
@@ -11,7 +12,8 @@ HIDDEN = {"showticklabels": False, "ticks": ""}
 
 
 def steel(fit: SteelFit) -> dict:
-    """Simulated rows, both curves with their 95 % bands, the bench's mean, and where they meet."""
+    """Simulated rows, both curves with their 95 % bands, the bench's mean, and where
+    they meet."""
     rig, curve, answer = fit.rig, fit.polynomial, fit.inverse
     x = np.linspace(curve.low, curve.high, 101)
     y, se = curve.mean(x), np.sqrt(curve.variance(x))
@@ -20,7 +22,9 @@ def steel(fit: SteelFit) -> dict:
         draw.line(x, y, draw.BLUE, f"polynomial of degree {rig.degree}"),
     ]
     if fit.monotone is not None:
-        data.append(draw.line(x, fit.monotone.mean(x), draw.GREEN, "monotone curve", dash="dot"))
+        data.append(
+            draw.line(x, fit.monotone.mean(x), draw.GREEN, "monotone curve", dash="dot")
+        )
     label = "simulated (± sd of one run)"
     x, y = fit.rows[rig.parameter], fit.rows[rig.response]
     rows = draw.points(x, y, label, color=draw.BLUE, size=8)
@@ -30,18 +34,29 @@ def steel(fit: SteelFit) -> dict:
     ends = [float(min(curve.low, answer.low)), float(max(curve.high, answer.high))]
     mean = f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"
     met = draw.points(
-        [answer.value], [fit.bench.value], "answer, 95 % interval",
-        color=draw.RED, size=11, symbol="diamond",
-    )  # fmt: skip
-    reach = {"array": [answer.high - answer.value], "arrayminus": [answer.value - answer.low]}
+        [answer.value],
+        [fit.bench.value],
+        "answer, 95 % interval",
+        color=draw.RED,
+        size=11,
+        symbol="diamond",
+    )
+    reach = {
+        "array": [answer.high - answer.value],
+        "arrayminus": [answer.value - answer.low],
+    }
     look = {"type": "data", "symmetric": False, "color": draw.RED, "thickness": 2.5}
     data += [rows, *draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, mean)]
     data.append(met | {"error_x": look | reach})
-    return {"data": data, "layout": draw.layout(draw.name(rig.parameter), draw.name(rig.response))}
+    return {
+        "data": data,
+        "layout": draw.layout(draw.name(rig.parameter), draw.name(rig.response)),
+    }
 
 
 def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
-    """Every pair of parameters as a density and each alone as a histogram, the reported point as a red line or diamond."""
+    """Every pair of parameters as a density and each alone as a histogram, the reported
+    point as a red line or diamond."""
     draws, k = joint.posterior.draws, len(names)
     layout = draw.layout("", "", showlegend=False, height=190 * k + 60, bargap=0)
     del layout["xaxis"], layout["yaxis"], layout["legend"]
@@ -55,24 +70,38 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
             else:
                 panel = _density(draws, column, row, marks)
             data += [trace | {"xaxis": f"x{n}", "yaxis": f"y{n}"} for trace in panel]
-            left, below = (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN, HIDDEN
+            left, below = (
+                (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN,
+                HIDDEN,
+            )
             if i == k - 1:
                 below = _title(draw.short(column))
             layout[f"xaxis{n}"] = {
-                "domain": [j / k + GAP / 2, (j + 1) / k - GAP / 2], "anchor": f"y{n}", "nticks": 4,
-                "range": _ends(draws[column], marks[column]), **below,
-            }  # fmt: skip
+                "domain": [j / k + GAP / 2, (j + 1) / k - GAP / 2],
+                "anchor": f"y{n}",
+                "nticks": 4,
+                "range": _ends(draws[column], marks[column]),
+                **below,
+            }
             layout[f"yaxis{n}"] = {
-                "domain": [1 - (i + 1) / k + GAP / 2, 1 - i / k - GAP / 2], "anchor": f"x{n}", "nticks": 4,
-                **({"range": _ends(draws[row], marks[row])} if j != i else HIDDEN), **left,
-            }  # fmt: skip
+                "domain": [1 - (i + 1) / k + GAP / 2, 1 - i / k - GAP / 2],
+                "anchor": f"x{n}",
+                "nticks": 4,
+                **({"range": _ends(draws[row], marks[row])} if j != i else HIDDEN),
+                **left,
+            }
     return {"data": data, "layout": layout}
 
 
 def _histogram(values, mark: float) -> list[dict]:
     counts, edges = np.histogram(values, bins=30)
     middle = draw.listed((edges[1:] + edges[:-1]) / 2)
-    bars = {"type": "bar", "x": middle, "y": draw.listed(counts), "marker": {"color": draw.BLUE}}
+    bars = {
+        "type": "bar",
+        "x": middle,
+        "y": draw.listed(counts),
+        "marker": {"color": draw.BLUE},
+    }
     return [bars, draw.line([mark] * 2, [0, int(counts.max())], draw.RED, "")]
 
 
@@ -80,8 +109,16 @@ def _density(draws, column: str, row: str, marks: dict[str, float]) -> list[dict
     counts, *edges = np.histogram2d(draws[column], draws[row], bins=30)
     x, y = (draw.listed((e[1:] + e[:-1]) / 2) for e in edges)
     shades = [[0, "#ffffff"], [1, draw.BLUE]]
-    map_ = {"type": "heatmap", "x": x, "y": y, "z": draw.rows(counts.T), "colorscale": shades}
-    point = draw.points([marks[column]], [marks[row]], color=draw.RED, symbol="diamond", size=9)
+    map_ = {
+        "type": "heatmap",
+        "x": x,
+        "y": y,
+        "z": draw.rows(counts.T),
+        "colorscale": shades,
+    }
+    point = draw.points(
+        [marks[column]], [marks[row]], color=draw.RED, symbol="diamond", size=9
+    )
     return [map_ | {"showscale": False}, point]
 
 

@@ -1,4 +1,5 @@
-"""Numbers with as many digits as their uncertainty bears, and names of columns in words."""
+"""Numbers with as many digits as their uncertainty bears, and names of columns in
+words."""
 
 import math
 import re
@@ -30,7 +31,13 @@ SAID = {
     "filled_mass_g": "filled mass",
     "retained_mass_g": "retained mass",
 }
-PERCENT = {"sd_ratio", "variance_left", "variance_left_after", "box_fraction", "relative_error"}
+PERCENT = {
+    "sd_ratio",
+    "variance_left",
+    "variance_left_after",
+    "box_fraction",
+    "relative_error",
+}
 
 
 def digits(error: float) -> int:
@@ -68,15 +75,24 @@ def words(text: str) -> str:
     'restitution seed–seed at its limit'
     """
     keys = "|".join(sorted(NAMES, key=len, reverse=True))
-    return re.sub(rf"(?<![\w.])({keys})(?!\w)", lambda found: SAID.get(found[1]) or NAMES[found[1]].replace(", ", " "), text)
+    return re.sub(
+        rf"(?<![\w.])({keys})(?!\w)",
+        lambda found: SAID.get(found[1]) or NAMES[found[1]].replace(", ", " "),
+        text,
+    )
 
 
 def cells(table: pd.DataFrame) -> dict:
     """A table as headings and rows of text."""
     return {
         "heads": [HEADINGS.get(c, str(c).replace("_", " ")) for c in table.columns],
-        "rows": [[_cell(v, c) for c, v in zip(table.columns, row)] for row in table.itertuples(index=False, name=None)],
-        "numeric": [bool(pd.api.types.is_numeric_dtype(table[c])) for c in table.columns],
+        "rows": [
+            [_cell(v, c) for c, v in zip(table.columns, row)]
+            for row in table.itertuples(index=False, name=None)
+        ],
+        "numeric": [
+            bool(pd.api.types.is_numeric_dtype(table[c])) for c in table.columns
+        ],
     }
 
 

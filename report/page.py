@@ -44,20 +44,27 @@ def _answer(c: Calibration) -> dict:
             "value": with_interval(r.value, r.low, r.high),
             "status": r.status,
             "source": r.source,
-            "budget": [(k, f"{100 * v:.0f} %") for k, v in r.budget.items() if v >= 0.005],
+            "budget": [
+                (k, f"{100 * v:.0f} %") for k, v in r.budget.items() if v >= 0.005
+            ],
             "open": r.status != "calibrated",
         }
         for r in parameters(c).itertuples()
     ]
-    notes = [c.pile.optimum.statement, c.pile.sheet.statement] if c.pile is not None else []
+    notes = (
+        [c.pile.optimum.statement, c.pile.sheet.statement] if c.pile is not None else []
+    )
     if c.joint is not None and len(c.joint.directions):
-        notes += list(c.joint.directions.loc[~c.joint.directions["resolved"], "statement"])
+        notes += list(
+            c.joint.directions.loc[~c.joint.directions["resolved"], "statement"]
+        )
     notes = [sentence(text) for text in notes]
     if c.joint is not None and len(c.joint.narrowing):
         best = c.joint.narrowing.iloc[0]
         notes.append(
-            f"What would narrow them most: {best['candidate']}; it would leave "
-            f"{100 * best['variance_left']:.0f} % of the variance of the three seed–seed parameters."
+            f"What would narrow them most: {best['candidate']}; it would leave"
+            f" {100 * best['variance_left']:.0f} % of the variance of the three"
+            " seed–seed parameters."
         )
     return {"rows": rows, "notes": notes}
 
@@ -72,7 +79,9 @@ def _rigs(c: Calibration) -> list[dict]:
             "equation": _equation(fit.polynomial.coefficients),
             "answers": fit.answers,
             "readings": c.bench.rigs[n],
-            "value": with_interval(fit.inverse.value, fit.inverse.low, fit.inverse.high),
+            "value": with_interval(
+                fit.inverse.value, fit.inverse.low, fit.inverse.high
+            ),
         }
         for n, fit in c.steel.items()
     ]
@@ -86,7 +95,11 @@ def _equation(coefficients) -> str:
 
 
 def _pile(p: PileFit) -> dict:
-    natural = natural_coefficients(p.surface).rename_axis("term").reset_index(name="natural units")
+    natural = (
+        natural_coefficients(p.surface)
+        .rename_axis("term")
+        .reset_index(name="natural units")
+    )
     quality = {
         "R²": p.quality.r2,
         "adjusted R²": p.quality.r2_adjusted,
@@ -120,6 +133,10 @@ def _figures(c: Calibration) -> dict[str, dict]:
             out["sheet"] = drawn
     if c.joint is not None:
         marks = dict(zip(c.joint.table["factor"], c.joint.table["sequential"]))
-        names = [n for n in c.joint.table["factor"] if c.pile is None or n in c.pile.box.names]
+        names = [
+            n
+            for n in c.joint.table["factor"]
+            if c.pile is None or n in c.pile.box.names
+        ]
         out["posterior"] = figures.posterior(c.joint, names, marks)
     return out

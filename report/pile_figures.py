@@ -1,4 +1,5 @@
-"""Figures of the pile as plain Plotly JSON: path, response surfaces, the sheet of solutions, residuals."""
+"""Figures of the pile as plain Plotly JSON: path, response surfaces, the sheet of
+solutions, residuals."""
 
 from typing import Any
 
@@ -10,8 +11,14 @@ from calibrate.statistics.assessment import response_grid
 from report import draw
 
 CENTRE = {"x": 0, "y": 0, "z": -0.2}
-CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": CENTRE}  # titles of the axes in view
-FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": CENTRE}  # a sheet across the box, seen flat
+CAMERA = {
+    "eye": {"x": -1.75, "y": -1.85, "z": 1.05},
+    "center": CENTRE,
+}  # titles of the axes in view
+FACE_ON = {
+    "eye": {"x": 1.5, "y": 1.5, "z": 1.3},
+    "center": CENTRE,
+}  # a sheet across the box, seen flat
 STEPS_3D, STEPS_MAP = 25, 41
 
 
@@ -31,26 +38,42 @@ def path(fit: PileFit) -> dict:
 
 
 def _grid(fit: PileFit, across: str, along: str, steps: int) -> tuple[dict, np.ndarray]:
-    """The axes of two factors as plotly takes them, and the response (steps, steps), the other
-    factors at the optimum."""
+    """The axes of two factors as plotly takes them, and the response (steps, steps),
+    the other factors at the optimum."""
     at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
     grid = response_grid(fit.surface, across, along, steps=steps, at=at)
-    axes = {key: draw.listed(sorted(grid[n].unique())) for key, n in (("x", across), ("y", along))}
+    axes = {
+        key: draw.listed(sorted(grid[n].unique()))
+        for key, n in (("x", across), ("y", along))
+    }
     return axes, grid["predicted"].to_numpy().reshape(steps, steps).T
 
 
 def surface(fit: PileFit, across: str, along: str) -> dict:
-    """The response over two factors: a surface to turn, with the bench's plane in it."""
+    """The response over two factors: a surface to turn, with the bench's plane in
+    it."""
     axes, z = _grid(fit, across, along, STEPS_3D)
     drawn = {"type": "surface", "showscale": False} | axes
     lines = {"z": {"show": True, "color": "white", "width": 1}}
     orange = [[0, draw.ORANGE], [1, draw.ORANGE]]
-    plane = {"z": draw.rows(np.full_like(z, fit.bench.value)), "opacity": 0.35, "colorscale": orange}
+    plane = {
+        "z": draw.rows(np.full_like(z, fit.bench.value)),
+        "opacity": 0.35,
+        "colorscale": orange,
+    }
     runs = fit.design
     data = [
-        drawn | {"z": draw.rows(z), "colorscale": "Viridis", "opacity": 0.9, "contours": lines},
+        drawn
+        | {
+            "z": draw.rows(z),
+            "colorscale": "Viridis",
+            "opacity": 0.9,
+            "contours": lines,
+        },
         drawn | plane | {"hoverinfo": "skip"},
-        draw.points_3d(*(runs[n] for n in (across, along, PILE_RESPONSE)), size=3, color="black")
+        draw.points_3d(
+            *(runs[n] for n in (across, along, PILE_RESPONSE)), size=3, color="black"
+        )
         | {"name": "runs"},
     ]
     titles = zip("xyz", (draw.short(across), draw.short(along), "°"))
@@ -59,28 +82,40 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
 
 
 def contour(fit: PileFit, across: str, along: str) -> dict:
-    """The same response as a map (what paper shows), the bench's angle as a heavy line, the optimum as a diamond."""
+    """The same response as a map (what paper shows), the bench's angle as a heavy line,
+    the optimum as a diamond."""
     axes, z = _grid(fit, across, along, STEPS_MAP)
     drawn = {"type": "contour", "z": draw.rows(z)} | axes
     bar = {"title": {"text": "°"}, "thickness": 12}
     field = {"colorscale": "Viridis", "contours": {"showlabels": True}, "colorbar": bar}
     bench = {"type": "constraint", "operation": "=", "value": fit.bench.value}
-    line = {"showscale": False, "hoverinfo": "skip", "name": f"bench {fit.bench.value:.4g}°"}
+    line = {
+        "showscale": False,
+        "hoverinfo": "skip",
+        "name": f"bench {fit.bench.value:.4g}°",
+    }
     line |= {"contours": bench, "line": {"color": draw.ORANGE, "width": 4}}
     edge = {"color": "white", "width": 1}
     x, y = ([fit.optimum.point[n]] for n in (across, along))
-    point = draw.points(x, y, "reported", color=draw.RED, size=12, symbol="diamond", line=edge)
+    point = draw.points(
+        x, y, "reported", color=draw.RED, size=12, symbol="diamond", line=edge
+    )
     layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
     return {"data": [drawn | field, drawn | line, point], "layout": layout}
 
 
 def sheet(fit: PileFit) -> dict | None:
-    """All points that give the bench's angle; None where there is no such set of three factors."""
+    """All points that give the bench's angle; None where there is no such set of three
+    factors."""
     names, t = fit.box.names, fit.sheet.table
     if len(names) != 3 or not len(t):
         return None
     bar = {"title": {"text": "± °"}, "thickness": 12}
-    shade: dict[str, Any] = {"color": draw.listed(t["se"]), "colorscale": "Viridis", "colorbar": bar}
+    shade: dict[str, Any] = {
+        "color": draw.listed(t["se"]),
+        "colorscale": "Viridis",
+        "colorbar": bar,
+    }
     points = draw.points_3d(*(t[n] for n in names), size=3, **shade)
     at = ([fit.optimum.point[n]] for n in names)
     reported = draw.points_3d(*at, size=7, color=draw.RED, symbol="diamond")

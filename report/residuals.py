@@ -1,4 +1,5 @@
-"""Figures of a diagnosis: residuals of baseline and model for every recording, and the recordings. Plain Plotly JSON."""
+"""Figures of a diagnosis: residuals of baseline and model for every recording, and the
+recordings. Plain Plotly JSON."""
 
 import numpy as np
 
@@ -6,10 +7,16 @@ from diagnose.finding import Curve
 from report import draw
 
 AXES = {
-    "t_s": ("time", "s"), "z_mm": ("height", "mm"), "v_m_s": ("speed", "m/s"), "x_mm": ("place", "mm"),
+    "t_s": ("time", "s"),
+    "z_mm": ("height", "mm"),
+    "v_m_s": ("speed", "m/s"),
+    "x_mm": ("place", "mm"),
     "x_share": ("share of the flank from its crest", ""),
-    "n_bounce": ("bounce number", ""), "tilt_deg": ("tilt", "°"), "travel_mm": ("travel", "mm"), "phase_deg": ("phase", "°"),
-}  # fmt: skip
+    "n_bounce": ("bounce number", ""),
+    "tilt_deg": ("tilt", "°"),
+    "travel_mm": ("travel", "mm"),
+    "phase_deg": ("phase", "°"),
+}
 BINS = 150  # points a curve: noise averages out, a page stays small
 TWINS = {
     "recorded": {"color": "#1b1f24", "size": 9, "symbol": "circle-open"},
@@ -17,11 +24,21 @@ TWINS = {
     "new twin": {"color": draw.BLUE, "size": 6},
 }
 FEW = 12  # points a curve: dots, not a line
-SHADES = ("#1f5fa8", "#5b8ec9", "#2e7d4f", "#7fae93", "#8a4b00", "#c48f4d", "#6b3fa0", "#a58bc4")
+SHADES = (
+    "#1f5fa8",
+    "#5b8ec9",
+    "#2e7d4f",
+    "#7fae93",
+    "#8a4b00",
+    "#c48f4d",
+    "#6b3fa0",
+    "#a58bc4",
+)
 
 
 def before_and_after(curves: list[Curve], model: str) -> dict:
-    """Two panels above each other on one scale: residuals of the baseline, and with `model` ("" where there is none)."""
+    """Two panels above each other on one scale: residuals of the baseline, and with
+    `model` ("" where there is none)."""
     panels = [("the twin as it was", "left_by_baseline", "y")]
     if model and model != "nothing":
         panels.append((f"with {model}", "left_by_model", "y2"))
@@ -30,44 +47,74 @@ def before_and_after(curves: list[Curve], model: str) -> dict:
         for k, curve in enumerate(curves):
             x, y = binned(curve.along, getattr(curve, which))
             reach = max(reach, float(np.nanmax(np.abs(y))) if len(y) else 0.0)
-            data.append(_line(x, y, SHADES[k % len(SHADES)], curve.recording) | {"yaxis": axis})
-    return {"data": data, "layout": _layout(curves[0], [title for title, *_ in panels], 1.08 * reach or 1.0)}
+            data.append(
+                _line(x, y, SHADES[k % len(SHADES)], curve.recording) | {"yaxis": axis}
+            )
+    return {
+        "data": data,
+        "layout": _layout(
+            curves[0], [title for title, *_ in panels], 1.08 * reach or 1.0
+        ),
+    }
 
 
 def recorded(curves: list[Curve]) -> dict:
     """What was seen, one line a recording."""
-    data = [_line(*binned(c.along, c.seen), SHADES[k % len(SHADES)], c.recording) for k, c in enumerate(curves)]
+    data = [
+        _line(*binned(c.along, c.seen), SHADES[k % len(SHADES)], c.recording)
+        for k, c in enumerate(curves)
+    ]
     return {
         "data": data,
-        "layout": draw.layout(_axis(curves[0]), f"{curves[0].quantity} ({curves[0].unit})") | {"showlegend": False},
+        "layout": draw.layout(
+            _axis(curves[0]), f"{curves[0].quantity} ({curves[0].unit})"
+        )
+        | {"showlegend": False},
     }
 
 
 def points(figure: dict) -> dict:
-    """Recorded, old and new twin as points over one axis (`diagnose.rerun.Again.figure`)."""
+    """Recorded, old and new twin as points over one axis
+    (`diagnose.rerun.Again.figure`)."""
     data = []
     for name, (x, y) in figure["points"].items():
         drawn = draw.line(x, y, draw.GREY, name) | {"mode": "markers"}
-        data.append(drawn | {"marker": TWINS.get(name, {"color": draw.GREEN, "size": 6})})
+        data.append(
+            drawn | {"marker": TWINS.get(name, {"color": draw.GREEN, "size": 6})}
+        )
     data.sort(key=lambda trace: trace["name"] == "recorded")  # open circles on top
     return {"data": data, "layout": draw.layout(figure["x"], figure["y"])}
 
 
 def binned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Means in BINS equal bins of x, empty bins left out; x itself where there are fewer points."""
+    """Means in BINS equal bins of x, empty bins left out; x itself where there are
+    fewer points."""
     if len(x) <= BINS:
         order = np.argsort(x, kind="stable")
         return x[order], y[order]
-    which = np.minimum(((x - x.min()) / max(np.ptp(x), 1e-300) * BINS).astype(int), BINS - 1)
+    which = np.minimum(
+        ((x - x.min()) / max(np.ptp(x), 1e-300) * BINS).astype(int), BINS - 1
+    )
     count = np.bincount(which, minlength=BINS)
     kept = count > 0
-    means = [np.bincount(which, weights=v, minlength=BINS)[kept] / count[kept] for v in (x, y)]
+    means = [
+        np.bincount(which, weights=v, minlength=BINS)[kept] / count[kept]
+        for v in (x, y)
+    ]
     return means[0], means[1]
 
 
 def _line(x, y, color: str, name: str) -> dict:
-    drawn = draw.line(x, y, color, "") | {"hovertext": name, "opacity": 0.8, "line": {"color": color, "width": 1.5}}
-    return drawn | {"mode": "markers", "marker": {"color": color, "size": 8}} if len(x) <= FEW else drawn
+    drawn = draw.line(x, y, color, "") | {
+        "hovertext": name,
+        "opacity": 0.8,
+        "line": {"color": color, "width": 1.5},
+    }
+    return (
+        drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
+        if len(x) <= FEW
+        else drawn
+    )
 
 
 def _axis(curve: Curve) -> str:
@@ -77,18 +124,34 @@ def _axis(curve: Curve) -> str:
 
 def _layout(curve: Curve, titles: list[str], reach: float) -> dict:
     unit, span = f"left ({curve.unit})", [-reach, reach]
-    layout = draw.layout(_axis(curve), unit) | {"showlegend": False, "height": 260 + 200 * (len(titles) - 1)}
+    layout = draw.layout(_axis(curve), unit) | {
+        "showlegend": False,
+        "height": 260 + 200 * (len(titles) - 1),
+    }
     layout["yaxis"] |= {"range": span}
     layout["margin"] = {"l": 60, "r": 15, "t": 30, "b": 50}
     tops = [1.0]
     if len(titles) == 2:
         layout["yaxis"] |= {"domain": [0.56, 1.0]}
-        layout["yaxis2"] = {"title": {"text": unit}, "range": span, "domain": [0.0, 0.44]}
+        layout["yaxis2"] = {
+            "title": {"text": unit},
+            "range": span,
+            "domain": [0.0, 0.44],
+        }
         layout["xaxis"] |= {"anchor": "y2"}
         tops = [1.0, 0.44]
-    title = {"x": 0, "xref": "paper", "yref": "paper", "showarrow": False, "xanchor": "left", "yanchor": "bottom"}
+    title = {
+        "x": 0,
+        "xref": "paper",
+        "yref": "paper",
+        "showarrow": False,
+        "xanchor": "left",
+        "yanchor": "bottom",
+    }
     pairs = zip(titles, tops, strict=True)
-    layout["annotations"] = [title | {"text": f"<b>{_escaped(text)}</b>", "y": top} for text, top in pairs]
+    layout["annotations"] = [
+        title | {"text": f"<b>{_escaped(text)}</b>", "y": top} for text, top in pairs
+    ]
     return layout
 
 

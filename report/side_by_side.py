@@ -1,4 +1,5 @@
-"""Recording | twin | difference: pictures of both sides as the measuring code sees them, and their curves over each other."""
+"""Recording | twin | difference: pictures of both sides as the measuring code sees
+them, and their curves over each other."""
 
 import base64
 
@@ -8,7 +9,8 @@ from twin.pair import Pair
 
 
 def panels(pairs: list[Pair]) -> list[dict]:
-    """What the page shows of each: rig, recording, titles and pictures as data, figure's key."""
+    """What the page shows of each: rig, recording, titles and pictures as data,
+    figure's key."""
     return [
         {
             "rig": p.rig,
@@ -16,7 +18,9 @@ def panels(pairs: list[Pair]) -> list[dict]:
             "key": f"pair-{p.rig}",
             "pictures": [
                 (title, base64.b64encode(png).decode())
-                for title, png in zip((f"recorded: {p.recording}", "the twin"), p.pictures, strict=True)
+                for title, png in zip(
+                    (f"recorded: {p.recording}", "the twin"), p.pictures, strict=True
+                )
                 if png
             ],
         }

@@ -1,4 +1,5 @@
-"""Fills a report's template: one file with its figures and plotly in it, that needs no network."""
+"""Fills a report's template: one file with its figures and plotly in it, that needs no
+network."""
 
 import json
 from collections.abc import Callable
@@ -9,9 +10,13 @@ from twin.versions import versions
 
 
 def fill(
-    template: str, figures: dict[str, dict], filters: dict[str, Callable], **content: Any
+    template: str,
+    figures: dict[str, dict],
+    filters: dict[str, Callable],
+    **content: Any,
 ) -> str:
-    """The page as text. figures: plotly's JSON by the id that the template draws it under."""
+    """The page as text. figures: plotly's JSON by the id that the template draws it
+    under."""
     from jinja2 import Environment, StrictUndefined
     from plotly.offline import get_plotlyjs
 
@@ -19,9 +24,17 @@ def fill(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= filters
-    page = environment.from_string((files("report") / template).read_text(encoding="utf8"))
+    page = environment.from_string(
+        (files("report") / template).read_text(encoding="utf8")
+    )
     # "</" would end the script element that carries the figures
-    drawn = json.dumps(figures, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
+    drawn = json.dumps(figures, separators=(",", ":"), allow_nan=False).replace(
+        "</", "<\\/"
+    )
     return page.render(
-        figures=sorted(figures), drawn=drawn, plotly=get_plotlyjs(), versions=versions(), **content
+        figures=sorted(figures),
+        drawn=drawn,
+        plotly=get_plotlyjs(),
+        versions=versions(),
+        **content,
     )

@@ -1,9 +1,11 @@
-"""Draws samples/imported-drop: one steel ball's drops as other tools leave them, their true answers in truth.csv.
+"""Draws samples/imported-drop: one steel ball's drops as other tools leave them, their
+true answers in truth.csv.
 
     .venv/bin/python samples/imported_drop.py FOLDER      # draw it anew
 
-film.txt is a table as Tracker exports it (tabs, decimal commas, metres that it does not name), clap.csv the acoustic stopwatch of
-phyphox in German (semicolons, decimal commas). Both are read as they are: by `benchtwin measure` and by `benchtwin import`.
+film.txt is a table as Tracker exports it (tabs, decimal commas, metres that it does not
+name), clap.csv the acoustic stopwatch of phyphox in German (semicolons, decimal
+commas). Both are read as they are: by `benchtwin measure` and by `benchtwin import`.
 """
 
 import sys
@@ -21,7 +23,8 @@ STEP_S = 1e-5
 SEED = 22
 
 BENCH = f"""\
-# A drawn bench: nothing here was filmed or heard. True answers: truth.csv. Made by samples/imported_drop.py.
+# A drawn bench: nothing here was filmed or heard. True answers: truth.csv. \
+Made by samples/imported_drop.py.
 rig = "drop"
 
 [seed]
@@ -36,7 +39,8 @@ height_mm = {HEIGHT_MM}
 
 
 def fall(impacts: int) -> tuple[np.ndarray, np.ndarray, list[float]]:
-    """Times [s] and heights of the ball above the plate [m] from the release to the last of some impacts, and their times [s]."""
+    """Times [s] and heights of the ball above the plate [m] from the release to the
+    last of some impacts, and their times [s]."""
     k = AIR_KG_M3 * DRAG * np.pi * (DIAMETER_MM / 1000) ** 2 / (8 * MASS_G / 1000)
     t, y, v = 0.0, HEIGHT_MM / 1000, 0.0
     times, heights, struck = [t], [y], []
@@ -62,15 +66,34 @@ def draw(folder: Path) -> pd.DataFrame:
     x = 0.0123 + 0.004 * film + rng.normal(0, NOISE_MM / 1000, film.size)
     y = np.interp(film, time, height) + rng.normal(0, NOISE_MM / 1000, film.size)
     rows = [f"{a:.6E}\t{b:.6E}\t{c:.6E}" for a, b, c in zip(film, x, y)]
-    (folder / "film.txt").write_text("\n".join(["\tmass A\t\t", "t\tx\ty\t", *rows]).replace(".", ",") + "\n", encoding="utf8")
+    (folder / "film.txt").write_text(
+        "\n".join(["\tmass A\t\t", "t\tx\ty\t", *rows]).replace(".", ",") + "\n",
+        encoding="utf8",
+    )
     heard = 1.7 + np.array(struck) + rng.normal(0, STOPWATCH_SD_S, len(struck))
-    events = [f"{a:.9E};{b:.9E}".replace(".", ",") for a, b in zip(heard, [*np.diff(heard), 0.0])]
-    (folder / "clap.csv").write_text("\n".join(['"Ereigniszeit (s)";"Intervall (s)"', *events]) + "\n", encoding="utf8")
+    events = [
+        f"{a:.9E};{b:.9E}".replace(".", ",")
+        for a, b in zip(heard, [*np.diff(heard), 0.0])
+    ]
+    (folder / "clap.csv").write_text(
+        "\n".join(['"Ereigniszeit (s)";"Intervall (s)"', *events]) + "\n",
+        encoding="utf8",
+    )
     (folder / "bench.toml").write_text(BENCH, encoding="utf8")
     rebound = 1000 * height[(time > struck[0]) & (time < struck[1])].max()
-    true = {"rebound_height": (rebound, "mm"), "restitution": (np.sqrt(rebound / HEIGHT_MM), "1"), "restitution_normal": (RESTITUTION, "1")}
-    truth = pd.DataFrame([(name, q, value, unit) for name in ("film", "clap") for q, (value, unit) in true.items()],
-                         columns=["recording", "quantity", "value", "unit"])  # fmt: skip
+    true = {
+        "rebound_height": (rebound, "mm"),
+        "restitution": (np.sqrt(rebound / HEIGHT_MM), "1"),
+        "restitution_normal": (RESTITUTION, "1"),
+    }
+    truth = pd.DataFrame(
+        [
+            (name, q, value, unit)
+            for name in ("film", "clap")
+            for q, (value, unit) in true.items()
+        ],
+        columns=["recording", "quantity", "value", "unit"],
+    )
     truth.to_csv(folder / "truth.csv", index=False, float_format="%.6g")
     return truth
 

@@ -1,7 +1,8 @@
-"""A photo of fifty seeds spread beside millimetre paper, samples/seed-lot, drawn with known sizes.
+"""A photo of fifty seeds spread beside millimetre paper, samples/seed-lot, drawn with
+known sizes.
 
-    .venv/bin/python samples/seed_lot.py FOLDER      # draw it anew
-    .venv/bin/benchtwin shape samples/seed-lot/spread.jpg --out lot --scanner
+.venv/bin/python samples/seed_lot.py FOLDER      # draw it anew
+.venv/bin/benchtwin shape samples/seed-lot/spread.jpg --out lot --scanner
 """
 
 import sys
@@ -18,12 +19,17 @@ SCENE = Scene("superellipse", groups=(1,) * 50, strip_mm=40.0, size_px=(1700, 15
 
 
 def make(folder: Path) -> pd.DataFrame:
-    """spread.jpg and truth.csv: where each seed lies [px], its length and width [mm]."""
+    """spread.jpg and truth.csv: where each seed lies [px], its length and width
+    [mm]."""
     folder.mkdir(parents=True, exist_ok=True)
     picture, seeds = draw(SCENE, np.random.default_rng(5))
     Image.fromarray(picture).save(folder / "spread.jpg", quality=90)
-    rows = [(*(seed.centre_mm / SCENE.mm_per_px - 0.5), *seed.sizes_mm) for seed in seeds]
-    truth = pd.DataFrame(rows, columns=["x_px", "y_px", "length_mm", "width_mm"]).round(4)
+    rows = [
+        (*(seed.centre_mm / SCENE.mm_per_px - 0.5), *seed.sizes_mm) for seed in seeds
+    ]
+    truth = pd.DataFrame(rows, columns=["x_px", "y_px", "length_mm", "width_mm"]).round(
+        4
+    )
     truth.to_csv(folder / "truth.csv", index=False)
     return truth
 

@@ -1,10 +1,13 @@
-"""A whole bench of one lot of soybeans, samples/soybean-bench: drops, slides, rolls both ways and weighed piles, made by the
-twin with parameters that the recordings do not state, and with something concealed in them.
+"""A whole bench of one lot of soybeans, samples/soybean-bench: drops, slides, rolls
+both ways and weighed piles, made by the twin with parameters that the recordings do not
+state, and with something concealed in them.
 
-    .venv/bin/python samples/soybean_bench.py samples/soybean-bench      # make it anew, in its place (some five minutes)
+    .venv/bin/python samples/soybean_bench.py samples/soybean-bench
 
-The key stands beside the recordings; `samples/concealed.py reveal samples/soybean-bench` reads it.
-"""
+That makes it anew, in its place (some five minutes).
+
+The key stands beside the recordings; `samples/concealed.py reveal
+samples/soybean-bench` reads it."""
 
 import shutil
 import sys
@@ -21,32 +24,59 @@ from twin import Parameters
 from twin.job import Job
 
 TRUTH = {"restitution": 0.52, "static_friction": 0.36, "rolling_friction": 0.032}
-ON_SEED = {"seed_restitution": 0.58, "seed_static_friction": 0.50, "seed_rolling_friction": 0.045}
+ON_SEED = {
+    "seed_restitution": 0.58,
+    "seed_static_friction": 0.50,
+    "seed_rolling_friction": 0.045,
+}
 LOT = {
-    "length_mm": 7.5, "length_range_mm": [7.1, 7.9], "width_mm": 7.1, "width_range_mm": [6.7, 7.5],
-    "thickness_mm": 6.9, "thickness_range_mm": [6.5, 7.3], "density_kg_m3": 1250.0,
-}  # fmt: skip
-FROM_RUN_TO_RUN = {"restitution": 0.01, "static_friction": 0.003, "rolling_friction": 0.0006}  # sd about TRUTH
+    "length_mm": 7.5,
+    "length_range_mm": [7.1, 7.9],
+    "width_mm": 7.1,
+    "width_range_mm": [6.7, 7.5],
+    "thickness_mm": 6.9,
+    "thickness_range_mm": [6.5, 7.3],
+    "density_kg_m3": 1250.0,
+}
+FROM_RUN_TO_RUN = {
+    "restitution": 0.01,
+    "static_friction": 0.003,
+    "rolling_friction": 0.0006,
+}  # sd about TRUTH
 SLOPE_DEG = -0.2  # how far the level plate falls towards +x: it rises
 RIGS = {
     "drop": {"height_mm": 310.0},
     "slide": {"tilt_rate_deg_s": 2.0, "travel_mm": 60.0, "start_deg": 15.0},
     "roll": {"incline_deg": 15.0, "incline_length_mm": 20.0},
-    "pile": {"box_mm": [110, 32, 200], "gate_mm": [32, 200], "plate_mm": [300, 32], "fill_height_mm": 60, "gate_speed_mm_s": 200,
-             "slab": True},
-}  # fmt: skip
+    "pile": {
+        "box_mm": [110, 32, 200],
+        "gate_mm": [32, 200],
+        "plate_mm": [300, 32],
+        "fill_height_mm": 60,
+        "gate_speed_mm_s": 200,
+        "slab": True,
+    },
+}
 CONCEALED = {"roll": {"slope_deg": SLOPE_DEG, "axis_sd_deg": 1.0}}
 FPS = {"drop": 1000.0, "slide": 100.0, "roll": 200.0}
 COUNT = {"drop": 8, "slide": 5, "roll": 8, "pile": 10}
-PHOTO = {"width_px": 3200, "height_px": 900, "mm_per_px": 0.1, "target_mm": [148, 0, 33]}
+PHOTO = {
+    "width_px": 3200,
+    "height_px": 900,
+    "mm_per_px": 0.1,
+    "target_mm": [148, 0, 33],
+}
 TOLD = ("length_mm", "width_mm", "thickness_mm", "mass_g")
 SEED = 2031
 
 
 def make(folder: Path) -> None:
-    """All recordings, bench.toml and the key; a bench that was made before is replaced when the new one is complete."""
+    """All recordings, bench.toml and the key; a bench that was made before is replaced
+    when the new one is complete."""
     if folder.exists() and not (folder / KEY).is_file():
-        sys.exit(f"{folder} is there, and no bench made by this script: it is not replaced")
+        sys.exit(
+            f"{folder} is there, and no bench made by this script: it is not replaced"
+        )
     rng = np.random.default_rng(SEED)
     with tempfile.TemporaryDirectory() as scratch:
         made = Path(scratch) / "bench"
@@ -54,35 +84,81 @@ def make(folder: Path) -> None:
         for rig, count in COUNT.items():
             for k in range(count):
                 name = f"{rig}-{k + 1:02d}"
-                _write(made / name, _job(rig, k).run(Path(scratch) / name, threads=1), rng)
+                _write(
+                    made / name, _job(rig, k).run(Path(scratch) / name, threads=1), rng
+                )
                 print(name, flush=True)
-        conceal(made, {"rig": "roll", "effect": "slope", "parameter": -SLOPE_DEG, "unit": "deg", "parameters": TRUTH | ON_SEED})
+        conceal(
+            made,
+            {
+                "rig": "roll",
+                "effect": "slope",
+                "parameter": -SLOPE_DEG,
+                "unit": "deg",
+                "parameters": TRUTH | ON_SEED,
+            },
+        )
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(made, folder)
 
 
 def _bench() -> dict:
     """What holds for every recording."""
-    camera = {"mm_per_px": 0.25, "mm_per_px_sd": 0.0002, "plumb_deg": 0.0, "plumb_sd_deg": 0.05}
-    return {"session": "soybeans", "provenance": "simulated", "seed": LOT, "camera": camera}
+    camera = {
+        "mm_per_px": 0.25,
+        "mm_per_px_sd": 0.0002,
+        "plumb_deg": 0.0,
+        "plumb_sd_deg": 0.05,
+    }
+    return {
+        "session": "soybeans",
+        "provenance": "simulated",
+        "seed": LOT,
+        "camera": camera,
+    }
 
 
 def _job(rig: str, k: int) -> Job:
     """Repeat k of a rig, with what is concealed."""
-    section = RIGS[rig] | CONCEALED.get(rig, {}) | ({"direction": ("+x", "-x")[k % 2]} if rig == "roll" else {})
+    section = (
+        RIGS[rig]
+        | CONCEALED.get(rig, {})
+        | ({"direction": ("+x", "-x")[k % 2]} if rig == "roll" else {})
+    )
     camera = PHOTO if rig == "pile" else {"fps": FPS[rig]}
-    description = {rig: section, "seed": LOT | ({"count": 4} if rig == "slide" else {}), "camera": camera}
+    description = {
+        rig: section,
+        "seed": LOT | ({"count": 4} if rig == "slide" else {}),
+        "camera": camera,
+    }
     own = np.random.default_rng([SEED, COUNT[rig], k])
-    values = TRUTH if rig == "pile" else {name: value + own.normal(0, FROM_RUN_TO_RUN[name]) for name, value in TRUTH.items()}
-    return Job(rig, Parameters(**values, **ON_SEED), description, (SEED, COUNT[rig], k), rendered=rig == "pile")
+    values = (
+        TRUTH
+        if rig == "pile"
+        else {
+            name: value + own.normal(0, FROM_RUN_TO_RUN[name])
+            for name, value in TRUTH.items()
+        }
+    )
+    return Job(
+        rig,
+        Parameters(**values, **ON_SEED),
+        description,
+        (SEED, COUNT[rig], k),
+        rendered=rig == "pile",
+    )
 
 
 def _write(folder: Path, run, rng: np.random.Generator) -> None:
-    """A recording as a bench would have left it: of the track with a tracker's errors, or of the photo and the scales."""
+    """A recording as a bench would have left it: of the track with a tracker's errors,
+    or of the photo and the scales."""
     folder.mkdir()
     told = {"rig": run.rig, run.rig: dict(RIGS[run.rig])}
     if run.rig == "pile":
-        told[run.rig] |= {"filled_mass_g": run.pile.filled_mass_g, "retained_mass_g": run.pile.retained_mass_g}
+        told[run.rig] |= {
+            "filled_mass_g": run.pile.filled_mass_g,
+            "retained_mass_g": run.pile.retained_mass_g,
+        }
         told |= {"camera": {"mm_per_px": PHOTO["mm_per_px"]}}
         photo = cv2.imread(str(run.path / "photo.png"))
         cv2.imwrite(str(folder / "photo.jpg"), photo, [cv2.IMWRITE_JPEG_QUALITY, 92])

@@ -1,9 +1,10 @@
-"""README's output blocks, made anew: what its commands print, and what `make demo` calibrated.
+"""README's output blocks, made anew: what its commands print, and what `make demo`
+calibrated.
 
     .venv/bin/python scripts/readme_numbers.py [DEMO]      → README.md
 
-DEMO (demo-out): the folder in which `make demo` left `calibrated`, which takes minutes and is not done again.
-"""
+DEMO (demo-out): the folder in which `make demo` left `calibrated`, which takes minutes
+and is not done again."""
 
 import argparse
 import io
@@ -18,17 +19,26 @@ from rich.console import Console
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
-BLOCK = re.compile(r"```sh\n\.venv/bin/benchtwin ((measure|calibrate|diagnose) samples/[^#\n]*)[^`]*```\n\n```\n(.*?)```", re.S)
+BLOCK = re.compile(
+    r"```sh\n\.venv/bin/benchtwin ((measure|calibrate|diagnose)"
+    r" samples/[^#\n]*)[^`]*```\n\n```\n(.*?)```",
+    re.S,
+)
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def blocks(text: str) -> dict[str, tuple[list[str], str]]:
-    """Of measure, calibrate and diagnose: the command's arguments as README gives them, and the output shown below it."""
-    return {verb: (shlex.split(arguments), shown) for arguments, verb, shown in BLOCK.findall(text)}
+    """Of measure, calibrate and diagnose: the command's arguments as README gives them,
+    and the output shown below it."""
+    return {
+        verb: (shlex.split(arguments), shown)
+        for arguments, verb, shown in BLOCK.findall(text)
+    }
 
 
 def printed(arguments: list[str]) -> str:
-    """What `benchtwin` prints with these arguments, run where `samples` is and nothing else."""
+    """What `benchtwin` prints with these arguments, run where `samples` is and nothing
+    else."""
     from typer.testing import CliRunner
 
     from benchtwin.command_line import app
@@ -52,7 +62,10 @@ def calibrated(result: Path) -> str:
 
     found = json.loads(result.read_text(encoding="utf8"))["parameters"]
     out = io.StringIO()
-    show_parameters(Console(file=out, width=160, highlight=False), [{"parameter": n, **row} for n, row in found.items()])
+    show_parameters(
+        Console(file=out, width=160, highlight=False),
+        [{"parameter": n, **row} for n, row in found.items()],
+    )
     return tidy(out.getvalue())
 
 
@@ -62,11 +75,18 @@ def tidy(text: str) -> str:
 
 
 def differences(shown: str, new: str, share: float) -> list[str]:
-    """Where two texts differ: in words, or in a number by more than this share of it and one of its last digits."""
-    if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub("#", " ".join(new.split())):
+    """Where two texts differ: in words, or in a number by more than this share of it
+    and one of its last digits."""
+    if NUMBER.sub("#", " ".join(shown.split())) != NUMBER.sub(
+        "#", " ".join(new.split())
+    ):
         return [f"the words differ:\n{shown}\n{new}"]
     pairs = zip(NUMBER.findall(shown), NUMBER.findall(new), strict=True)
-    return [f"{a} is now {b}" for a, b in pairs if abs(float(a) - float(b)) > share * float(a) + 1.01 * _last_digit(a)]
+    return [
+        f"{a} is now {b}"
+        for a, b in pairs
+        if abs(float(a) - float(b)) > share * float(a) + 1.01 * _last_digit(a)
+    ]
 
 
 def _last_digit(number: str) -> float:
@@ -74,7 +94,9 @@ def _last_digit(number: str) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("demo", type=Path, nargs="?", default=Path("demo-out"))
     result = parser.parse_args().demo / "calibrated" / "result.json"
     if not result.is_file():

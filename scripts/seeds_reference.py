@@ -1,6 +1,7 @@
-"""Writes the table in docs/seeds.md: every published property of seeds that the package holds, with its source.
+"""Writes the table in docs/seeds.md: every published property of seeds that the package
+holds, with its source.
 
-    python scripts/seeds_reference.py
+python scripts/seeds_reference.py
 """
 
 import argparse
@@ -11,8 +12,15 @@ from vision.evidence.seed_kinds import FILE
 
 OUT = Path(__file__).parent.parent / "docs" / "seeds.md"
 START = "<!-- written by scripts/seeds_reference.py -->"
-NAMES = {"length_mm": "length, mm", "width_mm": "width, mm", "thickness_mm": "thickness, mm", "density_kg_m3": "density, kg/m³",
-         "restitution": "restitution", "static_friction": "static friction", "rolling_friction": "rolling friction"}  # fmt: skip
+NAMES = {
+    "length_mm": "length, mm",
+    "width_mm": "width, mm",
+    "thickness_mm": "thickness, mm",
+    "density_kg_m3": "density, kg/m³",
+    "restitution": "restitution",
+    "static_friction": "static friction",
+    "rolling_friction": "rolling friction",
+}
 
 
 def reference() -> str:
@@ -22,11 +30,21 @@ def reference() -> str:
     parts = [START]
     for kind, rows in table["kinds"].items():
         parts += [f"### {kind.capitalize()}", ""]
-        parts += ["| | value | moisture, or how it was found | source |", "|---|---|---|---|"]
+        parts += [
+            "| | value | moisture, or how it was found | source |",
+            "|---|---|---|---|",
+        ]
         for row in rows:
             what = NAMES[row["quantity"]] + (f" on {row['on']}" if "on" in row else "")
-            value = f"{row['low']:g}" if row["low"] == row["high"] else f"{row['low']:g} to {row['high']:g}"
-            parts.append(f"| {what} | {value} | {row.get('moisture', '')} | [{numbers[row['source']]}](#sources) |")
+            value = (
+                f"{row['low']:g}"
+                if row["low"] == row["high"]
+                else f"{row['low']:g} to {row['high']:g}"
+            )
+            parts.append(
+                f"| {what} | {value} | {row.get('moisture', '')} |"
+                f" [{numbers[row['source']]}](#sources) |"
+            )
         parts.append("")
     parts += ["### Sources", ""]
     parts += [f"{n}. {table['sources'][key]}" for key, n in numbers.items()]

@@ -1,1 +1,2 @@
-"""Contact parameters → motion of multi-sphere seeds → pictures. Knows nothing of measuring. SI units throughout."""
+"""Contact parameters → motion of multi-sphere seeds → pictures. Knows nothing of
+measuring. SI units throughout."""

@@ -1,13 +1,14 @@
-"""What seeds and walls are made of, and what happens between two materials; each value with its source.
+"""What seeds and walls are made of, and what happens between two materials; each value
+with its source.
 
-Softening is an explicit choice: `Material.softened` gives a material with a smaller shear modulus, `softening` what that does to
-contact time, overlap and step.
-"""
+Softening is an explicit choice: `Material.softened` gives a material with a smaller
+shear modulus, `softening` what that does to contact time, overlap and step."""
 
 import math
 from dataclasses import dataclass, replace
 
-# For each convention the torque it means; F_n normal force, R_i centre-to-contact distance, R* effective radius.
+# For each convention the torque it means; F_n normal force, R_i centre-to-contact
+# distance, R* effective radius.
 ROLLING_CONVENTIONS = {
     "edem": "τ_i = μ_r F_n R_i against each body's own spin (EDEM standard)",
     "type_a": "τ = μ_r F_n R* against relative rolling (Ai et al. 2011, type A)",
@@ -20,9 +21,9 @@ ROLLING_CONVENTIONS = {
 class Material:
     """A homogeneous elastic solid.
 
-    density_kg_m3 [kg/m3] 1 to 30,000; shear_modulus_pa G [Pa] 1e3 to 1e12; poisson_ratio ν [-] 0 to 0.5. Hertz's law takes the
-    solid as linear and isotropic. Raises ValueError naming the parameter and its range.
-    """
+    density_kg_m3 [kg/m3] 1 to 30,000; shear_modulus_pa G [Pa] 1e3 to 1e12;
+    poisson_ratio ν [-] 0 to 0.5. Hertz's law takes the solid as linear and isotropic.
+    Raises ValueError naming the parameter and its range."""
 
     name: str
     density_kg_m3: float
@@ -44,17 +45,21 @@ class Material:
         return 2.0 * self.shear_modulus_pa * (1.0 + self.poisson_ratio)
 
     def softened(self, shear_modulus_pa: float) -> "Material":
-        """This material with a smaller shear modulus [Pa], said so in its source; ValueError if it is not smaller."""
+        """This material with a smaller shear modulus [Pa], said so in its source;
+        ValueError if it is not smaller."""
         if not 0.0 < shear_modulus_pa < self.shear_modulus_pa:
             raise ValueError(
-                f"material {self.name!r}: shear_modulus_pa = {shear_modulus_pa:g} Pa: must be below the real "
-                f"{self.shear_modulus_pa:g} Pa"
+                f"material {self.name!r}: shear_modulus_pa = {shear_modulus_pa:g} Pa:"
+                f" must be below the real {self.shear_modulus_pa:g} Pa"
             )
-        source = f"{self.source}; shear modulus softened from {self.shear_modulus_pa:g} Pa"
+        source = (
+            f"{self.source}; shear modulus softened from {self.shear_modulus_pa:g} Pa"
+        )
         return replace(self, shear_modulus_pa=shear_modulus_pa, source=source)
 
     def rayleigh_step_s(self, radius_m: float) -> float:
-        """Rayleigh time of a ball, π R √(ρ/G) / (0.1631 ν + 0.8766) [s]; steps of 10 to 20 % of the smallest ball's are usual.
+        """Rayleigh time of a ball, π R √(ρ/G) / (0.1631 ν + 0.8766) [s]; steps of 10 to
+        20 % of the smallest ball's are usual.
 
         radius_m [m] > 0. Source: Ning & Ghadiri (2006), Chem. Eng. Sci. 61, 5991–6001.
 
@@ -63,18 +68,24 @@ class Material:
         """
         _positive("radius_m", radius_m)
         speed_factor = 0.1631 * self.poisson_ratio + 0.8766
-        return math.pi * radius_m * math.sqrt(self.density_kg_m3 / self.shear_modulus_pa) / speed_factor
+        return (
+            math.pi
+            * radius_m
+            * math.sqrt(self.density_kg_m3 / self.shear_modulus_pa)
+            / speed_factor
+        )
 
 
 @dataclass(frozen=True)
 class Contact:
     """What happens between two materials.
 
-    between: their names, in any order. restitution e [-] above 0 up to 1: the ratio of normal speeds after and before, which a
-    contact gives back at any speed. static_friction μ_s [-] 0 to 5. rolling_friction μ_r [-] 0 to 2, a number that means a
-    torque only together with its convention: see `ROLLING_CONVENTIONS`. Between two equal balls "edem" μ_r brakes as "type_a",
-    "type_c" and "sds" with 2 μ_r; on a wall all agree. Raises ValueError naming the parameter and its range.
-    """
+    between: their names, in any order. restitution e [-] above 0 up to 1: the ratio of
+    normal speeds after and before, which a contact gives back at any speed.
+    static_friction μ_s [-] 0 to 5. rolling_friction μ_r [-] 0 to 2, a number that means
+    a torque only together with its convention: see `ROLLING_CONVENTIONS`. Between two
+    equal balls "edem" μ_r brakes as "type_a", "type_c" and "sds" with 2 μ_r; on a wall
+    all agree. Raises ValueError naming the parameter and its range."""
 
     between: tuple[str, str]
     restitution: float
@@ -85,24 +96,37 @@ class Contact:
 
     def __post_init__(self) -> None:
         if len(self.between) != 2 or not all(self.between):
-            raise ValueError(f"between = {self.between!r}: must be two materials' names")
+            raise ValueError(
+                f"between = {self.between!r}: must be two materials' names"
+            )
         who = f"contact {self.between[0]}–{self.between[1]}: "
         _within(who + "restitution", self.restitution, 1e-3, 1.0, "-")
         _within(who + "static_friction", self.static_friction, 0.0, 5.0, "-")
         _within(who + "rolling_friction", self.rolling_friction, 0.0, 2.0, "-")
         if self.rolling_convention not in ROLLING_CONVENTIONS:
-            raise ValueError(f"{who}rolling_convention = {self.rolling_convention!r}: one of {', '.join(ROLLING_CONVENTIONS)}")
+            raise ValueError(
+                f"{who}rolling_convention = {self.rolling_convention!r}: one of"
+                f" {', '.join(ROLLING_CONVENTIONS)}"
+            )
 
     def rolling_friction_in(self, convention: str, *, on_wall: bool) -> float:
-        """μ_r [-] that brakes equally in another convention: on a wall, or between two equal balls (of unequal ones none does).
+        """μ_r [-] that brakes equally in another convention: on a wall, or between two
+        equal balls (of unequal ones none does).
 
-        >>> SOYBEAN_SOYBEAN.rolling_friction_in("type_c", on_wall=False), SOYBEAN_Q235.rolling_friction_in("type_c", on_wall=True)
-        (0.08, 0.01)
+        >>> SOYBEAN_SOYBEAN.rolling_friction_in("type_c", on_wall=False)
+        0.08
+        >>> SOYBEAN_Q235.rolling_friction_in("type_c", on_wall=True)
+        0.01
         """
         if convention not in ROLLING_CONVENTIONS:
-            raise ValueError(f"convention = {convention!r}: one of {', '.join(ROLLING_CONVENTIONS)}")
+            raise ValueError(
+                f"convention = {convention!r}: one of {', '.join(ROLLING_CONVENTIONS)}"
+            )
         to_effective = 1.0 if on_wall else 2.0
-        here, there = (1.0 if c == "edem" else to_effective for c in (self.rolling_convention, convention))
+        here, there = (
+            1.0 if c == "edem" else to_effective
+            for c in (self.rolling_convention, convention)
+        )
         return self.rolling_friction * there / here
 
 
@@ -118,7 +142,8 @@ def effective_moduli(one: Material, other: Material) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Impact:
-    """A Hertzian impact without loss: largest overlap [m], over the effective radius [-], force [N] and contact time [s]."""
+    """A Hertzian impact without loss: largest overlap [m], over the effective radius
+    [-], force [N] and contact time [s]."""
 
     overlap_m: float
     overlap_over_radius: float
@@ -126,27 +151,37 @@ class Impact:
     time_s: float
 
 
-def impact(one: Material, other: Material, *, mass_kg: float, radius_m: float, speed_m_s: float) -> Impact:
-    """Largest overlap δ = (15 m* v² / 16 E* √R*)^0.4, force (4/3) E* √R* δ^1.5, time 2.943275 δ/v of a central elastic impact.
+def impact(
+    one: Material, other: Material, *, mass_kg: float, radius_m: float, speed_m_s: float
+) -> Impact:
+    """Largest overlap δ = (15 m* v² / 16 E* √R*)^0.4, force (4/3) E* √R* δ^1.5, time
+    2.943275 δ/v of a central elastic impact.
 
-    mass_kg m* and radius_m R* are the effective ones, speed_m_s v the closing speed; all > 0.
-    Source: Johnson (1985), Contact Mechanics, section 11.4.
+    mass_kg m* and radius_m R* are the effective ones, speed_m_s v the closing speed;
+    all > 0. Source: Johnson (1985), Contact Mechanics, section 11.4.
 
     >>> steel = impact(Q235, Q235, mass_kg=1e-3, radius_m=1e-3, speed_m_s=1.0)
     >>> round(1e6 * steel.time_s, 2), round(steel.force_n, 1)
     (27.23, 135.1)
     """
-    for name, value in (("mass_kg", mass_kg), ("radius_m", radius_m), ("speed_m_s", speed_m_s)):
+    for name, value in (
+        ("mass_kg", mass_kg),
+        ("radius_m", radius_m),
+        ("speed_m_s", speed_m_s),
+    ):
         _positive(name, value)
     modulus, _ = effective_moduli(one, other)
-    overlap = (15.0 * mass_kg * speed_m_s**2 / (16.0 * modulus * math.sqrt(radius_m))) ** 0.4
+    overlap = (
+        15.0 * mass_kg * speed_m_s**2 / (16.0 * modulus * math.sqrt(radius_m))
+    ) ** 0.4
     force = 4.0 / 3.0 * modulus * math.sqrt(radius_m) * overlap**1.5
     return Impact(overlap, overlap / radius_m, force, 2.943275 * overlap / speed_m_s)
 
 
 @dataclass(frozen=True)
 class Softening:
-    """What a softened material costs and saves: an impact with the real and with the soft material, and the step's growth."""
+    """What a softened material costs and saves: an impact with the real and with the
+    soft material, and the step's growth."""
 
     real: Impact
     soft: Impact
@@ -154,22 +189,33 @@ class Softening:
 
 
 def softening(
-    material: Material, shear_modulus_pa: float, other: Material, *, mass_kg: float, radius_m: float, speed_m_s: float
+    material: Material,
+    shear_modulus_pa: float,
+    other: Material,
+    *,
+    mass_kg: float,
+    radius_m: float,
+    speed_m_s: float,
 ) -> Softening:
-    """Effect of `material.softened(shear_modulus_pa)` on an impact with `other`; the arguments as in `impact`.
+    """Effect of `material.softened(shear_modulus_pa)` on an impact with `other`; the
+    arguments as in `impact`.
 
-    Contact time and overlap grow as E*^-0.4, the Rayleigh step as G^-0.5; the restitution stays as entered.
-    """
+    Contact time and overlap grow as E*^-0.4, the Rayleigh step as G^-0.5; the
+    restitution stays as entered."""
     soft = material.softened(shear_modulus_pa)
     partner = soft if other == material else other
     numbers = {"mass_kg": mass_kg, "radius_m": radius_m, "speed_m_s": speed_m_s}
     longer = math.sqrt(material.shear_modulus_pa / shear_modulus_pa)
-    return Softening(impact(material, other, **numbers), impact(soft, partner, **numbers), longer)
+    return Softening(
+        impact(material, other, **numbers), impact(soft, partner, **numbers), longer
+    )
 
 
 def _within(name: str, value: float, low: float, high: float, unit: str) -> None:
     if not low <= value <= high:  # also refuses NaN
-        raise ValueError(f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}")
+        raise ValueError(
+            f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}"
+        )
 
 
 def _positive(name: str, value: float) -> None:
@@ -177,11 +223,34 @@ def _positive(name: str, value: float) -> None:
         raise ValueError(f"{name} = {value:g}: must be positive and finite")
 
 
-_PAPER = "Research on contact parameters calibration of soybean seeds based on discrete element simulation"
+_PAPER = (
+    "Research on contact parameters calibration of soybean seeds based on discrete"
+    " element simulation"
+)
 
-SOYBEAN = Material("soybean", 1250.0, 3.23e8, 0.40, f"{_PAPER}, Test materials (12.5 % moisture; Ding et al. 2023)")
-Q235 = Material("Q235", 7850.0, 8.20e10, 0.28, f"{_PAPER}, Selection of materials (Weston et al. 2025)")
+SOYBEAN = Material(
+    "soybean",
+    1250.0,
+    3.23e8,
+    0.40,
+    f"{_PAPER}, Test materials (12.5 % moisture; Ding et al. 2023)",
+)
+Q235 = Material(
+    "Q235",
+    7850.0,
+    8.20e10,
+    0.28,
+    f"{_PAPER}, Selection of materials (Weston et al. 2025)",
+)
 
 # What the paper calibrated, with EDEM's standard rolling friction.
-SOYBEAN_Q235 = Contact(("soybean", "Q235"), 0.54, 0.34, 0.01, source=f"{_PAPER}, Eqs. (5)–(7), Tables 2, 4, 6")
-SOYBEAN_SOYBEAN = Contact(("soybean", "soybean"), 0.65, 0.55, 0.04, source=f"{_PAPER}, Eq. (11)")
+SOYBEAN_Q235 = Contact(
+    ("soybean", "Q235"),
+    0.54,
+    0.34,
+    0.01,
+    source=f"{_PAPER}, Eqs. (5)–(7), Tables 2, 4, 6",
+)
+SOYBEAN_SOYBEAN = Contact(
+    ("soybean", "soybean"), 0.65, 0.55, 0.04, source=f"{_PAPER}, Eq. (11)"
+)

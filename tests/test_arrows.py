@@ -1,5 +1,6 @@
-"""Who may import whom: vision, sim and prove nothing of ours; twin both vision and sim; calibrate and diagnose only twin;
-report the results of both; page what the commands call, in processes of their own."""
+"""Who may import whom: vision, sim and prove nothing of ours; twin both vision and sim;
+calibrate and diagnose only twin; report the results of both; page what the commands
+call, in processes of their own."""
 
 import ast
 import tomllib
@@ -8,12 +9,31 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-OURS = {"vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin"}
+OURS = {
+    "vision",
+    "sim",
+    "twin",
+    "calibrate",
+    "diagnose",
+    "report",
+    "prove",
+    "page",
+    "benchtwin",
+}
 ALLOWED = {
-    "vision": set(), "sim": set(), "prove": set(), "twin": {"vision", "sim"}, "calibrate": {"twin"}, "diagnose": {"twin"},
-    "report": {"twin", "calibrate", "diagnose"}, "page": {"vision", "twin", "calibrate", "diagnose", "report"},
-}  # fmt: skip
-COMMANDS = {"calibrate/calibrate_command.py": {"report"}, "diagnose/diagnose_command.py": {"report"}}  # they write the page
+    "vision": set(),
+    "sim": set(),
+    "prove": set(),
+    "twin": {"vision", "sim"},
+    "calibrate": {"twin"},
+    "diagnose": {"twin"},
+    "report": {"twin", "calibrate", "diagnose"},
+    "page": {"vision", "twin", "calibrate", "diagnose", "report"},
+}
+COMMANDS = {
+    "calibrate/calibrate_command.py": {"report"},
+    "diagnose/diagnose_command.py": {"report"},
+}  # they write the page
 
 
 def our_imports(file: Path) -> set[str]:
@@ -29,14 +49,20 @@ def our_imports(file: Path) -> set[str]:
 
 def allowed(file: Path) -> set[str]:
     path = file.relative_to(ROOT)
-    return {path.parts[0]} | ALLOWED[path.parts[0]] | COMMANDS.get(path.as_posix(), set())
+    return (
+        {path.parts[0]} | ALLOWED[path.parts[0]] | COMMANDS.get(path.as_posix(), set())
+    )
 
 
 @pytest.mark.parametrize("package", sorted(ALLOWED))
 def test_imports_follow_the_arrows(package):
     files = sorted((ROOT / package).rglob("*.py"))
     assert files
-    wrong = {str(f.relative_to(ROOT)): our_imports(f) - allowed(f) for f in files if our_imports(f) - allowed(f)}
+    wrong = {
+        str(f.relative_to(ROOT)): our_imports(f) - allowed(f)
+        for f in files
+        if our_imports(f) - allowed(f)
+    }
     assert not wrong
 
 
@@ -47,14 +73,23 @@ def test_the_check_sees_a_wrong_arrow(tmp_path):
 
 
 def test_no_folder_on_the_path_bears_a_packages_name():
-    """Installed editable, our packages are found last: `benchmarks/prove/` would stand before `prove` for what runs there."""
-    folders = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["tool"]["pytest"]["ini_options"]["pythonpath"]
+    """Installed editable, our packages are found last: `benchmarks/prove/` would stand
+    before `prove` for what runs there."""
+    folders = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))[
+        "tool"
+    ]["pytest"]["ini_options"]["pythonpath"]
     assert "benchmarks" in folders
-    assert not [path for folder in folders for path in (ROOT / folder).iterdir() if path.stem in OURS]
+    assert not [
+        path
+        for folder in folders
+        for path in (ROOT / folder).iterdir()
+        if path.stem in OURS
+    ]
 
 
 def module_imports(names: set[str], file: Path) -> set[str]:
-    """Our modules, out of `names`, that `file` imports when it is loaded: not those that a function imports when it runs."""
+    """Our modules, out of `names`, that `file` imports when it is loaded: not those
+    that a function imports when it runs."""
     found = set()
     for node in ast.parse(file.read_text(encoding="utf8")).body:
         if isinstance(node, ast.Import):
@@ -63,7 +98,11 @@ def module_imports(names: set[str], file: Path) -> set[str]:
             whole = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= whole & names or {node.module}
         elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            found |= {n.module for n in node.body if isinstance(n, ast.ImportFrom) and n.module}
+            found |= {
+                n.module
+                for n in node.body
+                if isinstance(n, ast.ImportFrom) and n.module
+            }
     return found & names
 
 
@@ -84,6 +123,21 @@ def circles(imports: dict[str, set[str]]) -> list[str]:
 
 def test_no_module_imports_itself_by_way_of_others():
     files = [file for package in OURS for file in (ROOT / package).rglob("*.py")]
-    names = {".".join(f.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): f for f in files}
-    assert circles({name: module_imports(set(names), file) - {name} for name, file in names.items()}) == []
-    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == ["a", "b", "c"]  # the control
+    names = {
+        ".".join(f.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): f
+        for f in files
+    }
+    assert (
+        circles(
+            {
+                name: module_imports(set(names), file) - {name}
+                for name, file in names.items()
+            }
+        )
+        == []
+    )
+    assert circles({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [
+        "a",
+        "b",
+        "c",
+    ]  # the control

@@ -1,5 +1,6 @@
-"""Programs that are started once in months: each is imported and says how to start it, so that it follows what it measures.
-(mypy, which `make lint` starts, holds their calls to the packages.)"""
+"""Programs that are started once in months: each is imported and says how to start it,
+so that it follows what it measures. (mypy, which `make lint` starts, holds their calls
+to the packages.)"""
 
 import runpy
 import sys
@@ -9,7 +10,9 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 FILES = (*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "scripts").glob("*.py"))
-PROGRAMS = sorted(file for file in FILES if "__main__" in file.read_text(encoding="utf8"))
+PROGRAMS = sorted(
+    file for file in FILES if "__main__" in file.read_text(encoding="utf8")
+)
 
 
 def test_there_are_programs():
@@ -17,7 +20,9 @@ def test_there_are_programs():
 
 
 @pytest.mark.parametrize("file", PROGRAMS, ids=lambda file: file.stem)
-def test_a_program_imports_and_says_how_to_start_it(file, monkeypatch, capsys, tmp_path):
+def test_a_program_imports_and_says_how_to_start_it(
+    file, monkeypatch, capsys, tmp_path
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [str(file), "--help"])
     with pytest.raises(SystemExit) as ended:

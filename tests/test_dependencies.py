@@ -1,4 +1,5 @@
-"""pyproject.toml declares what is imported, and nothing else but for a reason that stands here; each with a lower bound."""
+"""pyproject.toml declares what is imported, and nothing else but for a reason that
+stands here; each with a lower bound."""
 
 import ast
 import re
@@ -12,7 +13,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-OURS = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin")
+OURS = (
+    "vision",
+    "sim",
+    "twin",
+    "calibrate",
+    "diagnose",
+    "report",
+    "prove",
+    "page",
+    "benchtwin",
+)
 BESIDE = ("tests", "benchmarks", "samples", "scripts", "conftest.py")
 NOT_IMPORTED = {  # declared for another reason than an import
     "dask": "distributed schedules it; its version must fit",
@@ -40,19 +51,32 @@ NOT_DECLARED = {  # imported for another reason than a declaration
 
 
 def project() -> dict:
-    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))["project"]
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))[
+        "project"
+    ]
 
 
 def names(requirements: list[str]) -> set[str]:
-    return {re.split(r"[^\w.-]", requirement)[0].lower() for requirement in requirements}
+    return {
+        re.split(r"[^\w.-]", requirement)[0].lower() for requirement in requirements
+    }
 
 
 def files(places: tuple[str, ...]) -> list[Path]:
-    return [f for place in places for f in (sorted((ROOT / place).rglob("*.py")) if (ROOT / place).is_dir() else [ROOT / place])]
+    return [
+        f
+        for place in places
+        for f in (
+            sorted((ROOT / place).rglob("*.py"))
+            if (ROOT / place).is_dir()
+            else [ROOT / place]
+        )
+    ]
 
 
 def statements(node: ast.AST) -> Iterator[ast.AST]:
-    """Those within `node`, however deep; expressions, which import nothing, are left out: they are nearly all of a file."""
+    """Those within `node`, however deep; expressions, which import nothing, are left
+    out: they are nearly all of a file."""
     for block in ("body", "orelse", "finalbody", "handlers", "cases"):
         inside = getattr(node, block, [])
         for child in inside if isinstance(inside, list) else []:
@@ -79,29 +103,54 @@ def distributions() -> Mapping[str, list[str]]:
 
 
 def imported(places: tuple[str, ...]) -> set[str]:
-    """Distributions that files of ours import; a module that none provides stands for itself."""
+    """Distributions that files of ours import; a module that none provides stands for
+    itself."""
     owners = distributions()
-    local = {name for f in files(BESIDE) for name in (f.stem, f.parent.name)} | {place.removesuffix(".py") for place in (*OURS, *BESIDE)}
-    tops = {module.split(".")[0] for file in files(places) for module in modules(file)} - sys.stdlib_module_names - local
-    found = {owner.lower().replace("_", "-") for top in tops for owner in owners.get(top, [top])}
+    local = {name for f in files(BESIDE) for name in (f.stem, f.parent.name)} | {
+        place.removesuffix(".py") for place in (*OURS, *BESIDE)
+    }
+    tops = (
+        {module.split(".")[0] for file in files(places) for module in modules(file)}
+        - sys.stdlib_module_names
+        - local
+    )
+    found = {
+        owner.lower().replace("_", "-")
+        for top in tops
+        for owner in owners.get(top, [top])
+    }
     return found - set(NOT_DECLARED)
 
 
 def test_what_is_imported_is_declared():
-    declared, extra = names(project()["dependencies"]), project()["optional-dependencies"]
-    assert imported(OURS) - declared <= names(extra["bench"])  # a peer that one baseline tries, where it is there
-    assert imported(BESIDE) - declared - names(extra["dev"]) - names(extra["bench"]) == set()
+    declared, extra = (
+        names(project()["dependencies"]),
+        project()["optional-dependencies"],
+    )
+    assert imported(OURS) - declared <= names(
+        extra["bench"]
+    )  # a peer that one baseline tries, where it is there
+    assert (
+        imported(BESIDE) - declared - names(extra["dev"]) - names(extra["bench"])
+        == set()
+    )
 
 
 def test_what_is_declared_is_imported():
-    assert names(project()["dependencies"]) - imported(OURS) - set(NOT_IMPORTED) == set()
+    assert (
+        names(project()["dependencies"]) - imported(OURS) - set(NOT_IMPORTED) == set()
+    )
     for extra in project()["optional-dependencies"].values():
         assert names(extra) - imported((*OURS, *BESIDE)) - set(NOT_IMPORTED) == set()
 
 
 def declarations() -> list[tuple[str, str, str]]:
     """Name, bound and comment of every line that declares a package."""
-    text = (ROOT / "pyproject.toml").read_text(encoding="utf8").split("[project.scripts]")[0]
+    text = (
+        (ROOT / "pyproject.toml")
+        .read_text(encoding="utf8")
+        .split("[project.scripts]")[0]
+    )
     return re.findall(r'^    "(\w[\w.-]*)([^"]*)",(.*)$', text, re.MULTILINE)
 
 

@@ -1,4 +1,5 @@
-"""The Python interface: what docs/python.md shows runs, each name is loaded late and typed, and bad input is refused in words."""
+"""The Python interface: what docs/python.md shows runs, each name is loaded late and
+typed, and bad input is refused in words."""
 
 import ast
 import re
@@ -19,7 +20,8 @@ PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf8")
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory):
-    """The page's examples, run one after another where samples/ is, and left there: what their names stand for."""
+    """The page's examples, run one after another where samples/ is, and left there:
+    what their names stand for."""
     place = tmp_path_factory.mktemp("page")
     (place / "samples").symlink_to(ROOT / "samples")
     names: dict = {}
@@ -43,27 +45,48 @@ def test_measurements_are_the_command_s(shown):
 def test_simulated_rolls_are_measured_as_the_simulation_knows_them(shown):
     rolls = shown["rolls"]
     off = rolls.measured.table["run_out_mm"] - rolls.truth["run_out_mm"]
-    assert len(off) == 2 and (off.abs() < 0.5).all() and rolls.measured.table["run_out_mm"].nunique() == 2
-    assert simulate("roll", shown["Parameters"](rolling_friction=0.02), out=rolls.folder, repeats=2).names == rolls.names  # kept
+    assert (
+        len(off) == 2
+        and (off.abs() < 0.5).all()
+        and rolls.measured.table["run_out_mm"].nunique() == 2
+    )
+    assert (
+        simulate(
+            "roll",
+            shown["Parameters"](rolling_friction=0.02),
+            out=rolls.folder,
+            repeats=2,
+        ).names
+        == rolls.names
+    )  # kept
 
 
 def test_a_calibration_holds_the_printed_values(shown):
     table = shown["answer"].parameters.set_index("parameter")
     assert table.loc["restitution", "low"] < 0.54 < table.loc["restitution", "high"]
-    assert (shown["answer"].folder / "result.json").is_file() and shown["answer"].not_calibrated == {}
+    assert (shown["answer"].folder / "result.json").is_file() and shown[
+        "answer"
+    ].not_calibrated == {}
 
 
 def test_a_diagnosis_names_what_is_concealed(shown):
     missing = shown["missing"]
-    assert missing.verdicts.loc[0, "names"] == "slope" and missing.verdicts.loc[0, "probability"] > 0.99
+    assert (
+        missing.verdicts.loc[0, "names"] == "slope"
+        and missing.verdicts.loc[0, "probability"] > 0.99
+    )
     slope = missing.effects.query("effect == 'slope'").iloc[0]
     assert slope["low95"] < slope["value"] < slope["high95"] and slope["unit"] == "deg"
-    assert "the plate is not level" in missing.in_words[0] and missing.not_diagnosed == {}
+    assert (
+        "the plate is not level" in missing.in_words[0] and missing.not_diagnosed == {}
+    )
 
 
 def test_cards_are_written(shown):
     cards = shown["cards"]
-    assert {p.name: p.read_text(encoding="utf8") for p in cards.folder.iterdir()} == cards.texts
+    assert {
+        p.name: p.read_text(encoding="utf8") for p in cards.folder.iterdir()
+    } == cards.texts
     with pytest.raises(FileExistsError, match="exists already"):
         export(shown["answer"].folder, "lammps")
 
@@ -76,25 +99,47 @@ def test_the_engine_s_drop_rises_by_its_restitution(shown):
 
 def test_the_page_names_all_of_the_interface():
     assert [name for name in benchtwin.__all__ if f"`{name}`" not in PAGE] == []
-    assert len(benchtwin.__all__) == 10 and set(benchtwin.__all__) == set(benchtwin._MODULES) == set(dir(benchtwin))
+    assert len(benchtwin.__all__) == 10 and set(benchtwin.__all__) == set(
+        benchtwin._MODULES
+    ) == set(dir(benchtwin))
 
 
 def test_a_type_checker_and_python_find_each_name_in_the_same_file():
     tree = ast.parse(Path(benchtwin.__file__).read_text(encoding="utf8"))
-    (block,) = [n for n in tree.body if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"]
-    typed = {alias.name: n.module for n in block.body if isinstance(n, ast.ImportFrom) for alias in n.names}
+    (block,) = [
+        n
+        for n in tree.body
+        if isinstance(n, ast.If) and ast.unparse(n.test) == "TYPE_CHECKING"
+    ]
+    typed = {
+        alias.name: n.module
+        for n in block.body
+        if isinstance(n, ast.ImportFrom)
+        for alias in n.names
+    }
     assert typed == benchtwin._MODULES
 
 
 def test_importing_it_loads_nothing_that_is_slow():
-    looks = "import sys, benchtwin; print(sorted({'numpy', 'pandas', 'numba', 'cv2', 'sim', 'vision'} & set(sys.modules)))"
-    done = subprocess.run([sys.executable, "-c", looks], capture_output=True, cwd=ROOT, check=True, text=True)
+    looks = (
+        "import sys, benchtwin; print(sorted({'numpy', 'pandas', 'numba', 'cv2', 'sim',"
+        " 'vision'} & set(sys.modules)))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", looks],
+        capture_output=True,
+        cwd=ROOT,
+        check=True,
+        text=True,
+    )
     assert done.stdout.strip() == "[]"
 
 
 def test_measured_files_are_the_command_s(tmp_path):
     found = measure(ROOT / "samples" / "gates-roll", out=tmp_path / "out")
-    assert (tmp_path / "out" / "measurements.csv").is_file() and found.folder == tmp_path / "out"
+    assert (
+        tmp_path / "out" / "measurements.csv"
+    ).is_file() and found.folder == tmp_path / "out"
     with pytest.raises(benchtwin.MeasurementError, match="not empty"):
         measure(ROOT / "samples" / "gates-roll", out=tmp_path / "out")
 

@@ -1,4 +1,5 @@
-"""The wheel works outside the checkout: built, unpacked alone, its command run on a sample from another folder."""
+"""The wheel works outside the checkout: built, unpacked alone, its command run on a
+sample from another folder."""
 
 import os
 import shutil
@@ -14,10 +15,24 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
-    """A folder that holds what the wheel holds. Its dependencies are this environment's."""
+    """A folder that holds what the wheel holds. Its dependencies are this
+    environment's."""
     place = tmp_path_factory.mktemp("wheel")
-    shutil.rmtree(ROOT / "build" / "lib", ignore_errors=True)  # what an earlier build left would be packed again
-    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "-qq", "-w", str(place), str(ROOT)]
+    shutil.rmtree(
+        ROOT / "build" / "lib", ignore_errors=True
+    )  # what an earlier build left would be packed again
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--no-deps",
+        "--no-build-isolation",
+        "-qq",
+        "-w",
+        str(place),
+        str(ROOT),
+    ]
     built = subprocess.run(command, capture_output=True, text=True)
     assert built.returncode == 0, built.stderr
     (wheel,) = place.glob("*.whl")
@@ -29,24 +44,48 @@ def installed(tmp_path_factory):
 def run(installed, tmp_path, code):
     """Python that sees the unpacked wheel before this checkout."""
     environment = os.environ | {"PYTHONPATH": str(installed)}
-    return subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-P", "-c", code],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
 
 
 def test_it_holds_every_package_and_file_that_is_not_python(installed):
-    kept = ("vision", "sim", "twin", "calibrate", "diagnose", "report", "prove", "page", "benchtwin")
-    files = {p.relative_to(ROOT) for name in kept for p in (ROOT / name).rglob("*") if p.is_file() and "__pycache__" not in p.parts}
-    assert files == {f for f in files if (installed / f).is_file()}, {f for f in files if not (installed / f).is_file()}
+    kept = (
+        "vision",
+        "sim",
+        "twin",
+        "calibrate",
+        "diagnose",
+        "report",
+        "prove",
+        "page",
+        "benchtwin",
+    )
+    files = {
+        p.relative_to(ROOT)
+        for name in kept
+        for p in (ROOT / name).rglob("*")
+        if p.is_file() and "__pycache__" not in p.parts
+    }
+    assert files == {f for f in files if (installed / f).is_file()}, {
+        f for f in files if not (installed / f).is_file()
+    }
     assert not (installed / "tests").exists() and not (installed / "samples").exists()
 
 
 def test_a_sample_is_measured_and_calibrated_from_it(installed, tmp_path):
     samples = ROOT / "samples"
     done = run(
-        installed, tmp_path,
-        "import sys, vision, benchtwin.command_line as command\n"
-        f"assert vision.__file__.startswith({str(installed)!r}), vision.__file__\n"
-        f"sys.argv = ['benchtwin', 'calibrate', {str(samples / 'soybean-paper')!r}, '--tables', '--out', 'out']\n"
-        "command.main()",
-    )  # fmt: skip
+        installed,
+        tmp_path,
+        "import sys, vision, benchtwin.command_line as command\nassert"
+        f" vision.__file__.startswith({str(installed)!r}), vision.__file__\nsys.argv ="
+        f" ['benchtwin', 'calibrate', {str(samples / 'soybean-paper')!r}, '--tables',"
+        " '--out', 'out']\ncommand.main()",
+    )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "report.html").stat().st_size > 100_000

@@ -1,9 +1,10 @@
-"""The bridge between measuring and simulating, the only package that imports both: recordings of the
-bench and of the twin read by the same code.
+"""The bridge between measuring and simulating, the only package that imports both:
+recordings of the bench and of the twin read by the same code.
 
 from twin import Parameters, observe, simulate
 
-recording = simulate("drop", Parameters(restitution=0.6), rng=np.random.default_rng(1), out=Path("twin/drop-01"))
+rng = np.random.default_rng(1)
+recording = simulate("drop", Parameters(restitution=0.6), rng=rng, out=Path("twin"))
 for q in observe(recording).quantities:
     print(q.name, q.value, q.sd, q.unit)
 """
@@ -15,7 +16,8 @@ _WHERE = {"Parameters": "parameters", "observe": "run", "simulate": "run"}
 
 
 def __getattr__(name: str):
-    """Imported when asked for: who only reads tracks need not wait for the engine's compiler."""
+    """Imported when asked for: who only reads tracks need not wait for the engine's
+    compiler."""
     if name not in _WHERE:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_WHERE[name]}"), name)

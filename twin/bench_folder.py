@@ -1,4 +1,5 @@
-"""A bench folder as a calibration sees it: what was read on each recording, and what the recordings state of the rig."""
+"""A bench folder as a calibration sees it: what was read on each recording, and what
+the recordings state of the rig."""
 
 import hashlib
 from dataclasses import dataclass, field
@@ -16,7 +17,10 @@ from vision.recording import among_results as among_results
 
 # what each rig is read for: its first column; further ones go beside it
 RESPONSES = {rig: column for column, (rig, *_) in reversed(READING_COLUMNS.items())}
-FURTHER = {rig: [c for c, (r, *_) in READING_COLUMNS.items() if r == rig and c != main] for rig, main in RESPONSES.items()}
+FURTHER = {
+    rig: [c for c, (r, *_) in READING_COLUMNS.items() if r == rig and c != main]
+    for rig, main in RESPONSES.items()
+}
 WEIGHED = ("filled_mass_g", "retained_mass_g")
 SECTIONS = ("seed", "camera", "air")
 
@@ -25,11 +29,12 @@ SECTIONS = ("seed", "camera", "air")
 class RecordingReadings:
     """One recording.
 
-    response: the column its readings belong to (`rebound_height_mm` …); readings: (n,) in its unit, one for a film or photo;
-    reading_sd: (n,) measuring error that is each reading's own, 0 where none is known; shared_sd: error that all recordings of
-    the session share (scale, plumb line); description: what recording.toml and bench.toml state, by section; trouble: why
-    nothing could be read, "" when something was; doubt: why it is to be trusted less; further: other readings of the
-    same piles, by column.
+    response: the column its readings belong to (`rebound_height_mm` …); readings: (n,)
+    in its unit, one for a film or photo; reading_sd: (n,) measuring error that is each
+    reading's own, 0 where none is known; shared_sd: error that all recordings of the
+    session share (scale, plumb line); description: what recording.toml and bench.toml
+    state, by section; trouble: why nothing could be read, "" when something was; doubt:
+    why it is to be trusted less; further: other readings of the same piles, by column.
     """
 
     recording: str
@@ -49,23 +54,34 @@ class RecordingReadings:
 
 
 def read_bench(folder: Path, rig: str | None = None) -> list[RecordingReadings]:
-    """Every recording under `folder`, or those of one rig, measured; one that could not be measured says why.
+    """Every recording under `folder`, or those of one rig, measured; one that could not
+    be measured says why.
 
     FileNotFoundError without a folder.
     """
     if not Path(folder).exists():
         raise FileNotFoundError(f"{folder}: no such file or folder")
-    return [_seen(entry) for entry in find_all([Path(folder)]) if rig is None or getattr(entry, "rig", rig) == rig]
+    return [
+        _seen(entry)
+        for entry in find_all([Path(folder)])
+        if rig is None or getattr(entry, "rig", rig) == rig
+    ]
 
 
 def hashes(folder: Path) -> dict[str, str]:
     """SHA-256 of every file under `folder` by its relative path."""
     folder = Path(folder)
-    files = sorted(p for p in folder.rglob("*") if p.is_file() and not p.name.startswith(".") and not among_results(p, folder))
+    files = sorted(
+        p
+        for p in folder.rglob("*")
+        if p.is_file() and not p.name.startswith(".") and not among_results(p, folder)
+    )
     out = {}
     for file in files:
         with file.open("rb") as stream:
-            out[str(file.relative_to(folder))] = hashlib.file_digest(stream, "sha256").hexdigest()
+            out[str(file.relative_to(folder))] = hashlib.file_digest(
+                stream, "sha256"
+            ).hexdigest()
     return out
 
 
@@ -76,37 +92,84 @@ Described = tuple[dict, str, str]  # sections, path, provenance
 def _seen(entry: Recording | MeasurementError) -> RecordingReadings:
     nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
-        return RecordingReadings(entry.recording, "", "", nothing, nothing, 0.0, {}, "", "", trouble=str(entry))
-    told = (entry.id, entry.rig, RESPONSES[entry.rig]) if entry.rig else (entry.id, "", "")
+        return RecordingReadings(
+            entry.recording,
+            "",
+            "",
+            nothing,
+            nothing,
+            0.0,
+            {},
+            "",
+            "",
+            trouble=str(entry),
+        )
+    told = (
+        (entry.id, entry.rig, RESPONSES[entry.rig]) if entry.rig else (entry.id, "", "")
+    )
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
-        return _readings(entry, told, rest) if entry.evidence == "readings.csv" else _measured(entry, told, rest)
+        return (
+            _readings(entry, told, rest)
+            if entry.evidence == "readings.csv"
+            else _measured(entry, told, rest)
+        )
     except MeasurementError as error:
-        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=str(error))
+        return RecordingReadings(
+            *told, nothing, nothing, 0.0, *rest, trouble=str(error)
+        )
     except OSError as error:
-        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=f"{error.filename or entry.path}: {error.strerror or error}")
+        return RecordingReadings(
+            *told,
+            nothing,
+            nothing,
+            0.0,
+            *rest,
+            trouble=f"{error.filename or entry.path}: {error.strerror or error}",
+        )
 
 
 def _readings(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
-    """What somebody read off; the plausibility checks are those of `benchtwin measure`."""
+    """What somebody read off; the plausibility checks are those of `benchtwin
+    measure`."""
     observation, table = observe(entry), read_readings(entry.files[0]).rows
     rig = entry.rig or observation.rig
     response = RESPONSES[rig]
     if response not in table:
-        raise MeasurementError(f"{entry.files[0]}: column {response} is missing; there are {', '.join(table.columns)}")
+        raise MeasurementError(
+            f"{entry.files[0]}: column {response} is missing; there are"
+            f" {', '.join(table.columns)}"
+        )
     values = table[response].dropna().to_numpy(dtype=float)
-    doubt = next((q.reason for q in observation.quantities if q.reason and len(values) > 1), "")
+    doubt = next(
+        (q.reason for q in observation.quantities if q.reason and len(values) > 1), ""
+    )
     derived = {q.name: q.value for q in observation.quantities}
-    further = {c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table} | _weights(entry)
+    further = {
+        c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table
+    } | _weights(entry)
     nothing = np.zeros(values.size)
-    return RecordingReadings(told[0], rig, response, values, nothing, 0.0, *rest, notes=observation.notes, doubt=doubt, derived=derived,
-                further=further)  # fmt: skip
+    return RecordingReadings(
+        told[0],
+        rig,
+        response,
+        values,
+        nothing,
+        0.0,
+        *rest,
+        notes=observation.notes,
+        doubt=doubt,
+        derived=derived,
+        further=further,
+    )
 
 
 def _weights(entry: Recording) -> dict[str, np.ndarray]:
     """What recording.toml says was weighed."""
     stated = {name: getattr(entry.pile, name) for name in WEIGHED}
-    return {name: np.array([value]) for name, value in stated.items() if value is not None}
+    return {
+        name: np.array([value]) for name, value in stated.items() if value is not None
+    }
 
 
 def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
@@ -115,23 +178,49 @@ def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReading
     name, unit = READING_COLUMNS[told[2]][1:]
     found = {q.name: q for q in observation.quantities}
     q = found.get(name)
-    derived = {other.name: other.value for other in observation.quantities if other.quality != FAILED}
+    derived = {
+        other.name: other.value
+        for other in observation.quantities
+        if other.quality != FAILED
+    }
     if q is None or q.quality == FAILED or not np.isfinite(q.value):
-        why = q.reason if q is not None else f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
+        why = (
+            q.reason
+            if q is not None
+            else (
+                f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
+            )
+        )
         raise MeasurementError(f"{entry.path}: {why}")
     if q.unit != unit:
-        raise MeasurementError(f"{entry.toml}: {name} came out in {q.unit}: [camera] mm_per_px is missing")
+        raise MeasurementError(
+            f"{entry.toml}: {name} came out in {q.unit}: [camera] mm_per_px is missing"
+        )
     shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
     shared = float(min(shared, q.sd))
     own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
     columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
-    further = {column: np.array([derived[n]]) for column, n in columns.items() if n in derived} | _weights(entry)
-    return RecordingReadings(*told, np.array([q.value]), np.array([own]), shared, *rest, notes=observation.notes, doubt=q.reason,
-                derived=derived, further=further)  # fmt: skip
+    further = {
+        column: np.array([derived[n]]) for column, n in columns.items() if n in derived
+    } | _weights(entry)
+    return RecordingReadings(
+        *told,
+        np.array([q.value]),
+        np.array([own]),
+        shared,
+        *rest,
+        notes=observation.notes,
+        doubt=q.reason,
+        derived=derived,
+        further=further,
+    )
 
 
 def _description(entry: Recording) -> dict:
     """Sections of a recording.toml as plain values, those of the rig included."""
     names = (*SECTIONS, entry.rig) if entry.rig else SECTIONS
-    sections = {name: getattr(entry, name).model_dump(exclude_none=True, mode="json") for name in names}
+    sections = {
+        name: getattr(entry, name).model_dump(exclude_none=True, mode="json")
+        for name in names
+    }
     return {name: values for name, values in sections.items() if values}

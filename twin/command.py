@@ -1,5 +1,5 @@
-"""What the commands have in common: exit codes, options, folders checked before anything runs,
-progress, and a report whose fault costs no result."""
+"""What the commands have in common: exit codes, options, folders checked before
+anything runs, progress, and a report whose fault costs no result."""
 
 import sys
 import traceback
@@ -21,8 +21,9 @@ class Misuse(ValueError):
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignOptions:
-    """Options of every command that simulates many runs. rng: seed of the random numbers; workers:
-    processes, None: one a core; scheduler: address of a dask scheduler, instead of workers."""
+    """Options of every command that simulates many runs. rng: seed of the random
+    numbers; workers: processes, None: one a core; scheduler: address of a dask
+    scheduler, instead of workers."""
 
     rng: int = 1
     workers: int | None = None
@@ -48,8 +49,8 @@ def exit_code(
 ) -> int:
     """The exit code of `work`; an error that it raises is printed in one line.
 
-    misuses, failures: errors of what was typed, and of what came of it; others are faults of ours.
-    """
+    misuses, failures: errors of what was typed, and of what came of it; others are
+    faults of ours."""
     try:
         return work()
     except KeyboardInterrupt:
@@ -65,25 +66,33 @@ def exit_code(
 def check_out(
     out: Path, ours: set[str], what: str, result: str = "", overwrite: bool = True
 ) -> set[str]:
-    """Names of what `out` holds already, all of them in `ours`; `what` would have written them.
+    """Names of what `out` holds already, all of them in `ours`; `what` would have
+    written them.
 
-    FileExistsError where `out` is a file, holds something else, or the file `result` that is not to
-    be overwritten.
-    """
+    FileExistsError where `out` is a file, holds something else, or the file `result`
+    that is not to be overwritten."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
-    there = {p.name for p in out.iterdir() if not p.name.startswith(".")} if out.is_dir() else set()
+    there = (
+        {p.name for p in out.iterdir() if not p.name.startswith(".")}
+        if out.is_dir()
+        else set()
+    )
     other = f"{out}: holds {{}}; choose another --out"
     if there - ours:
-        raise FileExistsError(other.format(f"{sorted(there - ours)[0]}, which no {what} wrote"))
+        raise FileExistsError(
+            other.format(f"{sorted(there - ours)[0]}, which no {what} wrote")
+        )
     if result in there and not overwrite:
-        raise FileExistsError(other.format(f"a {what} already") + ", or say --overwrite")
+        raise FileExistsError(
+            other.format(f"a {what} already") + ", or say --overwrite"
+        )
     return there
 
 
 def check_bench(bench: Path, out: Path) -> None:
-    """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for a folder
-    that is marked as results."""
+    """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for
+    a folder that is marked as results."""
     from twin.bench_folder import among_results
 
     if not bench.is_dir():
@@ -92,7 +101,10 @@ def check_bench(bench: Path, out: Path) -> None:
     folder, place = bench.resolve(), out.resolve()
     inside = folder in place.parents and not among_results(place, folder)
     if place == folder or inside:
-        why = "lies within the bench folder, whose recordings it would be taken for; choose another"
+        why = (
+            "lies within the bench folder, whose recordings it would be taken for;"
+            " choose another"
+        )
         raise Misuse(f"--out {out}: {why}")
 
 
@@ -105,7 +117,8 @@ def write_whole(file: Path, text: str) -> None:
 
 @contextmanager
 def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
-    """A function that shows what is being done, in a line of the terminal that goes away."""
+    """A function that shows what is being done, in a line of the terminal that goes
+    away."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     console = Console(stderr=True)
     with Progress(*columns, console=console, disable=quiet, transient=True) as progress:
@@ -114,7 +127,8 @@ def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
 
 
 def result_console() -> Console:
-    """Where results are printed: as wide as the terminal, or 160 characters where there is none."""
+    """Where results are printed: as wide as the terminal, or 160 characters where there
+    is none."""
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
 
 
@@ -125,7 +139,8 @@ def print_lines(console: Console, *lines: str) -> None:
 
 
 def reported(write: Callable[[], object], kept: str, verb: str) -> bool:
-    """Whether `write` wrote the report; a fault of ours in drawing it costs no more than a line that says what is `kept`."""
+    """Whether `write` wrote the report; a fault of ours in drawing it costs no more
+    than a line that says what is `kept`."""
     try:
         write()
     except OSError:
@@ -133,7 +148,10 @@ def reported(write: Callable[[], object], kept: str, verb: str) -> bool:
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
-        fault = f"report.html could not be drawn, a fault of benchtwin, please report it: {error!r} in {where}; {kept}"
+        fault = (
+            "report.html could not be drawn, a fault of benchtwin, please report it:"
+            f" {error!r} in {where}; {kept}"
+        )
         say(verb, fault, FAILED)
         return False
     return True

@@ -1,4 +1,5 @@
-"""Pictures of a recording beside its twins: several moments in one picture, and films that the measuring code follows."""
+"""Pictures of a recording beside its twins: several moments in one picture, and films
+that the measuring code follows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +22,8 @@ INK, PAPER = (40, 36, 30), 255
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """One seed on its way: time (n,) [s], places (n, 2) [m] of its centre, angle (n,) [rad] anticlockwise; plate_z [m]."""
+    """One seed on its way: time (n,) [s], places (n, 2) [m] of its centre, angle (n,)
+    [rad] anticlockwise; plate_z [m]."""
 
     description: dict
     time: np.ndarray
@@ -30,21 +32,33 @@ class Seed:
     plate_z: float
 
 
-def camera_for(places: np.ndarray, plate_z: float, mm_per_px: float | None = None) -> Camera:
-    """A camera that sees all places (n, 2) [m] and the plate, at the stated scale or as fine as TALLEST_PX allow."""
+def camera_for(
+    places: np.ndarray, plate_z: float, mm_per_px: float | None = None
+) -> Camera:
+    """A camera that sees all places (n, 2) [m] and the plate, at the stated scale or as
+    fine as TALLEST_PX allow."""
     low, high = places.min(0) - MARGIN_M, places.max(0) + MARGIN_M
     low[1] = min(low[1], plate_z - 0.008)
     wide, tall = high - low
     scale = max(mm_per_px or 0.0, 1e3 * tall / TALLEST_PX)
-    size = [int(np.ceil(1e3 * v / scale / 16)) * 16 for v in (max(wide, 0.12 * tall), tall)]
+    size = [
+        int(np.ceil(1e3 * v / scale / 16)) * 16 for v in (max(wide, 0.12 * tall), tall)
+    ]
     middle = (low + high) / 2
-    return Camera(size[0], size[1], scale, (float(middle[0]), 0.0, float(middle[1])), 10.0)
+    return Camera(
+        size[0], size[1], scale, (float(middle[0]), 0.0, float(middle[1])), 10.0
+    )
 
 
 def moments(seed: Seed, camera: Camera) -> np.ndarray:
-    """All moments in one picture, as a flash in the dark shows them: uint8 (rows, columns)."""
-    motion = motion_of(seed.description, seed.time, seed.places, seed.angle, seed.plate_z)
-    return np.max(np.stack(list(film(motion, camera, Look(grey=True, variation=0.0)))), axis=0)
+    """All moments in one picture, as a flash in the dark shows them: uint8 (rows,
+    columns)."""
+    motion = motion_of(
+        seed.description, seed.time, seed.places, seed.angle, seed.plate_z
+    )
+    return np.max(
+        np.stack(list(film(motion, camera, Look(grey=True, variation=0.0)))), axis=0
+    )
 
 
 def beside(pictures: list[np.ndarray], titles: list[str]) -> bytes:
@@ -55,22 +69,38 @@ def beside(pictures: list[np.ndarray], titles: list[str]) -> bytes:
     for k, (picture, title) in enumerate(zip(pictures, titles, strict=True)):
         x = k * (width + 8)
         canvas[band:, x + (width - columns) // 2 :][:rows, :columns] = picture
-        cv2.putText(canvas, title, (x + 4, 23), cv2.FONT_HERSHEY_SIMPLEX, 0.55, INK[0], 1, cv2.LINE_AA)
+        cv2.putText(
+            canvas,
+            title,
+            (x + 4, 23),
+            cv2.FONT_HERSHEY_SIMPLEX,
+            0.55,
+            INK[0],
+            1,
+            cv2.LINE_AA,
+        )
     return cv2.imencode(".png", canvas)[1].tobytes()
 
 
-def followed(seed: Seed, fps: float, folder: Path, watch: Callable[[str], None]) -> tuple[np.ndarray, np.ndarray]:
-    """The seed filmed into `folder` (a recording of a drop, replaced) and followed by the measuring code.
+def followed(
+    seed: Seed, fps: float, folder: Path, watch: Callable[[str], None]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The seed filmed into `folder` (a recording of a drop, replaced) and followed by
+    the measuring code.
 
-    Returns time (m,) [s] from the first frame, and places (m, 2) [m] with the origin of `seed.places`.
-    """
+    Returns time (m,) [s] from the first frame, and places (m, 2) [m] with the origin of
+    `seed.places`."""
     camera = camera_for(seed.places, seed.plate_z, 0.25)
     (folder / "frames").mkdir(parents=True, exist_ok=True)
     for old in (folder / "frames").glob("*.png"):
         old.unlink()
-    motion = motion_of(seed.description, seed.time, seed.places, seed.angle, seed.plate_z)
+    motion = motion_of(
+        seed.description, seed.time, seed.places, seed.angle, seed.plate_z
+    )
     for n, image in enumerate(film(motion, camera, Look(grey=True))):
-        (folder / "frames" / f"{n:06d}.png").write_bytes(cv2.imencode(".png", image, PNG)[1].tobytes())
+        (folder / "frames" / f"{n:06d}.png").write_bytes(
+            cv2.imencode(".png", image, PNG)[1].tobytes()
+        )
         if n % 20 == 0:
             watch(f"filming {folder.name}, {100 * n / motion.frames:.0f} %")
     told = {
@@ -82,8 +112,12 @@ def followed(seed: Seed, fps: float, folder: Path, watch: Callable[[str], None])
     watch(f"following {folder.name}")
     track = observe(read_recording(folder, {})).track
     if track is None:
-        raise ValueError(f"{folder}: the measuring code found no seed in the twin's film")
+        raise ValueError(
+            f"{folder}: the measuring code found no seed in the twin's film"
+        )
     found = 1e-3 * track[["x_mm", "y_mm"]].to_numpy()
     frame = track["frame"].to_numpy(int)
-    off = np.median(seed.places[frame] - found, axis=0)  # the measuring code's origin is its own
+    off = np.median(
+        seed.places[frame] - found, axis=0
+    )  # the measuring code's origin is its own
     return seed.time[frame] - seed.time[0], found + off

@@ -1,4 +1,5 @@
-"""Which engine computes a run: our own, or LAMMPS; what it converts of the law, and what is kept of its inputs."""
+"""Which engine computes a run: our own, or LAMMPS; what it converts of the law, and
+what is kept of its inputs."""
 
 import shutil
 import tempfile
@@ -22,13 +23,18 @@ from vision.recording import Recording
 OURS, LAMMPS = "benchtwin", "lammps"
 NAMES = (OURS, LAMMPS)
 MANY_SEEDS = ("pile", "drum")  # simulated on several threads
-BY_HAND = (".in", ".data", ".bodies", ".log")  # what is kept of a LAMMPS run: its inputs, and what it said
+BY_HAND = (
+    ".in",
+    ".data",
+    ".bodies",
+    ".log",
+)  # what is kept of a LAMMPS run: its inputs, and what it said
 
 
 @dataclass(frozen=True)
 class Engine:
-    """name: "benchtwin" or "lammps"; ranks of LAMMPS for one heap; shared_law: our own engine with the law that LAMMPS has too (with LAMMPS
-    there is no other)."""
+    """name: "benchtwin" or "lammps"; ranks of LAMMPS for one heap; shared_law: our own
+    engine with the law that LAMMPS has too (with LAMMPS there is no other)."""
 
     name: str = OURS
     ranks: int = 1
@@ -36,19 +42,26 @@ class Engine:
 
     def __post_init__(self) -> None:
         if self.name not in NAMES:
-            raise ValueError(f"--engine {self.name}: no such engine; there are {' and '.join(NAMES)}")
+            raise ValueError(
+                f"--engine {self.name}: no such engine; there are {' and '.join(NAMES)}"
+            )
         if self.ranks < 1:
             raise ValueError(f"--ranks {self.ranks}: at least 1")
         if self.name == OURS and self.ranks > 1:
-            raise ValueError(f"--ranks {self.ranks}: ranks are LAMMPS's, say --engine lammps; our own engine has --threads")
+            raise ValueError(
+                f"--ranks {self.ranks}: ranks are LAMMPS's, say --engine lammps; our"
+                " own engine has --threads"
+            )
 
     def for_rig(self, rig: str) -> "Engine":
-        """The same with one rank for a rig of one seed or block, which ranks cannot share."""
+        """The same with one rank for a rig of one seed or block, which ranks cannot
+        share."""
         return self if rig in MANY_SEEDS else replace(self, ranks=1)
 
     @property
     def told(self) -> dict:
-        """What decides a run's outcome beside its other inputs; {} for our own engine with its own law."""
+        """What decides a run's outcome beside its other inputs; {} for our own engine
+        with its own law."""
         if self.name == LAMMPS:
             return {"engine": {"name": LAMMPS, "ranks": self.ranks}}
         return {"engine": {"name": OURS, "shared_law": True}} if self.shared_law else {}
@@ -61,22 +74,42 @@ class Engine:
         """Unavailable where this machine cannot run it, or so many at a time."""
         if self.name == LAMMPS:
             needed(self.ranks)
-            if self.ranks > 1 and workers is not None and workers * self.ranks > cores_here():
+            if (
+                self.ranks > 1
+                and workers is not None
+                and workers * self.ranks > cores_here()
+            ):
                 each = f"--workers {workers} with --ranks {self.ranks} each"
-                raise Unavailable(f"{each}: this machine has {cores_here()} cores; ranks that share a core wait for each other")
+                raise Unavailable(
+                    f"{each}: this machine has {cores_here()} cores; ranks that share a"
+                    " core wait for each other"
+                )
 
-    def bench(self, parameters: Parameters, recording: Recording) -> tuple[Bench, tuple[str, ...]]:
-        """The bench with the law that is computed with, and what was converted; ValueError for what the engine has not."""
+    def bench(
+        self, parameters: Parameters, recording: Recording
+    ) -> tuple[Bench, tuple[str, ...]]:
+        """The bench with the law that is computed with, and what was converted;
+        ValueError for what the engine has not."""
         own = bench(parameters, recording.need_rig(), recording.seed, recording.air)
         if self.name == LAMMPS:
             need_rig(setup_of(recording).describe)
-        return in_lammps_law(own) if self.name == LAMMPS or self.shared_law else (own, ())
+        return (
+            in_lammps_law(own) if self.name == LAMMPS or self.shared_law else (own, ())
+        )
 
     def run(
-        self, recording: Recording, on_bench: Bench, rng: np.random.Generator, *, fps: float, watch: Callable, threads: int,
+        self,
+        recording: Recording,
+        on_bench: Bench,
+        rng: np.random.Generator,
+        *,
+        fps: float,
+        watch: Callable,
+        threads: int,
         scratch: Path | None,
-    ) -> Motion:  # fmt: skip
-        """The rig's motion; LAMMPS works in the folder `scratch`, and goes on from what it left there; None: one that is removed."""
+    ) -> Motion:
+        """The rig's motion; LAMMPS works in the folder `scratch`, and goes on from what
+        it left there; None: one that is removed."""
         rig, setup = rig_of(recording), setup_of(recording)
         if self.name == LAMMPS:
             with tempfile.TemporaryDirectory() as passing:
@@ -90,7 +123,8 @@ OWN = Engine()
 
 
 def kept_inputs(scratch: Path, folder: Path) -> None:
-    """Move what runs by hand from `scratch`, where there is one, to `folder`, and remove the rest of it."""
+    """Move what runs by hand from `scratch`, where there is one, to `folder`, and
+    remove the rest of it."""
     if not scratch.is_dir():
         return
     folder.mkdir()

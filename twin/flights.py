@@ -1,4 +1,5 @@
-"""The twin's seeds set off as a recording shows them: flights from their own starts, impacts at their own speeds."""
+"""The twin's seeds set off as a recording shows them: flights from their own starts,
+impacts at their own speeds."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +16,8 @@ from sim.seed import Seed
 from twin.parameters import Parameters, bench
 from vision.evidence.read_keys import validate
 
-EVERY_S = 1e-3  # between kept states; between them a cubic through places and speeds, good to 1e-9 m
+# between kept states; between them a cubic through places and speeds, good to 1e-9 m
+EVERY_S = 1e-3
 APART_M = 0.05  # neighbours in one world never meet
 ALONGSIDE_M = 2.0  # nor do those that fly towards the camera
 ABOVE_S = 1e-3  # before touch, where a seed that is to strike begins
@@ -44,81 +46,179 @@ class Flown:
         )
 
 
-def bench_of(description: dict, laws: dict[str, dict], parameters: Parameters) -> tuple[Bench, Seed]:
-    """The bench of a recording's sections with `laws`, {name: numbers}, in the place of the air; its seed, of the mean size.
+def bench_of(
+    description: dict, laws: dict[str, dict], parameters: Parameters
+) -> tuple[Bench, Seed]:
+    """The bench of a recording's sections with `laws`, {name: numbers}, in the place of
+    the air; its seed, of the mean size.
 
     A seed of which one size is stated is a ball; of none, the paper's soybean.
     """
     told = dict(description.get("seed", {}))
     sizes = [told[k] for k in ("length_mm", "width_mm", "thickness_mm") if k in told]
     if 0 < len(sizes) < 3:
-        told |= {"length_mm": max(sizes), "width_mm": min(sizes), "thickness_mm": min(sizes)}
+        told |= {
+            "length_mm": max(sizes),
+            "width_mm": min(sizes),
+            "thickness_mm": min(sizes),
+        }
     known = validate(
-        {"seed": {k: v for k, v in told.items() if k != "count"}, "air": description.get("air", {})}, Path("bench.toml")
+        {
+            "seed": {k: v for k, v in told.items() if k != "count"},
+            "air": description.get("air", {}),
+        },
+        Path("bench.toml"),
     )
     chosen = tuple(LAWS[name].use(**numbers) for name, numbers in laws.items())
     if sizes and max(sizes) < 1.03 * min(sizes):
-        parameters = replace(parameters, spheres=1)  # a row of balls is longer than that
+        parameters = replace(
+            parameters, spheres=1
+        )  # a row of balls is longer than that
     made = replace(bench(parameters, "drop", known.seed, known.air), laws=chosen)
     return made, made.mean_seed()
 
 
-def drag_factor(description: dict, share: float, speed_m_s: float = 2.0) -> dict[str, float]:
-    """Numbers of the law "drag" with which drag over weight at this speed is `share` (0: no drag) for this seed in this air."""
+def drag_factor(
+    description: dict, share: float, speed_m_s: float = 2.0
+) -> dict[str, float]:
+    """Numbers of the law "drag" with which drag over weight at this speed is `share`
+    (0: no drag) for this seed in this air."""
     _, seed = bench_of(description, {}, Parameters())
     air = description.get("air", {})
-    numbers = {"air_density": air.get("density_kg_m3") or 1.2, "viscosity": air.get("viscosity_pa_s") or 1.81e-5}
+    numbers = {
+        "air_density": air.get("density_kg_m3") or 1.2,
+        "viscosity": air.get("viscosity_pa_s") or 1.81e-5,
+    }
     diameter = (6 * seed.volume_m3 / np.pi) ** (1 / 3)
-    force = LAWS["drag"].function(speed_m_s, 0.0, 0.0, 0.0, 0.0, 0.0, diameter, *numbers.values(), 1.0, 0.0, 0.0, 0.0)[0]
-    return numbers | {"factor": float(np.clip(share * seed.mass_kg * 9.80665 / abs(force), 0.0, 20.0))}
+    force = LAWS["drag"].function(
+        speed_m_s,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        diameter,
+        *numbers.values(),
+        1.0,
+        0.0,
+        0.0,
+        0.0,
+    )[0]
+    return numbers | {
+        "factor": float(np.clip(share * seed.mass_kg * 9.80665 / abs(force), 0.0, 20.0))
+    }
 
 
-def fly(description: dict, laws: dict[str, dict], starts: np.ndarray, spin: np.ndarray, longest_s: float) -> Flown:
-    """F seeds in free flight from starts (F, 5): x, z [m], their speeds and that along the line of sight [m/s]; spin (F,) [rad/s]
-    anticlockwise in the picture."""
+def fly(
+    description: dict,
+    laws: dict[str, dict],
+    starts: np.ndarray,
+    spin: np.ndarray,
+    longest_s: float,
+) -> Flown:
+    """F seeds in free flight from starts (F, 5): x, z [m], their speeds and that along
+    the line of sight [m/s]; spin (F,) [rad/s] anticlockwise in the picture."""
     made, seed = bench_of(description, laws, Parameters())
     count = len(starts)
     place, speed, turning = (np.zeros((count, 3)) for _ in range(3))
     place[:, 0], place[:, 2] = starts[:, 0], starts[:, 1]
     place[:, 1] = ALONGSIDE_M * np.arange(count)
-    speed[:, 0], speed[:, 2], speed[:, 1], turning[:, 1] = *starts[:, 2:].T, -np.asarray(spin)
-    depth = float(place[:, 2].min()) - 100.0  # a plate that nothing reaches: worlds without walls are compiled apart
+    speed[:, 0], speed[:, 2], speed[:, 1], turning[:, 1] = (
+        *starts[:, 2:].T,
+        -np.asarray(spin),
+    )
+    depth = (
+        float(place[:, 2].min()) - 100.0
+    )  # a plate that nothing reaches: worlds without walls are compiled apart
     plate = Rectangle("plate", made.wall, (-1.0, -1.0, depth), (2.0, 0, 0), (0, 2.0, 0))
-    world = made.world(Placed((seed,), made.grain, place, velocities=speed, spins=turning), [plate])
+    world = made.world(
+        Placed((seed,), made.grain, place, velocities=speed, spins=turning), [plate]
+    )
     frames = Frames(count, 1 / EVERY_S)
-    run(world, init(world, np.random.default_rng(0)), longest_s + 2 * EVERY_S, [Every(EVERY_S, frames)])
+    run(
+        world,
+        init(world, np.random.default_rng(0)),
+        longest_s + 2 * EVERY_S,
+        [Every(EVERY_S, frames)],
+    )
     columns = frames.columns()
     kept = [0, 2]
-    return Flown(columns["t_s"], columns["positions_m"][:, :, kept], columns["velocities_m_s"][:, :, kept])
+    return Flown(
+        columns["t_s"],
+        columns["positions_m"][:, :, kept],
+        columns["velocities_m_s"][:, :, kept],
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Struck:
-    """Speeds (n, copies, 2) in x and z right after each of n impacts, once for each way in which the seed may lie."""
+    """Speeds (n, copies, 2) in x and z right after each of n impacts, once for each way
+    in which the seed may lie."""
 
     after: np.ndarray
 
 
-def strike(description: dict, laws: dict[str, dict], parameters: Parameters, before: np.ndarray, lying: np.ndarray,
-           rng: np.random.Generator, *, tilt_deg: float = 0.0, copies: int = 8) -> Struck:  # fmt: skip
-    """n impacts with speeds before (n, 3): v_x, v_z [m/s], ω [rad/s] anticlockwise in the picture, on a plate that falls by
-    tilt_deg towards +x. lying (n,): whether the seed lands flat, as it was let go, or any way. The same generator gives the same
+def strike(
+    description: dict,
+    laws: dict[str, dict],
+    parameters: Parameters,
+    before: np.ndarray,
+    lying: np.ndarray,
+    rng: np.random.Generator,
+    *,
+    tilt_deg: float = 0.0,
+    copies: int = 8,
+) -> Struck:
+    """n impacts with speeds before (n, 3): v_x, v_z [m/s], ω [rad/s] anticlockwise in
+    the picture, on a plate that falls by tilt_deg towards +x. lying (n,): whether the
+    seed lands flat, as it was let go, or any way. The same generator gives the same
     ways of lying, so that two twins differ by their laws alone."""
     made, seed = bench_of(description, laws, parameters)
     count, slope = len(before) * copies, np.radians(tilt_deg)
-    turns = np.array([_flat(rng) if flat else any_turn(rng) for flat in np.repeat(lying, copies)])
+    turns = np.array(
+        [_flat(rng) if flat else any_turn(rng) for flat in np.repeat(lying, copies)]
+    )
     v = np.repeat(before, copies, axis=0)
     speed = np.column_stack([v[:, 0], np.zeros(count), v[:, 1] + 9.80665 * ABOVE_S])
-    turning = np.column_stack([np.zeros(count), -np.nan_to_num(v[:, 2]), np.zeros(count)])
+    turning = np.column_stack(
+        [np.zeros(count), -np.nan_to_num(v[:, 2]), np.zeros(count)]
+    )
     normal = (np.sin(slope), 0.0, np.cos(slope))
     clear = np.array([reach(seed, q, tuple(-c for c in normal)) for q in turns])
-    place = np.column_stack([np.zeros(count), APART_M * np.arange(count), clear / normal[2] - speed[:, 2] * ABOVE_S])
+    place = np.column_stack(
+        [
+            np.zeros(count),
+            APART_M * np.arange(count),
+            clear / normal[2] - speed[:, 2] * ABOVE_S,
+        ]
+    )
     half = APART_M * count
     along = (2 * np.cos(slope), 0.0, -2 * np.sin(slope))
-    plate = Rectangle("plate", made.wall, (-np.cos(slope), -half, np.sin(slope)), along, (0.0, 3 * half, 0.0))
-    world = made.world(Placed((seed,), made.grain, place, orientations=turns, velocities=speed, spins=turning), [plate])
+    plate = Rectangle(
+        "plate",
+        made.wall,
+        (-np.cos(slope), -half, np.sin(slope)),
+        along,
+        (0.0, 3 * half, 0.0),
+    )
+    world = made.world(
+        Placed(
+            (seed,),
+            made.grain,
+            place,
+            orientations=turns,
+            velocities=speed,
+            spins=turning,
+        ),
+        [plate],
+    )
     frames = Frames(count, 1 / STRIKE_S)
-    run(world, init(world, np.random.default_rng(0)), ABOVE_S + STRIKE_S, [Every(STRIKE_S, frames)])
+    run(
+        world,
+        init(world, np.random.default_rng(0)),
+        ABOVE_S + STRIKE_S,
+        [Every(STRIKE_S, frames)],
+    )
     last = frames.columns()["velocities_m_s"][-1]
     last = last + np.array([0.0, 0.0, 9.80665 * (STRIKE_S - ABOVE_S)])
     return Struck(last[:, [0, 2]].reshape(len(before), copies, 2))
@@ -128,12 +228,21 @@ def _flat(rng: np.random.Generator) -> np.ndarray:
     """As a seed hangs in tweezers: long axis level, tipped by 6° or so."""
     heading, own = rng.uniform(0, 2 * np.pi, 2)
     tip = np.radians(6.0) * rng.normal()
-    return product(about((0, 0, 1), heading), product(about((0, 1, 0), tip), about((1, 0, 0), own)))
+    return product(
+        about((0, 0, 1), heading), product(about((0, 1, 0), tip), about((1, 0, 0), own))
+    )
 
 
-def motion_of(description: dict, time: np.ndarray, places: np.ndarray, angle: np.ndarray, plate_z: float) -> Motion:
-    """A seed as it is at `time` (n,), its centre at `places` (n, 2) [m], turned by `angle` (n,) [rad] anticlockwise in the
-    picture, above a level plate whose surface is at plate_z [m]."""
+def motion_of(
+    description: dict,
+    time: np.ndarray,
+    places: np.ndarray,
+    angle: np.ndarray,
+    plate_z: float,
+) -> Motion:
+    """A seed as it is at `time` (n,), its centre at `places` (n, 2) [m], turned by
+    `angle` (n,) [rad] anticlockwise in the picture, above a level plate whose surface
+    is at plate_z [m]."""
     from sim.rigs.parts import slab
 
     _, seed = bench_of(description, {}, Parameters())
@@ -142,6 +251,10 @@ def motion_of(description: dict, time: np.ndarray, places: np.ndarray, angle: np
     position[:, 0, 0], position[:, 0, 2] = places[:, 0], places[:, 1]
     turn = np.array([about((0, -1, 0), a) for a in angle])[:, None]
     middle = float(places[:, 0].mean())
-    plate = slab("plate", (middle - 0.15, -0.1, plate_z - 5e-3), (middle + 0.15, 0.1, plate_z))
+    plate = slab(
+        "plate", (middle - 0.15, -0.1, plate_z - 5e-3), (middle + 0.15, 0.1, plate_z)
+    )
     nothing = np.zeros((n, 1, 3))
-    return Motion(time, (seed,), np.zeros(1, int), position, turn, nothing, nothing, (plate,))
+    return Motion(
+        time, (seed,), np.zeros(1, int), position, turn, nothing, nothing, (plate,)
+    )

@@ -1,4 +1,5 @@
-"""One simulated run as data: everything that decides its outcome, the key that it is known by, and how to run it."""
+"""One simulated run as data: everything that decides its outcome, the key that it is
+known by, and how to run it."""
 
 import hashlib
 import json
@@ -28,8 +29,9 @@ CYLINDER = {"pile": {"cylinder_mm": [70.0, 150.0]}}
 
 @dataclass(frozen=True)
 class Job:
-    """rig; parameters; description: sections of a recording.toml as {"section": {"key": value}}; rng: seed numbers of the
-    generator; rendered or not; the engine that computes it. Two jobs of one key give the same recording."""
+    """rig; parameters; description: sections of a recording.toml as {"section": {"key":
+    value}}; rng: seed numbers of the generator; rendered or not; the engine that
+    computes it. Two jobs of one key give the same recording."""
 
     rig: str
     parameters: Parameters
@@ -41,7 +43,9 @@ class Job:
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
             raise ValueError(f"rig = {self.rig!r}: one of {', '.join(RIGS)}")
-        rig_of(self.recording(Path("job")))  # so that a rig that does not fit is refused before anything runs
+        rig_of(
+            self.recording(Path("job"))
+        )  # so that a rig that does not fit is refused before anything runs
 
     @property
     def input(self) -> dict:
@@ -60,66 +64,117 @@ class Job:
     @property
     def key(self) -> str:
         """SHA-256 of the canonical JSON of `input`, 16 hexadecimal digits."""
-        text = json.dumps(self._identity(), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+        text = json.dumps(
+            self._identity(), sort_keys=True, separators=(",", ":"), ensure_ascii=False
+        )
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def _identity(self) -> dict:
         """`input` with what a lot or a mesh holds in the place of where it lies."""
         told = self.input
         seed = told["description"].get("seed", {})
-        digests = {name: of(Path(seed[name])) for name, of in (("lot", lot_digest), ("shape", file_digest)) if name in seed}
-        return told | {"description": told["description"] | {"seed": seed | digests}} if digests else told
+        digests = {
+            name: of(Path(seed[name]))
+            for name, of in (("lot", lot_digest), ("shape", file_digest))
+            if name in seed
+        }
+        return (
+            told | {"description": told["description"] | {"seed": seed | digests}}
+            if digests
+            else told
+        )
 
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""
         known = validate(self.description, Path("--set"))
-        return Recording(out.name, out, self.rig, "", (), **{name: getattr(known, name) for name in SECTIONS})
+        return Recording(
+            out.name,
+            out,
+            self.rig,
+            "",
+            (),
+            **{name: getattr(known, name) for name in SECTIONS},
+        )
 
-    def run(self, out: Path, *, watch: Callable[[str, float], None] = no_watch, threads: int = 2) -> Recording:
-        """Run it into `out`, or read what is there when that is this very job; FileExistsError for anything else."""
+    def run(
+        self,
+        out: Path,
+        *,
+        watch: Callable[[str, float], None] = no_watch,
+        threads: int = 2,
+    ) -> Recording:
+        """Run it into `out`, or read what is there when that is this very job;
+        FileExistsError for anything else."""
         if out.exists():
             if self.is_done(out):
                 return read_recording(out)
-            raise FileExistsError(f"{out} is there already, and is not this run; choose another --out")
+            raise FileExistsError(
+                f"{out} is there already, and is not this run; choose another --out"
+            )
         rng = np.random.default_rng(list(self.rng))
         like = self.recording(out)
         more = {"key": self.key, "input": self.input}
-        return simulate(self.rig, self.parameters, rng=rng, out=out, like=like, rendered=self.rendered, watch=watch,
-                        threads=threads, engine=self.engine, more=more)  # fmt: skip
+        return simulate(
+            self.rig,
+            self.parameters,
+            rng=rng,
+            out=out,
+            like=like,
+            rendered=self.rendered,
+            watch=watch,
+            threads=threads,
+            engine=self.engine,
+            more=more,
+        )
 
     def converted(self) -> tuple[str, ...]:
-        """What its engine converts of the law; ValueError for a law or a rig that the engine has not."""
+        """What its engine converts of the law; ValueError for a law or a rig that the
+        engine has not."""
         return self.engine.bench(self.parameters, self.recording(Path("job")))[1]
 
     def is_done(self, out: Path) -> bool:
         """Whether `out` holds this job's recording."""
         try:
-            return json.loads((out / RECORD).read_text(encoding="utf8")).get("key") == self.key
+            return (
+                json.loads((out / RECORD).read_text(encoding="utf8")).get("key")
+                == self.key
+            )
         except (OSError, ValueError):
             return False
 
 
 def described(file: Path) -> tuple[str | None, dict]:
-    """Rig and description in a recording.toml (or the folder that holds it), bench.toml beside its folder included."""
+    """Rig and description in a recording.toml (or the folder that holds it), bench.toml
+    beside its folder included."""
     file = file / "recording.toml" if file.is_dir() else file
     if not file.is_file():
         raise MeasurementError(f"{file}: no such file")
     defaults = file.parent.parent / "bench.toml"
     content = merge(read_toml(defaults) if defaults.is_file() else {}, read_toml(file))
-    return content.get("rig"), {name: content[name] for name in SECTIONS if name in content}
+    return content.get("rig"), {
+        name: content[name] for name in SECTIONS if name in content
+    }
 
 
-def assigned(parameters: Parameters, description: dict, settings: list[str]) -> tuple[Parameters, dict]:
-    """Both with "key=value" applied: section.key of recording.toml, a field of `Parameters`, or laws.NAME.NUMBER."""
+def assigned(
+    parameters: Parameters, description: dict, settings: list[str]
+) -> tuple[Parameters, dict]:
+    """Both with "key=value" applied: section.key of recording.toml, a field of
+    `Parameters`, or laws.NAME.NUMBER."""
     names = {f.name for f in fields(Parameters)}
     for setting in settings:
         key, sign, text = setting.partition("=")
         path = [part.strip() for part in key.split(".")]
         if not sign:
-            raise ValueError(f"--set {setting}: expected key=value, such as pile.fill_height_mm=80")
+            raise ValueError(
+                f"--set {setting}: expected key=value, such as pile.fill_height_mm=80"
+            )
         value = _value(text.strip())
         if path[0] == "laws" and len(path) == 3:
-            laws = {**parameters.laws, path[1]: {**parameters.laws.get(path[1], {}), path[2]: value}}
+            laws = {
+                **parameters.laws,
+                path[1]: {**parameters.laws.get(path[1], {}), path[2]: value},
+            }
             parameters = replace(parameters, laws=laws)
         elif len(path) == 1 and path[0] in names - {"laws"}:
             parameters = _with(parameters, path[0], value)
@@ -128,7 +183,8 @@ def assigned(parameters: Parameters, description: dict, settings: list[str]) -> 
             validate(description, Path(f"--set {setting}"))
         else:
             known = (
-                f"{', '.join(sorted(names - {'laws'}))}, laws.NAME.NUMBER, or KEY of recording.toml as {'|'.join(SECTIONS)}.KEY"
+                f"{', '.join(sorted(names - {'laws'}))}, laws.NAME.NUMBER, or KEY of"
+                f" recording.toml as {'|'.join(SECTIONS)}.KEY"
             )
             raise ValueError(f"--set {setting}: unknown key {key}; known are {known}")
     return parameters, description
@@ -140,7 +196,12 @@ def _with(parameters: Parameters, name: str, value: Any) -> Parameters:
     if wanted is float and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) is not wanted:
-        kind = {str: "word", bool: "true or false", int: "whole number", float: "number"}[wanted]
+        kind = {
+            str: "word",
+            bool: "true or false",
+            int: "whole number",
+            float: "number",
+        }[wanted]
         raise ValueError(f"--set {name}={value}: must be a {kind}")
     changed: dict[str, Any] = {name: value}
     return replace(parameters, **changed)
@@ -155,13 +216,23 @@ def _value(text: str):
 
 
 def jobs(
-    rig: str, parameters: Parameters, description: dict, *, repeats: int, rng: int, rendered: bool,
+    rig: str,
+    parameters: Parameters,
+    description: dict,
+    *,
+    repeats: int,
+    rng: int,
+    rendered: bool,
     engine: Engine = OWN,
-) -> list[Job]:  # fmt: skip
-    """One job a repeat, each with its own generator. Rolls whose direction is not stated are run both ways in turn."""
+) -> list[Job]:
+    """One job a repeat, each with its own generator. Rolls whose direction is not
+    stated are run both ways in turn."""
     description = merge(CYLINDER, description) if rig == "cylinder" else description
     kind = "pile" if rig == "cylinder" else rig
     make = partial(Job, kind, parameters, rendered=rendered, engine=engine)
     both = kind == "roll" and "direction" not in description.get("roll", {})
-    ways = [merge(description, {"roll": {"direction": way}}) if both else description for way in ("+x", "-x")]
+    ways = [
+        merge(description, {"roll": {"direction": way}}) if both else description
+        for way in ("+x", "-x")
+    ]
     return [make(description=ways[k % 2], rng=(rng, k)) for k in range(repeats)]

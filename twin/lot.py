@@ -1,4 +1,5 @@
-"""A lot measured from photos (`benchtwin shape`) as the seeds that the simulation draws from."""
+"""A lot measured from photos (`benchtwin shape`) as the seeds that the simulation draws
+from."""
 
 import hashlib
 from functools import lru_cache
@@ -14,9 +15,11 @@ from vision.evidence.read_keys import LOT_TABLE
 from vision.measurement import MeasurementError
 from vision.shape.lot import MeasuredSeed, read_lot
 
-MOST_SHAPES = 40  # different clumps in a heap; each takes a fit, and is meshed once for the picture
+# different clumps in a heap; each takes a fit, and is meshed once for the picture
+MOST_SHAPES = 40
 OUTLINE_POINTS = 96
-SUBSETS = 1000  # drawn at random, of which the one whose moments are nearest to the lot's is kept
+# drawn at random, of which the one whose moments are nearest to the lot's is kept
+SUBSETS = 1000
 FILES = (LOT_TABLE, "outlines.csv")
 
 
@@ -35,21 +38,35 @@ def file_digest(file: Path) -> str:
 
 @lru_cache(maxsize=8)
 def seed_of_mesh(
-    file: str, digest: str, unit: str | None, *, mass_g: float | None, density_kg_m3: float | None, spheres: int
+    file: str,
+    digest: str,
+    unit: str | None,
+    *,
+    mass_g: float | None,
+    density_kg_m3: float | None,
+    spheres: int,
 ) -> Lot:
-    """One seed of the true shape in a mesh file, as a clump of `spheres` balls; digest: of its content, for the cache.
+    """One seed of the true shape in a mesh file, as a clump of `spheres` balls; digest:
+    of its content, for the cache.
 
-    mass_g of the seed, or density_kg_m3; neither: soybean's density. MeasurementError for a mesh that cannot be used.
-    """
+    mass_g of the seed, or density_kg_m3; neither: soybean's density. MeasurementError
+    for a mesh that cannot be used."""
     try:
         shape = Shape.from_mesh_file(Path(file), unit)
     except ValueError as error:
-        raise MeasurementError(str(error).replace("--unit", "[seed] shape_unit")) from error
-    return Lot((Seed.from_shape(shape, spheres, _density([shape], mass_g, density_kg_m3)),))
+        raise MeasurementError(
+            str(error).replace("--unit", "[seed] shape_unit")
+        ) from error
+    return Lot(
+        (Seed.from_shape(shape, spheres, _density([shape], mass_g, density_kg_m3)),)
+    )
 
 
-def _density(shapes: list[Shape], mass_g: float | None, density_kg_m3: float | None) -> float:
-    """As stated, or from the seeds' mean mass over their mean volume; else soybean's [kg/m³]."""
+def _density(
+    shapes: list[Shape], mass_g: float | None, density_kg_m3: float | None
+) -> float:
+    """As stated, or from the seeds' mean mass over their mean volume; else soybean's
+    [kg/m³]."""
     if density_kg_m3 is not None:
         return density_kg_m3
     if mass_g is None:
@@ -67,38 +84,59 @@ def measured_lot(
     density_kg_m3: float | None,
     spheres: int,
 ) -> Lot:
-    """The lot in `folder` as clumps of `spheres` balls with the mass and inertia of the measured shapes.
+    """The lot in `folder` as clumps of `spheres` balls with the mass and inertia of the
+    measured shapes.
 
-    only: "photo:seed" of the one seed that was recorded. thickness_mm, thickness_sd_mm: of the lot, for seeds whose thickness
-    the photos do not show. mass_g of one seed on average, or density_kg_m3; neither: soybean's density.
-    Raises MeasurementError for a seed or a thickness that is not there.
-    """
+    only: "photo:seed" of the one seed that was recorded. thickness_mm, thickness_sd_mm:
+    of the lot, for seeds whose thickness the photos do not show. mass_g of one seed on
+    average, or density_kg_m3; neither: soybean's density. Raises MeasurementError for a
+    seed or a thickness that is not there."""
     options = (only, thickness_mm, thickness_sd_mm, mass_g, density_kg_m3, spheres)
     return _made(str(folder), lot_digest(Path(folder)), *options)
 
 
 @lru_cache(maxsize=8)
-def _made(folder, digest, only, thickness_mm, thickness_sd_mm, mass_g, density_kg_m3, spheres) -> Lot:
+def _made(
+    folder, digest, only, thickness_mm, thickness_sd_mm, mass_g, density_kg_m3, spheres
+) -> Lot:
     seeds = read_lot(Path(folder)).seeds
     thick = _thicknesses(folder, seeds, thickness_mm, thickness_sd_mm)
     if only is not None:
-        kept = [k for k, seed in enumerate(seeds) if f"{seed.photo}:{seed.seed}" == only]
+        kept = [
+            k for k, seed in enumerate(seeds) if f"{seed.photo}:{seed.seed}" == only
+        ]
         if not kept:
             first = f"{seeds[0].photo}:{seeds[0].seed}" if seeds else "none"
-            raise MeasurementError(f"{folder}: [seed] lot_seed = {only!r}: no such seed; there is {first}, for example")
+            raise MeasurementError(
+                f"{folder}: [seed] lot_seed = {only!r}: no such seed; there is {first},"
+                " for example"
+            )
     else:
-        sizes = np.column_stack([[s.length_mm for s in seeds], [s.width_mm for s in seeds], thick])
+        sizes = np.column_stack(
+            [[s.length_mm for s in seeds], [s.width_mm for s in seeds], thick]
+        )
         kept = representative(sizes, MOST_SHAPES)
-    shapes = [Shape.from_outline(1e-3 * seeds[k].outline_mm(OUTLINE_POINTS), 1e-3 * thick[k]) for k in kept]
+    shapes = [
+        Shape.from_outline(1e-3 * seeds[k].outline_mm(OUTLINE_POINTS), 1e-3 * thick[k])
+        for k in kept
+    ]
     density = _density(shapes, mass_g, density_kg_m3)
-    return Lot(tuple(Seed.from_shape(shape, spheres, density_kg_m3=density) for shape in shapes))
+    return Lot(
+        tuple(
+            Seed.from_shape(shape, spheres, density_kg_m3=density) for shape in shapes
+        )
+    )
 
 
-def _thicknesses(folder: str, seeds: tuple[MeasuredSeed, ...], mean_mm: float | None, sd_mm: float) -> np.ndarray:
-    """Each seed's thickness [mm]: as seen, else drawn with the lot's mean and scatter, correlated with its width as assumed
-    for soybeans (thick seeds are wide); the same seeds always get the same.
-    """
-    seen = np.array([np.nan if seed.thickness_mm is None else seed.thickness_mm for seed in seeds])
+def _thicknesses(
+    folder: str, seeds: tuple[MeasuredSeed, ...], mean_mm: float | None, sd_mm: float
+) -> np.ndarray:
+    """Each seed's thickness [mm]: as seen, else drawn with the lot's mean and scatter,
+    correlated with its width as assumed for soybeans (thick seeds are wide); the same
+    seeds always get the same."""
+    seen = np.array(
+        [np.nan if seed.thickness_mm is None else seed.thickness_mm for seed in seeds]
+    )
     unseen = np.isnan(seen)
     if not unseen.any():
         return seen
@@ -117,7 +155,8 @@ def _thicknesses(folder: str, seeds: tuple[MeasuredSeed, ...], mean_mm: float | 
 
 
 def representative(sizes: np.ndarray, most: int) -> list[int]:
-    """Rows of `sizes` (n, 3), `most` of them at most, whose means and covariances of the logarithms are nearest to all rows'."""
+    """Rows of `sizes` (n, 3), `most` of them at most, whose means and covariances of
+    the logarithms are nearest to all rows'."""
     if len(sizes) <= most:
         return list(range(len(sizes)))
     score = np.log(sizes)
@@ -136,7 +175,8 @@ def representative(sizes: np.ndarray, most: int) -> list[int]:
 
 
 def other_seeds(section: dict) -> dict[str, dict]:
-    """[seed] sections that say less than the lot in `section`: its typical seed alone, and ellipsoids of its sizes."""
+    """[seed] sections that say less than the lot in `section`: its typical seed alone,
+    and ellipsoids of its sizes."""
     lot = read_lot(Path(section["lot"]))
     mean, sd = section.get("thickness_mm"), 0.0
     if "thickness_range_mm" in section:
@@ -150,10 +190,22 @@ def other_seeds(section: dict) -> dict[str, dict]:
     every = np.column_stack(list(sizes.values()))
     off = (np.log(every / every.mean(axis=0)) ** 2).sum(axis=1)
     typical = lot.seeds[int(off.argmin())]
-    plain = {key: value for key, value in section.items() if key not in ("lot", "lot_seed")}
+    plain = {
+        key: value for key, value in section.items() if key not in ("lot", "lot_seed")
+    }
     for name, values in sizes.items():
-        half = 0.5 * RANGE_OVER_SD_OF_100 * float(values.std(ddof=1)) if len(values) > 1 else 0.0
+        half = (
+            0.5 * RANGE_OVER_SD_OF_100 * float(values.std(ddof=1))
+            if len(values) > 1
+            else 0.0
+        )
         plain[f"{name}_mm"] = float(values.mean())
         if half > 0:
-            plain[f"{name}_range_mm"] = [float(values.mean()) - half, float(values.mean()) + half]
-    return {"typical seed": section | {"lot_seed": f"{typical.photo}:{typical.seed}"}, "ellipsoids": plain}
+            plain[f"{name}_range_mm"] = [
+                float(values.mean()) - half,
+                float(values.mean()) + half,
+            ]
+    return {
+        "typical seed": section | {"lot_seed": f"{typical.photo}:{typical.seed}"},
+        "ellipsoids": plain,
+    }

@@ -12,24 +12,41 @@ from sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from twin.lot import file_digest, measured_lot, seed_of_mesh
 from vision.evidence.keys import Air, Seed
-from vision.evidence.seed_kinds import published_contact_parameters, with_published_values
+from vision.evidence.seed_kinds import (
+    published_contact_parameters,
+    with_published_values,
+)
 
-SOFT_PA = {"drop": 3e7, "slide": 3e7, "roll": 3e7, "pile": 3e6, "drum": 3e6}  # benchmarks/modulus.py: what these change, and what they save
-STEP = {"drop": 0.2, "slide": 0.2, "roll": 0.2, "pile": 0.3, "drum": 0.2}  # of the Rayleigh time; docs/engine.md: what a pile's changes
+SOFT_PA = {
+    "drop": 3e7,
+    "slide": 3e7,
+    "roll": 3e7,
+    "pile": 3e6,
+    "drum": 3e6,
+}  # benchmarks/modulus.py: what these change, and what they save
+STEP = {
+    "drop": 0.2,
+    "slide": 0.2,
+    "roll": 0.2,
+    "pile": 0.3,
+    "drum": 0.2,
+}  # of the Rayleigh time; docs/engine.md: what a pile's changes
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 
 @dataclass(frozen=True)
 class Parameters:
-    """What a calibration asks for, and how it is computed. Dimensionless unless the name says otherwise.
+    """What a calibration asks for, and how it is computed. Dimensionless unless the
+    name says otherwise.
 
-    restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed. rolling_convention: which torque the
-    rolling frictions mean (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is softened to; None:
-    SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the
-    time step; None: STEP of the rig. pull_at_end, share_damping: how restitution is had (`sim.engine.world.World`). laws: further
-    force laws by name, with their numbers: {"magnus": {…}}.
-    Defaults: what the soybean paper calibrated.
-    """
+    restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed.
+    rolling_convention: which torque the rolling frictions mean
+    (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is
+    softened to; None: SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's
+    balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the time step; None:
+    STEP of the rig. pull_at_end, share_damping: how restitution is had
+    (`sim.engine.world.World`). laws: further force laws by name, with their numbers:
+    {"magnus": {…}}. Defaults: what the soybean paper calibrated."""
 
     restitution: float = 0.54
     static_friction: float = 0.34
@@ -57,13 +74,28 @@ class Parameters:
         """Seed on steel and seed on seed."""
         own, names = self.rolling_convention, (SOYBEAN.name, Q235.name)
         return (
-            Contact(names, self.restitution, self.static_friction, self.rolling_friction, own),
-            Contact((SOYBEAN.name,) * 2, self.seed_restitution, self.seed_static_friction, self.seed_rolling_friction, own),
+            Contact(
+                names,
+                self.restitution,
+                self.static_friction,
+                self.rolling_friction,
+                own,
+            ),
+            Contact(
+                (SOYBEAN.name,) * 2,
+                self.seed_restitution,
+                self.seed_static_friction,
+                self.seed_rolling_friction,
+                own,
+            ),
         )
 
     def for_rig(self, rig: str) -> "Parameters":
         """The same with nothing left to the rig."""
-        modulus, step = self.shear_modulus_pa or SOFT_PA[rig], self.rayleigh_fraction or STEP[rig]
+        modulus, step = (
+            self.shear_modulus_pa or SOFT_PA[rig],
+            self.rayleigh_fraction or STEP[rig],
+        )
         return replace(self, shear_modulus_pa=modulus, rayleigh_fraction=step)
 
     def to_dict(self) -> dict:
@@ -73,9 +105,11 @@ class Parameters:
 def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     """The bench of a recording: parameters, and what [seed] and [air] state.
 
-    What [seed] leaves open is as published for its kind (`said_of` says so), without a kind the paper's soybean.
-    """
-    seed = seed.model_copy(update=with_published_values(seed.model_dump(exclude_none=True))[0])
+    What [seed] leaves open is as published for its kind (`said_of` says so), without a
+    kind the paper's soybean."""
+    seed = seed.model_copy(
+        update=with_published_values(seed.model_dump(exclude_none=True))[0]
+    )
     on_steel, on_seed = parameters.contacts()
     of, drawn = material(seed), shapes(seed, parameters.spheres) or sizes(seed)
     if isinstance(drawn, Lot):
@@ -92,7 +126,9 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         shear_modulus_pa=parameters.shear_modulus_pa or SOFT_PA[rig],
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
-        laws=tuple(LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()),
+        laws=tuple(
+            LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()
+        ),
         rayleigh_fraction=parameters.rayleigh_fraction or STEP[rig],
         pull_at_end=parameters.pull_at_end,
         share_damping=parameters.share_damping,
@@ -100,53 +136,91 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
 
 
 def said_of(seed: dict) -> list[str]:
-    """Sentences on what a [seed] table's kind gave to the simulation, and what is published of its contacts."""
-    return [*with_published_values(seed)[1], *(published_contact_parameters(seed["kind"]) if "kind" in seed else [])]
+    """Sentences on what a [seed] table's kind gave to the simulation, and what is
+    published of its contacts."""
+    return [
+        *with_published_values(seed)[1],
+        *(published_contact_parameters(seed["kind"]) if "kind" in seed else []),
+    ]
 
 
 def round_as_stated(seed: Seed) -> bool:
     """Whether all seeds are balls, which no row of balls can stand for."""
     whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
     scatter = [getattr(seed, name + RANGE) for name in WHOLE]
-    return None not in whole and None in scatter and max(whole) < ROUNDEST_AXIAL * min(whole)
+    return (
+        None not in whole
+        and None in scatter
+        and max(whole) < ROUNDEST_AXIAL * min(whole)
+    )
 
 
 def shapes(seed: Seed, spheres: int) -> Lot | None:
-    """The seeds of [seed] lot, or the one of [seed] shape; None where neither is stated.
+    """The seeds of [seed] lot, or the one of [seed] shape; None where neither is
+    stated.
 
     Raises MeasurementError for a seed, a thickness or a closed mesh that is not there.
     """
     mass_g = None if seed.mass_g is None else seed.mass_g / (seed.count or 1)
     if seed.shape is not None:
         unit, digest = seed.shape_unit, file_digest(Path(seed.shape))
-        return seed_of_mesh(seed.shape, digest, unit, mass_g=mass_g, density_kg_m3=seed.density_kg_m3, spheres=spheres)
+        return seed_of_mesh(
+            seed.shape,
+            digest,
+            unit,
+            mass_g=mass_g,
+            density_kg_m3=seed.density_kg_m3,
+            spheres=spheres,
+        )
     if seed.lot is None:
         return None
     low, high = seed.thickness_range_mm or (0.0, 0.0)
     return measured_lot(
-        seed.lot, only=seed.lot_seed, thickness_mm=seed.thickness_mm, thickness_sd_mm=(high - low) / RANGE_OVER_SD_OF_100,
-        mass_g=mass_g, density_kg_m3=seed.density_kg_m3, spheres=spheres,
-    )  # fmt: skip
+        seed.lot,
+        only=seed.lot_seed,
+        thickness_mm=seed.thickness_mm,
+        thickness_sd_mm=(high - low) / RANGE_OVER_SD_OF_100,
+        mass_g=mass_g,
+        density_kg_m3=seed.density_kg_m3,
+        spheres=spheres,
+    )
 
 
 def material(seed: Seed) -> Material:
-    """Soybean, of the density that [seed] states, or that follows from its mass and dimensions taken as an ellipsoid."""
+    """Soybean, of the density that [seed] states, or that follows from its mass and
+    dimensions taken as an ellipsoid."""
     whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
     density = seed.density_kg_m3
     if density is None and seed.mass_g is not None and None not in whole:
-        density = 1e6 * seed.mass_g / (0.5235987755982988 * whole[0] * whole[1] * whole[2]) / (seed.count or 1)
+        density = (
+            1e6
+            * seed.mass_g
+            / (0.5235987755982988 * whole[0] * whole[1] * whole[2])
+            / (seed.count or 1)
+        )
     return SOYBEAN if density is None else replace(SOYBEAN, density_kg_m3=density)
 
 
 def sizes(seed: Seed) -> Sizes | tuple[float, float, float]:
-    """The lot: means with ranges scatter; means alone are every seed's size; nothing stated: the paper's soybeans."""
-    whole, ranges = [getattr(seed, f"{name}_mm") for name in WHOLE], [getattr(seed, name + RANGE) for name in WHOLE]
+    """The lot: means with ranges scatter; means alone are every seed's size; nothing
+    stated: the paper's soybeans."""
+    whole, ranges = (
+        [getattr(seed, f"{name}_mm") for name in WHOLE],
+        [getattr(seed, name + RANGE) for name in WHOLE],
+    )
     if None in whole:
         if any(v is not None for v in (*whole, *ranges)):
-            raise ValueError("[seed] needs length_mm, width_mm and thickness_mm together")
+            raise ValueError(
+                "[seed] needs length_mm, width_mm and thickness_mm together"
+            )
         return SOYBEAN_SIZES
     if None in ranges:
         length, width, thickness = (1e-3 * v for v in whole)
         return length, width, thickness
-    scatter = [Size.from_range_of_100(1e-3 * low, 1e-3 * mean, 1e-3 * high) for (low, high), mean in zip(ranges, whole)]
-    return Sizes(scatter[0], scatter[1], scatter[2], correlation=SOYBEAN_SIZES.correlation)
+    scatter = [
+        Size.from_range_of_100(1e-3 * low, 1e-3 * mean, 1e-3 * high)
+        for (low, high), mean in zip(ranges, whole)
+    ]
+    return Sizes(
+        scatter[0], scatter[1], scatter[2], correlation=SOYBEAN_SIZES.correlation
+    )

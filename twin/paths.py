@@ -1,4 +1,5 @@
-"""Slides and rolls of the twin like a recording's: how far along their path, and pictures of it."""
+"""Slides and rolls of the twin like a recording's: how far along their path, and
+pictures of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,14 +52,22 @@ class Ran(Path1D):
 
 
 def like(rig: str, description: dict, **changes: Any) -> Recording:
-    """A recording with these sections, keys that no recording.toml has left out, and `changes` to the rig's section."""
+    """A recording with these sections, keys that no recording.toml has left out, and
+    `changes` to the rig's section."""
     kept = {}
     for name in ("seed", "camera", "air", rig):
         known = type(getattr(Keys(), name)).model_fields
         kept[name] = {k: v for k, v in description.get(name, {}).items() if k in known}
     kept[rig] |= changes
     sections = validate(kept, Path("recording.toml"))
-    return Recording("twin", Path("twin"), rig, "", (), **{name: getattr(sections, name) for name in kept})
+    return Recording(
+        "twin",
+        Path("twin"),
+        rig,
+        "",
+        (),
+        **{name: getattr(sections, name) for name in kept},
+    )
 
 
 def run_path(recording: Recording, parameters: Parameters, number: int) -> Ran:
@@ -68,16 +77,31 @@ def run_path(recording: Recording, parameters: Parameters, number: int) -> Ran:
     return Ran(motion.t_s, way - way[0], motion)
 
 
-def filmed(recording: Recording, parameters: Parameters, number: int, out: Path, watch: Callable[[str], None]) -> Path1D:
+def filmed(
+    recording: Recording,
+    parameters: Parameters,
+    number: int,
+    out: Path,
+    watch: Callable[[str], None],
+) -> Path1D:
     """The same filmed into the folder `out`, and followed by the measuring code."""
 
     def told(stage: str, share: float) -> None:
         watch(f"{out.name}: {stage}, {100 * share:.0f} %")
 
-    made = simulate(recording.need_rig(), parameters, rng=np.random.default_rng([5, number]), out=out, like=recording, watch=told)
+    made = simulate(
+        recording.need_rig(),
+        parameters,
+        rng=np.random.default_rng([5, number]),
+        out=out,
+        like=recording,
+        watch=told,
+    )
     track = observe(made).track
     if track is None:
-        raise ValueError(f"{out}: the measuring code found nothing that moves in the twin's film")
+        raise ValueError(
+            f"{out}: the measuring code found nothing that moves in the twin's film"
+        )
     way = track["x_mm"].to_numpy()
     return Path1D(track["t_s"].to_numpy(), np.abs(way - way[0]))
 
@@ -94,16 +118,21 @@ def shown(recording: Recording, motion: Motion, frames: list[int]) -> np.ndarray
         camera.distance_m,
     )
     look = setup_of(recording).look
-    return np.max(np.stack([photo(motion, small, look, frame=f) for f in frames]), axis=0)
+    return np.max(
+        np.stack([photo(motion, small, look, frame=f) for f in frames]), axis=0
+    )
 
 
 def above(pictures: list[np.ndarray], titles: list[str]) -> bytes:
-    """Wide grey pictures under each other, their empty rows cut, with titles, as PNG."""
+    """Wide grey pictures under each other, their empty rows cut, with titles, as
+    PNG."""
     rows = np.flatnonzero(np.ptp(pictures[0], axis=1) > 12)
     low, high = max(int(rows.min()) - 10, 0), int(rows.max()) + 10
     out = []
     for picture, title in zip(pictures, titles, strict=True):
         band = np.full((26, picture.shape[1]), 255, np.uint8)
-        cv2.putText(band, title, (4, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 40, 1, cv2.LINE_AA)
+        cv2.putText(
+            band, title, (4, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 40, 1, cv2.LINE_AA
+        )
         out += [band, picture[low:high]]
     return cv2.imencode(".png", np.vstack(out))[1].tobytes()

@@ -1,4 +1,5 @@
-"""Surfaces of piles as plain arrays: what a diagnosis is made from, read by the same code for bench and twin."""
+"""Surfaces of piles as plain arrays: what a diagnosis is made from, read by the same
+code for bench and twin."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,16 +17,18 @@ SECTIONS = ("seed", "camera", "pile")
 
 @dataclass(frozen=True, eq=False)
 class SeenPile:
-    """One photo of a heap. x to the right, z up, as the picture has them (not turned upright), in `unit`: "mm" or, where no scale
-    is stated, "px".
+    """One photo of a heap. x to the right, z up, as the picture has them (not turned
+    upright), in `unit`: "mm" or, where no scale is stated, "px".
 
-    x, z (n,): the surface, NaN where there is none; base_z: of the plate's line at x = 0; base_deg, base_sd_deg: its inclination,
-    clockwise from the picture's rows; base_source: how it was found (vision.pile.base_line.BASES; "toe": it was not seen); crest_x;
-    toes_x: where the left and the right flank end, None where that side has none (a wall, the picture's edge); description:
-    sections of recording.toml as plain values, `camera.plumb_sd_deg` with what holds where nothing is stated; trouble: why there
-    is nothing, "" when there is; heap: the recording whose heap it is, alike for all photos of one recording (its recording.toml
-    tells of one run), "" where each photo is taken for a heap of its own.
-    """
+    x, z (n,): the surface, NaN where there is none; base_z: of the plate's line at x =
+    0; base_deg, base_sd_deg: its inclination, clockwise from the picture's rows;
+    base_source: how it was found (vision.pile.base_line.BASES; "toe": it was not seen);
+    crest_x; toes_x: where the left and the right flank end, None where that side has
+    none (a wall, the picture's edge); description: sections of recording.toml as plain
+    values, `camera.plumb_sd_deg` with what holds where nothing is stated; trouble: why
+    there is nothing, "" when there is; heap: the recording whose heap it is, alike for
+    all photos of one recording (its recording.toml tells of one run), "" where each
+    photo is taken for a heap of its own."""
 
     recording: str
     session: str
@@ -45,7 +48,8 @@ class SeenPile:
 
 
 def read_piles(folder: Path) -> list[SeenPile]:
-    """Every photo of a pile under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    """Every photo of a pile under `folder`; one that cannot be used says why.
+    FileNotFoundError without a folder."""
     return [_seen(entry) for entry in entries_of(folder, "pile")]
 
 
@@ -54,7 +58,10 @@ def _seen(entry: Recording | MeasurementError) -> SeenPile:
         return _nothing(entry.recording, "", {}, str(entry))
     try:
         if entry.evidence != "photos":
-            raise MeasurementError(f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed from photos")
+            raise MeasurementError(
+                f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
+                " from photos"
+            )
         return pile_of(_measured(entry), entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
@@ -64,9 +71,12 @@ def _seen(entry: Recording | MeasurementError) -> SeenPile:
 
 
 def _measured(entry: Recording) -> Repose:
-    """The photo as `vision.observe.observe` reads it: side and plate as recording.toml has them."""
+    """The photo as `vision.observe.observe` reads it: side and plate as recording.toml
+    has them."""
     boxed = entry.pile.box_mm is not None and entry.pile.cylinder_mm is None
-    options = PileOptions(side="right" if boxed else "", baseline=entry.pile.baseline_px)
+    options = PileOptions(
+        side="right" if boxed else "", baseline=entry.pile.baseline_px
+    )
     try:
         return measure_repose(read_photo(entry.files[0]), entry.camera, options)
     except MeasurementError as error:
@@ -80,12 +90,21 @@ def pile_of(found: Repose, recording: Recording) -> SeenPile:
     doubts = tuple(dict.fromkeys(q.reason for q in found.quantities if q.reason))
     left, right = (None if toe is None else scale * toe for toe in found.toes)
     return SeenPile(
-        recording.id, recording.session or "", scale * columns, -scale * found.surface,
-        "mm" if recording.camera.mm_per_px else "px", -scale * found.base.intercept,
-        float(np.degrees(np.arctan(found.base.slope))), float(np.degrees(found.base.slope_sd)), found.base.source,
-        scale * (found.crest[0] - found.roi[0]), (left, right),
-        describe(recording), (*found.notes, *doubts), heap=str(recording.path) if recording.toml.is_file() else "",
-    )  # fmt: skip
+        recording.id,
+        recording.session or "",
+        scale * columns,
+        -scale * found.surface,
+        "mm" if recording.camera.mm_per_px else "px",
+        -scale * found.base.intercept,
+        float(np.degrees(np.arctan(found.base.slope))),
+        float(np.degrees(found.base.slope_sd)),
+        found.base.source,
+        scale * (found.crest[0] - found.roi[0]),
+        (left, right),
+        describe(recording),
+        (*found.notes, *doubts),
+        heap=str(recording.path) if recording.toml.is_file() else "",
+    )
 
 
 def describe(recording: Recording) -> dict:
@@ -97,5 +116,18 @@ def describe(recording: Recording) -> dict:
 
 def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenPile:
     nan, none = float("nan"), np.zeros(0)
-    empty = SeenPile(recording, session, none, none, "px", nan, nan, nan, "", nan, (None, None), description)
+    empty = SeenPile(
+        recording,
+        session,
+        none,
+        none,
+        "px",
+        nan,
+        nan,
+        nan,
+        "",
+        nan,
+        (None, None),
+        description,
+    )
     return replace(empty, trouble=trouble)

@@ -1,4 +1,5 @@
-"""Rolls as plain arrays: what a diagnosis is made from, read by the same code for bench and twin."""
+"""Rolls as plain arrays: what a diagnosis is made from, read by the same code for bench
+and twin."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,21 +17,27 @@ from vision.recording import Recording
 
 LEAST_ROWS = 4  # place, speed and acceleration, and one more by which they are checked
 FEW_ROWS = 30  # of fewer, a wrong one cannot be told by its neighbours
-BACK_SHARE = 0.03  # of the way, by which noise may put a row of a seed that rests behind the one before
-BACK_AND_FORTH = f"of fewer than {FEW_ROWS} rows each must lie further along the path than the one before"
+# of the way, by which noise may put a row of a seed that rests behind the one before
+BACK_SHARE = 0.03
+BACK_AND_FORTH = (
+    f"of fewer than {FEW_ROWS} rows each must lie further along the path than the one"
+    " before"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class SeenRoll:
-    """One seed that rolls down the incline and out. Arrays of one length n, outliers left out; empty where only the run-out was
-    read off: run_out_mm holds the readings then.
+    """One seed that rolls down the incline and out. Arrays of one length n, outliers
+    left out; empty where only the run-out was read off: run_out_mm holds the readings
+    then.
 
-    x_mm: travel along the path, incline included, growing as the seed rolls, either way; angle_deg: anticlockwise in the picture,
-    NaN where not seen, None where nobody looked. description: sections of recording.toml as plain values, `camera.scale_sd`
-    (relative) with what holds where nothing is stated; of a track `roll.seen_direction` ("+x", "-x") and `roll.ends_on_incline`.
-    trouble: why there is nothing, "" when there is. sd_mm: stated, NaN where not.
-    gates: the rows are passages of light gates, whose places are alike in all runs; what is uncertain of a row is its time.
-    """
+    x_mm: travel along the path, incline included, growing as the seed rolls, either
+    way; angle_deg: anticlockwise in the picture, NaN where not seen, None where nobody
+    looked. description: sections of recording.toml as plain values, `camera.scale_sd`
+    (relative) with what holds where nothing is stated; of a track `roll.seen_direction`
+    ("+x", "-x") and `roll.ends_on_incline`. trouble: why there is nothing, "" when
+    there is. sd_mm: stated, NaN where not. gates: the rows are passages of light gates,
+    whose places are alike in all runs; what is uncertain of a row is its time."""
 
     recording: str
     session: str
@@ -47,20 +54,32 @@ class SeenRoll:
 
 
 def read_rolls(folder: Path) -> list[SeenRoll]:
-    """Every roll under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    """Every roll under `folder`; one that cannot be used says why. FileNotFoundError
+    without a folder."""
     return [_seen(entry) for entry in entries_of(folder, "roll")]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenRoll:
     none = np.zeros(0)
     if isinstance(entry, MeasurementError):
-        return SeenRoll(entry.recording, "", none, none, none, None, {}, trouble=str(entry))
+        return SeenRoll(
+            entry.recording, "", none, none, none, None, {}, trouble=str(entry)
+        )
     try:
         if entry.evidence == "readings.csv":
             return _readings(entry)
         return roll_of(track_of(entry), entry)
     except MeasurementError as error:
-        return SeenRoll(entry.id, entry.session or "", none, none, none, None, describe(entry), trouble=str(error))
+        return SeenRoll(
+            entry.id,
+            entry.session or "",
+            none,
+            none,
+            none,
+            None,
+            describe(entry),
+            trouble=str(error),
+        )
 
 
 def _readings(recording: Recording) -> SeenRoll:
@@ -68,47 +87,81 @@ def _readings(recording: Recording) -> SeenRoll:
     if "run_out_mm" not in table.rows:
         raise MeasurementError(f"{recording.files[0]}: no column run_out_mm")
     values = table.rows["run_out_mm"].dropna().to_numpy(float)
-    return SeenRoll(recording.id, recording.session or "", none, none, none, None, describe(recording), values, table.notes)
+    return SeenRoll(
+        recording.id,
+        recording.session or "",
+        none,
+        none,
+        none,
+        None,
+        describe(recording),
+        values,
+        table.notes,
+    )
 
 
 def roll_of(track: Track, recording: Recording) -> SeenRoll:
-    """A track as a diagnosis takes it; MeasurementError where scale, frame rate or motion is missing.
+    """A track as a diagnosis takes it; MeasurementError where scale, frame rate or
+    motion is missing.
 
-    A track that runs towards −x in the picture is turned round, the angle with it, so that a seed that rolls turns clockwise.
-    """
+    A track that runs towards −x in the picture is turned round, the angle with it, so
+    that a seed that rolls turns clockwise."""
     if track.unit != "mm" or not track.timed:
         missing = "mm_per_px" if track.unit != "mm" else "fps"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
+        raise MeasurementError(
+            f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs"
+            " lengths and times"
+        )
     inertia_of_recording(recording)  # a gap that the ball falls through is told now
     used = track.used()
     if len(used) < LEAST_ROWS:
-        raise MeasurementError(f"{len(used)} usable rows; a diagnosis of a roll needs at least {LEAST_ROWS}")
+        raise MeasurementError(
+            f"{len(used)} usable rows; a diagnosis of a roll needs at least"
+            f" {LEAST_ROWS}"
+        )
     if not (np.isfinite(used.x).all() and np.isfinite(used.t_s).all()):
         raise MeasurementError("x_mm or t_s holds rows without a number")
     ends = max(1 if len(used) < FEW_ROWS else 3, len(used) // 50)
     way = float(np.median(used.x[-ends:]) - np.median(used.x[:ends]))
     if abs(way) < 2.0:
-        raise MeasurementError(f"the seed does not roll: it moves {abs(way):.3g} mm in all")
+        raise MeasurementError(
+            f"the seed does not roll: it moves {abs(way):.3g} mm in all"
+        )
     told, sign = describe(recording), 1.0 if way > 0 else -1.0
     x = sign * used.x
     if len(used) < FEW_ROWS and (np.diff(x) < -BACK_SHARE * way * sign).any():
-        raise MeasurementError(f"{len(used)} usable rows, and x_mm goes back and forth; {BACK_AND_FORTH}")
+        raise MeasurementError(
+            f"{len(used)} usable rows, and x_mm goes back and forth; {BACK_AND_FORTH}"
+        )
     told["roll"].setdefault("seen_direction", "+x" if way > 0 else "-x")
     told["roll"]["ends_on_incline"] = stays_on_incline(used, recording)
     angle = None if used.angle_deg is None else sign * used.angle_deg
     return SeenRoll(
-        recording.id, recording.session or "", used.frame, used.t_s, x, angle, told, notes=tuple(track.notes), sd_mm=used.sd,
+        recording.id,
+        recording.session or "",
+        used.frame,
+        used.t_s,
+        x,
+        angle,
+        told,
+        notes=tuple(track.notes),
+        sd_mm=used.sd,
         gates=recording.evidence == "gates.csv",
-    )  # fmt: skip
+    )
 
 
 def inertia_told(description: dict) -> Inertia:
-    """How a seed's inertia holds it back, by what is told of it and of its rails; ValueError where it falls between them."""
-    return inertia_of(Seed(**description.get("seed", {})), description.get("roll", {}).get("rail_gap_mm"))
+    """How a seed's inertia holds it back, by what is told of it and of its rails;
+    ValueError where it falls between them."""
+    return inertia_of(
+        Seed(**description.get("seed", {})),
+        description.get("roll", {}).get("rail_gap_mm"),
+    )
 
 
 def describe(recording: Recording) -> dict:
-    """Sections of recording.toml as plain values; camera.scale_sd (relative) is always there."""
+    """Sections of recording.toml as plain values; camera.scale_sd (relative) is always
+    there."""
     sections = sections_of(recording, "seed", "camera", "air", "roll")
     sections["camera"] |= {"scale_sd": recording.camera.scale_sd}
     return sections

@@ -1,4 +1,5 @@
-"""simulate: parameters and a description → a recording, as from the bench; observe: a recording → what is measured on it."""
+"""simulate: parameters and a description → a recording, as from the bench; observe: a
+recording → what is measured on it."""
 
 import json
 import os
@@ -23,7 +24,9 @@ Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 HEAPS = ("pile",)
 WEIGHED = ("filled_mass_g", "retained_mass_g")
-MODEL = 4  # to be raised when the same input gives another outcome: what stores hold of older ones is then computed anew
+# to be raised when the same input gives another outcome: what stores hold of older ones
+# is then computed anew
+MODEL = 4
 
 
 def simulate(
@@ -39,34 +42,58 @@ def simulate(
     engine: Engine = OWN,
     more: dict | None = None,
 ) -> Recording:
-    """Run a rig, film or photograph it, and write that into the folder `out` as a recording with provenance "simulated".
+    """Run a rig, film or photograph it, and write that into the folder `out` as a
+    recording with provenance "simulated".
 
-    rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed, air and camera are the twin's too; what it leaves
-    open is the paper's. rendered=False writes the track (pile: the angle of the true outline) that the simulation knows in place
-    of pictures. Beside the recording stands simulation.json: what was assumed, by which versions, what the simulation knows of
-    the answer, and `more`. The folder appears whole or not at all; LAMMPS's inputs, in `lammps/`, too. Raises ValueError for a
-    rig, camera or number that does not fit; FileExistsError when `out` is there; RuntimeError where an engine stops.
-    """
+    rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed,
+    air and camera are the twin's too; what it leaves open is the paper's.
+    rendered=False writes the track (pile: the angle of the true outline) that the
+    simulation knows in place of pictures. Beside the recording stands simulation.json:
+    what was assumed, by which versions, what the simulation knows of the answer, and
+    `more`. The folder appears whole or not at all; LAMMPS's inputs, in `lammps/`, too.
+    Raises ValueError for a rig, camera or number that does not fit; FileExistsError
+    when `out` is there; RuntimeError where an engine stops."""
     recording = like or Recording(out.name, out, rig, "", ())
     if recording.rig != rig:
-        raise ValueError(f"rig = {rig!r}, but the recording to be like is a {recording.rig}")
+        raise ValueError(
+            f"rig = {rig!r}, but the recording to be like is a {recording.rig}"
+        )
     if out.exists():
         raise FileExistsError(f"{out} is there already")
     scratch, engine = out.with_name(f".{out.name}.lammps"), engine.for_rig(rig)
     motion, told = run(
-        recording, parameters, rng=rng, watch=watch, threads=threads, engine=engine, scratch=scratch
-    )  # fmt: skip
+        recording,
+        parameters,
+        rng=rng,
+        watch=watch,
+        threads=threads,
+        engine=engine,
+        scratch=scratch,
+    )
     part = out.with_name(f".{out.name}.part-{os.getpid()}")
     part.mkdir(parents=True)
     try:
         told = replace(told, id=out.name, path=part)
-        kind = write.pictures(motion, told, part, rng, watch) if rendered else write.numbers(motion, told, part)
+        kind = (
+            write.pictures(motion, told, part, rng, watch)
+            if rendered
+            else write.numbers(motion, told, part)
+        )
         write_recording(told)
         _, converted = engine.bench(parameters, recording)
-        computed = {"name": engine.name, "version": engine.version, "ranks": engine.ranks, "converted": converted}
-        told_of = record(told, parameters, motion, kind) | {"engine": computed} | (more or {})
+        computed = {
+            "name": engine.name,
+            "version": engine.version,
+            "ranks": engine.ranks,
+            "converted": converted,
+        }
+        told_of = (
+            record(told, parameters, motion, kind) | {"engine": computed} | (more or {})
+        )
         kept_inputs(scratch, part / "lammps")
-        (part / RECORD).write_text(json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8")
+        (part / RECORD).write_text(
+            json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8"
+        )
         part.rename(out)
     except BaseException:
         shutil.rmtree(part, ignore_errors=True)
@@ -75,27 +102,39 @@ def simulate(
 
 
 def run(
-    recording: Recording, parameters: Parameters, *, rng: np.random.Generator, watch: Watch = no_watch, threads: int = 2,
-    engine: Engine = OWN, scratch: Path | None = None,
-) -> tuple[Motion, Recording]:  # fmt: skip
-    """The run itself: its motion, and the recording (without evidence) that states all that it assumed. scratch: the folder in
-    which LAMMPS works."""
+    recording: Recording,
+    parameters: Parameters,
+    *,
+    rng: np.random.Generator,
+    watch: Watch = no_watch,
+    threads: int = 2,
+    engine: Engine = OWN,
+    scratch: Path | None = None,
+) -> tuple[Motion, Recording]:
+    """The run itself: its motion, and the recording (without evidence) that states all
+    that it assumed. scratch: the folder in which LAMMPS works."""
     name = recording.need_rig()
     on_bench, _ = engine.bench(parameters, recording)
     rate = recording.camera.fps or setup_of(recording).fps
     fps = 0.0 if recording.rig in HEAPS else rate
-    motion = engine.run(recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch)
+    motion = engine.run(
+        recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch
+    )
     camera = camera_of(recording)
     section = section_of(rig_of(recording), getattr(recording, name))
     if recording.rig in HEAPS:
-        section = section.model_copy(update={"baseline_px": baseline(camera), **weights(motion)})
+        section = section.model_copy(
+            update={"baseline_px": baseline(camera), **weights(motion)}
+        )
     told = replace(
         recording,
         provenance="simulated",
         evidence="",
         files=(),
         seed=write.seed_section(motion, on_bench, recording),
-        camera=camera_section(camera, 0.0 if recording.rig in HEAPS else rate, recording.camera),
+        camera=camera_section(
+            camera, 0.0 if recording.rig in HEAPS else rate, recording.camera
+        ),
         **{name: section},
     )
     return motion, told
@@ -103,11 +142,18 @@ def run(
 
 def weights(motion: Motion) -> dict[str, float]:
     """What scales at the bench would have said of a heap, to a hundredth of a gram."""
-    return {name: round(motion.truth[name], 2) for name in WEIGHED if motion.truth.get(name, 0.0) > 0.005}
+    return {
+        name: round(motion.truth[name], 2)
+        for name in WEIGHED
+        if motion.truth.get(name, 0.0) > 0.005
+    }
 
 
-def record(recording: Recording, parameters: Parameters, motion: Motion, kind: str) -> dict:
-    """All that is needed to run it again, and what the simulation itself knows of the answer."""
+def record(
+    recording: Recording, parameters: Parameters, motion: Motion, kind: str
+) -> dict:
+    """All that is needed to run it again, and what the simulation itself knows of the
+    answer."""
     from sim.picture import renderer_name
 
     return {
@@ -115,7 +161,10 @@ def record(recording: Recording, parameters: Parameters, motion: Motion, kind: s
         "rig": recording.rig,
         "evidence": kind,
         "parameters": parameters.for_rig(recording.need_rig()).to_dict(),
-        "truth": {key: (value if np.isfinite(value) else None) for key, value in motion.truth.items()},
+        "truth": {
+            key: (value if np.isfinite(value) else None)
+            for key, value in motion.truth.items()
+        },
         "versions": versions(),
         "renderer": renderer_name() if kind == "rendered" else None,
     }

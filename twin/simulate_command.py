@@ -15,14 +15,27 @@ MOST_REPEATS = 10_000
 
 
 def simulate_command(
-    rig: str, out: Path, numbers: dict[str, float | None], *, repeats: int, rng: int,
-    settings: list[str], like: Path | None, rendered: bool, threads: int, engine: str, ranks: int,
+    rig: str,
+    out: Path,
+    numbers: dict[str, float | None],
+    *,
+    repeats: int,
+    rng: int,
+    settings: list[str],
+    like: Path | None,
+    rendered: bool,
+    threads: int,
+    engine: str,
+    ranks: int,
     quiet: bool,
-) -> int:  # fmt: skip
-    """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the exit code."""
+) -> int:
+    """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the
+    exit code."""
 
     def simulated() -> None:
-        jobs = jobs_of(rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks))
+        jobs = jobs_of(
+            rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks)
+        )
         jobs[0].engine.ready()
         for line in () if quiet else jobs[0].converted():
             print(line)
@@ -44,12 +57,20 @@ def simulate_command(
 
 
 def jobs_of(
-    rig: str, numbers: dict, repeats: int, rng: int, settings: list[str], like: Path | None, rendered: bool, engine: Engine
+    rig: str,
+    numbers: dict,
+    repeats: int,
+    rng: int,
+    settings: list[str],
+    like: Path | None,
+    rendered: bool,
+    engine: Engine,
 ) -> list[Job]:
-    """A job a recording. numbers: fields of `Parameters`, None for its default; settings: "key=value" of anything else.
+    """A job a recording. numbers: fields of `Parameters`, None for its default;
+    settings: "key=value" of anything else.
 
-    Raises ValueError for what does not fit, and for a `like` that describes another rig.
-    """
+    Raises ValueError for what does not fit, and for a `like` that describes another
+    rig."""
     if rig not in RIG_NAMES:
         raise ValueError(f"{rig}: no such rig; there are {', '.join(RIG_NAMES)}")
     if not 1 <= repeats <= MOST_REPEATS:
@@ -59,25 +80,46 @@ def jobs_of(
         raise ValueError(f"{like} describes a {of}, not a {rig}")
     given = {name: value for name, value in numbers.items() if value is not None}
     parameters, description = assigned(Parameters(**given), description, settings)
-    return jobs(rig, parameters, description, repeats=repeats, rng=rng, rendered=rendered, engine=engine)
+    return jobs(
+        rig,
+        parameters,
+        description,
+        repeats=repeats,
+        rng=rng,
+        rendered=rendered,
+        engine=engine,
+    )
 
 
 def run_jobs(jobs: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
-    """Run the jobs into RIG-01, RIG-02 … below the bench folder `out`; those that are done already are left as they are."""
+    """Run the jobs into RIG-01, RIG-02 … below the bench folder `out`; those that are
+    done already are left as they are."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+    )
+    with Progress(
+        *columns, console=Console(stderr=True), disable=quiet, transient=True
+    ) as progress:
         for n, job in enumerate(jobs, start=1):
             name = f"{rig}-{n:0{max(2, len(str(len(jobs))))}d}"
             task = progress.add_task(name, total=1.0)
 
             def watch(stage: str, share: float, task=task, name=name) -> None:
-                progress.update(task, description=f"{name} of {len(jobs)}: {stage}", completed=share)
+                progress.update(
+                    task, description=f"{name} of {len(jobs)}: {stage}", completed=share
+                )
 
             there = job.is_done(out / name)
             job.run(out / name, watch=watch, threads=threads)
             progress.remove_task(task)
             if not quiet:
-                progress.console.print(f"{out / name}" + (": was there already" if there else ""), highlight=False)
+                progress.console.print(
+                    f"{out / name}" + (": was there already" if there else ""),
+                    highlight=False,
+                )

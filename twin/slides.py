@@ -1,4 +1,5 @@
-"""Slides as plain arrays: travel of a block along a tilting plate, or the angles that somebody read off it."""
+"""Slides as plain arrays: travel of a block along a tilting plate, or the angles that
+somebody read off it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,18 +13,22 @@ from vision.motion.outliers import single_spikes
 from vision.motion.track import Track
 from vision.recording import Recording
 
-TILT_MISSING = "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide] tilt_rate_deg_s"
+TILT_MISSING = (
+    "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
+    " tilt_rate_deg_s"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class SeenSlide:
-    """One slide. Arrays of one length n, outliers left out; none of them (n = 0) where only angles were read off.
+    """One slide. Arrays of one length n, outliers left out; none of them (n = 0) where
+    only angles were read off.
 
-    x_mm: place along the plate, either way; sd_mm: stated, NaN where not; tilt_deg: of the plate at the same time, NaN where not
-    seen, None where nobody looked. angles_deg (m,): readings of the angle at which it slid, a run each. description: sections of
-    recording.toml as plain values, `camera.scale_sd` (relative) with what holds where nothing is stated. trouble: why there is
-    nothing, "" when there is.
-    """
+    x_mm: place along the plate, either way; sd_mm: stated, NaN where not; tilt_deg: of
+    the plate at the same time, NaN where not seen, None where nobody looked. angles_deg
+    (m,): readings of the angle at which it slid, a run each. description: sections of
+    recording.toml as plain values, `camera.scale_sd` (relative) with what holds where
+    nothing is stated. trouble: why there is nothing, "" when there is."""
 
     recording: str
     session: str
@@ -39,7 +44,8 @@ class SeenSlide:
 
 
 def read_slides(folder: Path) -> list[SeenSlide]:
-    """Every slide under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    """Every slide under `folder`; one that cannot be used says why. FileNotFoundError
+    without a folder."""
     return [_seen(entry) for entry in entries_of(folder, "slide")]
 
 
@@ -62,32 +68,63 @@ def readings_of(recording: Recording) -> SeenSlide:
     angles = table.rows["slide_angle_deg"].dropna().to_numpy(float)
     none = np.zeros(0)
     told = describe(recording)
-    return SeenSlide(recording.id, recording.session or "", none, none, none, none, None, angles, told, table.notes)
+    return SeenSlide(
+        recording.id,
+        recording.session or "",
+        none,
+        none,
+        none,
+        none,
+        None,
+        angles,
+        told,
+        table.notes,
+    )
 
 
 def slide_of(track: Track, recording: Recording) -> SeenSlide:
-    """A track as a slide; MeasurementError where scale, frame rate or the plate's angle is unknown."""
+    """A track as a slide; MeasurementError where scale, frame rate or the plate's angle
+    is unknown."""
     if track.unit != "mm" or not track.timed:
         missing = "scale (mm_per_px)" if track.unit != "mm" else "frame rate (fps)"
-        raise MeasurementError(f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs lengths and times")
+        raise MeasurementError(
+            f"{recording.toml}: [camera] {missing} is missing; a diagnosis needs"
+            " lengths and times"
+        )
     seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 8
     if not seen and recording.slide.tilt_rate_deg_s is None:
         raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
     used = track.used()
     used = used.marked(single_spikes(used.x)).used()
     return SeenSlide(
-        recording.id, recording.session or "", used.frame, used.t_s, used.x, used.sd, used.tilt_deg if seen else None,
-        np.zeros(0), describe(recording), track.notes,
-    )  # fmt: skip
+        recording.id,
+        recording.session or "",
+        used.frame,
+        used.t_s,
+        used.x,
+        used.sd,
+        used.tilt_deg if seen else None,
+        np.zeros(0),
+        describe(recording),
+        track.notes,
+    )
 
 
 def describe(recording: Recording) -> dict:
-    """Sections of recording.toml as plain values; scale_sd (relative) is always there."""
+    """Sections of recording.toml as plain values; scale_sd (relative) is always
+    there."""
     sections = sections_of(recording, "seed", "camera", "air", "slide")
-    sections["camera"] |= {"scale_sd": recording.camera.scale_sd, "plumb_sd_deg": recording.camera.plumb_sd}
+    sections["camera"] |= {
+        "scale_sd": recording.camera.scale_sd,
+        "plumb_sd_deg": recording.camera.plumb_sd,
+    }
     return sections
 
 
-def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenSlide:
+def _nothing(
+    recording: str, session: str, description: dict, trouble: str
+) -> SeenSlide:
     none = np.zeros(0)
-    return SeenSlide(recording, session, none, none, none, none, None, none, description, (), trouble)
+    return SeenSlide(
+        recording, session, none, none, none, none, None, none, description, (), trouble
+    )

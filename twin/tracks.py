@@ -1,4 +1,5 @@
-"""Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code for bench and twin."""
+"""Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
+for bench and twin."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,14 +18,18 @@ from vision.motion.track import Track, track_from_gates, track_from_table
 from vision.observe import observe
 from vision.recording import Recording
 
-SCALE_OF_GRAVITY_SD = 0.1  # of a scale that only the fall itself gives: gravity is then no judge of it any more
-FALL_SD = "scale_of_fall_sd"  # key of how well one fall by itself gives a scale, relative
+# of a scale that only the fall itself gives: gravity is then no judge of it any more
+SCALE_OF_GRAVITY_SD = 0.1
+FALL_SD = (  # key of how well one fall by itself gives a scale, relative
+    "scale_of_fall_sd"
+)
 LEAST_FALL_SD = 1e-5
 
 
 @dataclass(frozen=True)
 class Listed:
-    """One recording of a folder before anything is read of it: trouble says why nothing can be, "" when it can."""
+    """One recording of a folder before anything is read of it: trouble says why nothing
+    can be, "" when it can."""
 
     recording: str
     rig: str
@@ -43,21 +48,28 @@ def listed(folder: Path) -> list[Listed]:
 def _entry(entry: Recording | MeasurementError) -> Listed:
     if isinstance(entry, MeasurementError):
         return Listed(entry.recording, "", "", "", str(entry))
-    trouble = "" if entry.rig else f"{entry.toml}: rig is missing; it should be drop, slide, roll or pile"
-    return Listed(entry.id, entry.rig or "", entry.evidence, entry.session or "", trouble)
+    trouble = (
+        ""
+        if entry.rig
+        else f"{entry.toml}: rig is missing; it should be drop, slide, roll or pile"
+    )
+    return Listed(
+        entry.id, entry.rig or "", entry.evidence, entry.session or "", trouble
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class SeenTrack:
-    """One drop. Arrays of one length n; flight (n,): which flight a row belongs to, −1: none (held, in contact, an outlier).
+    """One drop. Arrays of one length n; flight (n,): which flight a row belongs to, −1:
+    none (held, in contact, an outlier).
 
-    x_mm to the right, y_mm up, as the picture has them (not turned upright); angle_deg: anticlockwise, NaN where not seen, None
-    where nobody looked. sd_mm: stated, NaN where not. contacts_s: impacts between successive flights. release_seen: whether the
-    first flight begins in the track. Of a drop that was only heard there are no rows, only contacts_s with contacts_sd_s.
-    description: sections of
-    recording.toml as plain values, `camera.scale_sd` (relative) and `camera.plumb_sd_deg` with what holds where nothing is
-    stated. trouble: why there is nothing, "" when there is.
-    """
+    x_mm to the right, y_mm up, as the picture has them (not turned upright); angle_deg:
+    anticlockwise, NaN where not seen, None where nobody looked. sd_mm: stated, NaN
+    where not. contacts_s: impacts between successive flights. release_seen: whether the
+    first flight begins in the track. Of a drop that was only heard there are no rows,
+    only contacts_s with contacts_sd_s. description: sections of recording.toml as plain
+    values, `camera.scale_sd` (relative) and `camera.plumb_sd_deg` with what holds where
+    nothing is stated. trouble: why there is nothing, "" when there is."""
 
     recording: str
     session: str
@@ -77,32 +89,54 @@ class SeenTrack:
 
 
 def read_drops(folder: Path) -> list[SeenTrack]:
-    """Every drop under `folder`; one that cannot be used says why. FileNotFoundError without a folder."""
+    """Every drop under `folder`; one that cannot be used says why. FileNotFoundError
+    without a folder."""
     return one_scale([_seen(entry) for entry in entries_of(folder, "drop")])
 
 
 def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
-    """The same with one scale a session where only the falls give it: their mean, weighted by how well each gives it."""
+    """The same with one scale a session where only the falls give it: their mean,
+    weighted by how well each gives it."""
     out = list(seen)
     for session in dict.fromkeys(s.session for s in seen):
-        mine = [k for k, s in enumerate(seen) if s.session == session and FALL_SD in s.description.get("camera", {})]
+        mine = [
+            k
+            for k, s in enumerate(seen)
+            if s.session == session and FALL_SD in s.description.get("camera", {})
+        ]
         if len(mine) < 2:
             continue
         cameras = [seen[k].description["camera"] for k in mine]
-        scale = float(np.average([c["mm_per_px"] for c in cameras], weights=[c[FALL_SD] ** -2 for c in cameras]))
+        scale = float(
+            np.average(
+                [c["mm_per_px"] for c in cameras],
+                weights=[c[FALL_SD] ** -2 for c in cameras],
+            )
+        )
         for k, camera in zip(mine, cameras, strict=True):
             s, times = seen[k], scale / camera["mm_per_px"]
             told = s.description | {"camera": camera | {"mm_per_px": scale}}
-            out[k] = replace(s, x_mm=times * s.x_mm, y_mm=times * s.y_mm, sd_mm=times * s.sd_mm, description=told)
+            out[k] = replace(
+                s,
+                x_mm=times * s.x_mm,
+                y_mm=times * s.y_mm,
+                sd_mm=times * s.sd_mm,
+                description=told,
+            )
     return out
 
 
 def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
-    """Recordings of one rig under `folder`, and what could not be read at all. FileNotFoundError without a folder."""
+    """Recordings of one rig under `folder`, and what could not be read at all.
+    FileNotFoundError without a folder."""
     if not Path(folder).exists():
         raise FileNotFoundError(f"{folder}: no such file or folder")
     entries = find_all([Path(folder)])
-    return [entry for entry in entries if isinstance(entry, MeasurementError) or entry.rig == rig]
+    return [
+        entry
+        for entry in entries
+        if isinstance(entry, MeasurementError) or entry.rig == rig
+    ]
 
 
 def _seen(entry: Recording | MeasurementError) -> SeenTrack:
@@ -156,18 +190,25 @@ def heard_of(recording: Recording) -> SeenTrack:
         raise MeasurementError(f"{recording.path}: holds no sound")
     found = impacts_in_sound(file, recording)
     if not found.first:
-        told.description["drop"].pop("height_mm", None)  # it is not the first of these impacts that it leads to
-    return replace(told, contacts_s=found.times, contacts_sd_s=found.sd, notes=found.notes)
+        told.description["drop"].pop(
+            "height_mm", None
+        )  # it is not the first of these impacts that it leads to
+    return replace(
+        told, contacts_s=found.times, contacts_sd_s=found.sd, notes=found.notes
+    )
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:
-    """A track with its flights told apart; MeasurementError where nothing flies, or the frame rate is unknown.
+    """A track with its flights told apart; MeasurementError where nothing flies, or the
+    frame rate is unknown.
 
-    Where no scale is stated the free fall gives it, and the scale is taken for known no better than SCALE_OF_GRAVITY_SD; of
-    several drops see `one_scale`.
-    """
+    Where no scale is stated the free fall gives it, and the scale is taken for known no
+    better than SCALE_OF_GRAVITY_SD; of several drops see `one_scale`."""
     if not track.timed:
-        raise MeasurementError(f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how fast things fell")
+        raise MeasurementError(
+            f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how"
+            " fast things fell"
+        )
     found = measure_rebound(track, recording)
     if found.flights is None:
         raise MeasurementError(found.quantities[0].reason)
@@ -176,35 +217,84 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
     for k, part in enumerate(found.flights.rows):
         flight[rows[part]] = k
     flight[found.track.outlier] = -1
-    contacts = np.array([found.flights.contact_time(k) for k in range(len(found.flights.rows) - 1)])
+    contacts = np.array(
+        [found.flights.contact_time(k) for k in range(len(found.flights.rows) - 1)]
+    )
     told, notes, scale = describe(recording), (*track.notes, *found.notes), 1.0
     if track.unit == "px":
         if not found.flights.free > 0:
-            raise MeasurementError(f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the track falls freely")
+            raise MeasurementError(
+                f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the"
+                " track falls freely"
+            )
         scale = G_MM_S2 / found.flights.free
         alone = max(found.flights.free_sd / found.flights.free, LEAST_FALL_SD)
-        told["camera"] |= {"mm_per_px": scale, "scale_sd": SCALE_OF_GRAVITY_SD, FALL_SD: alone}
-        notes = (*notes, f"no scale is stated: the free fall makes it {scale:.4g} mm per px, and nothing is said about scale")
+        told["camera"] |= {
+            "mm_per_px": scale,
+            "scale_sd": SCALE_OF_GRAVITY_SD,
+            FALL_SD: alone,
+        }
+        notes = (
+            *notes,
+            (
+                f"no scale is stated: the free fall makes it {scale:.4g} mm per px, and"
+                " nothing is said about scale"
+            ),
+        )
     return SeenTrack(
-        recording.id, recording.session or "", track.frame, track.t_s, scale * track.x, scale * track.y, scale * track.sd,
-        track.angle_deg, flight, contacts, release_seen(found.flights, track), told, notes,
-    )  # fmt: skip
+        recording.id,
+        recording.session or "",
+        track.frame,
+        track.t_s,
+        scale * track.x,
+        scale * track.y,
+        scale * track.sd,
+        track.angle_deg,
+        flight,
+        contacts,
+        release_seen(found.flights, track),
+        told,
+        notes,
+    )
 
 
 def describe(recording: Recording) -> dict:
-    """Sections of recording.toml as plain values; scale_sd (relative) and plumb_sd_deg are always there."""
+    """Sections of recording.toml as plain values; scale_sd (relative) and plumb_sd_deg
+    are always there."""
     sections = sections_of(recording, "seed", "camera", "air", "drop")
-    sections["camera"] |= {"scale_sd": recording.camera.scale_sd, "plumb_sd_deg": recording.camera.plumb_sd}
+    sections["camera"] |= {
+        "scale_sd": recording.camera.scale_sd,
+        "plumb_sd_deg": recording.camera.plumb_sd,
+    }
     return sections
 
 
 def sections_of(recording: Recording, *names: str) -> dict:
-    """Those sections of recording.toml, with [reading] and [conditions], as plain values: {section: {key: value}}."""
-    sections = {name: getattr(recording, name).model_dump(exclude_none=True) for name in (*names, "reading")}
+    """Those sections of recording.toml, with [reading] and [conditions], as plain
+    values: {section: {key: value}}."""
+    sections = {
+        name: getattr(recording, name).model_dump(exclude_none=True)
+        for name in (*names, "reading")
+    }
     return sections | {"conditions": dict(recording.conditions)}
 
 
-def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenTrack:
+def _nothing(
+    recording: str, session: str, description: dict, trouble: str
+) -> SeenTrack:
     none = np.zeros(0)
-    empty = SeenTrack(recording, session, none, none, none, none, none, None, none, none, False, description)
+    empty = SeenTrack(
+        recording,
+        session,
+        none,
+        none,
+        none,
+        none,
+        none,
+        None,
+        none,
+        none,
+        False,
+        description,
+    )
     return replace(empty, trouble=trouble)

@@ -1,4 +1,5 @@
-"""Evidence of a simulated run: frames or a photo as a camera would have taken them, or the numbers that the simulation knows."""
+"""Evidence of a simulated run: frames or a photo as a camera would have taken them, or
+the numbers that the simulation knows."""
 
 from pathlib import Path
 
@@ -18,8 +19,15 @@ PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 RENDERED, STRAIGHT = "rendered", "straight from the simulation"
 
 
-def pictures(motion: Motion, recording: Recording, folder: Path, rng: np.random.Generator, watch: Watch) -> str:
-    """Photo of a pile, frames of anything else; ValueError when the camera misses it."""
+def pictures(
+    motion: Motion,
+    recording: Recording,
+    folder: Path,
+    rng: np.random.Generator,
+    watch: Watch,
+) -> str:
+    """Photo of a pile, frames of anything else; ValueError when the camera misses
+    it."""
     camera, look = camera_of(recording), setup_of(recording).look
     _check(motion, recording, camera)
     if recording.rig == "pile":
@@ -43,29 +51,40 @@ def _check(motion: Motion, recording: Recording, camera) -> None:
         raise ValueError("no seed is left on the plate: there is nothing to photograph")
     seen = sees(camera, there)
     if not seen.all():
-        what = f"{(~seen).sum()} of {len(seen)} seeds" if many else "the seed at the start"
+        what = (
+            f"{(~seen).sum()} of {len(seen)} seeds" if many else "the seed at the start"
+        )
         low, high = 1e3 * there.min(axis=0), 1e3 * there.max(axis=0)
         raise ValueError(
-            f"the camera does not see {what}: x = {low[0]:.0f} … {high[0]:.0f}, z = {low[2]:.0f} … {high[2]:.0f} mm; "
-            "change camera.mm_per_px, camera.target_mm, camera.width_px or camera.height_px"
+            f"the camera does not see {what}: x = {low[0]:.0f} … {high[0]:.0f}, z ="
+            f" {low[2]:.0f} … {high[2]:.0f} mm; change camera.mm_per_px,"
+            " camera.target_mm, camera.width_px or camera.height_px"
         )
 
 
 def _save(file: Path, image: np.ndarray) -> None:
-    done, data = cv2.imencode(".png", image if image.ndim == 2 else image[:, :, ::-1], PNG)
+    done, data = cv2.imencode(
+        ".png", image if image.ndim == 2 else image[:, :, ::-1], PNG
+    )
     if not done:
         raise OSError(f"{file}: the picture could not be encoded")
     file.write_bytes(data.tobytes())
 
 
 def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
-    """track.csv as a perfect tracker would give it; for a pile readings.csv with the angles of the true outline."""
+    """track.csv as a perfect tracker would give it; for a pile readings.csv with the
+    angles of the true outline."""
     if recording.rig == "pile":
-        known = {name: [motion.truth[name]] for name in ("repose_angle_deg", "centroid_angle_deg")}
+        known = {
+            name: [motion.truth[name]]
+            for name in ("repose_angle_deg", "centroid_angle_deg")
+        }
         pd.DataFrame(known).to_csv(folder / "readings.csv", index=False)
         return STRAIGHT
     if recording.rig == "drum":
-        pd.DataFrame({"flowing_angle_deg": [motion.truth["flowing_angle_deg"]]}).to_csv(folder / "readings.csv", index=False)
+        pd.DataFrame({"flowing_angle_deg": [motion.truth["flowing_angle_deg"]]}).to_csv(
+            folder / "readings.csv", index=False
+        )
         return STRAIGHT
     x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]
     columns = {"t_s": motion.t_s, "x_mm": motion.series.get("travel_mm", x), "y_mm": z}
@@ -83,7 +102,10 @@ def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
     if recording.rig in ("drop", "roll"):
         seed = motion.shapes[0]
         sizes = () if seed.dimensions_m is None else seed.dimensions_m
-        update |= {name: float(f"{1e3 * v:.6g}") for name, v in zip(("length_mm", "width_mm", "thickness_mm"), sizes)}
+        update |= {
+            name: float(f"{1e3 * v:.6g}")
+            for name, v in zip(("length_mm", "width_mm", "thickness_mm"), sizes)
+        }
         update |= {"mass_g": 1e3 * seed.mass_kg}
     elif isinstance(bench.sizes, Sizes):
         for name in ("length", "width", "thickness"):
@@ -91,7 +113,12 @@ def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
             update[f"{name}_mm"] = 1e3 * size.mean_m
             update[f"{name}_range_mm"] = (1e3 * size.least_m, 1e3 * size.most_m)
     else:
-        update |= dict(zip(("length_mm", "width_mm", "thickness_mm"), (1e3 * v for v in bench.mean_dimensions_m)))
+        update |= dict(
+            zip(
+                ("length_mm", "width_mm", "thickness_mm"),
+                (1e3 * v for v in bench.mean_dimensions_m),
+            )
+        )
     if recording.rig == "slide":
         update["count"] = recording.seed.count or 4
     return recording.seed.model_copy(update=update)

@@ -1,10 +1,11 @@
-"""Pictures, frames, videos and tracks from the bench → measurements with standard deviations. Knows nothing of simulating.
+"""Pictures, frames, videos and tracks from the bench → measurements with standard
+deviations. Knows nothing of simulating.
 
-    from vision import measure
+from vision import measure
 
-    for observation in measure("my-bench"):
-        for q in observation.quantities:
-            print(observation.recording, q.name, q.value, q.sd, q.unit, q.quality)
+for observation in measure("my-bench"):
+    for q in observation.quantities:
+        print(observation.recording, q.name, q.value, q.sd, q.unit, q.quality)
 """
 
 

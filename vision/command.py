@@ -21,7 +21,15 @@ MEASURED, NOTHING, MISUSED = 0, 1, 2
 
 
 def measure_command(
-    paths: list[Path], out: Path, window: str, roi: str, baseline: str, trim: bool, seeds: bool, overwrite: bool, quiet: bool
+    paths: list[Path],
+    out: Path,
+    window: str,
+    roi: str,
+    baseline: str,
+    trim: bool,
+    seeds: bool,
+    overwrite: bool,
+    quiet: bool,
 ) -> int:
     """Measure everything under `paths` into the folder `out`; returns the exit code."""
     try:
@@ -35,27 +43,51 @@ def measure_command(
     try:
         table = _run(paths, results, options, trim, seeds, quiet)
     except OSError as error:
-        print(f"benchtwin measure: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        print(
+            f"benchtwin measure: cannot write to {out}: {error.strerror or error}",
+            file=sys.stderr,
+        )
         return MISUSED
     except KeyboardInterrupt:
-        print(f"\nbenchtwin measure: stopped; nothing was written to {out}", file=sys.stderr)
+        print(
+            f"\nbenchtwin measure: stopped; nothing was written to {out}",
+            file=sys.stderr,
+        )
         return NOTHING
     finally:
         results.abandon()
     if not quiet:
         show_results(table, results.summary, results.notes, results.not_read, out)
     elif not measured_anything(table):
-        print(f"benchtwin measure: nothing could be measured; the reasons are in {out / 'measurements.csv'}", file=sys.stderr)
+        print(
+            "benchtwin measure: nothing could be measured; the reasons are in"
+            f" {out / 'measurements.csv'}",
+            file=sys.stderr,
+        )
     return MEASURED if measured_anything(table) else NOTHING
 
 
-def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, seeds: bool, quiet: bool) -> pd.DataFrame:
+def _run(
+    paths: list[Path],
+    results: Results,
+    options: PileOptions,
+    trim: bool,
+    seeds: bool,
+    quiet: bool,
+) -> pd.DataFrame:
     entries = find_all(paths)
     results.not_read = unread_notes(paths, entries)
     results.notes += results.not_read
     rolls: list[tuple[Recording, Observation]] = []
-    bar = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed:.0f}/{task.total}"), TimeRemainingColumn())
-    with Progress(*bar, console=Console(stderr=True), disable=quiet, transient=True) as progress:
+    bar = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(
+        *bar, console=Console(stderr=True), disable=quiet, transient=True
+    ) as progress:
         task = progress.add_task("measuring", total=len(entries))
 
         def one(i: int, entry: Recording | MeasurementError) -> Observation:
@@ -66,9 +98,13 @@ def _run(paths: list[Path], results: Results, options: PileOptions, trim: bool, 
             def advance(share: float) -> None:
                 progress.update(task, completed=i + share)
 
-            return observe_or_fail(entry, partial(observe, options=options, trim=trim, progress=advance))
+            return observe_or_fail(
+                entry, partial(observe, options=options, trim=trim, progress=advance)
+            )
 
-        for i, (entry, observation) in enumerate(zip(entries, in_order(entries, one), strict=True)):
+        for i, (entry, observation) in enumerate(
+            zip(entries, in_order(entries, one), strict=True)
+        ):
             results.add(observation)
             keep_rolls(rolls, entry, observation)
             progress.update(task, completed=i + 1)
@@ -84,18 +120,25 @@ def _numbers(text: str, option: str, counts: tuple[int, ...]) -> list[float]:
         numbers = []
     if len(numbers) not in counts or not all(abs(n) < 1e6 for n in numbers):
         wanted = " or ".join(str(c) for c in counts)
-        raise MeasurementError(f"{option} {text}: expected {wanted} numbers with commas between")
+        raise MeasurementError(
+            f"{option} {text}: expected {wanted} numbers with commas between"
+        )
     return numbers
 
 
 def _window(text: str) -> tuple[float, float]:
     parts = re.fullmatch(r"\s*([\d.]+)\s*%?\s*[-–,:]\s*([\d.]+)\s*%?\s*", text)
     try:
-        low, high = (float(part) / 100 for part in parts.groups()) if parts else (0.0, 0.0)
+        low, high = (
+            (float(part) / 100 for part in parts.groups()) if parts else (0.0, 0.0)
+        )
     except ValueError:
         low, high = 0.0, 0.0
     if not 0 <= low < high <= 1 or high - low < 0.1:
-        raise MeasurementError(f"--window {text}: expected two heights in %, at least 10 apart, such as 20-80")
+        raise MeasurementError(
+            f"--window {text}: expected two heights in %, at least 10 apart, such as"
+            " 20-80"
+        )
     return low, high
 
 
@@ -110,7 +153,11 @@ def _baseline(text: str) -> tuple[float, float, float, float] | None:
     if not text:
         return None
     numbers = _numbers(text, "--baseline", (1, 4))
-    x1, y1, x2, y2 = numbers if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])
+    x1, y1, x2, y2 = (
+        numbers if len(numbers) == 4 else (0.0, numbers[0], 1000.0, numbers[0])
+    )
     if abs(x2 - x1) < 10 * abs(y2 - y1):
-        raise MeasurementError(f"--baseline {text}: the two points must lie side by side (X1,Y1,X2,Y2)")
+        raise MeasurementError(
+            f"--baseline {text}: the two points must lie side by side (X1,Y1,X2,Y2)"
+        )
     return x1, y1, x2, y2

@@ -20,13 +20,22 @@ from vision.recording import (
 )
 
 LOT_SUMMARY = "lot.toml"  # in a folder that `benchtwin shape` wrote
-BESIDE = (".toml", ".csv", ".md", ".txt", ".json", "")  # files that may lie beside evidence
+BESIDE = (
+    ".toml",
+    ".csv",
+    ".md",
+    ".txt",
+    ".json",
+    "",
+)  # files that may lie beside evidence
 
 
-def find_recordings(path: Path, visited: set[Path] | None = None) -> list[Recording | MeasurementError]:
-    """All recordings under `path`: a photo, a folder of photos, a recording, a bench folder. In
-    place of a recording that cannot be read there is its error, so that the others are still
-    measured. visited: folders visited already, by another link."""
+def find_recordings(
+    path: Path, visited: set[Path] | None = None
+) -> list[Recording | MeasurementError]:
+    """All recordings under `path`: a photo, a folder of photos, a recording, a bench
+    folder. In place of a recording that cannot be read there is its error, so that the
+    others are still measured. visited: folders visited already, by another link."""
     path = Path(path)
     visited = set() if visited is None else visited
     if not path.is_dir():
@@ -58,28 +67,52 @@ def find_recordings(path: Path, visited: set[Path] | None = None) -> list[Record
     for folder in others:
         if _is_bench(folder, {path.resolve()}):
             found += find_recordings(folder, visited)
-    found += [MeasurementError(f"{p}: no permission to look into this folder", p.name) for p in closed]
+    found += [
+        MeasurementError(f"{p}: no permission to look into this folder", p.name)
+        for p in closed
+    ]
     found += _loose_files(path, defaults)
     if not found:
         what = "no recording.toml, no photo, no video, no sound, no track.csv"
-        found = [MeasurementError(f"{path}: nothing to measure here ({what})", path.resolve().name)]
+        found = [
+            MeasurementError(
+                f"{path}: nothing to measure here ({what})", path.resolve().name
+            )
+        ]
     return found
 
 
-def unread_files(path: Path, found: list[Recording | MeasurementError]) -> list[tuple[Path, list[str]]]:
-    """(folder, names) of the files that are not read, in `path` and in the folders of the
-    recordings `found`. A table counts only beside evidence, where it may have been meant as
-    such."""
-    used = {f.resolve() for r in found if isinstance(r, Recording) for f in (*r.files, r.sound) if f}
+def unread_files(
+    path: Path, found: list[Recording | MeasurementError]
+) -> list[tuple[Path, list[str]]]:
+    """(folder, names) of the files that are not read, in `path` and in the folders of
+    the recordings `found`. A table counts only beside evidence, where it may have been
+    meant as such."""
+    used = {
+        f.resolve()
+        for r in found
+        if isinstance(r, Recording)
+        for f in (*r.files, r.sound)
+        if f
+    }
     folders = {path.resolve(): path} if path.is_dir() else {}
     for file in used:
         folders |= {p: p for p in file.parents if p.is_relative_to(path.resolve())}
     known = (*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *BESIDE)
     missed = []
     for real, folder in sorted(folders.items()):
-        names = [f.name for f in sorted(real.iterdir()) if f.is_file() and not f.name.startswith(".") and f not in used]
+        names = [
+            f.name
+            for f in sorted(real.iterdir())
+            if f.is_file() and not f.name.startswith(".") and f not in used
+        ]
         meant = any(f.parent == real for f in used)
-        if names := [n for n in names if Path(n).suffix.lower() not in known or (meant and Path(n).suffix.lower() == ".csv")]:
+        if names := [
+            n
+            for n in names
+            if Path(n).suffix.lower() not in known
+            or (meant and Path(n).suffix.lower() == ".csv")
+        ]:
             missed.append((folder, names))
     return missed
 
@@ -92,25 +125,47 @@ def _attempt(read, *args):
         error.recording = args[0].name
         return error
     except OSError as error:  # no permission, a broken link, a disk that fails
-        return MeasurementError(f"{error.filename or args[0]}: {error.strerror or error}", args[0].name)
+        return MeasurementError(
+            f"{error.filename or args[0]}: {error.strerror or error}", args[0].name
+        )
 
 
 def _folders(path: Path) -> tuple[list[Path], list[Path]]:
-    """Readable and unreadable folders in a folder, without hidden ones, lots of seeds and results."""
-    inside = sorted(p for p in path.iterdir() if p.is_dir() and not p.name.startswith("."))
+    """Readable and unreadable folders in a folder, without hidden ones, lots of seeds
+    and results."""
+    inside = sorted(
+        p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".")
+    )
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
-    open_ = [p for p in inside if may[p] and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))]
+    open_ = [
+        p
+        for p in inside
+        if may[p]
+        and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))
+    ]
     return open_, [p for p in inside if not may[p]]
 
 
 def _is_recording(folder: Path) -> bool:
-    named = any((folder / name).exists() for name in ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames"))
+    named = any(
+        (folder / name).exists()
+        for name in (
+            "recording.toml",
+            "track.csv",
+            "impacts.csv",
+            "readings.csv",
+            "frames",
+        )
+    )
     heard = bool(sounds_in(folder)) and not photos_in(folder)
-    return named or ((heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists())
+    return named or (
+        (heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists()
+    )
 
 
 def _is_bench(folder: Path, visited: set[Path]) -> bool:
-    """Whether a folder contains recordings and is no folder of results; folders in `visited` are not followed."""
+    """Whether a folder contains recordings and is no folder of results; folders in
+    `visited` are not followed."""
     if (folder / "measurements.csv").is_file() or folder.resolve() in visited:
         return False
     visited.add(folder.resolve())

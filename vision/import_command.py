@@ -5,7 +5,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from vision.foreign import tool_of
-from vision.foreign.draft import BENCH_HEADING, DRAFTED, WRITTEN, Draft, drafts_of, write_bench
+from vision.foreign.draft import (
+    BENCH_HEADING,
+    DRAFTED,
+    WRITTEN,
+    Draft,
+    drafts_of,
+    write_bench,
+)
 from vision.measurement import MeasurementError
 from vision.out_folder import check_out, file_name, new_folder
 from vision.recording import RIGS
@@ -13,8 +20,16 @@ from vision.recording import RIGS
 DONE, NOTHING, MISUSED = 0, 1, 2
 
 
-def import_command(files: list[Path], out: Path, rig: str, track: int | None, overwrite: bool, quiet: bool) -> int:
-    """Write the bench folder `out` from `files` (folders: the files of other tools in them); returns the exit code."""
+def import_command(
+    files: list[Path],
+    out: Path,
+    rig: str,
+    track: int | None,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Write the bench folder `out` from `files` (folders: the files of other tools in
+    them); returns the exit code."""
     try:
         if rig and rig not in RIGS:
             raise MeasurementError(f"--rig {rig}: it is one of {', '.join(RIGS)}")
@@ -22,9 +37,15 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
             raise MeasurementError(f"{missing[0]}: no such file or folder")
         found = []
         for path in files:
-            inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p)) if path.is_dir() else [path]
+            inside = (
+                sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
+                if path.is_dir()
+                else [path]
+            )
             if not inside:
-                raise MeasurementError(f"{path}: no file of another tool in this folder")
+                raise MeasurementError(
+                    f"{path}: no file of another tool in this folder"
+                )
             found += inside
         paths = list(dict.fromkeys(found))
         check_out(out, "a drafted bench", _drafted, overwrite, paths)
@@ -35,13 +56,19 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
     for line in trouble:
         print(f"benchtwin import: {line}", file=sys.stderr)
     if not drafts:
-        print(f"benchtwin import: nothing could be read; {out} is not written", file=sys.stderr)
+        print(
+            f"benchtwin import: nothing could be read; {out} is not written",
+            file=sys.stderr,
+        )
         return NOTHING
     try:
         with new_folder(out, _drafted, overwrite) as part:
             questions = write_bench(part, drafts, trouble)
     except OSError as error:
-        print(f"benchtwin import: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        print(
+            f"benchtwin import: cannot write to {out}: {error.strerror or error}",
+            file=sys.stderr,
+        )
         return MISUSED
     if not quiet:
         _show(out, drafts, questions)
@@ -49,16 +76,23 @@ def import_command(files: list[Path], out: Path, rig: str, track: int | None, ov
 
 
 def _drafted(path: Path) -> bool:
-    """Whether a file or folder of a bench is as this command wrote it, without files of the user."""
+    """Whether a file or folder of a bench is as this command wrote it, without files of
+    the user."""
     if path.name == "bench.toml":
-        return path.read_text(encoding="utf8", errors="replace").startswith(f"# {BENCH_HEADING}")
+        return path.read_text(encoding="utf8", errors="replace").startswith(
+            f"# {BENCH_HEADING}"
+        )
     file = path / "recording.toml"
-    if not file.is_file() or not (match := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))):
+    if not file.is_file() or not (
+        match := DRAFTED.match(file.read_text(encoding="utf8", errors="replace"))
+    ):
         return False
     return {p.name for p in path.iterdir()} <= {"recording.toml", *WRITTEN, match[1]}
 
 
-def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], list[str]]:
+def _read(
+    paths: list[Path], rig: str, track: int | None
+) -> tuple[list[Draft], list[str]]:
     """The recordings in all files, with unique names, and what could not be read."""
     drafts: list[Draft] = []
     trouble, taken = [], {"bench.toml"}
@@ -77,10 +111,16 @@ def _read(paths: list[Path], rig: str, track: int | None) -> tuple[list[Draft], 
 def _show(out: Path, drafts: list[Draft], questions: list[str]) -> None:
     for draft in drafts:
         rows = "copied" if draft.table is None else f"{len(draft.table)} rows"
-        print(f"{draft.name}: {draft.rig or 'rig not known'}, {draft.evidence} ({rows}) from {draft.file.name} ({draft.tool})")
+        print(
+            f"{draft.name}: {draft.rig or 'rig not known'}, {draft.evidence} ({rows})"
+            f" from {draft.file.name} ({draft.tool})"
+        )
         for guess in draft.guesses:
             print(f"  guessed: {guess}")
-    print(f"\n{len(questions)} questions; they stand in {out / 'bench.toml'} and beside each recording:")
+    print(
+        f"\n{len(questions)} questions; they stand in {out / 'bench.toml'} and beside"
+        " each recording:"
+    )
     for question in questions:
         print(f"  {question}")
     print(f"\nAnswer what you can, then: benchtwin measure {out} --out measured")

@@ -11,7 +11,8 @@ _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
 class MeasurementError(ValueError):
-    """A recording cannot be measured; the message says why and what to do. recording: its name, where it cannot be read."""
+    """A recording cannot be measured; the message says why and what to do. recording:
+    its name, where it cannot be read."""
 
     def __init__(self, message: str, recording: str = "?"):
         super().__init__(message)
@@ -22,11 +23,11 @@ class MeasurementError(ValueError):
 class Quantity:
     """One measured number.
 
-    `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small sample's wider interval is
-    already in it). `sd_common`, included in `sd`, is the part that is the same error in all recordings of one session: the
-    scale, the plumb line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or failed (value NaN),
-    `reason` says why.
-    """
+    `sd` is one standard deviation such that value ± 1.96 sd is a 95 % interval (a small
+    sample's wider interval is already in it). `sd_common`, included in `sd`, is the
+    part that is the same error in all recordings of one session: the scale, the plumb
+    line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or
+    failed (value NaN), `reason` says why."""
 
     name: str
     value: float
@@ -37,22 +38,28 @@ class Quantity:
     sd_common: float = 0.0
 
     def doubt(self, *reasons: str) -> "Quantity":
-        """The quantity, at best doubtful, with more reasons; unchanged where all of them are empty."""
+        """The quantity, at best doubtful, with more reasons; unchanged where all of
+        them are empty."""
         if not any(reasons):
             return self
         worse = self.quality if self.quality == FAILED else DOUBTFUL
-        return replace(self, quality=worse, reason="; ".join(r for r in (self.reason, *reasons) if r))
+        return replace(
+            self,
+            quality=worse,
+            reason="; ".join(r for r in (self.reason, *reasons) if r),
+        )
 
 
 @dataclass(frozen=True)
 class Observation:
     """The results for one recording.
 
-    `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first belongs to the quantities);
-    `track`, `bounces`, `readings` and `seeds` are tables with unit-suffixed columns, or None; `notes` say what was skipped
-    or assumed; `places` is where a film's seed was found (frame, x_px, y_px from the picture's top, left_out).
-    `bench` (a folder's name), `session` and `conditions` are the recording's, so that repeats can be gathered.
-    """
+    `pictures` are overlays by name (uint8 RGB, at most about 1600 px wide; the first
+    belongs to the quantities); `track`, `bounces`, `readings` and `seeds` are tables
+    with unit-suffixed columns, or None; `notes` say what was skipped or assumed;
+    `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
+    left_out). `bench` (a folder's name), `session` and `conditions` are the
+    recording's, so that repeats can be gathered."""
 
     recording: str
     rig: str
@@ -74,7 +81,9 @@ def failed(name: str, unit: str, reason: str) -> Quantity:
     return Quantity(name, float("nan"), float("nan"), unit, FAILED, reason)
 
 
-def all_failed(names_and_units: Iterable[tuple[str, str]], reason: str) -> tuple[Quantity, ...]:
+def all_failed(
+    names_and_units: Iterable[tuple[str, str]], reason: str
+) -> tuple[Quantity, ...]:
     """Quantities that could not be measured, for one reason."""
     return tuple(failed(name, unit, reason) for name, unit in names_and_units)
 

@@ -21,29 +21,47 @@ MAIN_QUANTITY = {  # reported as failed where a recording cannot be measured
     "seeds": ("seed_length", "mm"),
     None: ("recording", ""),
 }
-# Plausible sizes, masses and densities of seeds and balls: poppy seed to coconut, cork to lead.
-PLAUSIBLE_MM, PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (0.2, 60.0), (1e-5, 100.0), (150.0, 12_000.0)
+# Plausible sizes, masses and densities of seeds and balls: poppy seed to coconut, cork
+# to lead.
+PLAUSIBLE_MM, PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (
+    (0.2, 60.0),
+    (1e-5, 100.0),
+    (150.0, 12_000.0),
+)
 
 Progress = Callable[[float], None]
 
 
 def observe(
-    recording: Recording, options: PileOptions | None = None, trim: bool = False, progress: Progress | None = None
+    recording: Recording,
+    options: PileOptions | None = None,
+    trim: bool = False,
+    progress: Progress | None = None,
 ) -> Observation:
-    """Measure one recording; MeasurementError with the reason where nothing can be measured.
-    options: how pile photos are read; trim: leave out the highest and the lowest of repeated
-    readings; progress: called with the fraction done."""
+    """Measure one recording; MeasurementError with the reason where nothing can be
+    measured. options: how pile photos are read; trim: leave out the highest and the
+    lowest of repeated readings; progress: called with the fraction done."""
     observation = _observe(recording, options, trim, progress)
-    return replace(observation, notes=(*observation.notes, *seed_questions(recording.seed)))
+    return replace(
+        observation, notes=(*observation.notes, *seed_questions(recording.seed))
+    )
 
 
-def _observe(recording: Recording, options: PileOptions | None, trim: bool, progress: Progress | None) -> Observation:
+def _observe(
+    recording: Recording,
+    options: PileOptions | None,
+    trim: bool,
+    progress: Progress | None,
+) -> Observation:
     if recording.evidence == "readings.csv":
         from vision.evidence.readings import observe_readings
 
         return observe_readings(recording, trim)
     if recording.rig is None:
-        raise MeasurementError(f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or drum")
+        raise MeasurementError(
+            f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or"
+            " drum"
+        )
     if recording.rig == "pile":
         return observe_pile(recording, options)
     if recording.rig == "drum":
@@ -51,32 +69,54 @@ def _observe(recording: Recording, options: PileOptions | None, trim: bool, prog
 
         return observe_drum(recording, progress)
     if recording.evidence == "photos":
-        raise MeasurementError(f"{recording.path}: a {recording.rig} is measured on frames, a video or a track, not on a photo")
+        raise MeasurementError(
+            f"{recording.path}: a {recording.rig} is measured on frames, a video or a"
+            " track, not on a photo"
+        )
     from vision.motion.observe_motion import observe_moving
 
     return observe_moving(recording, progress)
 
 
-def observe_pile(recording: Recording, options: PileOptions | None = None) -> Observation:
-    """Measure the first photo of a pile recording (`split_photos` makes a recording of each)."""
+def observe_pile(
+    recording: Recording, options: PileOptions | None = None
+) -> Observation:
+    """Measure the first photo of a pile recording (`split_photos` makes a recording of
+    each)."""
     from vision.overlay.pile import draw_repose
 
     if recording.evidence != "photos":
-        raise MeasurementError(f"{recording.path}: a pile is measured on photos, not on {recording.evidence}")
+        raise MeasurementError(
+            f"{recording.path}: a pile is measured on photos, not on"
+            f" {recording.evidence}"
+        )
     image = read_photo(recording.files[0])
     options = options or PileOptions()
-    if not options.side and recording.pile.box_mm is not None and recording.pile.cylinder_mm is None:
-        options = replace(options, side="right")  # the gate's side; the other flank leans on the box
+    if (
+        not options.side
+        and recording.pile.box_mm is not None
+        and recording.pile.cylinder_mm is None
+    ):
+        options = replace(
+            options, side="right"
+        )  # the gate's side; the other flank leans on the box
     options = _with_recording_options(options, recording)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.files[0]}: {error}") from error
-    return Observation(recording.id, "pile", found.quantities, found.notes, {"pile": draw_repose(image, found)})
+    return Observation(
+        recording.id,
+        "pile",
+        found.quantities,
+        found.notes,
+        {"pile": draw_repose(image, found)},
+    )
 
 
 def _with_recording_options(options: PileOptions, recording: Recording) -> PileOptions:
-    """The options with base line, region and window as the recording states them, where they are not given."""
+    """The options with base line, region and window as the recording states them, where
+    they are not given."""
     pile, typical = recording.pile, PileOptions()
     if options.baseline is None and pile.baseline_px is not None:
         options = replace(options, baseline=pile.baseline_px)
@@ -85,43 +125,79 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
     if options.window == typical.window and pile.window_pct is not None:
         low, high = (share / 100 for share in pile.window_pct)
         if high - low < LEAST_WINDOW:
-            raise MeasurementError(f"{recording.toml}: [pile] window_pct: two heights in %, at least {100 * LEAST_WINDOW:g} apart")
+            raise MeasurementError(
+                f"{recording.toml}: [pile] window_pct: two heights in %, at least"
+                f" {100 * LEAST_WINDOW:g} apart"
+            )
         options = replace(options, window=(low, high))
     return options
 
 
 def observe_seeds_photo(recording: Recording) -> Observation:
-    """Measure a photo of spread seeds: mean length and width (sd of the mean, with that of the scale), and a row for each seed."""
+    """Measure a photo of spread seeds: mean length and width (sd of the mean, with that
+    of the scale), and a row for each seed."""
     from vision.shape.lot_photos import observe_seeds
 
     if recording.evidence != "photos":
-        raise MeasurementError(f"{recording.path}: seeds are measured on photos, not on {recording.evidence}")
-    grains, overlay = observe_seeds(recording.files[0], recording.camera.mm_per_px, recording.camera.mm_per_px_sd)
-    quantities = tuple(
-        Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit) for row in grains.distribution().itertuples()
+        raise MeasurementError(
+            f"{recording.path}: seeds are measured on photos, not on"
+            f" {recording.evidence}"
+        )
+    grains, overlay = observe_seeds(
+        recording.files[0], recording.camera.mm_per_px, recording.camera.mm_per_px_sd
     )
-    doubt = "in px: no scale is known" if grains.scale is None else getattr(grains.scale, "reason", "")
+    quantities = tuple(
+        Quantity(f"seed_{row.quantity}", row.mean, row.mean_sd, row.unit)
+        for row in grains.distribution().itertuples()
+    )
+    doubt = (
+        "in px: no scale is known"
+        if grains.scale is None
+        else getattr(grains.scale, "reason", "")
+    )
     quantities = tuple(q.doubt(doubt) for q in quantities)
     rows = grains.distribution().itertuples()
-    spread = [f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g} {r.unit}" for r in rows]
+    spread = [
+        f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g}"
+        f" {r.unit}"
+        for r in rows
+    ]
     table = grains.table()
     table.insert(0, "recording", recording.id)
-    return Observation(recording.id, "seeds", quantities, (*spread, *grains.notes), {"seeds": overlay}, seeds=table)
+    return Observation(
+        recording.id,
+        "seeds",
+        quantities,
+        (*spread, *grains.notes),
+        {"seeds": overlay},
+        seeds=table,
+    )
 
 
 def seed_questions(seed: Seed) -> list[str]:
-    """A question for a size, a mass and a density that no seed has; they are used as stated."""
+    """A question for a size, a mass and a density that no seed has; they are used as
+    stated."""
     questions = []
     sizes = seed.sizes_mm
     if odd := [s for s in sizes if not _within(s, PLAUSIBLE_MM)]:
-        questions.append(f"a seed of {odd[0]:,g} mm: is it in millimetres? It is taken as stated")
+        questions.append(
+            f"a seed of {odd[0]:,g} mm: is it in millimetres? It is taken as stated"
+        )
     if seed.mass_g and not _within(seed.mass_g, PLAUSIBLE_G):
-        questions.append(f"a seed of {seed.mass_g:,g} g: is it in grams? It is taken as stated")
-    volume = 0.5236e-3 * sizes[0] * sizes[1] * sizes[2] if len(sizes) == 3 else None  # cm³
-    density = seed.density_kg_m3 or (1000 * seed.mass_g / volume if seed.mass_g and volume else None)
+        questions.append(
+            f"a seed of {seed.mass_g:,g} g: is it in grams? It is taken as stated"
+        )
+    volume = (
+        0.5236e-3 * sizes[0] * sizes[1] * sizes[2] if len(sizes) == 3 else None
+    )  # cm³
+    density = seed.density_kg_m3 or (
+        1000 * seed.mass_g / volume if seed.mass_g and volume else None
+    )
     if density and not _within(density, PLAUSIBLE_KG_M3) and not seed.inertia_factor:
         hollow = "A hollow ball has an [seed] inertia_factor of its own"
-        questions.append(f"sizes and mass make {density:,.3g} kg/m³: are both right? {hollow}")
+        questions.append(
+            f"sizes and mass make {density:,.3g} kg/m³: are both right? {hollow}"
+        )
     return questions
 
 
@@ -130,16 +206,26 @@ def _within(value: float, limits: tuple[float, float]) -> bool:
 
 
 def observe_or_fail(
-    entry: Recording | MeasurementError, observe: Callable[[Recording], Observation], rig: str | None = None
+    entry: Recording | MeasurementError,
+    observe: Callable[[Recording], Observation],
+    rig: str | None = None,
 ) -> Observation:
-    """`observe(entry)`; any error of this one recording becomes a failed quantity of its `rig`."""
+    """`observe(entry)`; any error of this one recording becomes a failed quantity of
+    its `rig`."""
     if isinstance(entry, MeasurementError):
         return _failure(entry.recording, rig, str(entry))
     bench = entry.path.resolve().parent.name
-    return replace(_observe_or_fail(entry, observe, rig), bench=bench, session=entry.session, conditions=entry.conditions)
+    return replace(
+        _observe_or_fail(entry, observe, rig),
+        bench=bench,
+        session=entry.session,
+        conditions=entry.conditions,
+    )
 
 
-def _observe_or_fail(entry: Recording, observe: Callable[[Recording], Observation], rig: str | None) -> Observation:
+def _observe_or_fail(
+    entry: Recording, observe: Callable[[Recording], Observation], rig: str | None
+) -> Observation:
     try:
         return observe(entry)
     except MeasurementError as error:
@@ -150,7 +236,10 @@ def _observe_or_fail(entry: Recording, observe: Callable[[Recording], Observatio
         reason = f"{entry.path}: too large for this machine's memory"
     except Exception as error:  # a bug in one recording must not cost the others
         place = traceback.extract_tb(error.__traceback__)[-1]
-        reason = f"{entry.path}: a fault of benchtwin, please report it: {error!r} in {Path(place.filename).name}:{place.lineno}"
+        reason = (
+            f"{entry.path}: a fault of benchtwin, please report it: {error!r} in"
+            f" {Path(place.filename).name}:{place.lineno}"
+        )
     return _failure(entry.id, rig or entry.rig, reason)
 
 

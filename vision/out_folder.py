@@ -1,4 +1,5 @@
-"""Output folders that appear whole or not at all, and that replace nothing but earlier output of the same command."""
+"""Output folders that appear whole or not at all, and that replace nothing but earlier
+output of the same command."""
 
 import contextlib
 import errno
@@ -14,21 +15,35 @@ from vision.measurement import MeasurementError
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 
 
-def check_out(out: Path, what: str, is_own: Callable[[Path], bool], overwrite: bool, inputs: Sequence[Path] = ()) -> None:
-    """Raise MeasurementError unless `out` can be written: absent, empty, or with `overwrite` and
-    own output only. what: what the folder may hold, for the message; is_own: whether a path in it
-    is output of the command; inputs: paths that are read."""
+def check_out(
+    out: Path,
+    what: str,
+    is_own: Callable[[Path], bool],
+    overwrite: bool,
+    inputs: Sequence[Path] = (),
+) -> None:
+    """Raise MeasurementError unless `out` can be written: absent, empty, or with
+    `overwrite` and own output only. what: what the folder may hold, for the message;
+    is_own: whether a path in it is output of the command; inputs: paths that are
+    read."""
     if out.exists() and not out.is_dir():
         raise MeasurementError(f"{out}: is a file; --out names a folder")
     there = sorted(out.iterdir()) if out.is_dir() else []
     if there and not overwrite:
-        raise MeasurementError(f"{out}: exists and is not empty; choose another --out, or say --overwrite")
+        raise MeasurementError(
+            f"{out}: exists and is not empty; choose another --out, or say --overwrite"
+        )
     for path in there:
         if not is_own(path):
-            raise MeasurementError(f"{out}: holds something else than {what} ({path.name}); it is not overwritten")
+            raise MeasurementError(
+                f"{out}: holds something else than {what} ({path.name}); it is not"
+                " overwritten"
+            )
     for path in inputs:
         if there and path.resolve().is_relative_to(out.resolve()):
-            raise MeasurementError(f"{out}: holds {path}, which is to be read; choose another --out")
+            raise MeasurementError(
+                f"{out}: holds {path}, which is to be read; choose another --out"
+            )
 
 
 def part_folder(out: Path) -> Path:
@@ -37,8 +52,11 @@ def part_folder(out: Path) -> Path:
     return Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
 
 
-def put_in_place(part: Path, out: Path, is_own: Callable[[Path], bool], overwrite: bool) -> None:
-    """Rename `part` to `out`. Raises OSError, and loses nothing, where something else has come into `out` meanwhile."""
+def put_in_place(
+    part: Path, out: Path, is_own: Callable[[Path], bool], overwrite: bool
+) -> None:
+    """Rename `part` to `out`. Raises OSError, and loses nothing, where something else
+    has come into `out` meanwhile."""
     if out.is_dir() and not all(is_own(path) for path in out.iterdir()):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(out))
     part.chmod(0o755)
@@ -54,8 +72,11 @@ def put_in_place(part: Path, out: Path, is_own: Callable[[Path], bool], overwrit
 
 
 @contextlib.contextmanager
-def new_folder(out: Path, is_own: Callable[[Path], bool], overwrite: bool) -> Iterator[Path]:
-    """A folder to write into that becomes `out` at the end, and is removed where an error comes first."""
+def new_folder(
+    out: Path, is_own: Callable[[Path], bool], overwrite: bool
+) -> Iterator[Path]:
+    """A folder to write into that becomes `out` at the end, and is removed where an
+    error comes first."""
     part = part_folder(out)
     try:
         yield part
@@ -65,7 +86,8 @@ def new_folder(out: Path, is_own: Callable[[Path], bool], overwrite: bool) -> It
 
 
 def file_name(name: str, taken: Collection[str]) -> str:
-    """A name as a valid file name without folders, different from those `taken` (in lower case)."""
+    """A name as a valid file name without folders, different from those `taken` (in
+    lower case)."""
     kept = "".join(c if c.isalnum() or c in "-_. " else "_" for c in name)
     stem = kept[:LONGEST_NAME].strip(". ") or "recording"
     numbered = (f"{stem}-{n}" for n in itertools.count(2))

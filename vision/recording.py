@@ -1,8 +1,11 @@
 """A recording: one run of one rig, measured or simulated, as a folder on disk.
 
-    my-bench/bench.toml               defaults for every recording below (same keys; the recording wins)
-    my-bench/drop-01/recording.toml   what is known of this run; an absent key is unknown, never zero
-    my-bench/drop-01/frames/…         exactly one kind of evidence, looked for in the order of EVIDENCE
+my-bench/bench.toml             defaults for every recording below (same keys; the
+                                recording wins)
+my-bench/drop-01/recording.toml what is known of this run; an absent key is unknown,
+                                never zero
+my-bench/drop-01/frames/…       exactly one kind of evidence, looked for in the order
+                                of EVIDENCE
 """
 
 from collections.abc import Mapping
@@ -12,7 +15,18 @@ from typing import Any
 
 import tomli_w
 
-from vision.evidence.keys import Air, Camera, Drop, Drum, Pile, Reading, Roll, Seed, Slide, Tracking
+from vision.evidence.keys import (
+    Air,
+    Camera,
+    Drop,
+    Drum,
+    Pile,
+    Reading,
+    Roll,
+    Seed,
+    Slide,
+    Tracking,
+)
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.read_keys import merge, read_toml, validate
 from vision.evidence.sound import SOUND_SUFFIXES, only_sound
@@ -23,17 +37,26 @@ from vision.measurement import MeasurementError
 RIGS = ("drop", "slide", "roll", "pile", "drum")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
-EVIDENCE = (*TABLES, "frames", "video", "sound", "photos")  # a file of another tool counts as the table that it is converted to
+EVIDENCE = (
+    *TABLES,
+    "frames",
+    "video",
+    "sound",
+    "photos",
+)  # a file of another tool counts as the table that it is converted to
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
-_WHICH_RIG = '{}: which rig is this? Put it into a folder of its own with a recording.toml that says rig = "drop" (slide, roll)'
+_WHICH_RIG = (
+    "{}: which rig is this? Put it into a folder of its own with a recording.toml that"
+    ' says rig = "drop" (slide, roll)'
+)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One run of one rig: what is known of it (None = unknown) and where its evidence lies. `path`
-    is the recording's folder, or the photo itself for a bare photo. `evidence` is one of EVIDENCE,
-    `files` the evidence's files in order. `sound` lies beside pictures (a video's own track is not
-    named)."""
+    """One run of one rig: what is known of it (None = unknown) and where its evidence
+    lies. `path` is the recording's folder, or the photo itself for a bare photo.
+    `evidence` is one of EVIDENCE, `files` the evidence's files in order. `sound` lies
+    beside pictures (a video's own track is not named)."""
 
     id: str
     path: Path
@@ -64,20 +87,26 @@ class Recording:
     def need_rig(self) -> str:
         """The rig; MeasurementError naming the file where it is unknown."""
         if self.rig is None:
-            raise MeasurementError(f"{self.toml}: rig is missing; it is one of {', '.join(RIGS)}")
+            raise MeasurementError(
+                f"{self.toml}: rig is missing; it is one of {', '.join(RIGS)}"
+            )
         return self.rig
 
     def need(self, key: str, why: str) -> Any:
-        """The value of `key` ("section.key"); MeasurementError naming file and key when it is unknown."""
+        """The value of `key` ("section.key"); MeasurementError naming file and key when
+        it is unknown."""
         section, name = key.split(".")
         value = getattr(getattr(self, section), name)
         if value is None:
-            raise MeasurementError(f"{self.toml}: [{section}] {name} is missing; it is needed {why}")
+            raise MeasurementError(
+                f"{self.toml}: [{section}] {name} is missing; it is needed {why}"
+            )
         return value
 
 
 def read_recording(path: Path, defaults: dict | None = None) -> Recording:
-    """Read one recording folder or one bare photo; defaults: the content of bench.toml, by default of that beside the folder."""
+    """Read one recording folder or one bare photo; defaults: the content of bench.toml,
+    by default of that beside the folder."""
     path = Path(path)
     if path.is_file():
         return bare_recording(path)
@@ -85,22 +114,46 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
         defaults = _defaults_beside(path)
-    known = read_toml(path / "recording.toml") if (path / "recording.toml").is_file() else {}
+    known = (
+        read_toml(path / "recording.toml")
+        if (path / "recording.toml").is_file()
+        else {}
+    )
     rig = validate(merge(defaults, known), path / "recording.toml").rig
     evidence, files = _find_evidence(path, rig)
-    return _recording(path, path.resolve().name, evidence, files, merge(defaults, known))
+    return _recording(
+        path, path.resolve().name, evidence, files, merge(defaults, known)
+    )
 
 
-def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Path, ...], stated: dict) -> Recording:
-    """A recording with the keys `stated`; those that a file of another tool states are defaults."""
+def _recording(
+    path: Path,
+    name: str,
+    evidence: str | Evidence,
+    files: tuple[Path, ...],
+    stated: dict,
+) -> Recording:
+    """A recording with the keys `stated`; those that a file of another tool states are
+    defaults."""
     if isinstance(evidence, Evidence):
         if evidence.unitless and (scale := stated.get("camera", {}).get("mm_per_px")):
-            message = f"its lengths have no unit, and [camera] mm_per_px = {scale} is of pixels"
-            raise MeasurementError(f"{files[0]}: {message}; write the unit into its heading, such as x (m)")
-        kind, rig, stated = evidence.kind, evidence.rig or None, merge(evidence.keys, stated)
+            message = (
+                f"its lengths have no unit, and [camera] mm_per_px = {scale} is of"
+                " pixels"
+            )
+            raise MeasurementError(
+                f"{files[0]}: {message}; write the unit into its heading, such as x (m)"
+            )
+        kind, rig, stated = (
+            evidence.kind,
+            evidence.rig or None,
+            merge(evidence.keys, stated),
+        )
     else:
         kind, rig = evidence, "pile" if evidence == "photos" else None
-    fields = validate(stated, (path if path.is_dir() else path.parent) / "recording.toml")
+    fields = validate(
+        stated, (path if path.is_dir() else path.parent) / "recording.toml"
+    )
     beside = sounds_in(path) if path.is_dir() and kind in ("frames", "video") else []
     return Recording(
         id=fields.id or name,
@@ -111,7 +164,18 @@ def _recording(path: Path, name: str, evidence: str | Evidence, files: tuple[Pat
         sound=_only(path, "sounds", beside) if beside else None,
         session=fields.session,
         provenance=fields.provenance or "measured",
-        **{name: getattr(fields, name) for name in ("seed", "camera", "conditions", "reading", "air", "track", *RIGS)},
+        **{
+            name: getattr(fields, name)
+            for name in (
+                "seed",
+                "camera",
+                "conditions",
+                "reading",
+                "air",
+                "track",
+                *RIGS,
+            )
+        },
     )
 
 
@@ -121,13 +185,22 @@ def _defaults_beside(path: Path) -> dict:
 
 
 def write_recording(recording: Recording) -> Path:
-    """Write `recording`'s recording.toml into its folder (which holds, or will hold, the evidence); returns the file."""
-    content: dict = {key: getattr(recording, key) for key in ("rig", "id", "session", "provenance")}
+    """Write `recording`'s recording.toml into its folder (which holds, or will hold,
+    the evidence); returns the file."""
+    content: dict = {
+        key: getattr(recording, key) for key in ("rig", "id", "session", "provenance")
+    }
     content["conditions"] = dict(recording.conditions)
     for name in ("seed", "camera", "reading", "air", "track", recording.rig):
         if name:
-            content[name] = getattr(recording, name).model_dump(exclude_none=True, mode="json")
-    content = {key: value for key, value in content.items() if value is not None and value != {}}
+            content[name] = getattr(recording, name).model_dump(
+                exclude_none=True, mode="json"
+            )
+    content = {
+        key: value
+        for key, value in content.items()
+        if value is not None and value != {}
+    }
     file = recording.path / "recording.toml"
     recording.path.mkdir(parents=True, exist_ok=True)
     part = file.with_suffix(".part")
@@ -137,13 +210,18 @@ def write_recording(recording: Recording) -> Path:
 
 
 def with_camera(recording: Recording, **keys: Any) -> Recording:
-    """The recording with some camera keys replaced (a scale read from graph paper, say)."""
+    """The recording with some camera keys replaced (a scale read from graph paper,
+    say)."""
     return replace(recording, camera=recording.camera.model_copy(update=keys))
 
 
 def among_results(path: Path, bench: Path) -> bool:
     """Whether `path` lies in a folder of `bench` that is marked as results."""
-    return any((p / RESULTS_MARK).is_file() for p in (path, *path.parents) if bench in p.parents)
+    return any(
+        (p / RESULTS_MARK).is_file()
+        for p in (path, *path.parents)
+        if bench in p.parents
+    )
 
 
 def photos_in(folder: Path) -> list[Path]:
@@ -162,11 +240,16 @@ def sounds_in(folder: Path) -> list[Path]:
 
 
 def _files_ending(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in suffixes and not p.name.startswith(".") and p.is_file())
+    return sorted(
+        p
+        for p in folder.iterdir()
+        if p.suffix.lower() in suffixes and not p.name.startswith(".") and p.is_file()
+    )
 
 
 def tool_recording(path: Path, defaults: dict) -> Recording:
-    """A file of another tool without a recording.toml beside it: what the bench states, and what it says itself."""
+    """A file of another tool without a recording.toml beside it: what the bench states,
+    and what it says itself."""
     recording = _recording(path, path.stem, evidence_of(path), (path,), defaults)
     if recording.rig is None:
         raise MeasurementError(_WHICH_RIG.format(path))
@@ -174,12 +257,17 @@ def tool_recording(path: Path, defaults: dict) -> Recording:
 
 
 def bare_recording(path: Path) -> Recording:
-    """A photo (a pile unless a recording.toml beside it says otherwise), or one file inside a recording folder."""
+    """A photo (a pile unless a recording.toml beside it says otherwise), or one file
+    inside a recording folder."""
     if (path.parent / "recording.toml").is_file():
         whole = read_recording(path.parent)
-        return replace(whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,))
+        return replace(
+            whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,)
+        )
     if _kind(path) == "photos":
-        return Recording(id=path.stem, path=path, rig="pile", evidence="photos", files=(path,))
+        return Recording(
+            id=path.stem, path=path, rig="pile", evidence="photos", files=(path,)
+        )
     if tool_of(path):
         return tool_recording(path, _defaults_beside(path))
     raise MeasurementError(_WHICH_RIG.format(path))
@@ -198,23 +286,34 @@ def _kind(path: Path) -> str:
     if tool_of(path):
         return evidence_of(path).kind
     known = ", ".join((*PHOTO_SUFFIXES, *VIDEO_SUFFIXES, *SOUND_SUFFIXES, *TABLES))
-    raise MeasurementError(f"{path}: not something to measure (known are {known}, and files of other tools)")
+    raise MeasurementError(
+        f"{path}: not something to measure (known are {known}, and files of other"
+        " tools)"
+    )
 
 
 def tool_files_in(folder: Path) -> list[Path]:
     """The files of other tools in a folder, by name."""
-    return sorted(p for p in folder.iterdir() if not p.name.startswith(".") and p.is_file() and tool_of(p))
+    return sorted(
+        p
+        for p in folder.iterdir()
+        if not p.name.startswith(".") and p.is_file() and tool_of(p)
+    )
 
 
 def _only(folder: Path, what: str, files: list[Path]) -> Path:
     """The one file in a list; MeasurementError where there are several."""
     if len(files) > 1:
         names = ", ".join(file.name for file in files)
-        raise MeasurementError(f"{folder}: {len(files)} {what}; a recording holds one ({names})")
+        raise MeasurementError(
+            f"{folder}: {len(files)} {what}; a recording holds one ({names})"
+        )
     return files[0]
 
 
-def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple[Path, ...]]:
+def _find_evidence(
+    folder: Path, rig: str | None
+) -> tuple[str | Evidence, tuple[Path, ...]]:
     for name in TABLES:
         if (folder / name).is_file():
             return name, (folder / name,)
@@ -222,7 +321,9 @@ def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple
         if frames := tuple(photos_in(folder / "frames")):
             return "frames", frames
         known = ", ".join(PHOTO_SUFFIXES)
-        raise MeasurementError(f"{folder / 'frames'}: the folder holds no frames ({known})")
+        raise MeasurementError(
+            f"{folder / 'frames'}: the folder holds no frames ({known})"
+        )
     if videos := videos_in(folder):
         return _kind(_only(folder, "videos", videos)), tuple(videos)
     if rig != "pile" and (sounds := sounds_in(folder)):
@@ -231,4 +332,7 @@ def _find_evidence(folder: Path, rig: str | None) -> tuple[str | Evidence, tuple
         return evidence_of(_only(folder, "files of other tools", tools)), tuple(tools)
     if photos := photos_in(folder):
         return "photos", tuple(photos)
-    raise MeasurementError(f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or photos)")
+    raise MeasurementError(
+        f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or"
+        " photos)"
+    )

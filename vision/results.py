@@ -1,4 +1,5 @@
-"""The folder that `benchtwin measure` writes: tables, overlays, and a page on which fifty are looked through in a minute."""
+"""The folder that `benchtwin measure` writes: tables, overlays, and a page on which
+fifty are looked through in a minute."""
 
 import shutil
 from collections.abc import Sequence
@@ -14,46 +15,87 @@ from vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
 from vision.out_folder import check_out, file_name, part_folder, put_in_place
 from vision.summary import Line, as_table, summarise
 
-COLUMNS = ["recording", "rig", "quantity", "value", "sd", "sd_common", "unit", "quality", "reason", "overlay"]
+COLUMNS = [
+    "recording",
+    "rig",
+    "quantity",
+    "value",
+    "sd",
+    "sd_common",
+    "unit",
+    "quality",
+    "reason",
+    "overlay",
+]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
-OWN = ("measurements.csv", "summary.csv", "notes.csv", *(f"{name}.csv" for name in TABLES), "overlays", "tracks")
+OWN = (
+    "measurements.csv",
+    "summary.csv",
+    "notes.csv",
+    *(f"{name}.csv" for name in TABLES),
+    "overlays",
+    "tracks",
+)
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
 
 
 @dataclass
 class ContactSheet:
-    """Gathers what stands under each picture; `write` makes the page, which names the pictures beside it."""
+    """Gathers what stands under each picture; `write` makes the page, which names the
+    pictures beside it."""
 
     cards: list[dict] = field(default_factory=list)
 
     def add(self, file: str, picture: str, observation: Observation) -> None:
-        """The picture `file` (named `picture` in the observation), with what was measured on it."""
+        """The picture `file` (named `picture` in the observation), with what was
+        measured on it."""
         first = picture == next(iter(observation.pictures))
         quantities = observation.quantities if first else ()
         lines = []
         for q in (q for q in quantities if q.quality != FAILED):
             sd = f" ± {q.sd:.2g}" if q.sd == q.sd else ""
-            lines.append(f"{q.name} {q.value:.4g}{sd} {'' if q.unit == '1' else q.unit}")
-        self.cards.append({
-            "file": file, "rig": observation.rig, "lines": lines,
-            "title": observation.recording if first else f"{observation.recording}: {picture}",
-            "quality": worst(quantities) if quantities else GOOD,
-            "reasons": tuple(dict.fromkeys(f"{q.name}: {q.reason}" for q in quantities if q.reason)),
-        })  # fmt: skip
+            lines.append(
+                f"{q.name} {q.value:.4g}{sd} {'' if q.unit == '1' else q.unit}"
+            )
+        self.cards.append(
+            {
+                "file": file,
+                "rig": observation.rig,
+                "lines": lines,
+                "title": observation.recording
+                if first
+                else f"{observation.recording}: {picture}",
+                "quality": worst(quantities) if quantities else GOOD,
+                "reasons": tuple(
+                    dict.fromkeys(
+                        f"{q.name}: {q.reason}" for q in quantities if q.reason
+                    )
+                ),
+            }
+        )
 
     def write(self, page: Path) -> None:
-        """One HTML file without scripts; it loads the pictures as they come into view."""
+        """One HTML file without scripts; it loads the pictures as they come into
+        view."""
         cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
-        pages = Environment(loader=PackageLoader("vision.overlay", "."), autoescape=True, trim_blocks=True)
+        pages = Environment(
+            loader=PackageLoader("vision.overlay", "."),
+            autoescape=True,
+            trim_blocks=True,
+        )
         template = pages.get_template("contact_sheet.html.j2")
-        page.write_text(template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD)), encoding="utf8", errors="backslashreplace")
+        page.write_text(
+            template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD)),
+            encoding="utf8",
+            errors="backslashreplace",
+        )
 
 
 class Results:
-    """Writes observations to a folder that appears whole or not at all. measurements.csv,
-    summary.csv and, where there is content, notes.csv, bounces.csv, readings.csv, seeds.csv,
-    overlays/ (with a contact sheet, index.html), tracks/. Conditions that recordings state are
-    columns of every table."""
+    """Writes observations to a folder that appears whole or not at all.
+    measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv,
+    readings.csv, seeds.csv, overlays/ (with a contact sheet, index.html), tracks/.
+    Conditions that recordings state are columns of every table."""
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out, self.overwrite = Path(out), overwrite
@@ -63,7 +105,9 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
-        self.not_read: list[tuple[str, str]] = []  # the notes on files that are not read
+        self.not_read: list[
+            tuple[str, str]
+        ] = []  # the notes on files that are not read
         self.observations: list[Observation] = []  # without their pictures and tracks
         self.sheet = ContactSheet()
         self.summary: list[Line] = []
@@ -73,35 +117,68 @@ class Results:
         self.stems.add(stem.lower())
         overlay = ""
         for i, (name, picture) in enumerate(observation.pictures.items()):
-            file = Path("overlays") / (f"{stem}.png" if i == 0 else f"{stem}-{name}.png")
+            file = Path("overlays") / (
+                f"{stem}.png" if i == 0 else f"{stem}-{name}.png"
+            )
             (self.part / "overlays").mkdir(exist_ok=True)
             Image.fromarray(picture).save(self.part / file, compress_level=3)
             overlay = overlay or file.as_posix()
             self.sheet.add(file.name, name, observation)
         if observation.track is not None:
             (self.part / "tracks").mkdir(exist_ok=True)
-            observation.track.to_csv(self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g")
+            observation.track.to_csv(
+                self.part / "tracks" / f"{stem}.csv", index=False, float_format="%.6g"
+            )
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                stated = {k: v for k, v in observation.conditions.items() if k not in table}
+                stated = {
+                    k: v for k, v in observation.conditions.items() if k not in table
+                }
                 tables.append(table.assign(**stated))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
-            row = (observation.recording, observation.rig, q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason, overlay)
+            row = (
+                observation.recording,
+                observation.rig,
+                q.name,
+                q.value,
+                q.sd,
+                q.sd_common,
+                q.unit,
+                q.quality,
+                q.reason,
+                overlay,
+            )
             self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
-        self.observations.append(replace(observation, pictures={}, track=None, bounces=None, seeds=None))
+        self.observations.append(
+            replace(observation, pictures={}, track=None, bounces=None, seeds=None)
+        )
 
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
-        conditions = dict.fromkeys(name for row in self.rows for name in row if name not in COLUMNS)
+        conditions = dict.fromkeys(
+            name for row in self.rows for name in row if name not in COLUMNS
+        )
         table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
         self.summary = summarise(self.observations)
-        written = {"measurements": table, **{name: pd.concat(t, ignore_index=True) for name, t in self.tables.items() if t}}
+        written = {
+            "measurements": table,
+            **{
+                name: pd.concat(t, ignore_index=True)
+                for name, t in self.tables.items()
+                if t
+            },
+        }
         written["summary"] = as_table(self.summary)
         if self.notes:
             written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
         for name, rows in written.items():  # a folder's name need not be valid UTF-8
-            rows.to_csv(self.part / f"{name}.csv", index=False, float_format="%.6g", errors="backslashreplace")
+            rows.to_csv(
+                self.part / f"{name}.csv",
+                index=False,
+                float_format="%.6g",
+                errors="backslashreplace",
+            )
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")
         put_in_place(self.part, self.out, _is_own, self.overwrite)
@@ -117,4 +194,8 @@ def _is_own(path: Path) -> bool:
 
 def measured_anything(table: pd.DataFrame) -> bool:
     """Whether any quantity was measured."""
-    return bool(len(table)) and bool((table["quality"] != FAILED).any()) and bool(np.isfinite(table["value"]).any())
+    return (
+        bool(len(table))
+        and bool((table["quality"] != FAILED).any())
+        and bool(np.isfinite(table["value"]).any())
+    )

@@ -11,5 +11,6 @@ def robust_sd(deviations: np.ndarray) -> float:
 
 
 def difference_noise(values: np.ndarray, order: int) -> float:
-    """Noise of single values from their differences of an order, which no slower change contains."""
+    """Noise of single values from their differences of an order, which no slower change
+    contains."""
     return robust_sd(np.diff(values, order)) / math.sqrt(math.comb(2 * order, order))

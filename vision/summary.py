@@ -1,7 +1,7 @@
 """Means over repeats with 95 % intervals, scatter and outliers.
 
-One line for each bench, rig, quantity, and level of a condition that has repeats at its levels.
-"""
+One line for each bench, rig, quantity, and level of a condition that has repeats at its
+levels."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
@@ -14,15 +14,18 @@ from vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third
+
+
 @dataclass(frozen=True)
 class Line:
     """The repeats of one quantity.
 
-    `mean` is unweighted; `low`, `high` are the 95 % interval of the mean: Student's t on the scatter between the repeats,
-    the errors that all recordings of a session share (`common`) added in quadrature. `scatter` is the sd between repeats
-    (NaN for one), `measuring` the rms sd of the single measurements. `doubtful` counts repeats of doubtful quality, `outliers` names
-    repeats far from the others; both are in the mean. `not_measured` counts those that failed.
-    """
+    `mean` is unweighted; `low`, `high` are the 95 % interval of the mean: Student's t
+    on the scatter between the repeats, the errors that all recordings of a session
+    share (`common`) added in quadrature. `scatter` is the sd between repeats (NaN for
+    one), `measuring` the rms sd of the single measurements. `doubtful` counts repeats
+    of doubtful quality, `outliers` names repeats far from the others; both are in the
+    mean. `not_measured` counts those that failed."""
 
     bench: str
     rig: str
@@ -42,16 +45,23 @@ class Line:
 
 
 def summarise(observations: Iterable[Observation]) -> list[Line]:
-    """One Line for each group of repeats, in the order in which they were measured; groups with nothing measured left out."""
+    """One Line for each group of repeats, in the order in which they were measured;
+    groups with nothing measured left out."""
     groups: dict[tuple, list[tuple[Observation, Quantity]]] = {}
     observations = list(observations)
     split = _conditions_with_repeats(observations)
     for observation in observations:
         names = split[observation.bench, observation.rig]
-        stated = ((k, observation.conditions[k]) for k in names if k in observation.conditions)
-        levels = ", ".join(f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in stated)
+        stated = (
+            (k, observation.conditions[k]) for k in names if k in observation.conditions
+        )
+        levels = ", ".join(
+            f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in stated
+        )
         for q in observation.quantities:
-            groups.setdefault((observation.bench, observation.rig, q.name, q.unit, levels), []).append((observation, q))
+            groups.setdefault(
+                (observation.bench, observation.rig, q.name, q.unit, levels), []
+            ).append((observation, q))
     lines = [_line(key, repeats) for key, repeats in groups.items()]
     return [line for line in lines if line.n]
 
@@ -62,19 +72,28 @@ def as_table(lines: Sequence[Line]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[field.name for field in fields(Line)])
 
 
-def _conditions_with_repeats(observations: list[Observation]) -> dict[tuple[str, str], list[str]]:
-    """For each bench and rig the conditions at whose levels there are repeats: two recordings a level on average."""
+def _conditions_with_repeats(
+    observations: list[Observation],
+) -> dict[tuple[str, str], list[str]]:
+    """For each bench and rig the conditions at whose levels there are repeats: two
+    recordings a level on average."""
     kept: dict[tuple[str, str], list[str]] = {}
     for place in dict.fromkeys((o.bench, o.rig) for o in observations):
         inside = [o for o in observations if (o.bench, o.rig) == place]
         names = dict.fromkeys(name for o in inside for name in o.conditions)
-        kept[place] = [n for n in names if 2 * len({o.conditions.get(n) for o in inside}) <= len(inside)]
+        kept[place] = [
+            n
+            for n in names
+            if 2 * len({o.conditions.get(n) for o in inside}) <= len(inside)
+        ]
     return kept
 
 
 def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
     bench, rig, name, unit, conditions = key
-    measured = [(o, q) for o, q in repeats if q.quality != FAILED and np.isfinite(q.value)]
+    measured = [
+        (o, q) for o, q in repeats if q.quality != FAILED and np.isfinite(q.value)
+    ]
     values = np.array([q.value for _, q in measured])
     n, mean = values.size, float(values.mean()) if values.size else np.nan
     sds = np.array([np.sqrt(max(q.sd**2 - q.sd_common**2, 0)) for _, q in measured])
@@ -92,28 +111,47 @@ def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
     half = float(np.hypot(half_alone, 1.96 * common))
     measuring = float(np.sqrt(np.nanmean(sds**2))) if np.isfinite(sds).any() else np.nan
     return Line(
-        bench, rig, name, conditions, count, mean, mean - half, mean + half, unit, scatter, measuring, common,
-        sum(q.quality == DOUBTFUL for _, q in measured), len(repeats) - n, tuple(_outliers(measured, values, sds)),
-    )  # fmt: skip
+        bench,
+        rig,
+        name,
+        conditions,
+        count,
+        mean,
+        mean - half,
+        mean + half,
+        unit,
+        scatter,
+        measuring,
+        common,
+        sum(q.quality == DOUBTFUL for _, q in measured),
+        len(repeats) - n,
+        tuple(_outliers(measured, values, sds)),
+    )
 
 
 def _common(errors: list[tuple[str, float]]) -> float:
-    """sd of the mean from errors that the recordings of one session share: Σ over sessions of (their mean share)²."""
+    """sd of the mean from errors that the recordings of one session share: Σ over
+    sessions of (their mean share)²."""
     by_session: dict[str, float] = {}
     for session, sd in errors:
         by_session[session] = by_session.get(session, 0.0) + sd / len(errors)
     return float(np.sqrt(sum(share**2 for share in by_session.values())))
 
 
-def _outliers(measured: list[tuple[Observation, Quantity]], values: np.ndarray, sds: np.ndarray) -> Iterable[str]:
-    """Repeats too far from the mean of the others (deleted residuals with Bonferroni correction)."""
+def _outliers(
+    measured: list[tuple[Observation, Quantity]], values: np.ndarray, sds: np.ndarray
+) -> Iterable[str]:
+    """Repeats too far from the mean of the others (deleted residuals with Bonferroni
+    correction)."""
     n = values.size
     if n < LEAST_FOR_OUTLIERS:
         return
     bound = stats.t.ppf(1 - OUTLIER_P / (2 * n), n - 2)
     for i, (observation, _) in enumerate(measured):
         others = np.delete(values, i)
-        least = np.nanmean(sds) if np.isfinite(sds).any() else 0.0  # equal readings have no scatter, yet are not exact
+        least = (
+            np.nanmean(sds) if np.isfinite(sds).any() else 0.0
+        )  # equal readings have no scatter, yet are not exact
         spread = max(others.std(ddof=1), least) * np.sqrt(1 + 1 / (n - 1))
         if abs(values[i] - others.mean()) > bound * spread:
             yield observation.recording

@@ -1,4 +1,5 @@
-"""What `benchtwin measure` prints: means over repeats, doubtful and failed results, and where the files are."""
+"""What `benchtwin measure` prints: means over repeats, doubtful and failed results, and
+where the files are."""
 
 import math
 import sys
@@ -15,9 +16,14 @@ from vision.summary import Line
 MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10
 MAIN_QUANTITIES = {  # of each rig, in groups of which the first measured one is printed
-    "drop": (("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),),
+    "drop": (
+        ("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),
+    ),
     "slide": (("static_friction", "slide_angle"),),
-    "roll": (("rolling_resistance", "rolling_friction", "run_out", "acceleration"), ("slope",)),
+    "roll": (
+        ("rolling_resistance", "rolling_friction", "run_out", "acceleration"),
+        ("slope",),
+    ),
     "drum": (("flowing_angle",),),
     "pile": (("repose_angle", "height_over_radius_angle"), ("centroid_angle",)),
 }
@@ -25,36 +31,64 @@ COLOURS = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}
 Notes = Sequence[tuple[str, str]]
 
 
-def show_results(table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_read: Notes, out: Path) -> None:
-    """Print the results of a batch; of a long one only the main quantities and what is doubtful or
-    failed. table: the rows of measurements.csv; not_read: those of the notes that name files which
-    were left out; out: the folder."""
+def show_results(
+    table: pd.DataFrame, means: Sequence[Line], notes: Notes, not_read: Notes, out: Path
+) -> None:
+    """Print the results of a batch; of a long one only the main quantities and what is
+    doubtful or failed. table: the rows of measurements.csv; not_read: those of the
+    notes that name files which were left out; out: the folder."""
     console = Console(width=None if sys.stdout.isatty() else 160)
     short = len(table) <= MOST_ROWS
     look = table["quality"] != GOOD
     if short:
         _show_rows(console, table[~look])
-    _show_means(console, [line for line in means if line.n > 1] if short else _main_results(means))
+    _show_means(
+        console,
+        [line for line in means if line.n > 1] if short else _main_results(means),
+    )
     if look.any():
         console.print("\nlook at these:" if (~look).any() else "")
         _show_rows(console, table[look])
     shown_notes = notes if len(notes) <= MOST_NOTES else not_read
     for recording, note in shown_notes:
         console.print(f"[dim]{_escape(recording)}: {_escape(note)}[/]")
-    counts = ", ".join(f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED))
-    files = {"Numbers": "measurements.csv", "means": "summary.csv", "pictures": "overlays/index.html"}
-    files |= {} if len(shown_notes) == len(notes) else {f"{len(notes)} notes on what was assumed": "notes.csv"}
-    places = "; ".join(f"{what}: {_escape(str(out / name))}" for what, name in files.items() if (out / name).exists())
+    counts = ", ".join(
+        f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED)
+    )
+    files = {
+        "Numbers": "measurements.csv",
+        "means": "summary.csv",
+        "pictures": "overlays/index.html",
+    }
+    files |= (
+        {}
+        if len(shown_notes) == len(notes)
+        else {f"{len(notes)} notes on what was assumed": "notes.csv"}
+    )
+    places = "; ".join(
+        f"{what}: {_escape(str(out / name))}"
+        for what, name in files.items()
+        if (out / name).exists()
+    )
     console.print(f"\n{counts}. {places}", highlight=False)
 
 
 def _main_results(means: Sequence[Line]) -> list[Line]:
     """The lines of the main quantities of each bench, rig and level of a condition."""
     kept = []
-    for place in dict.fromkeys((line.bench, line.rig, line.conditions) for line in means):
-        inside = {line.quantity: line for line in means if (line.bench, line.rig, line.conditions) == place}
+    for place in dict.fromkeys(
+        (line.bench, line.rig, line.conditions) for line in means
+    ):
+        inside = {
+            line.quantity: line
+            for line in means
+            if (line.bench, line.rig, line.conditions) == place
+        }
         groups = MAIN_QUANTITIES.get(place[1], tuple((name,) for name in inside))
-        found = [next((inside[name] for name in group if name in inside), None) for group in groups]
+        found = [
+            next((inside[name] for name in group if name in inside), None)
+            for group in groups
+        ]
         kept += [line for line in found if line is not None]
     return kept
 
@@ -62,15 +96,23 @@ def _main_results(means: Sequence[Line]) -> list[Line]:
 def _show_rows(console: Console, table: pd.DataFrame) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in ("recording", "quantity", "value", "± sd", "unit"):
-        shown.add_column(heading, justify="right" if heading in ("value", "± sd") else "left", no_wrap=True)
+        shown.add_column(
+            heading,
+            justify="right" if heading in ("value", "± sd") else "left",
+            no_wrap=True,
+        )
     shown.add_column("quality")
     for row in table.itertuples():
         value, sd = _rounded(row.value, row.sd)
         reason = f": {row.reason}" if row.reason else ""
         shown.add_row(
-            _escape(row.recording), row.quantity, value, sd, "" if row.unit == "1" else row.unit,
+            _escape(row.recording),
+            row.quantity,
+            value,
+            sd,
+            "" if row.unit == "1" else row.unit,
             f"[{COLOURS[row.quality]}]{row.quality}[/]{_escape(reason)}",
-        )  # fmt: skip
+        )
     if len(table):
         console.print(shown)
 
@@ -81,21 +123,50 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
         return
     several = len({line.bench for line in lines}) > 1
     shown = Table(box=None, pad_edge=False)
-    for heading in ("mean over repeats", "± 95 %", "unit", "n", "sd between repeats", "sd of reading", ""):
-        shown.add_column(heading, justify="left" if heading in ("mean over repeats", "unit", "") else "right", no_wrap=bool(heading))
+    for heading in (
+        "mean over repeats",
+        "± 95 %",
+        "unit",
+        "n",
+        "sd between repeats",
+        "sd of reading",
+        "",
+    ):
+        shown.add_column(
+            heading,
+            justify="left" if heading in ("mean over repeats", "unit", "") else "right",
+            no_wrap=bool(heading),
+        )
     for line in lines:
-        name = " ".join(part for part in (line.bench if several else "", line.rig, line.quantity) if part)
+        name = " ".join(
+            part
+            for part in (line.bench if several else "", line.rig, line.quantity)
+            if part
+        )
         mean, half = _rounded(line.mean, (line.high - line.low) / 2)
-        doubts = [text for count, text in (
-            (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
-            (line.not_measured, f"{line.not_measured} not measured"),
-            (len(line.outliers), f"far from the others: {', '.join(line.outliers)}"),
-        ) if count]  # fmt: skip
+        doubts = [
+            text
+            for count, text in (
+                (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
+                (line.not_measured, f"{line.not_measured} not measured"),
+                (
+                    len(line.outliers),
+                    f"far from the others: {', '.join(line.outliers)}",
+                ),
+            )
+            if count
+        ]
         shown.add_row(
             _escape(f"{name}, {line.conditions}" if line.conditions else name),
-            f"{mean} ± {half}" if half else mean, "" if line.unit == "1" else line.unit, str(line.n),
-            *("–" if math.isnan(v) else f"{v:.2g}" for v in (line.scatter, line.measuring)), _escape("; ".join(doubts)),
-        )  # fmt: skip
+            f"{mean} ± {half}" if half else mean,
+            "" if line.unit == "1" else line.unit,
+            str(line.n),
+            *(
+                "–" if math.isnan(v) else f"{v:.2g}"
+                for v in (line.scatter, line.measuring)
+            ),
+            _escape("; ".join(doubts)),
+        )
     console.print()
     console.print(shown)
 

@@ -1,1 +1,2 @@
-"""Draws pictures, frames and tracks with known truth, for tests, benchmarks and samples."""
+"""Draws pictures, frames and tracks with known truth, for tests, benchmarks and
+samples."""

@@ -1,4 +1,5 @@
-"""The comment above every card: where the numbers came from, and how they were converted."""
+"""The comment above every card: where the numbers came from, and how they were
+converted."""
 
 import math
 import textwrap
@@ -7,17 +8,30 @@ from calibrate.export.conventions import GIVEN
 from calibrate.export.result import Calibrated, Number, Pair
 
 MEANING = {
-    "edem": "EDEM standard: torque mu_r F_n R_i against each body's own spin; R_i from its centre of mass to the contact",
+    "edem": (
+        "EDEM standard: torque mu_r F_n R_i against each body's own spin; R_i from its"
+        " centre of mass to the contact"
+    ),
     "type_a": "type A (Ai et al. 2011): torque mu_r F_n R* against relative rolling",
     "type_c": "type C (Ai et al. 2011): elastic-plastic torque, at most mu_r F_n R*",
 }
 
 
-def header(calibrated: Calibrated, mark: str, version: str, how: dict[str, str], notes: list[str]) -> str:
-    """The comment. mark: what its lines start with; how: `restitution`, … → what was done to the number; notes: sentences."""
+def header(
+    calibrated: Calibrated,
+    mark: str,
+    version: str,
+    how: dict[str, str],
+    notes: list[str],
+) -> str:
+    """The comment. mark: what its lines start with; how: `restitution`, … → what was
+    done to the number; notes: sentences."""
     c = calibrated
     lines = [
-        f"Contact parameters of {c.seed.name}, calibrated by benchtwin; written for {version}.",
+        (
+            f"Contact parameters of {c.seed.name}, calibrated by benchtwin; written for"
+            f" {version}."
+        ),
         f"Source: {c.source}",
         "Units: SI (m, kg, s, Pa, rad) unless a name says otherwise.",
         "",
@@ -30,34 +44,46 @@ def header(calibrated: Calibrated, mark: str, version: str, how: dict[str, str],
         "",
         *(f"Note: {note}" for note in notes),
     ]
-    # A line that ends in & or \\ goes on in the next one, in LAMMPS and in C++, comment or not.
+    # A line that ends in & or \\ goes on in the next one, in LAMMPS and in C++, comment
+    # or not.
     safe = [line.replace("&", "and").replace("\\", "/") for line in lines]
-    return "\n".join(f"{mark} {part}".rstrip() for line in safe for part in _wrapped(line)) + "\n"
+    return (
+        "\n".join(f"{mark} {part}".rstrip() for line in safe for part in _wrapped(line))
+        + "\n"
+    )
 
 
 def length_note(calibrated: Calibrated, length: str) -> str:
-    """For what the conversion to an engine's length, "R*" or "(R1 + R2)/2", is exact, and what it cannot do."""
+    """For what the conversion to an engine's length, "R*" or "(R1 + R2)/2", is exact,
+    and what it cannot do."""
     calibrated_with = "R*" if GIVEN[calibrated.rolling] == "effective" else "R_i"
     if calibrated_with == length:
-        return "rolling friction was calibrated with R*, which this engine takes too: nothing was converted."
+        return (
+            "rolling friction was calibrated with R*, which this engine takes too:"
+            " nothing was converted."
+        )
     note = (
-        f"rolling friction is exact for equal spheres and for a sphere on a wall; between unequal spheres no factor converts "
-        f"{calibrated_with} into {length}."
+        "rolling friction is exact for equal spheres and for a sphere on a wall;"
+        f" between unequal spheres no factor converts {calibrated_with} into {length}."
     )
     if calibrated_with == "R*":
         return note
-    share = max((math.hypot(*ball[:3]) + ball[3]) / ball[3] for ball in calibrated.shape.balls_m)
+    share = max(
+        (math.hypot(*ball[:3]) + ball[3]) / ball[3] for ball in calibrated.shape.balls_m
+    )
     return (
-        f"{note} In a seed of several balls R_i runs from the seed's centre of mass, this engine's length is of the ball "
-        f"touched: up to {share:.2f} times less (at the seed's tip)."
+        f"{note} In a seed of several balls R_i runs from the seed's centre of mass,"
+        f" this engine's length is of the ball touched: up to {share:.2f} times less"
+        " (at the seed's tip)."
     )
 
 
 def shared_damping_note() -> str:
     """What benchtwin does with a seed that lands on several balls."""
     return (
-        "benchtwin shares the damping among the balls of a seed that touch at once, so that e comes out as entered; an engine "
-        "that damps each with the whole seed's mass gives less (e 0.54 as 0.42 with two balls, benchtwin's docs/engine.md)."
+        "benchtwin shares the damping among the balls of a seed that touch at once, so"
+        " that e comes out as entered; an engine that damps each with the whole seed's"
+        " mass gives less (e 0.54 as 0.42 with two balls, benchtwin's docs/engine.md)."
     )
 
 
@@ -70,11 +96,20 @@ def _wrapped(line: str) -> list[str]:
     """The line in pieces of 116 characters, the later ones two further in."""
     indent = line[: len(line) - len(line.lstrip())]
     text = line.lstrip()
-    return textwrap.wrap(text, 116, initial_indent=indent, subsequent_indent=indent + "  ", break_long_words=False) or [""]
+    return textwrap.wrap(
+        text,
+        116,
+        initial_indent=indent,
+        subsequent_indent=indent + "  ",
+        break_long_words=False,
+    ) or [""]
 
 
 def _pair_lines(who: str, pair: Pair) -> list[str]:
-    return [f"  {who}: {name.replace('_', ' ')} {_text(number)}" for name, number in vars(pair).items()]
+    return [
+        f"  {who}: {name.replace('_', ' ')} {_text(number)}"
+        for name, number in vars(pair).items()
+    ]
 
 
 def _text(number: Number) -> str:
@@ -83,6 +118,7 @@ def _text(number: Number) -> str:
 
 def _solid_line(solid) -> str:
     return (
-        f"  {solid.name}: density {solid.density_kg_m3:.6g} kg/m3, shear modulus G {solid.shear_modulus_pa:.6g} Pa, "
-        f"Poisson's ratio {solid.poisson_ratio:.6g}, Young's modulus E = 2 G (1 + nu) = {solid.young_modulus_pa:.6g} Pa"
+        f"  {solid.name}: density {solid.density_kg_m3:.6g} kg/m3, shear modulus G"
+        f" {solid.shear_modulus_pa:.6g} Pa, Poisson's ratio {solid.poisson_ratio:.6g},"
+        f" Young's modulus E = 2 G (1 + nu) = {solid.young_modulus_pa:.6g} Pa"
     )

@@ -1,4 +1,5 @@
-"""Reads what a card needs from DIR/result.json; a missing key is named with its file and what it should hold."""
+"""Reads what a card needs from DIR/result.json; a missing key is named with its file
+and what it should hold."""
 
 import hashlib
 import json
@@ -21,7 +22,8 @@ class Number:
 
 @dataclass(frozen=True)
 class Pair:
-    """What happens between two materials; the rolling friction in the result's own convention."""
+    """What happens between two materials; the rolling friction in the result's own
+    convention."""
 
     restitution: Number
     static_friction: Number
@@ -30,7 +32,8 @@ class Pair:
 
 @dataclass(frozen=True)
 class Shape:
-    """The seed: length, width, thickness [mm]; balls (x, y, z, r) [m] about the centre of mass, along the principal axes.
+    """The seed: length, width, thickness [mm]; balls (x, y, z, r) [m] about the centre
+    of mass, along the principal axes.
 
     mass_kg and inertia_kg_m2 (three principal moments) are those of the balls' union.
     """
@@ -47,7 +50,8 @@ class Shape:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """All that a card is written from. on_wall, on_seed: seed against wall and seed; rolling: "edem", "type_a" or "type_c"."""
+    """All that a card is written from. on_wall, on_seed: seed against wall and seed;
+    rolling: "edem", "type_a" or "type_c"."""
 
     on_wall: Pair
     on_seed: Pair
@@ -58,7 +62,8 @@ class Calibrated:
     source: str
 
     def rolling_friction(self, length: str, *, on_wall: bool) -> float:
-        """μ_r of the seed against wall or seed in an engine's convention, by its `length`."""
+        """μ_r of the seed against wall or seed in an engine's convention, by its
+        `length`."""
         given = (self.on_wall if on_wall else self.on_seed).rolling_friction.value
         return rolling_friction(given, self.rolling, length, on_wall=on_wall)
 
@@ -66,13 +71,17 @@ class Calibrated:
     def rolling_with_r_star(self) -> str:
         """Both conversions to an engine that takes R*, in words."""
         texts = []
-        for where, pair, on_wall in (("seed on seed", self.on_seed, False), ("on wall", self.on_wall, True)):
+        for where, pair, on_wall in (
+            ("seed on seed", self.on_seed, False),
+            ("on wall", self.on_wall, True),
+        ):
             made = self.rolling_friction("effective", on_wall=on_wall)
             texts.append(f"{where} {pair.rolling_friction.value:.6g} -> {made:.6g}")
         return ", ".join(texts)
 
 
-NUMBERS = {  # what a value may be: above the first (or equal, for frictions), up to the second
+# what a value may be: above the first (or equal, for frictions), up to the second
+NUMBERS = {
     "restitution": (0.0, 1.0, "a number above 0, up to 1"),
     "static_friction": (0.0, 5.0, "a number from 0 to 5"),
     "rolling_friction": (0.0, 2.0, "a number from 0 to 2"),
@@ -85,17 +94,23 @@ SOLID = {
 
 
 def read_result(folder: Path) -> Calibrated:
-    """The calibrated parameters in folder/result.json; FileNotFoundError or ValueError says what is missing or wrong."""
+    """The calibrated parameters in folder/result.json; FileNotFoundError or ValueError
+    says what is missing or wrong."""
     file = folder / "result.json"
     if not file.is_file():
-        raise FileNotFoundError(f"{file}: not there; DIR is a folder that `benchtwin calibrate … --out DIR` wrote")
+        raise FileNotFoundError(
+            f"{file}: not there; DIR is a folder that `benchtwin calibrate … --out DIR`"
+            " wrote"
+        )
     raw = file.read_bytes()
     try:
         content = json.loads(raw)
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: not readable as JSON: {error}") from error
     # The hash says which result a card came from after both have been copied elsewhere.
-    return calibrated_from(content, str(file), f"{file} (sha256 {hashlib.sha256(raw).hexdigest()[:12]})")
+    return calibrated_from(
+        content, str(file), f"{file} (sha256 {hashlib.sha256(raw).hexdigest()[:12]})"
+    )
 
 
 def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:
@@ -103,9 +118,25 @@ def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:
     seed, wall = (_solid(content, who, file) for who in ("seed", "wall"))
     rolling = _take(content, "conventions.rolling", file, f"one of {', '.join(GIVEN)}")
     if rolling not in GIVEN:
-        raise ValueError(f"{file}: conventions.rolling = {rolling!r}: must be one of {', '.join(GIVEN)}")
-    pair = {prefix: Pair(*(_parameter(content, prefix + name, name, file) for name in NUMBERS)) for prefix in ("", "seed_")}
-    return Calibrated(pair[""], pair["seed_"], seed, wall, rolling, _shape(content, seed.density_kg_m3, file), source or file)
+        raise ValueError(
+            f"{file}: conventions.rolling = {rolling!r}: must be one of"
+            f" {', '.join(GIVEN)}"
+        )
+    pair = {
+        prefix: Pair(
+            *(_parameter(content, prefix + name, name, file) for name in NUMBERS)
+        )
+        for prefix in ("", "seed_")
+    }
+    return Calibrated(
+        pair[""],
+        pair["seed_"],
+        seed,
+        wall,
+        rolling,
+        _shape(content, seed.density_kg_m3, file),
+        source or file,
+    )
 
 
 def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
@@ -118,22 +149,36 @@ def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
     if not low <= value <= high or (kind == "restitution" and value == 0.0):
         raise ValueError(f"{file}: {where}.value = {value:g}: must be {holds}")
     ends = [
-        _number(content, f"{where}.{end}", file, f"the {end} end of the value's interval, a number") for end in ("low", "high")
+        _number(
+            content,
+            f"{where}.{end}",
+            file,
+            f"the {end} end of the value's interval, a number",
+        )
+        for end in ("low", "high")
     ]
     if not ends[0] <= value <= ends[1]:
-        raise ValueError(f"{file}: {where}: the interval {ends[0]:g} to {ends[1]:g} does not hold the value {value:g}")
+        raise ValueError(
+            f"{file}: {where}: the interval {ends[0]:g} to {ends[1]:g} does not hold"
+            f" the value {value:g}"
+        )
     return Number(value, *ends)
 
 
 def _solid(content: Any, who: str, file: str) -> Solid:
     name = _take(content, f"materials.{who}.name", file, "the material's name, a text")
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise ValueError(f"{file}: materials.{who}.name = {name!r}: must be the material's name, one line of text")
+        raise ValueError(
+            f"{file}: materials.{who}.name = {name!r}: must be the material's name, one"
+            " line of text"
+        )
     values = []
     for key, (low, high, holds) in SOLID.items():
         values.append(_number(content, f"materials.{who}.{key}", file, holds))
         if not low <= values[-1] <= high:
-            raise ValueError(f"{file}: materials.{who}.{key} = {values[-1]:g}: must be {holds}")
+            raise ValueError(
+                f"{file}: materials.{who}.{key} = {values[-1]:g}: must be {holds}"
+            )
     return Solid(name, *values)
 
 
@@ -141,18 +186,30 @@ def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     from twin.result_sections import weighed
 
     length, width, thickness = (
-        _number(content, f"seed_shape.{key}", file, "a length in mm") for key in ("length_mm", "width_mm", "thickness_mm")
+        _number(content, f"seed_shape.{key}", file, "a length in mm")
+        for key in ("length_mm", "width_mm", "thickness_mm")
     )
     holds = "the seed's balls, a list of [x, y, z, r] in mm"
     rows = _take(content, "seed_shape.spheres", file, holds)
-    whole = isinstance(rows, list) and rows and all(isinstance(row, list) and len(row) == 4 for row in rows)
+    whole = (
+        isinstance(rows, list)
+        and rows
+        and all(isinstance(row, list) and len(row) == 4 for row in rows)
+    )
     if not whole or not all(_is_number(v) for row in rows for v in row):
         raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
     try:
-        balls, mass, (ix, iy, iz) = weighed([[1e-3 * v for v in row] for row in rows], density_kg_m3)
+        balls, mass, (ix, iy, iz) = weighed(
+            [[1e-3 * v for v in row] for row in rows], density_kg_m3
+        )
     except ValueError as error:
         raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
-    return Shape((length, width, thickness), tuple((x, y, z, r) for x, y, z, r in balls), mass, (ix, iy, iz))
+    return Shape(
+        (length, width, thickness),
+        tuple((x, y, z, r) for x, y, z, r in balls),
+        mass,
+        (ix, iy, iz),
+    )
 
 
 def _take(content: Any, path: str, file: str, holds: str) -> Any:
@@ -173,4 +230,8 @@ def _number(content: Any, path: str, file: str, holds: str) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and abs(value) <= sys.float_info.max
+    )

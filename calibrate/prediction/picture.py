@@ -1,5 +1,5 @@
-"""A prediction as an SVG that needs nothing beside it: a row a quantity, its runs, intervals, and
-what was measured."""
+"""A prediction as an SVG that needs nothing beside it: a row a quantity, its runs,
+intervals, and what was measured."""
 
 from html import escape
 
@@ -14,24 +14,41 @@ STYLE = "font-family:system-ui,sans-serif;font-size:13px;fill:#222"
 
 
 def picture(
-    found: Prediction, seen: Measured | None = None, compared: list[Comparison] | None = None
+    found: Prediction,
+    seen: Measured | None = None,
+    compared: list[Comparison] | None = None,
 ) -> str:
-    """Blue bar: 95 % of single packings; dark part: of the mean over packings; dots: runs; red:
-    recordings and their mean."""
+    """Blue bar: 95 % of single packings; dark part: of the mean over packings; dots:
+    runs; red: recordings and their mean."""
     said = [c.said for c in compared or []]
     height = TOP + ROW * len(found.of) + 22 * len(said) + 40
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" style="{STYLE}">',
+        (
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}"'
+            f' style="{STYLE}">'
+        ),
         f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
-        f'<text x="12" y="24" style="font-size:16px">Predicted {escape(found.rig)}: degrees</text>',
+        (
+            f'<text x="12" y="24" style="font-size:16px">Predicted {escape(found.rig)}:'
+            " degrees</text>"
+        ),
     ]
     for k, quantity in enumerate(found.of):
         parts += _row(
-            found, quantity, TOP + ROW * k, None if seen is None else seen.values[quantity]
+            found,
+            quantity,
+            TOP + ROW * k,
+            None if seen is None else seen.values[quantity],
         )
     below = TOP + ROW * len(found.of)
-    key = "Grey: runs at drawn parameters. Light: 95 % of single packings; dark: of their mean."
-    lines = [key + (" Red: recordings, and their mean." if seen is not None else ""), *said]
+    key = (
+        "Grey: runs at drawn parameters. Light: 95 % of single packings; dark: of their"
+        " mean."
+    )
+    lines = [
+        key + (" Red: recordings, and their mean." if seen is not None else ""),
+        *said,
+    ]
     parts += [
         f'<text x="12" y="{below + 20 + 22 * k}">{escape(line)}</text>'
         for k, line in enumerate(lines)
@@ -39,7 +56,9 @@ def picture(
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
-def _row(found: Prediction, quantity: str, top: float, measured: np.ndarray | None) -> list[str]:
+def _row(
+    found: Prediction, quantity: str, top: float, measured: np.ndarray | None
+) -> list[str]:
     p, red = found.of[quantity], np.zeros(0) if measured is None else measured
     one, many = p.half_width(), p.half_width(np.inf)
     runs = found.runs.loc[found.runs["kind"] == DRAWN, quantity].dropna().to_numpy()
@@ -51,23 +70,38 @@ def _row(found: Prediction, quantity: str, top: float, measured: np.ndarray | No
 
     def bar(half: float, colour: str) -> str:
         left, width = x(p.mean - half), x(p.mean + half) - x(p.mean - half)
-        return f'<rect x="{left}" y="{top + 40}" width="{width:.1f}" height="14" fill="{colour}"/>'
+        return (
+            f'<rect x="{left}" y="{top + 40}" width="{width:.1f}" height="14"'
+            f' fill="{colour}"/>'
+        )
 
     def dot(value: float, y: float, look: str) -> str:
         return f'<circle cx="{x(value)}" cy="{y}" r="3.5" {look}/>'
 
     def upright(value: float, first: float, last: float, look: str) -> str:
-        return f'<line x1="{x(value)}" x2="{x(value)}" y1="{first}" y2="{last}" stroke={look}/>'
+        return (
+            f'<line x1="{x(value)}" x2="{x(value)}" y1="{first}" y2="{last}"'
+            f" stroke={look}/>"
+        )
 
     name, axis = QUANTITIES[found.rig][quantity], top + 76
-    parts = [f'<text x="12" y="{top + 52}">{name}</text>', bar(one, LIGHT), bar(many, BLUE)]
+    parts = [
+        f'<text x="12" y="{top + 52}">{name}</text>',
+        bar(one, LIGHT),
+        bar(many, BLUE),
+    ]
     parts += [dot(v, top + 28, f'fill="{GREY}"') for v in runs]
     parts.append(upright(p.mean, top + 36, top + 58, '"#111" stroke-width="2"'))
     parts += [dot(v, top + 66, f'fill="none" stroke="{RED}"') for v in red]
     if red.size:
-        parts.append(upright(float(red.mean()), top + 36, top + 72, f'"{RED}" stroke-width="2"'))
+        parts.append(
+            upright(float(red.mean()), top + 36, top + 72, f'"{RED}" stroke-width="2"')
+        )
     for value in np.arange(low, high + 1e-9, max(1, round((high - low) / 8))):
         parts.append(upright(value, axis, axis + 5, '"#222"'))
-        parts.append(f'<text x="{x(value)}" y="{axis + 20}" text-anchor="middle">{value:g}</text>')
+        parts.append(
+            f'<text x="{x(value)}" y="{axis + 20}"'
+            f' text-anchor="middle">{value:g}</text>'
+        )
     ends = f'x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{axis}" y2="{axis}"'
     return [*parts, f'<line {ends} stroke="#222"/>']

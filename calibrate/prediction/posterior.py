@@ -1,5 +1,5 @@
-"""A calibration's folder, read back: draws from its posterior, the seeds it was made with, its
-convention."""
+"""A calibration's folder, read back: draws from its posterior, the seeds it was made
+with, its convention."""
 
 import json
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from twin.bench_folder import read_numbers
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """draws: (n, 6) of all PARAMETERS, natural units; described: the lot's [seed] and [air];
-    rolling: the rolling friction's convention; notes: sentences on what a prediction from it
-    assumes."""
+    """draws: (n, 6) of all PARAMETERS, natural units; described: the lot's [seed] and
+    [air]; rolling: the rolling friction's convention; notes: sentences on what a
+    prediction from it assumes."""
 
     draws: pd.DataFrame
     described: dict
@@ -25,8 +25,8 @@ class Kept:
     notes: tuple[str, ...]
 
     def some(self, n: int, seed: int) -> pd.DataFrame:
-        """n draws, different ones; more of them begin with the same. ValueError where there are not
-        so many."""
+        """n draws, different ones; more of them begin with the same. ValueError where
+        there are not so many."""
         if n > len(self.draws):
             raise ValueError(f"--draws {n}: the calibration keeps {len(self.draws)}")
         return self.draws.iloc[
@@ -35,16 +35,21 @@ class Kept:
 
 
 def read_posterior(folder: Path) -> Kept:
-    """What `benchtwin calibrate … --out folder` left. FileNotFoundError without one; ValueError
-    names what is missing in it."""
+    """What `benchtwin calibrate … --out folder` left. FileNotFoundError without one;
+    ValueError names what is missing in it."""
     file = folder / "result.json"
     if not file.is_file():
         raise FileNotFoundError(
-            f"{file}: not there; CALIBRATED is what `benchtwin calibrate … --out DIR` wrote"
+            f"{file}: not there; CALIBRATED is what `benchtwin calibrate … --out DIR`"
+            " wrote"
         )
     try:
         content = json.loads(file.read_text(encoding="utf8"))
-        rolling, pile, mode = content["conventions"]["rolling"], content["pile"], content["mode"]
+        rolling, pile, mode = (
+            content["conventions"]["rolling"],
+            content["pile"],
+            content["mode"],
+        )
         bench, refused = content["bench"], content["not_calibrated"]
         options = dict(content["options"])
     except (ValueError, KeyError, TypeError) as error:
@@ -52,13 +57,13 @@ def read_posterior(folder: Path) -> Kept:
     if pile is None:
         why = refused.get("pile", "no pile was recorded")
         raise ValueError(
-            f"{file}: no pile was calibrated ({why}), so nothing is known of seed on seed, "
-            "and nothing can be predicted"
+            f"{file}: no pile was calibrated ({why}), so nothing is known of seed on"
+            " seed, and nothing can be predicted"
         )
     if "described" not in bench:
         raise ValueError(
-            f"{file}: bench.described, the lot's seeds, is missing; calibrate again with "
-            "--overwrite: finished runs are kept"
+            f"{file}: bench.described, the lot's seeds, is missing; calibrate again"
+            " with --overwrite: finished runs are kept"
         )
     draws, assumed = _draws(folder / "tables" / "posterior.csv")
     notes = [
@@ -66,20 +71,24 @@ def read_posterior(folder: Path) -> Kept:
         for n, v in assumed.items()
     ]
     if mode != "simulated":
-        notes.append("calibrated on simulations of another program; predicted with benchtwin's")
+        notes.append(
+            "calibrated on simulations of another program; predicted with benchtwin's"
+        )
     if options.get("engine"):
         notes.append(
-            f"calibrated with the engine {options['engine']}; predicted with benchtwin's own"
+            f"calibrated with the engine {options['engine']}; predicted with"
+            " benchtwin's own"
         )
     return Kept(draws, bench["described"], rolling, tuple(notes))
 
 
 def _draws(file: Path) -> tuple[pd.DataFrame, dict[str, float]]:
-    """The posterior's draws with a column for every parameter, and the values of those that were
-    not calibrated."""
+    """The posterior's draws with a column for every parameter, and the values of those
+    that were not calibrated."""
     if not file.is_file():
         raise FileNotFoundError(
-            f"{file}: not there; it should hold draws from the posterior, a column a parameter"
+            f"{file}: not there; it should hold draws from the posterior, a column a"
+            " parameter"
         )
     limits = dict.fromkeys(PARAMETERS, (0.0, 5.0))
     draws = read_numbers(

@@ -1,5 +1,5 @@
-"""A rig simulated at parameters drawn from a calibration's posterior: what it will show, and how
-well that is known."""
+"""A rig simulated at parameters drawn from a calibration's posterior: what it will
+show, and how well that is known."""
 
 from dataclasses import dataclass
 
@@ -11,18 +11,26 @@ from calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
 from calibrate.statistics.predictive import Predictive, predictive
 
 QUANTITIES = {
-    "cylinder": {"repose_angle_deg": "repose angle", "centroid_angle_deg": "centroid angle"},
+    "cylinder": {
+        "repose_angle_deg": "repose angle",
+        "centroid_angle_deg": "centroid angle",
+    },
     "drum": {"flowing_angle_deg": "flowing angle"},
 }
-RIG_OF = {"cylinder": "pile", "drum": "drum"}  # what the rig is called in a recording.toml
+RIG_OF = {
+    "cylinder": "pile",
+    "drum": "drum",
+}  # what the rig is called in a recording.toml
 DRAWN, MEAN = "posterior draw", "posterior mean"
-LEAST_USABLE = 0.75  # share of the runs: with fewer, those that failed could decide the answer
+LEAST_USABLE = (
+    0.75  # share of the runs: with fewer, those that failed could decide the answer
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """rig; of: {quantity: Predictive}, quantities in degrees; runs: a row a run: kind (DRAWN or
-    MEAN), parameters, quantities, seconds where known; notes."""
+    """rig; of: {quantity: Predictive}, quantities in degrees; runs: a row a run: kind
+    (DRAWN or MEAN), parameters, quantities, seconds where known; notes."""
 
     rig: str
     of: dict[str, Predictive]
@@ -41,12 +49,12 @@ def predict(
     seed: int,
     measured: bool = False,
 ) -> Prediction:
-    """Run the rig once at each of `draws` posterior draws, and `packings` times at the posterior's
-    mean, each with its own packing.
+    """Run the rig once at each of `draws` posterior draws, and `packings` times at the
+    posterior's mean, each with its own packing.
 
-    measured: read the angles off the pictures, not off the simulation's own outline. Raises
-    ValueError where `predictive` does, SimulationFailed where too many runs gave nothing.
-    """
+    measured: read the angles off the pictures, not off the simulation's own outline.
+    Raises ValueError where `predictive` does, SimulationFailed where too many runs gave
+    nothing."""
     drawn = kept.some(draws, seed).assign(kind=DRAWN)
     middle = pd.DataFrame([kept.draws.mean()] * packings).assign(kind=MEAN)
     runs = pd.concat([drawn, middle], ignore_index=True)
@@ -64,7 +72,8 @@ def predict(
         runs[quantity] = table[column].where(there).astype(float)
         good = runs[there]
         of[quantity] = predictive(
-            good.loc[good["kind"] == DRAWN, quantity], good.loc[good["kind"] == MEAN, quantity]
+            good.loc[good["kind"] == DRAWN, quantity],
+            good.loc[good["kind"] == MEAN, quantity],
         )
     return Prediction(
         rig,
@@ -75,8 +84,8 @@ def predict(
 
 
 def rows(found: Prediction) -> pd.DataFrame:
-    """A row a quantity [deg]: mean; low, high (95 % of single packings); mean_low, mean_high (95 %
-    of the mean over packings); parameter_sd, packing_sd; draws."""
+    """A row a quantity [deg]: mean; low, high (95 % of single packings); mean_low,
+    mean_high (95 % of the mean over packings); parameter_sd, packing_sd; draws."""
     table = []
     for quantity, p in found.of.items():
         one, many = p.half_width(), p.half_width(float("inf"))
@@ -86,6 +95,12 @@ def rows(found: Prediction) -> pd.DataFrame:
             "mean_low": p.mean - many,
             "mean_high": p.mean + many,
         }
-        parts = {"parameter_sd": p.parameter_sd, "packing_sd": p.packing_sd, "draws": p.n}
-        table.append({"rig": found.rig, "quantity": quantity, "mean": p.mean, **ends, **parts})
+        parts = {
+            "parameter_sd": p.parameter_sd,
+            "packing_sd": p.packing_sd,
+            "draws": p.n,
+        }
+        table.append(
+            {"rig": found.rig, "quantity": quantity, "mean": p.mean, **ends, **parts}
+        )
     return pd.DataFrame(table)

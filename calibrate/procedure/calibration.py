@@ -12,17 +12,30 @@ from calibrate.procedure.steel import SteelFit
 from calibrate.statistics.bounds import interval, open_ends
 
 LEVEL = 0.95
-NARROWED_LEAST = 0.5  # share of its prior's sd that a bench must take away for a parameter to count as resolved
-COLUMNS = ["parameter", "value", "low", "high", "level", "unit", "status", "source", "budget"]
+# share of its prior's sd that a bench must take away for a parameter to count as
+# resolved
+NARROWED_LEAST = 0.5
+COLUMNS = [
+    "parameter",
+    "value",
+    "low",
+    "high",
+    "level",
+    "unit",
+    "status",
+    "source",
+    "budget",
+]
 FOLLOWS = ["item", "printed", "recomputed", "follows"]
 
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed values
-    beside recomputed ones; flags: contradictions in a publication, as sentences; findings: what a
-    diagnosis should look at; options: how it was run; seed: of all randomness; finished: False in a
-    report that is written while simulations still run; more: further tables, and the pairs shown."""
+    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks:
+    printed values beside recomputed ones; flags: contradictions in a publication, as
+    sentences; findings: what a diagnosis should look at; options: how it was run; seed:
+    of all randomness; finished: False in a report that is written while simulations
+    still run; more: further tables, and the pairs shown."""
 
     mode: str
     bench: Bench
@@ -52,11 +65,12 @@ def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
 
 
 def parameters(c: Calibration) -> pd.DataFrame:
-    """One row a parameter: parameter, value, low, high, level, unit, status, source, budget.
+    """One row a parameter: parameter, value, low, high, level, unit, status, source,
+    budget.
 
-    status: "calibrated", or a sentence that says on what, that the parameter is bounded on one side
-    only, or that it is not resolved. budget: shares of the variance by name.
-    """
+    status: "calibrated", or a sentence that says on what, that the parameter is bounded
+    on one side only, or that it is not resolved. budget: shares of the variance by
+    name."""
     rows = [_steel_row(fit) for fit in c.steel.values()]
     if c.pile is not None and c.joint is not None:
         rows += [_seed_row(c.pile, c.joint, name) for name in c.pile.box.names]
@@ -70,16 +84,27 @@ def _steel_row(fit: SteelFit) -> tuple:
     status = bounded(i.low, i.high, i.open_ends)
     if fit.verification is not None and not fit.verification.agrees:
         status = "doubtful: its verification disagrees with the bench"
-    return rig.parameter, i.value, i.low, i.high, i.level, "1", status, source, dict(i.budget)
+    return (
+        rig.parameter,
+        i.value,
+        i.low,
+        i.high,
+        i.level,
+        "1",
+        status,
+        source,
+        dict(i.budget),
+    )
 
 
 def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
-    """The optimum's coordinate, and the posterior's interval around it; the posterior's median
-    where packing noise hides the angle and something else of the same piles is seen.
+    """The optimum's coordinate, and the posterior's interval around it; the posterior's
+    median where packing noise hides the angle and something else of the same piles is
+    seen.
 
-    An end that the posterior does not exclude, or at which the optimum stands, is open. An optimum
-    outside the interval widens it to itself: any point of the sheet fits as well.
-    """
+    An end that the posterior does not exclude, or at which the optimum stands, is open.
+    An optimum outside the interval widens it to itself: any point of the sheet fits as
+    well."""
     value, draws = pile.optimum.point[name], joint.posterior.draws[name]
     j = pile.box.names.index(name)
     ends = open_ends(draws, (float(pile.box.low[j]), float(pile.box.high[j])))
@@ -91,7 +116,9 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = interval(draws, _searched(pile, name), ends, LEVEL)
     low, high = min(low, value), max(high, value)
     prior_sd = joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)]
-    status = _seed_status(pile, 1.0 - float(draws.std() / prior_sd), low, high, ends, hidden)
+    status = _seed_status(
+        pile, 1.0 - float(draws.std() / prior_sd), low, high, ends, hidden
+    )
     mean = f"{pile.bench.value:.4g} ± {pile.bench.sd:.2g}°"
     source = f"pile: repose angle {mean}, one point of a sheet that fits"
     names = joint.posterior.tension["observable"]
@@ -102,19 +129,35 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
 
 
 def _seed_status(
-    pile: PileFit, narrowed: float, low: float, high: float, ends: frozenset[str], hidden: bool
+    pile: PileFit,
+    narrowed: float,
+    low: float,
+    high: float,
+    ends: frozenset[str],
+    hidden: bool,
 ) -> str:
-    """narrowed: the share of its prior's sd that the pile takes away from the parameter."""
+    """narrowed: the share of its prior's sd that the pile takes away from the
+    parameter."""
     if narrowed < NARROWED_LEAST or len(ends) == 2:
         says_something = narrowed >= 0.05
-        by = f"narrows it by {100 * narrowed:.0f} %" if says_something else "says nothing of it"
-        return f"not resolved: the pile {by}; it may be anything from {low:.3g} to {high:.3g}"
+        by = (
+            f"narrows it by {100 * narrowed:.0f} %"
+            if says_something
+            else "says nothing of it"
+        )
+        return (
+            f"not resolved: the pile {by}; it may be anything from {low:.3g} to"
+            f" {high:.3g}"
+        )
     if not hidden:
         return bounded(low, high, ends)
     if not pile.informative:
         return "not calibrated: the scatter between packings hides the pile's angle"
     on = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.informative)
-    return f"{bounded(low, high, ends, f' on {on}')}; the scatter between packings hides the angle"
+    return (
+        f"{bounded(low, high, ends, f' on {on}')}; the scatter between packings hides"
+        " the angle"
+    )
 
 
 def bounded(low: float, high: float, ends: frozenset[str], on: str = "") -> str:
@@ -128,12 +171,15 @@ def bounded(low: float, high: float, ends: frozenset[str], on: str = "") -> str:
     if len(ends) == 2:
         return f"not bounded{on}: it may be anything from {low:.3g} to {high:.3g}"
     if "high" in ends:
-        return f"only bounded{on}: at least {low:.3g}; nothing is known beyond {high:.3g}"
+        return (
+            f"only bounded{on}: at least {low:.3g}; nothing is known beyond {high:.3g}"
+        )
     return f"only bounded{on}: at most {high:.3g}; nothing is known below {low:.3g}"
 
 
 def _searched(pile: PileFit, name: str) -> tuple[float, float]:
-    """The range that was simulated: all of the path, or the box where there was none."""
+    """The range that was simulated: all of the path, or the box where there was
+    none."""
     if pile.path is None:
         j = pile.box.names.index(name)
         return float(pile.box.low[j]), float(pile.box.high[j])
@@ -141,12 +187,23 @@ def _searched(pile: PileFit, name: str) -> tuple[float, float]:
 
 
 def _seed_budget(pile: PileFit, name: str, variance: float) -> dict[str, float]:
-    """Shares of a seed–seed parameter's variance: what it can move on the sheet at no cost, and the angle's own errors."""
+    """Shares of a seed–seed parameter's variance: what it can move on the sheet at no
+    cost, and the angle's own errors."""
     sheet = pile.sheet.table
-    free = min(1.0, float(sheet[name].var()) / variance) if len(sheet) > 2 and variance > 0 else 0.0
+    free = (
+        min(1.0, float(sheet[name].var()) / variance)
+        if len(sheet) > 2 and variance > 0
+        else 0.0
+    )
     s = pile.surface
     fit = float(s.variance(pile.optimum.coded)[0]) - s.lack_sd**2
-    parts = {"bench scatter": pile.bench.scatter_sd**2, "measuring": pile.bench.shared_sd**2, "surface": fit,
-             "lack of fit": s.lack_sd**2}  # fmt: skip
+    parts = {
+        "bench scatter": pile.bench.scatter_sd**2,
+        "measuring": pile.bench.shared_sd**2,
+        "surface": fit,
+        "lack of fit": s.lack_sd**2,
+    }
     total = sum(parts.values()) or 1.0
-    return {"free on the sheet": free} | {k: (1 - free) * v / total for k, v in parts.items()}
+    return {"free on the sheet": free} | {
+        k: (1 - free) * v / total for k, v in parts.items()
+    }

@@ -1,4 +1,5 @@
-"""How much is simulated: how many values, repeats and piles, and which pile stands for the bench's."""
+"""How much is simulated: how many values, repeats and piles, and which pile stands for
+the bench's."""
 
 from dataclasses import dataclass
 
@@ -7,14 +8,14 @@ SLAB_MM, FILL_MM = 30.0, 60.0
 
 @dataclass(frozen=True)
 class Effort:
-    """levels: values a seed–steel parameter is simulated at; repeats: runs of each; verify: verification runs of a rig; path:
-    piles a group of the ascent; noise: piles of one point that tell the packing noise; design: the piles' second-order
-    design, "box-behnken" or "central-composite" (face-centred); centre: its centre points; most: largest number of
-    replicates a design point gets; more: most piles beyond the
-    design; piles: verification piles; power: with which main effects are to be found; slab,
-    fill_mm: width and filling of the slice that stands for the bench's pile, None for the pile as described; draws:
-    effective ones from the posterior.
-    """
+    """levels: values a seed–steel parameter is simulated at; repeats: runs of each;
+    verify: verification runs of a rig; path: piles a group of the ascent; noise: piles
+    of one point that tell the packing noise; design: the piles' second-order design,
+    "box-behnken" or "central-composite" (face-centred); centre: its centre points;
+    most: largest number of replicates a design point gets; more: most piles beyond the
+    design; piles: verification piles; power: with which main effects are to be found;
+    slab, fill_mm: width and filling of the slice that stands for the bench's pile, None
+    for the pile as described; draws: effective ones from the posterior."""
 
     name: str
     levels: int = 6
@@ -34,20 +35,25 @@ class Effort:
 
     def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
-        quick = "a quick calibration: fewer repeats and piles than usual, so wider intervals"
+        quick = (
+            "a quick calibration: fewer repeats and piles than usual, so wider"
+            " intervals"
+        )
         return (quick,) if self.name == "quick" else ()
 
 
 FULL = Effort("full")
-QUICK = Effort("quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, more=8, piles=3)
+QUICK = Effort(
+    "quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, more=8, piles=3
+)
 
 
 def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...]]:
     """[pile] of the simulations, and notes where it is not the bench's own.
 
-    stated: the bench's own section. A slice as long as the box between smooth sides takes the place of a pile that is wider or
-    filled higher; a bench that is such a slice itself, or a lifted cylinder, is simulated as it is.
-    """
+    stated: the bench's own section. A slice as long as the box between smooth sides
+    takes the place of a pile that is wider or filled higher; a bench that is such a
+    slice itself, or a lifted cylinder, is simulated as it is."""
     small = stated.get("slab") and stated.get("fill_height_mm", 1e9) <= effort.fill_mm
     if effort.slab is None or stated.get("cylinder_mm") or small:
         return dict(stated), ()
@@ -56,11 +62,15 @@ def pile_description(stated: dict, effort: Effort) -> tuple[dict, tuple[str, ...
     width, fill = effort.slab, min(effort.fill_mm, stated.get("fill_height_mm", 100.0))
     kept = {k: v for k, v in stated.items() if k in ("gate_speed_mm_s", "photo_s")}
     slab = {
-        "box_mm": [length, width, height], "gate_mm": [width, height], "plate_mm": [plate, width],
-        "fill_height_mm": fill, "slab": True,
-    }  # fmt: skip
+        "box_mm": [length, width, height],
+        "gate_mm": [width, height],
+        "plate_mm": [plate, width],
+        "fill_height_mm": fill,
+        "slab": True,
+    }
     note = (
-        f"the pile was simulated as a slice {width:g} mm wide between smooth sides, filled {fill:g} mm high, in place of the "
-        "pile as described: --whole-pile simulates that"
+        f"the pile was simulated as a slice {width:g} mm wide between smooth sides,"
+        f" filled {fill:g} mm high, in place of the pile as described: --whole-pile"
+        " simulates that"
     )
     return slab | kept, (note,)

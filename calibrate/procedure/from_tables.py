@@ -1,7 +1,8 @@
-"""The procedure on simulations that stand in BENCH/tables/: drop, slide, roll, path, levels, design, and published.toml.
+"""The procedure on simulations that stand in BENCH/tables/: drop, slide, roll, path,
+levels, design, and published.toml.
 
-Everything that published.toml says was printed is recomputed from the tables and stands beside it (`published.py`).
-"""
+Everything that published.toml says was printed is recomputed from the tables and stands
+beside it (`published.py`)."""
 
 import tomllib
 from dataclasses import replace
@@ -10,7 +11,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
+from calibrate.procedure.bench import (
+    Bench,
+    bench_of,
+    contradictory,
+    missing,
+    trimmed_before,
+)
 from calibrate.procedure.calibration import FOLLOWS, Calibration, nothing_calibrated
 from calibrate.procedure.joint import fit_joint
 from calibrate.procedure.pile import PileFit, fit_pile
@@ -18,7 +25,15 @@ from calibrate.procedure.published import check_pile, check_steel
 from calibrate.procedure.published_keys import checked
 from calibrate.procedure.rigs import PILE_RESPONSE, STEEL
 from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
-from calibrate.procedure.tables import LETTERS, box_of, design_table, levels_table, naming, path_table, steel_table
+from calibrate.procedure.tables import (
+    LETTERS,
+    box_of,
+    design_table,
+    levels_table,
+    naming,
+    path_table,
+    steel_table,
+)
 from calibrate.statistics.ascent import choose_centre
 from calibrate.statistics.inversion import OutsideRange
 from calibrate.statistics.replicates import Noise, packing_noise
@@ -27,12 +42,13 @@ from calibrate.statistics.replicates import Noise, packing_noise
 def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
     """Calibrate a bench on tabulated simulations.
 
-    Raises FileNotFoundError naming the table that is not there; ValueError naming file and column of what cannot be used.
-    """
+    Raises FileNotFoundError naming the table that is not there; ValueError naming file
+    and column of what cannot be used."""
     tables = Path(folder) / "tables"
     if not tables.is_dir():
         raise FileNotFoundError(
-            f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv, design.csv, levels.csv in it"
+            f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv,"
+            " design.csv, levels.csv in it"
         )
     file = tables / "published.toml"
     printed = published(file)
@@ -47,14 +63,18 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
                 refused[name] = str(error)
                 continue
             with naming(file):
-                checks.append(check_steel(steel[name], bench.rigs[name], printed.get(name, {})))
+                checks.append(
+                    check_steel(steel[name], bench.rigs[name], printed.get(name, {}))
+                )
             flags += _outside(steel[name])
     pile = None
     if "pile" in bench.rigs:
         try:
             pile = _pile(bench, tables, printed.get("pile", {}), rng)
             with naming(file):
-                table, more = check_pile(pile, printed.get("pile", {}), levels_table(tables / "levels.csv"))
+                table, more = check_pile(
+                    pile, printed.get("pile", {}), levels_table(tables / "levels.csv")
+                )
             checks.append(table)
             flags += more
         except (ValueError, FileNotFoundError) as error:
@@ -79,7 +99,8 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
 
 
 def published(file: Path) -> dict:
-    """What published.toml says was printed; empty without the file. ValueError where it is no TOML."""
+    """What published.toml says was printed; empty without the file. ValueError where it
+    is no TOML."""
     if not file.is_file():
         return {}
     try:
@@ -91,11 +112,18 @@ def published(file: Path) -> dict:
 def trimmed(printed: dict) -> dict[str, int]:
     """How many highest and lowest readings were left out before, by rig."""
     rigs = {rig: keys for rig, keys in printed.items() if isinstance(keys, dict)}
-    return {rig: keys["bench_trimmed"] for rig, keys in rigs.items() if "bench_trimmed" in keys}
+    return {
+        rig: keys["bench_trimmed"]
+        for rig, keys in rigs.items()
+        if "bench_trimmed" in keys
+    }
 
 
-def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator) -> SteelFit:
-    """As the paper fits it, unweighted; the monotone curve weighs rows by their printed sds."""
+def _steel(
+    bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator
+) -> SteelFit:
+    """As the paper fits it, unweighted; the monotone curve weighs rows by their printed
+    sds."""
     rig, readings = STEEL[name], bench.rigs[name]
     mean, file = readings.mean(), tables / f"{name}.csv"
     rows = steel_table(file, rig)
@@ -104,63 +132,106 @@ def _steel(bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.
     elif rig.sd in rows:
         rows = rows.drop(columns=rig.sd)
     with naming(file):
-        fit = fit_steel(rig, rows, mean, rng=rng, description=readings.description, weighted=False)
+        fit = fit_steel(
+            rig, rows, mean, rng=rng, description=readings.description, weighted=False
+        )
     if fit.by == "polynomial":
         return fit
     try:
         beyond = fit_beyond(rig, rows, fit.bench)
-        row = ("polynomial, a little beyond its rows", beyond.value, beyond.low, beyond.high, "; ".join(beyond.notes))
+        row = (
+            "polynomial, a little beyond its rows",
+            beyond.value,
+            beyond.low,
+            beyond.high,
+            "; ".join(beyond.notes),
+        )
     except OutsideRange as error:
-        row = ("polynomial, a little beyond its rows", np.nan, np.nan, np.nan, str(error))
-    return replace(fit, answers=pd.concat([fit.answers, pd.DataFrame([row], columns=fit.answers.columns)], ignore_index=True))
+        row = (
+            "polynomial, a little beyond its rows",
+            np.nan,
+            np.nan,
+            np.nan,
+            str(error),
+        )
+    return replace(
+        fit,
+        answers=pd.concat(
+            [fit.answers, pd.DataFrame([row], columns=fit.answers.columns)],
+            ignore_index=True,
+        ),
+    )
 
 
 def _outside(fit: SteelFit) -> list[str]:
-    """A polynomial that does not reach the bench's mean within its own rows, said with its end."""
+    """A polynomial that does not reach the bench's mean within its own rows, said with
+    its end."""
     if fit.by == "polynomial":
         return []
-    ends = [float(fit.polynomial.mean(x)[0]) for x in (fit.polynomial.low, fit.polynomial.high)]
+    ends = [
+        float(fit.polynomial.mean(x)[0])
+        for x in (fit.polynomial.low, fit.polynomial.high)
+    ]
     near = int(np.argmin([abs(e - fit.bench.value) for e in ends]))
     x = (fit.polynomial.low, fit.polynomial.high)[near]
     return [
-        f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end {fit.rig.parameter} = {x:g}, the bench's "
-        f"mean is {fit.bench.value:.4g} {fit.rig.unit}: it has no answer within its own rows; the {fit.by} "
-        f"answers {fit.inverse.value:.4f}"
+        f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end"
+        f" {fit.rig.parameter} = {x:g}, the bench's mean is {fit.bench.value:.4g}"
+        f" {fit.rig.unit}: it has no answer within its own rows; the {fit.by} answers"
+        f" {fit.inverse.value:.4f}"
     ]
 
 
-def _pile(bench: Bench, tables: Path, printed: dict, rng: np.random.Generator) -> PileFit:
+def _pile(
+    bench: Bench, tables: Path, printed: dict, rng: np.random.Generator
+) -> PileFit:
     box = box_of(levels_table(tables / "levels.csv"), tables / "levels.csv")
     factors, file = box.names, tables / "design.csv"
     coded = design_table(file)
-    design = pd.DataFrame(np.round(box.natural(coded[list(LETTERS)]), 12), columns=list(factors))
+    design = pd.DataFrame(
+        np.round(box.natural(coded[list(LETTERS)]), 12), columns=list(factors)
+    )
     design = design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
     notes, noise = [], _noise(design, factors)
     readings = bench.rigs["pile"]
     other = (noise.sd, float(noise.df)) if noise else None
     if readings.values.size == 1:
         if noise is None:
-            raise ValueError(f"{file}: no point run twice with different angles tells the scatter of the bench's only pile")
+            raise ValueError(
+                f"{file}: no point run twice with different angles tells the scatter of"
+                " the bench's only pile"
+            )
         notes.append(
-            f"one bench pile: its scatter is taken to be that of the simulated piles at the centre, {noise.sd:.2g}° on "
-            f"{noise.df} degrees of freedom"
+            "one bench pile: its scatter is taken to be that of the simulated piles at"
+            f" the centre, {noise.sd:.2g}° on {noise.df} degrees of freedom"
         )
     mean = readings.mean(other=other)
     path = None
     if (tables / "path.csv").is_file():
         steps = path_table(tables / "path.csv")
         with naming(tables / "path.csv"):
-            path = choose_centre(steps, PILE_RESPONSE, mean.value, factors, noise_sd=noise.sd if noise else 0.0)
+            path = choose_centre(
+                steps,
+                PILE_RESPONSE,
+                mean.value,
+                factors,
+                noise_sd=noise.sd if noise else 0.0,
+            )
     with naming(file):
         fit = fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"))
         return replace(fit, path=path, noise=noise, notes=(*notes, *fit.notes))
 
 
 def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:
-    """Scatter of piles with the same parameters, from points that were run more than once."""
+    """Scatter of piles with the same parameters, from points that were run more than
+    once."""
     try:
         return packing_noise(
-            design.assign(point=design[list(factors)].astype(str).agg(" ".join, axis=1)), PILE_RESPONSE, point="point"
+            design.assign(
+                point=design[list(factors)].astype(str).agg(" ".join, axis=1)
+            ),
+            PILE_RESPONSE,
+            point="point",
         )
     except ValueError:
         return None

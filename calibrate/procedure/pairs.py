@@ -1,4 +1,5 @@
-"""The answer shown: of every calibrated rig one recording of the bench beside the twin at the calibrated parameters."""
+"""The answer shown: of every calibrated rig one recording of the bench beside the twin
+at the calibrated parameters."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -14,11 +15,17 @@ from twin.pair import Pair, Recording, pair, recordings
 
 WIDTH_PX = 1600
 
+
 def pairs(
-    c: Calibration, out: Path, effort: Effort, say: Callable[[str], None] = lambda text: None, engine: Engine = OWN
+    c: Calibration,
+    out: Path,
+    effort: Effort,
+    say: Callable[[str], None] = lambda text: None,
+    engine: Engine = OWN,
 ) -> tuple[list[Pair], list[str]]:
-    """Pairs, and why there is none of a rig. Of each rig that recording which lies nearest the bench's mean is taken; the twin of
-    it is run into `out`, or read from there. Recordings of readings alone have nothing to show and are passed over."""
+    """Pairs, and why there is none of a rig. Of each rig that recording which lies
+    nearest the bench's mean is taken; the twin of it is run into `out`, or read from
+    there. Recordings of readings alone have nothing to show and are passed over."""
     found, why = [], []
     values = parameters(c).set_index("parameter")["value"]
     known = {f.name for f in fields(Parameters)}
@@ -31,32 +38,67 @@ def pairs(
         say(f"{rig}: {recording.id} beside its twin")
         try:
             found.append(_pair(recording, at, c, effort, out / rig, engine))
-        except Exception as error:  # no graphics, a full disk, a seed that flies off: a picture less, not a calibration
-            why.append(f"{rig}: {recording.id} could not be shown beside its twin: {error}")
+        # no graphics, a full disk, a seed that flies off: a picture less, not a
+        # calibration
+        except Exception as error:
+            why.append(
+                f"{rig}: {recording.id} could not be shown beside its twin: {error}"
+            )
     return found, why
 
 
-def _nearest(c: Calibration, rig: str, entries: dict[str, Recording]) -> Recording | None:
+def _nearest(
+    c: Calibration, rig: str, entries: dict[str, Recording]
+) -> Recording | None:
     """The recording, with something to show, whose reading lies nearest the mean."""
     readings = c.bench.rigs[rig]
     table = readings.recordings.dropna(subset=["mean"])
-    table = table[[name in entries and entries[name].evidence != "readings.csv" for name in table["recording"]]]
+    table = table[
+        [
+            name in entries and entries[name].evidence != "readings.csv"
+            for name in table["recording"]
+        ]
+    ]
     if table.empty:
         return None
-    return entries[table.loc[(table["mean"] - readings.values.mean()).abs().idxmin(), "recording"]]
+    return entries[
+        table.loc[(table["mean"] - readings.values.mean()).abs().idxmin(), "recording"]
+    ]
 
 
-def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, out: Path, engine: Engine) -> Pair:
-    """The twin run as the recording states itself; of a pile as it was simulated for the calibration."""
+def _pair(
+    recording: Recording,
+    at: Parameters,
+    c: Calibration,
+    effort: Effort,
+    out: Path,
+    engine: Engine,
+) -> Pair:
+    """The twin run as the recording states itself; of a pile as it was simulated for
+    the calibration."""
     _, stated = described(recording.toml) if recording.toml.is_file() else (None, {})
     rig = recording.need_rig()
     section = stated.get(rig, {})
     same_rig = True
     if rig == "pile":
-        section, said = pile_description(section or c.bench.rigs["pile"].description.get("pile", {}), effort)
-        section, same_rig = {k: v for k, v in section.items() if k not in PER_RECORDING}, not said
-    camera = _whole_plate(section) if rig == "pile" else {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
-    description = {rig: section, "seed": stated.get("seed", {}), "camera": camera, "air": stated.get("air", {})}
+        section, said = pile_description(
+            section or c.bench.rigs["pile"].description.get("pile", {}), effort
+        )
+        section, same_rig = (
+            {k: v for k, v in section.items() if k not in PER_RECORDING},
+            not said,
+        )
+    camera = (
+        _whole_plate(section)
+        if rig == "pile"
+        else {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
+    )
+    description = {
+        rig: section,
+        "seed": stated.get("seed", {}),
+        "camera": camera,
+        "air": stated.get("air", {}),
+    }
     if rig == "pile" or not description["seed"]:
         description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
     job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
@@ -65,9 +107,15 @@ def _pair(recording: Recording, at: Parameters, c: Calibration, effort: Effort, 
 
 
 def _whole_plate(pile: dict) -> dict:
-    """A camera that sees all of the plate beside the box, and some of what stands above it; the rig's own for a cylinder."""
+    """A camera that sees all of the plate beside the box, and some of what stands above
+    it; the rig's own for a cylinder."""
     if pile.get("cylinder_mm") or "plate_mm" not in pile:
         return {}
     plate = float(pile["plate_mm"][0])
     scale = (plate + 20) / WIDTH_PX
-    return {"width_px": WIDTH_PX, "height_px": WIDTH_PX // 2, "mm_per_px": scale, "target_mm": [plate / 2, 0.0, 0.22 * plate]}
+    return {
+        "width_px": WIDTH_PX,
+        "height_px": WIDTH_PX // 2,
+        "mm_per_px": scale,
+        "target_mm": [plate / 2, 0.0, 0.22 * plate],
+    }

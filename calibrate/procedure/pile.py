@@ -1,4 +1,5 @@
-"""Seed on seed: from the piles of a design to the response surface, its optimum, and all that the optimum hides."""
+"""Seed on seed: from the piles of a design to the response surface, its optimum, and
+all that the optimum hides."""
 
 from dataclasses import dataclass
 
@@ -22,11 +23,12 @@ from calibrate.statistics.surface import Surface, fit_surface
 class PileFit:
     """The seed–seed parameters that a pile leaves possible.
 
-    path: steepest ascent and the levels it chose; noise, pairing, plan: packing noise, what common packings save, replicates;
-    design: the runs, factors in natural units; optimum: the point that is reported, central: the one nearest to the box's centre;
-    sheet: all points that give the bench's angle; verification: repeats at the optimum; informative: what else of the bench's piles
-    shows, beyond packing noise, what the parameters do (`filled_mass_g` …).
-    """
+    path: steepest ascent and the levels it chose; noise, pairing, plan: packing noise,
+    what common packings save, replicates; design: the runs, factors in natural units;
+    optimum: the point that is reported, central: the one nearest to the box's centre;
+    sheet: all points that give the bench's angle; verification: repeats at the optimum;
+    informative: what else of the bench's piles shows, beyond packing noise, what the
+    parameters do (`filled_mass_g` …)."""
 
     bench: BenchMean
     box: Box
@@ -67,9 +69,9 @@ def fit_pile(
 ) -> PileFit:
     """Surface through the design's runs and everything read from it.
 
-    near: of the many points that give the bench's angle the one nearest to this is reported, by
-    default to the box's centre. Raises ValueError as `fit_surface` (singular designs …).
-    """
+    near: of the many points that give the bench's angle the one nearest to this is
+    reported, by default to the box's centre. Raises ValueError as `fit_surface`
+    (singular designs …)."""
     surface = fit_surface(design, PILE_RESPONSE, box, packing=packing)
     table = anova_table(surface)
     central = optimum(surface, bench.value)
@@ -111,13 +113,18 @@ def _notes(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
     if taken.outcome != "reached":
         low, high = taken.reachable
         notes.append(
-            f"finding for diagnosis: the bench's {bench.value:.4g}° lies outside {low:.4g} to {high:.4g}°, all that the box gives"
+            f"finding for diagnosis: the bench's {bench.value:.4g}° lies outside"
+            f" {low:.4g} to {high:.4g}°, all that the box gives"
         )
     if weak(surface):
         p = anova_table(surface)["p"].iloc[0]
         notes.append(
-            f"packing noise hides what the parameters do (the whole surface has p = {p:.2g}): more piles a point are needed"
+            "packing noise hides what the parameters do (the whole surface has p ="
+            f" {p:.2g}): more piles a point are needed"
         )
     if surface.lack_sd:
-        notes.append(f"lack of fit: the quadratic is off by about {surface.lack_sd:.2g}° beyond noise; it is in all intervals")
+        notes.append(
+            f"lack of fit: the quadratic is off by about {surface.lack_sd:.2g}° beyond"
+            " noise; it is in all intervals"
+        )
     return notes

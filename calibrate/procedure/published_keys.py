@@ -2,7 +2,14 @@
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError, field_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+    field_validator,
+)
 
 from calibrate.procedure.rigs import SEED_FACTORS
 
@@ -16,7 +23,8 @@ class _Verification(_Section):
 
 
 class _Rig(_Section):
-    """bench_trimmed: highest and lowest readings left out before; repeats: runs behind a row; printed: item → number."""
+    """bench_trimmed: highest and lowest readings left out before; repeats: runs behind
+    a row; printed: item → number."""
 
     bench_trimmed: int = Field(default=0, ge=0, le=1000)
     repeats: int | None = Field(default=None, ge=2, le=1_000_000)
@@ -25,7 +33,8 @@ class _Rig(_Section):
 
 
 class _Pile(_Rig):
-    """said_centre: number of the path's group; optimum: factor → value; anova: row → its printed columns."""
+    """said_centre: number of the path's group; optimum: factor → value; anova: row →
+    its printed columns."""
 
     said_centre: int | None = None
     optimum: dict[str, FiniteFloat] | None = None
@@ -35,7 +44,9 @@ class _Pile(_Rig):
     @classmethod
     def _of_all(cls, optimum: dict[str, float] | None) -> dict[str, float] | None:
         if optimum is not None and set(optimum) != set(SEED_FACTORS):
-            raise ValueError(f"needs {', '.join(SEED_FACTORS)}; here are {', '.join(optimum)}")
+            raise ValueError(
+                f"needs {', '.join(SEED_FACTORS)}; here are {', '.join(optimum)}"
+            )
         return optimum
 
 
@@ -48,11 +59,14 @@ class _Published(_Section):
 
 
 def checked(content: dict, file: Path) -> dict:
-    """The content as it is; ValueError, naming file and key, for a key that is unknown or holds something else."""
+    """The content as it is; ValueError, naming file and key, for a key that is unknown
+    or holds something else."""
     try:
         _Published.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
-        raise ValueError(f"{file}: {place}: {first['msg'][0].lower()}{first['msg'][1:]}") from error
+        raise ValueError(
+            f"{file}: {place}: {first['msg'][0].lower()}{first['msg'][1:]}"
+        ) from error
     return content

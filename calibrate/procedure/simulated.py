@@ -1,4 +1,5 @@
-"""The procedure with simulations of our own: rig after rig, each with what the earlier ones found, then the pile."""
+"""The procedure with simulations of our own: rig after rig, each with what the earlier
+ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
@@ -7,7 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from calibrate.procedure.bench import Bench, bench_of, contradictory, missing, trimmed_before
+from calibrate.procedure.bench import (
+    Bench,
+    bench_of,
+    contradictory,
+    missing,
+    trimmed_before,
+)
 from calibrate.procedure.calibration import Calibration, nothing_calibrated
 from calibrate.procedure.effort import FULL, Effort, pile_description
 from calibrate.procedure.joint import Joint, fit_joint
@@ -28,11 +35,12 @@ ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.0
 
 @dataclass(frozen=True)
 class Prescribed:
-    """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter: (mean, sd)};
-    values: where a seed–steel rig is simulated, by rig; path, levels: the pile's path (group and the
-    factors) and its design's box; steel: where the seed–steel parameters vary along in it; near: the
-    seed–seed point to report; trimmed: how many highest and lowest readings of each rig were left
-    out before; options: what was typed, for the record."""
+    """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter:
+    (mean, sd)}; values: where a seed–steel rig is simulated, by rig; path, levels: the
+    pile's path (group and the factors) and its design's box; steel: where the
+    seed–steel parameters vary along in it; near: the seed–seed point to report;
+    trimmed: how many highest and lowest readings of each rig were left out before;
+    options: what was typed, for the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     priors: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -57,9 +65,9 @@ def calibrate_simulated(
 ) -> Calibration:
     """Calibrate a bench folder on simulations.
 
-    say: told what begins; so_far: given the calibration after every rig. Raises FileNotFoundError, ValueError where nothing can
-    be calibrated (a range with low ≥ high included), and what the simulator raises.
-    """
+    say: told what begins; so_far: given the calibration after every rig. Raises
+    FileNotFoundError, ValueError where nothing can be calibrated (a range with low ≥
+    high included), and what the simulator raises."""
     prescribed = prescribed or Prescribed()
     ranges = checked_ranges(prescribed.ranges)
     say("measuring the bench's recordings")
@@ -83,14 +91,22 @@ def calibrate_simulated(
     return state.calibration(rng, finished=True)
 
 
-def checked_ranges(asked: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Ranges of the seed–seed factors; ValueError for an unknown one, low ≥ high, or what cannot be simulated."""
+def checked_ranges(
+    asked: dict[str, tuple[float, float]],
+) -> dict[str, tuple[float, float]]:
+    """Ranges of the seed–seed factors; ValueError for an unknown one, low ≥ high, or
+    what cannot be simulated."""
     for name, (low, high) in asked.items():
         if name not in RANGES:
-            raise ValueError(f"--range {name}: no such factor; there are {', '.join(RANGES)}")
+            raise ValueError(
+                f"--range {name}: no such factor; there are {', '.join(RANGES)}"
+            )
         least, most = SEED_LIMITS[name]
         if not (least <= low and high <= most):
-            raise ValueError(f"--range {name}={low:g}:{high:g}: must lie within {least:g} to {most:g}")
+            raise ValueError(
+                f"--range {name}={low:g}:{high:g}: must lie within {least:g} to"
+                f" {most:g}"
+            )
     ranges = RANGES | asked
     Box.of(ranges)  # names the factor whose low is not below its high
     return ranges
@@ -107,22 +123,34 @@ class State:
         prescribed: Prescribed,
         refused: dict[str, str],
     ) -> None:
-        self.bench, self.effort, self.seed, self.prescribed = bench, effort, seed, prescribed
+        self.bench, self.effort, self.seed, self.prescribed = (
+            bench,
+            effort,
+            seed,
+            prescribed,
+        )
         self.steel: dict[str, SteelFit] = {}
         self.pile: PileResult | None = None
         self.refused, self.findings = refused, contradictory(bench)
         self.notes = list(effort.notes())
         self.shape: pd.DataFrame | None = None
 
-    def steel_rig(self, name: str, simulate: Simulator, rng: np.random.Generator) -> None:
+    def steel_rig(
+        self, name: str, simulate: Simulator, rng: np.random.Generator
+    ) -> None:
         """One rig, with the parameters that those before it found."""
         readings = self.bench.rigs[name]
         before = list(STEEL)[: list(STEEL).index(name)]
         stage = SteelStage(
-            STEEL[name], readings, self._steel_parameters(before),
-            self._description(readings.description), simulate, self.effort, self.seed,
+            STEEL[name],
+            readings,
+            self._steel_parameters(before),
+            self._description(readings.description),
+            simulate,
+            self.effort,
+            self.seed,
             self.prescribed.values.get(name),
-        )  # fmt: skip
+        )
         try:
             self.steel[name] = simulate_steel(stage, rng)
         except (ValueError, SimulationFailed) as error:
@@ -131,19 +159,35 @@ class State:
                 self.findings.append(str(error))
 
     def pile_stage(self, simulate: Simulator, ranges: dict) -> PileStage:
-        """What the pile's simulations need: all seed–steel parameters, and their ranges."""
+        """What the pile's simulations need: all seed–steel parameters, and their
+        ranges."""
         description, notes = self._pile_description()
         self.notes += notes
-        found = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in self.steel.values()}
+        found = {
+            f.rig.parameter: (f.inverse.value, f.inverse.sd)
+            for f in self.steel.values()
+        }
         limits = {rig.parameter: rig.limits for rig in STEEL.values()}
         p = self.prescribed
         return PileStage(
-            self.bench.rigs["pile"], self._steel_parameters(STEEL), description, simulate,
-            self.effort, self.seed, ranges, p.levels, p.near, p.steel or steel_box(found, limits),
-            found, alike=not notes, path=p.path,
-        )  # fmt: skip
+            self.bench.rigs["pile"],
+            self._steel_parameters(STEEL),
+            description,
+            simulate,
+            self.effort,
+            self.seed,
+            ranges,
+            p.levels,
+            p.near,
+            p.steel or steel_box(found, limits),
+            found,
+            alike=not notes,
+            path=p.path,
+        )
 
-    def pile_rig(self, simulate: Simulator, ranges: dict, rng: np.random.Generator) -> None:
+    def pile_rig(
+        self, simulate: Simulator, ranges: dict, rng: np.random.Generator
+    ) -> None:
         """The pile."""
         try:
             self.pile = simulate_pile(self.pile_stage(simulate, ranges), rng)
@@ -151,22 +195,30 @@ class State:
             self.refused["pile"] = str(error)
 
     def compare_shapes(self, simulate: Simulator) -> None:
-        """What simpler seeds than the lot's would have given, where the rigs are simulated as they are."""
+        """What simpler seeds than the lot's would have given, where the rigs are
+        simulated as they are."""
         fixed = self._steel_parameters(STEEL)
-        stated = {name: self._description(rig.description) for name, rig in self.bench.rigs.items()}
+        stated = {
+            name: self._description(rig.description)
+            for name, rig in self.bench.rigs.items()
+        }
         questions = [
             steel_question(fit, stated[name], fixed, self.effort.verify)
             for name, fit in self.steel.items()
         ]
         if self.pile is not None:
             values = fixed | self.pile.fit.optimum.point
-            questions.append(pile_question(self._pile_description()[0], values, self.effort.piles))
+            questions.append(
+                pile_question(self._pile_description()[0], values, self.effort.piles)
+            )
         self.shape = shape_effect(questions, simulate, self.seed)
 
     def _steel_parameters(self, rigs: Iterable[str]) -> dict[str, float]:
         """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
         found = {f.rig.parameter: f.inverse.value for f in self.steel.values()}
-        return {n: found.get(n, ASSUMED[n]) for n in (STEEL[rig].parameter for rig in rigs)}
+        return {
+            n: found.get(n, ASSUMED[n]) for n in (STEEL[rig].parameter for rig in rigs)
+        }
 
     def _description(self, rig: dict) -> dict:
         """The lot's seed and air, with the rig's section."""
@@ -175,7 +227,8 @@ class State:
         return {**rig, **({"seed": seed} if seed else {}), **air}
 
     def _pile_description(self) -> tuple[dict, tuple[str, ...]]:
-        """Sections of the pile that is simulated, and notes where it is not the bench's own."""
+        """Sections of the pile that is simulated, and notes where it is not the bench's
+        own."""
         stated = self.bench.rigs["pile"].description
         section, notes = pile_description(stated.get("pile", {}), self.effort)
         return self._description({**stated, "pile": section}), notes
@@ -186,7 +239,13 @@ class State:
             return fit_joint(self.steel, None, rng=rng, priors=priors, ess=draws)
         fit, seen, candidates = self.pile.fit, self.pile.seen, self.pile.candidates
         return fit_joint(
-            self.steel, fit, rng=rng, priors=priors, ess=draws, seen=seen, candidates=candidates
+            self.steel,
+            fit,
+            rng=rng,
+            priors=priors,
+            ess=draws,
+            seen=seen,
+            candidates=candidates,
         )
 
     def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
@@ -194,7 +253,8 @@ class State:
         pile = self.pile.fit if self.pile else None
         used = {rig.parameter: n for n, rig in STEEL.items() if n in self.refused}
         assumed = [
-            f"{parameter} = {ASSUMED[parameter]:g} was assumed, because {rig} was not calibrated"
+            f"{parameter} = {ASSUMED[parameter]:g} was assumed, because {rig} was not"
+            " calibrated"
             for parameter, rig in used.items()
             if self.steel or self.pile
         ]
@@ -207,7 +267,11 @@ class State:
             joint=self._joint(rng) if finished else None,
             refused=dict(self.refused),
             findings=(*self.findings, *(pile.findings if pile else ())),
-            options={**self.prescribed.options, "effort": asdict(self.effort), "said": notes},
+            options={
+                **self.prescribed.options,
+                "effort": asdict(self.effort),
+                "said": notes,
+            },
             seed=self.seed,
             finished=finished,
             more={} if self.shape is None else {"shape_effect": self.shape},

@@ -13,13 +13,15 @@ from calibrate.procedure.rigs import STEEL
 from twin.engine import OWN, Engine
 
 MANY = 10_000  # jobs: as many workers as there are cores
-BELOW_DEG = 1.5  # how far below the expected onset a slide's tilting begins: nothing happens before
+# how far below the expected onset a slide's tilting begins: nothing happens before
+BELOW_DEG = 1.5
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: rig; values of contact parameters by name; rng: seed numbers of its generator (the same ones: the same packing);
-    description: sections of its recording.toml."""
+    """One run: rig; values of contact parameters by name; rng: seed numbers of its
+    generator (the same ones: the same packing); description: sections of its
+    recording.toml."""
 
     rig: str
     values: dict[str, float]
@@ -28,7 +30,8 @@ class Run:
 
 
 Simulator = Callable[[Sequence[Run]], pd.DataFrame]
-"""Runs in, a row a run out, in their order: status ("done" where it was measured), reason, rerun, and the measured columns."""
+"""Runs in, a row a run out, in their order: status ("done" where it was measured),
+reason, rerun, and the measured columns."""
 
 
 class SimulationFailed(RuntimeError):
@@ -47,12 +50,12 @@ def campaign(
     engine: Engine = OWN,
     say: Callable[[str], None] = lambda text: None,
 ) -> Iterator[Simulator]:
-    """A simulator over the store: each run is computed once, whoever asks again. base: further fields of `Parameters`. say: told
-    once what the engine converts of the law, with the first run's numbers.
+    """A simulator over the store: each run is computed once, whoever asks again. base:
+    further fields of `Parameters`. say: told once what the engine converts of the law,
+    with the first run's numbers.
 
-    Without a scheduler, local workers are started with the first run that the store has not, and stay for all that follow: they
-    load their compiled kernels once.
-    """
+    Without a scheduler, local workers are started with the first run that the store has
+    not, and stay for all that follow: they load their compiled kernels once."""
     from twin import Parameters
     from twin.campaign import read_campaign, run_campaign
     from twin.campaign.cluster import connected, workers_for
@@ -63,14 +66,38 @@ def campaign(
 
         def simulate(runs: Sequence[Run]) -> pd.DataFrame:
             nonlocal address
-            jobs = [Job(r.rig, Parameters(**(base or {}) | rounded(r.values)), _begun(r), r.rng, rendered, engine) for r in runs]
+            jobs = [
+                Job(
+                    r.rig,
+                    Parameters(**(base or {}) | rounded(r.values)),
+                    _begun(r),
+                    r.rng,
+                    rendered,
+                    engine,
+                )
+                for r in runs
+            ]
             if jobs and not said and (converted := jobs[0].converted()):
-                said.extend([*converted, "these numbers are the first run's; others are converted in the same way"])
+                said.extend(
+                    [
+                        *converted,
+                        (
+                            "these numbers are the first run's; others are converted in"
+                            " the same way"
+                        ),
+                    ]
+                )
                 for line in said:
                     say(line)
-            if address is None and read_campaign(jobs, store).counts()["done"] < len(jobs):
-                address = stack.enter_context(connected(MANY, workers or workers_for(engine.ranks), None)).client.scheduler.address
-            return run_campaign(jobs, store, scheduler=address, progress=progress, keep="photos").table
+            if address is None and read_campaign(jobs, store).counts()["done"] < len(
+                jobs
+            ):
+                address = stack.enter_context(
+                    connected(MANY, workers or workers_for(engine.ranks), None)
+                ).client.scheduler.address
+            return run_campaign(
+                jobs, store, scheduler=address, progress=progress, keep="photos"
+            ).table
 
         yield simulate
 
@@ -81,26 +108,37 @@ def rounded(values: dict[str, float]) -> dict[str, float]:
 
 
 def _begun(run: Run) -> dict:
-    """The run's description; a slide begins a little below the onset that its friction gives."""
+    """The run's description; a slide begins a little below the onset that its friction
+    gives."""
     if run.rig != "slide" or "start_deg" in run.description.get("slide", {}):
         return run.description
     onset = float(np.degrees(np.arctan(run.values.get("static_friction", 0.34))))
     start = float(np.floor(max(0.0, onset - BELOW_DEG)))
-    return run.description | {"slide": run.description.get("slide", {}) | ({"start_deg": start} if start > 0 else {})}
+    return run.description | {
+        "slide": (
+            run.description.get("slide", {})
+            | ({"start_deg": start} if start > 0 else {})
+        )
+    }
 
 
-def usable(table: pd.DataFrame, response: str, *, least: float = 0.5) -> tuple[pd.Series, list[str]]:
+def usable(
+    table: pd.DataFrame, response: str, *, least: float = 0.5
+) -> tuple[pd.Series, list[str]]:
     """Which rows have a finite response, and what to say of the others.
 
-    Raises SimulationFailed when fewer than the share `least` have one, naming a failure and how to run it alone.
-    """
-    there = table["status"].eq("done") & (table[response].notna() if response in table else False)
+    Raises SimulationFailed when fewer than the share `least` have one, naming a failure
+    and how to run it alone."""
+    there = table["status"].eq("done") & (
+        table[response].notna() if response in table else False
+    )
     notes = []
     if not there.all():
         first = table[~there].iloc[0]
         again = f"; run it alone: {first['rerun']}" if first.get("rerun") else ""
         notes.append(
-            f"{(~there).sum()} of {len(table)} simulated runs gave nothing ({first['reason'] or first['status']}{again})"
+            f"{(~there).sum()} of {len(table)} simulated runs gave nothing"
+            f" ({first['reason'] or first['status']}{again})"
         )
     if there.mean() < least:
         raise SimulationFailed(notes[0])
@@ -108,9 +146,11 @@ def usable(table: pd.DataFrame, response: str, *, least: float = 0.5) -> tuple[p
 
 
 def seed_numbers(seed: int, *words) -> tuple[int, ...]:
-    """Seed numbers of a run, from what it is: another stage, value or repeat has others, whatever was run before.
+    """Seed numbers of a run, from what it is: another stage, value or repeat has
+    others, whatever was run before.
 
-    >>> seed_numbers(1, "drop", 0.5, 3) == seed_numbers(1, "drop", 0.5, 3) != seed_numbers(1, "drop", 0.5, 4)
+    >>> one = seed_numbers(1, "drop", 0.5, 3)
+    >>> one == seed_numbers(1, "drop", 0.5, 3) != seed_numbers(1, "drop", 0.5, 4)
     True
     """
     text = " ".join(f"{w:.9g}" if isinstance(w, float) else str(w) for w in words)
@@ -118,8 +158,13 @@ def seed_numbers(seed: int, *words) -> tuple[int, ...]:
 
 
 def steel_rows(table: pd.DataFrame, rig: str, values: np.ndarray) -> pd.DataFrame:
-    """A row a value: parameter, mean response, sd of single runs, repeats; from one row a run."""
+    """A row a value: parameter, mean response, sd of single runs, repeats; from one row
+    a run."""
     of = STEEL[rig]
-    by = pd.DataFrame({of.parameter: values, of.response: table[of.response].to_numpy(float)}).groupby(of.parameter)[of.response]
-    rows = pd.DataFrame({of.response: by.mean(), of.sd: by.std(ddof=1), "repeats": by.count()}).reset_index()
+    by = pd.DataFrame(
+        {of.parameter: values, of.response: table[of.response].to_numpy(float)}
+    ).groupby(of.parameter)[of.response]
+    rows = pd.DataFrame(
+        {of.response: by.mean(), of.sd: by.std(ddof=1), "repeats": by.count()}
+    ).reset_index()
     return rows[rows["repeats"] >= 2].reset_index(drop=True)

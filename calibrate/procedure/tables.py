@@ -1,4 +1,5 @@
-"""The tables in BENCH/tables/: what each must hold. Errors name the file, the row and what belongs there."""
+"""The tables in BENCH/tables/: what each must hold. Errors name the file, the row and
+what belongs there."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,7 +13,11 @@ from calibrate.statistics.box import Box
 from calibrate.statistics.inversion import OutsideRange
 from twin.bench_folder import read_numbers
 
-LETTERS = ("A", "B", "C")  # the factors of design.csv, in the order of the columns of levels.csv
+LETTERS = (
+    "A",
+    "B",
+    "C",
+)  # the factors of design.csv, in the order of the columns of levels.csv
 READING = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 CODED = (-2.0, 2.0)  # axial points of a rotatable design stand at 1.68
 ANY = (-1e9, 1e9)
@@ -20,7 +25,8 @@ SEEDS = {name: (0.0, SEED_LIMITS[name][1]) for name in SEED_FACTORS}
 
 
 def steel_table(file: Path, rig: Rig) -> pd.DataFrame:
-    """drop.csv, slide.csv, roll.csv: the rig's parameter, its reading, and where it is there the sd of single runs.
+    """drop.csv, slide.csv, roll.csv: the rig's parameter, its reading, and where it is
+    there the sd of single runs.
 
     These and the readers below raise FileNotFoundError and ValueError.
     """
@@ -33,12 +39,18 @@ def levels_table(file: Path) -> pd.DataFrame:
     levels = _numbers(file, {"coded": (-1.0, 1.0), **SEEDS})
     if sorted(levels["coded"]) != [-1, 0, 1]:
         found = ", ".join(f"{v:g}" for v in levels["coded"])
-        raise ValueError(f"{file}: column coded should hold −1, 0 and 1, a row each; here are {found}")
+        raise ValueError(
+            f"{file}: column coded should hold −1, 0 and 1, a row each; here are"
+            f" {found}"
+        )
     by = levels.set_index("coded")
     for name in (c for c in levels if c != "coded"):
         low, middle, high = by.loc[-1, name], by.loc[0, name], by.loc[1, name]
         if low < high and abs(middle - (low + high) / 2) > 0.01 * (high - low):
-            raise ValueError(f"{file}: {name} at 0 should be midway, {(low + high) / 2:g}; here is {middle:g}")
+            raise ValueError(
+                f"{file}: {name} at 0 should be midway, {(low + high) / 2:g}; here is"
+                f" {middle:g}"
+            )
     return levels
 
 
@@ -46,27 +58,40 @@ def box_of(levels: pd.DataFrame, file: Path) -> Box:
     """The box that the levels −1 and 1 span."""
     by = levels.set_index("coded")
     with naming(file):
-        return Box(tuple(by.columns), by.loc[-1].to_numpy(float), by.loc[1].to_numpy(float))
+        return Box(
+            tuple(by.columns), by.loc[-1].to_numpy(float), by.loc[1].to_numpy(float)
+        )
 
 
 def design_table(file: Path) -> pd.DataFrame:
     """design.csv, a row a pile: A, B, C coded, and its angle."""
-    return _numbers(file, {**dict.fromkeys(LETTERS, CODED), PILE_RESPONSE: READING["deg"]})
+    return _numbers(
+        file, {**dict.fromkeys(LETTERS, CODED), PILE_RESPONSE: READING["deg"]}
+    )
 
 
 def path_table(file: Path) -> pd.DataFrame:
-    """path.csv, a row a group of the steepest ascent: its number (else 1 …), factors, angle, the error printed if it is."""
-    path = _numbers(file, {**SEEDS, PILE_RESPONSE: READING["deg"]}, {"group": ANY, "relative_error_percent": ANY})
+    """path.csv, a row a group of the steepest ascent: its number (else 1 …), factors,
+    angle, the error printed if it is."""
+    path = _numbers(
+        file,
+        {**SEEDS, PILE_RESPONSE: READING["deg"]},
+        {"group": ANY, "relative_error_percent": ANY},
+    )
     if "group" not in path:
         path.insert(0, "group", np.arange(1, len(path) + 1))
     if len(part := path.index[path["group"] % 1 != 0]):
-        raise ValueError(f"{file}: group = {path['group'][part[0]]:g} in row {part[0] + 2}; it should be a whole number")
+        raise ValueError(
+            f"{file}: group = {path['group'][part[0]]:g} in row {part[0] + 2}; it"
+            " should be a whole number"
+        )
     return path.astype({"group": int})
 
 
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
-    """What is wrong with a table's numbers, with its file; a bench beyond its rows is no mistake in it."""
+    """What is wrong with a table's numbers, with its file; a bench beyond its rows is
+    no mistake in it."""
     try:
         yield
     except OutsideRange:
@@ -77,5 +102,7 @@ def naming(file: Path) -> Iterator[None]:
 
 def _numbers(file: Path, needed: dict, optional: dict | None = None) -> pd.DataFrame:
     if not file.is_file():
-        raise FileNotFoundError(f"{file}: not there; it should have the columns {', '.join(needed)}")
+        raise FileNotFoundError(
+            f"{file}: not there; it should have the columns {', '.join(needed)}"
+        )
     return read_numbers(file, needed, optional)

@@ -1,1 +1,2 @@
-"""Statistics of a calibration: tables in, tables out; nothing here simulates or looks at pictures. One method a file."""
+"""Statistics of a calibration: tables in, tables out; nothing here simulates or looks
+at pictures. One method a file."""

@@ -1,4 +1,5 @@
-"""The path of steepest ascent and the choice of a centre from it (the paper's Eq. 4, Table 7)."""
+"""The path of steepest ascent and the choice of a centre from it (the paper's Eq. 4,
+Table 7)."""
 
 from dataclasses import dataclass
 
@@ -11,21 +12,24 @@ from calibrate.statistics.columns import numbers
 
 
 def equal_steps(box: Box, steps: int) -> pd.DataFrame:
-    """The paper's path: every factor from its low to its high in `steps` equal steps at once. Columns group (1 …) and the
-    factors.
+    """The paper's path: every factor from its low to its high in `steps` equal steps at
+    once. Columns group (1 …) and the factors.
 
-    Raises ValueError for fewer than 3 steps: the centre needs a neighbour on either side.
-    """
+    Raises ValueError for fewer than 3 steps: the centre needs a neighbour on either
+    side."""
     if steps < 3:
         raise ValueError(f"steps: at least 3, not {steps}")
     path = np.linspace(box.low, box.high, steps)
-    table = pd.DataFrame(path, columns=list(box.names)).map(lambda v: float(f"{v:.12g}"))
+    table = pd.DataFrame(path, columns=list(box.names)).map(
+        lambda v: float(f"{v:.12g}")
+    )
     table.insert(0, "group", np.arange(1, steps + 1))
     return table
 
 
 def relative_error(simulated: ArrayLike, bench: float) -> np.ndarray:
-    """τ = |θ₂ − θ₁|/θ₁ (Eq. 4), a fraction; simulated θ₂, bench θ₁. Raises ValueError where the bench's value is zero."""
+    """τ = |θ₂ − θ₁|/θ₁ (Eq. 4), a fraction; simulated θ₂, bench θ₁. Raises ValueError
+    where the bench's value is zero."""
     if bench == 0:
         raise ValueError("bench: a relative error needs a value other than zero")
     return np.abs(np.asarray(simulated, dtype=float) - bench) / abs(bench)
@@ -35,10 +39,10 @@ def relative_error(simulated: ArrayLike, bench: float) -> np.ndarray:
 class Centre:
     """The path's group nearest to the bench, and the levels around it.
 
-    group: of the smallest relative error; levels: columns coded (−1, 0, 1), group and the factors; errors: the path with
-    relative_error; notes: a centre at the end of the path, a bench value the path does not bracket, a tie within the noise;
-    crossing: the factors where the path meets the bench (`crossing`), None where it does not.
-    """
+    group: of the smallest relative error; levels: columns coded (−1, 0, 1), group and
+    the factors; errors: the path with relative_error; notes: a centre at the end of the
+    path, a bench value the path does not bracket, a tie within the noise; crossing: the
+    factors where the path meets the bench (`crossing`), None where it does not."""
 
     group: int
     levels: pd.DataFrame
@@ -47,11 +51,20 @@ class Centre:
     crossing: dict[str, float] | None = None
 
 
-def choose_centre(path: pd.DataFrame, response: str, bench: float, factors: tuple[str, ...], *, noise_sd: float = 0.0) -> Centre:
-    """Centre of the next design: the group with the smallest relative error, its neighbours as −1 and +1.
+def choose_centre(
+    path: pd.DataFrame,
+    response: str,
+    bench: float,
+    factors: tuple[str, ...],
+    *,
+    noise_sd: float = 0.0,
+) -> Centre:
+    """Centre of the next design: the group with the smallest relative error, its
+    neighbours as −1 and +1.
 
-    At an end of the path the three last groups are taken and the note says to lengthen the path. noise_sd: scatter of one run;
-    groups whose errors differ by less than two of it are named as tied. Raises ValueError: columns missing, fewer than 3 groups.
+    At an end of the path the three last groups are taken and the note says to lengthen
+    the path. noise_sd: scatter of one run; groups whose errors differ by less than two
+    of it are named as tied. Raises ValueError: columns missing, fewer than 3 groups.
     """
     values = numbers(path, [response, *factors])
     if len(path) < 3:
@@ -62,23 +75,52 @@ def choose_centre(path: pd.DataFrame, response: str, bench: float, factors: tupl
     best = int(np.argmin(error))
     notes = []
     if best in (0, len(path) - 1):
-        notes.append(f"group {group[best]} is an end of the path: lengthen it beyond {'its start' if best == 0 else 'its end'}")
+        notes.append(
+            f"group {group[best]} is an end of the path: lengthen it beyond"
+            f" {'its start' if best == 0 else 'its end'}"
+        )
     least, most = values[:, 0].min(), values[:, 0].max()
     if not least <= bench <= most:
-        notes.append(f"the path does not bracket the bench's {bench:g}: it spans {least:g} to {most:g}")
-    rival = [str(g) for g, e in zip(group, error) if g != group[best] and abs(e - error[best]) * abs(bench) < 2 * noise_sd]
+        notes.append(
+            f"the path does not bracket the bench's {bench:g}: it spans {least:g} to"
+            f" {most:g}"
+        )
+    rival = [
+        str(g)
+        for g, e in zip(group, error)
+        if g != group[best] and abs(e - error[best]) * abs(bench) < 2 * noise_sd
+    ]
     if rival:
-        notes.append(f"within the noise group {', '.join(rival)} is as near as group {group[best]}")
+        notes.append(
+            f"within the noise group {', '.join(rival)} is as near as group"
+            f" {group[best]}"
+        )
     middle = int(np.clip(best, 1, len(path) - 2))
     rows = slice(middle - 1, middle + 2)
-    levels = pd.DataFrame({"coded": [-1, 0, 1], "group": group[rows], **{f: path[f].to_numpy()[rows] for f in factors}})
-    return Centre(int(group[best]), levels, errors, tuple(notes), crossing(path, response, bench, factors))
+    levels = pd.DataFrame(
+        {
+            "coded": [-1, 0, 1],
+            "group": group[rows],
+            **{f: path[f].to_numpy()[rows] for f in factors},
+        }
+    )
+    return Centre(
+        int(group[best]),
+        levels,
+        errors,
+        tuple(notes),
+        crossing(path, response, bench, factors),
+    )
 
 
-def crossing(path: pd.DataFrame, response: str, bench: float, factors: tuple[str, ...]) -> dict[str, float] | None:
-    """Where the path meets the bench, by a straight line through the response of all groups; None where that is outside the path.
+def crossing(
+    path: pd.DataFrame, response: str, bench: float, factors: tuple[str, ...]
+) -> dict[str, float] | None:
+    """Where the path meets the bench, by a straight line through the response of all
+    groups; None where that is outside the path.
 
-    A first answer, before any design. Packing noise moves the line less than any one group.
+    A first answer, before any design. Packing noise moves the line less than any one
+    group.
 
     Valid for a path of equal steps over which the response bends little.
     """
@@ -90,22 +132,38 @@ def crossing(path: pd.DataFrame, response: str, bench: float, factors: tuple[str
     return {f: float(np.interp(at, steps, path[f])) for f in factors}
 
 
-def check_published(path: pd.DataFrame, response: str, bench: float, levels: pd.DataFrame, *, said_centre: int) -> list[str]:
-    """Contradictions between a published path and the levels taken from it, as sentences; empty where all agrees.
+def check_published(
+    path: pd.DataFrame,
+    response: str,
+    bench: float,
+    levels: pd.DataFrame,
+    *,
+    said_centre: int,
+) -> list[str]:
+    """Contradictions between a published path and the levels taken from it, as
+    sentences; empty where all agrees.
 
-    path: as in `choose_centre`; levels: columns coded (−1, 0, 1) and the factors, as published; said_centre: the group the
-    text names.
-    """
+    path: as in `choose_centre`; levels: columns coded (−1, 0, 1) and the factors, as
+    published; said_centre: the group the text names."""
     factors = tuple(c for c in levels.columns if c != "coded")
     centre = choose_centre(path, response, bench, factors)
     group = path["group"].to_numpy() if "group" in path else np.arange(1, len(path) + 1)
     on_path = numbers(path, factors)
-    used = [np.flatnonzero(np.isclose(on_path, row, rtol=1e-6, atol=1e-9).all(axis=1)) for row in numbers(levels, factors)]
+    used = [
+        np.flatnonzero(np.isclose(on_path, row, rtol=1e-6, atol=1e-9).all(axis=1))
+        for row in numbers(levels, factors)
+    ]
     found = [str(group[i[0]]) if i.size else "none" for i in used]
     flags = []
     if centre.group != said_centre:
-        flags.append(f"the text names group {said_centre} as the nearest, its table says group {centre.group}")
+        flags.append(
+            f"the text names group {said_centre} as the nearest, its table says group"
+            f" {centre.group}"
+        )
     zero = found[int(np.flatnonzero(levels["coded"].to_numpy() == 0)[0])]
     if zero != str(said_centre):
-        flags.append(f"the text takes group {said_centre} as level 0, the levels used are groups {', '.join(found)} as −1, 0, +1")
+        flags.append(
+            f"the text takes group {said_centre} as level 0, the levels used are groups"
+            f" {', '.join(found)} as −1, 0, +1"
+        )
     return flags

@@ -1,9 +1,10 @@
-"""The interval of one factor, and the limits of its range that the posterior does not exclude.
+"""The interval of one factor, and the limits of its range that the posterior does not
+exclude.
 
-A prior that ends at a limit cuts the posterior off there, so that quantiles lie inside the range
-even where the recordings exclude nothing up to its end. A limit is excluded when a likelihood-ratio
-test at 5 % rejects it: where the marginal density is below exp(−χ²₁(0.95)/2) = 0.15 of its maximum.
-"""
+A prior that ends at a limit cuts the posterior off there, so that quantiles lie inside
+the range even where the recordings exclude nothing up to its end. A limit is excluded
+when a likelihood-ratio test at 5 % rejects it: where the marginal density is below
+exp(−χ²₁(0.95)/2) = 0.15 of its maximum."""
 
 import numpy as np
 from scipy import stats
@@ -24,13 +25,18 @@ def open_ends(draws: np.ndarray, limits: Ends) -> frozenset[str]:
     return frozenset(end for end, there in zip(("low", "high"), reached) if there)
 
 
-def interval(draws: np.ndarray, searched: Ends, ends: frozenset[str], level: float) -> Ends:
-    """Central interval of draws (n,); one-sided where an end is open, which reaches to the end of
-    what was searched: of values beyond the draws' own range nothing is known.
+def interval(
+    draws: np.ndarray, searched: Ends, ends: frozenset[str], level: float
+) -> Ends:
+    """Central interval of draws (n,); one-sided where an end is open, which reaches to
+    the end of what was searched: of values beyond the draws' own range nothing is
+    known.
 
     >>> interval(np.linspace(0.5, 0.6, 101), (0.2, 0.7), frozenset({"high"}), 0.95)
     (0.505, 0.7)
     """
     tail = (1 - level) / 2 if not ends else 1 - level
     low, high = (float(v) for v in np.quantile(draws, [tail, 1 - tail]))
-    return searched[0] if "low" in ends else low, searched[1] if "high" in ends else high
+    return searched[0] if "low" in ends else low, searched[
+        1
+    ] if "high" in ends else high

@@ -1,4 +1,5 @@
-"""The box of factors that a design spans, and its two units: natural (a friction of 0.5) and coded (−1 low … +1 high)."""
+"""The box of factors that a design spans, and its two units: natural (a friction of
+0.5) and coded (−1 low … +1 high)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,9 +15,9 @@ from calibrate.statistics.columns import numbers
 class Box:
     """Factors with the natural values that are coded −1 and +1.
 
-    names: k factor names, also the column names in tables; low, high: (k,) natural values.
-    Raises ValueError, naming the factor, where low ≥ high, a limit is not finite or a name comes twice.
-    """
+    names: k factor names, also the column names in tables; low, high: (k,) natural
+    values. Raises ValueError, naming the factor, where low ≥ high, a limit is not
+    finite or a name comes twice."""
 
     names: tuple[str, ...]
     low: np.ndarray
@@ -27,7 +28,10 @@ class Box:
         for side in ("low", "high"):
             limits = np.asarray(getattr(self, side), dtype=float)
             if limits.shape != (len(self.names),):
-                raise ValueError(f"{side}: {len(self.names)} factors need as many limits; here are {limits.size}")
+                raise ValueError(
+                    f"{side}: {len(self.names)} factors need as many limits; here are"
+                    f" {limits.size}"
+                )
             object.__setattr__(self, side, limits)
         if not self.names:
             raise ValueError("a box needs at least one factor")
@@ -35,9 +39,13 @@ class Box:
             raise ValueError(f"factor names must differ: {', '.join(self.names)}")
         for name, low, high in zip(self.names, self.low, self.high):
             if not np.isfinite([low, high]).all():
-                raise ValueError(f"{name}: limits must be finite; here are {low:g} and {high:g}")
+                raise ValueError(
+                    f"{name}: limits must be finite; here are {low:g} and {high:g}"
+                )
             if low >= high:
-                raise ValueError(f"{name}: low must be below high; here are {low:g} and {high:g}")
+                raise ValueError(
+                    f"{name}: low must be below high; here are {low:g} and {high:g}"
+                )
 
     @classmethod
     def of(cls, ranges: Mapping[str, tuple[float, float]]) -> "Box":
@@ -46,7 +54,11 @@ class Box:
         >>> Box.of({"restitution": (0.55, 0.65)}).natural([[0.5]])
         array([[0.625]])
         """
-        return cls(tuple(ranges), np.array([r[0] for r in ranges.values()]), np.array([r[1] for r in ranges.values()]))
+        return cls(
+            tuple(ranges),
+            np.array([r[0] for r in ranges.values()]),
+            np.array([r[1] for r in ranges.values()]),
+        )
 
     @property
     def centre(self) -> np.ndarray:
@@ -65,5 +77,6 @@ class Box:
         return self.centre + np.asarray(coded, dtype=float) * self.half_width
 
     def points(self, table: pd.DataFrame) -> np.ndarray:
-        """The factor columns of a table in natural units, (n, k); ValueError names a column that is missing or not numbers."""
+        """The factor columns of a table in natural units, (n, k); ValueError names a
+        column that is missing or not numbers."""
         return numbers(table, self.names)

@@ -1,7 +1,8 @@
-"""Curves through simulated rows, y(x) of one parameter: a polynomial of stated degree (the paper's Eqs. 5–7) and a monotone one.
+"""Curves through simulated rows, y(x) of one parameter: a polynomial of stated degree
+(the paper's Eqs. 5–7) and a monotone one.
 
-Both know their mean and its variance at any x within the simulated range; `inversion.py` asks them nothing else.
-"""
+Both know their mean and its variance at any x within the simulated range;
+`inversion.py` asks them nothing else."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from scipy.interpolate import PchipInterpolator
 from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
 
-PRIOR_DF = 4  # the pooled variance counts this many degrees of freedom beside a row's own: with five repeats, one half
+# the pooled variance counts this many degrees of freedom beside a row's own: with five
+# repeats, one half
+PRIOR_DF = 4
 
 
 class Curve(ABC):
@@ -48,11 +51,11 @@ class Curve(ABC):
 class Polynomial(Curve):
     """y = Σ c_i x^(degree − i).
 
-    coefficients: highest power first, in natural units (what the paper prints); scaled, covariance: ascending in
-    u = (x − middle)/half range, (degree + 1); inflation: factor on the simulation's own variance because the rows scatter
-    about the curve more than their sds say, 1 if not; absolute: whether the rows angles_at sds; r2: of the (weighted) fit; df:
-    of the variance.
-    """
+    coefficients: highest power first, in natural units (what the paper prints); scaled,
+    covariance: ascending in u = (x − middle)/half range, (degree + 1); inflation:
+    factor on the simulation's own variance because the rows scatter about the curve
+    more than their sds say, 1 if not; absolute: whether the rows angles_at sds; r2: of
+    the (weighted) fit; df: of the variance."""
 
     x_name: str
     y_name: str
@@ -67,7 +70,9 @@ class Polynomial(Curve):
     df: float
 
     def _u(self, x) -> np.ndarray:
-        return (np.atleast_1d(np.asarray(x, dtype=float)) - (self.low + self.high) / 2) / ((self.high - self.low) / 2)
+        return (
+            np.atleast_1d(np.asarray(x, dtype=float)) - (self.low + self.high) / 2
+        ) / ((self.high - self.low) / 2)
 
     def mean(self, x: ArrayLike) -> np.ndarray:
         return np.polynomial.polynomial.polyval(self._u(x), self.scaled)
@@ -79,52 +84,82 @@ class Polynomial(Curve):
 
 
 def fit_polynomial(
-    table: pd.DataFrame, x: str, y: str, degree: int, *, sd: str | None = None, repeats: str | None = None
+    table: pd.DataFrame,
+    x: str,
+    y: str,
+    degree: int,
+    *,
+    sd: str | None = None,
+    repeats: str | None = None,
 ) -> Polynomial:
     """Least-squares polynomial y(x), one row a simulated x.
 
-    sd: column with the standard deviation of single runs, repeats: column with the number of runs behind each row; rows then
-    weigh repeats/sd² (single sds are drawn towards the pooled one). Without, all rows weigh the same and scatter tells the error.
-    With sds, a χ²/df above 1 inflates the variance by it (Birge 1932): the degree does not describe the rows.
-    Raises ValueError: columns missing, too few different x, degree < 1, y all equal, sd or repeats that make no sense.
-    """
+    sd: column with the standard deviation of single runs, repeats: column with the
+    number of runs behind each row; rows then weigh repeats/sd² (single sds are drawn
+    towards the pooled one). Without, all rows weigh the same and scatter tells the
+    error. With sds, a χ²/df above 1 inflates the variance by it (Birge 1932): the
+    degree does not describe the rows. Raises ValueError: columns missing, too few
+    different x, degree < 1, y all equal, sd or repeats that make no sense."""
     xs, ys = numbers(table, [x, y]).T
     if degree < 1:
         raise ValueError(f"degree: at least 1, not {degree}")
     if np.unique(xs).size < degree + 1:
-        raise ValueError(f"{x}: degree {degree} needs at least {degree + 1} different values; here are {np.unique(xs).size}")
+        raise ValueError(
+            f"{x}: degree {degree} needs at least {degree + 1} different values; here"
+            f" are {np.unique(xs).size}"
+        )
     if np.ptp(ys) == 0:
-        raise ValueError(f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it")
+        raise ValueError(
+            f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it"
+        )
     variance, row_df = _row_variance(table, y, sd, repeats)
     spare = xs.size - degree - 1
     if variance is None and spare < 1:
-        raise ValueError(f"{y}: {xs.size} rows leave nothing to see the error of degree {degree}; give more rows or their sd")
+        raise ValueError(
+            f"{y}: {xs.size} rows leave nothing to see the error of degree {degree};"
+            " give more rows or their sd"
+        )
     low, high = float(xs.min()), float(xs.max())
     u = (xs - (low + high) / 2) / ((high - low) / 2)
     w = np.ones_like(ys) if variance is None else 1 / variance
     basis = np.vander(u, degree + 1, increasing=True) * np.sqrt(w)[:, None]
     inverse = np.linalg.inv(basis.T @ basis)
     scaled = inverse @ basis.T @ (ys * np.sqrt(w))
-    residual = float(np.sum(w * (ys - np.polynomial.polynomial.polyval(u, scaled)) ** 2))
+    residual = float(
+        np.sum(w * (ys - np.polynomial.polynomial.polyval(u, scaled)) ** 2)
+    )
     total = float(np.sum(w * (ys - np.sum(w * ys) / w.sum()) ** 2))
     ratio = residual / spare if spare else 1.0
     inflation = ratio if variance is None else max(1.0, ratio)
-    in_x = np.polynomial.Polynomial(scaled, domain=[low, high], window=[-1, 1]).convert(domain=[-1, 1], window=[-1, 1]).coef
+    in_x = (
+        np.polynomial.Polynomial(scaled, domain=[low, high], window=[-1, 1])
+        .convert(domain=[-1, 1], window=[-1, 1])
+        .coef
+    )
     in_x = np.pad(in_x, (0, degree + 1 - in_x.size))
     return Polynomial(
-        x_name=x, y_name=y, low=low, high=high, coefficients=in_x[::-1], scaled=scaled, covariance=inflation * inverse,
-        inflation=inflation if variance is not None else 1.0, absolute=variance is not None, r2=1 - residual / total,
+        x_name=x,
+        y_name=y,
+        low=low,
+        high=high,
+        coefficients=in_x[::-1],
+        scaled=scaled,
+        covariance=inflation * inverse,
+        inflation=inflation if variance is not None else 1.0,
+        absolute=variance is not None,
+        r2=1 - residual / total,
         df=float(spare) if variance is None or inflation > 1 else row_df,
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Monotone(Curve):
-    """A curve that only rises or only falls, smooth between its rows, free of any formula.
+    """A curve that only rises or only falls, smooth between its rows, free of any
+    formula.
 
-    x, y: (n,) rows after isotonic regression; row_sd: (n,) of each row's mean; draws: (m, n) rows drawn anew within their
-    error, each made monotone; df: of the rows' variance. Between rows: PCHIP (Fritsch & Carlson 1980), which makes no new
-    extremes.
+    x, y: (n,) rows after isotonic regression; row_sd: (n,) of each row's mean; draws:
+    (m, n) rows drawn anew within their error, each made monotone; df: of the rows'
+    variance. Between rows: PCHIP (Fritsch & Carlson 1980), which makes no new extremes.
     """
 
     x_name: str
@@ -137,37 +172,49 @@ class Monotone(Curve):
     draws: np.ndarray
     df: float
 
-
     def mean(self, x: ArrayLike) -> np.ndarray:
-        return PchipInterpolator(self.x, self.y)(np.atleast_1d(np.asarray(x, dtype=float)))
+        return PchipInterpolator(self.x, self.y)(
+            np.atleast_1d(np.asarray(x, dtype=float))
+        )
 
     def variance(self, x: ArrayLike) -> np.ndarray:
-        """Variance of the curve at x: scatter of the redrawn curves, and (PCHIP − straight line)²/3 for the unseen shape
-        between rows.
-        """
+        """Variance of the curve at x: scatter of the redrawn curves, and (PCHIP −
+        straight line)²/3 for the unseen shape between rows."""
         x = np.atleast_1d(np.asarray(x, dtype=float))
         scatter = PchipInterpolator(self.x, self.draws, axis=1)(x).var(axis=0)
         return scatter + (self.mean(x) - np.interp(x, self.x, self.y)) ** 2 / 3
 
 
 def fit_monotone(
-    table: pd.DataFrame, x: str, y: str, *, rng: np.random.Generator, sd: str | None = None, repeats: str | None = None,
+    table: pd.DataFrame,
+    x: str,
+    y: str,
+    *,
+    rng: np.random.Generator,
+    sd: str | None = None,
+    repeats: str | None = None,
     draws: int = 200,
-) -> Monotone:  # fmt: skip
-    """Isotonic regression of the rows, joined by PCHIP; its error by drawing the rows anew.
+) -> Monotone:
+    """Isotonic regression of the rows, joined by PCHIP; its error by drawing the rows
+    anew.
 
-    Columns as in `fit_polynomial`; rows with the same x are averaged. Without sd the rows' error is estimated from how far
-    each lies from the line through its neighbours (Gasser, Sroka & Jennen-Steinmetz 1986), which counts curvature as error:
-    wide rather than narrow. Rises or falls as the rows' rank correlation says. Raises ValueError: columns missing, fewer than
-    4 different x, y all equal.
-    """
+    Columns as in `fit_polynomial`; rows with the same x are averaged. Without sd the
+    rows' error is estimated from how far each lies from the line through its neighbours
+    (Gasser, Sroka & Jennen-Steinmetz 1986), which counts curvature as error: wide
+    rather than narrow. Rises or falls as the rows' rank correlation says. Raises
+    ValueError: columns missing, fewer than 4 different x, y all equal."""
     xs, ys = numbers(table, [x, y]).T
     if np.ptp(ys) == 0:
-        raise ValueError(f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it")
+        raise ValueError(
+            f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it"
+        )
     variance, df = _row_variance(table, y, sd, repeats)
     nodes, index = np.unique(xs, return_inverse=True)
     if nodes.size < 4:
-        raise ValueError(f"{x}: a monotone curve needs at least 4 different values; here are {nodes.size}")
+        raise ValueError(
+            f"{x}: a monotone curve needs at least 4 different values; here are"
+            f" {nodes.size}"
+        )
     w = np.ones_like(ys) if variance is None else 1 / variance
     weight = np.bincount(index, w)
     raw = np.bincount(index, w * ys) / weight
@@ -176,43 +223,62 @@ def fit_monotone(
     else:
         row_variance = 1 / weight
     sign = 1.0 if stats.spearmanr(nodes, raw).statistic >= 0 else -1.0
-    weight_of_row = 1 / row_variance if row_variance.all() else np.ones_like(row_variance)
+    weight_of_row = (
+        1 / row_variance if row_variance.all() else np.ones_like(row_variance)
+    )
     level = sign * isotonic(sign * raw, weight_of_row)
     noise = rng.standard_normal((draws, nodes.size)) * np.sqrt(row_variance)
     redrawn = sign * isotonic(sign * (level + noise), weight_of_row)
-    return Monotone(x, y, float(nodes[0]), float(nodes[-1]), nodes, level, np.sqrt(row_variance), redrawn, df)
+    return Monotone(
+        x,
+        y,
+        float(nodes[0]),
+        float(nodes[-1]),
+        nodes,
+        level,
+        np.sqrt(row_variance),
+        redrawn,
+        df,
+    )
 
 
 def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:
-    """Weighted non-decreasing least-squares fits of each row of y, (…, n), weights w (n,): max over j ≤ i of min over k ≥ i of
-    the mean of y_j … y_k (Barlow et al. 1972).
+    """Weighted non-decreasing least-squares fits of each row of y, (…, n), weights w
+    (n,): max over j ≤ i of min over k ≥ i of the mean of y_j … y_k (Barlow et al.
+    1972).
 
     >>> isotonic(np.array([1.0, 3.0, 2.0]), np.ones(3))
     array([1. , 2.5, 2.5])
     """
     n = w.size
     weight = np.concatenate([[0.0], np.cumsum(w)])
-    total = np.concatenate([np.zeros((*y.shape[:-1], 1)), np.cumsum(w * y, axis=-1)], axis=-1)
+    total = np.concatenate(
+        [np.zeros((*y.shape[:-1], 1)), np.cumsum(w * y, axis=-1)], axis=-1
+    )
     j, k = np.triu_indices(n)
     mean = np.full((*y.shape[:-1], n, n), np.inf)
     mean[..., j, k] = (total[..., k + 1] - total[..., j]) / (weight[k + 1] - weight[j])
-    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[..., ::-1]  # [j, i]: min over k ≥ i
+    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[
+        ..., ::-1
+    ]  # [j, i]: min over k ≥ i
     least = np.where(np.triu(np.ones((n, n), dtype=bool)), least, -np.inf)
     return least.max(axis=-2)
 
 
 def _neighbour_variance(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """(n,) common variance of the rows: mean of e²/(1 + a² + b²), e = a y₋ + b y₊ − y, a and b by linear interpolation."""
+    """(n,) common variance of the rows: mean of e²/(1 + a² + b²), e = a y₋ + b y₊ − y,
+    a and b by linear interpolation."""
     a = (x[2:] - x[1:-1]) / (x[2:] - x[:-2])
     b = 1 - a
     e = a * y[:-2] + b * y[2:] - y[1:-1]
     return np.full(x.size, np.mean(e**2 / (1 + a**2 + b**2)))
 
 
-def _row_variance(table: pd.DataFrame, y: str, sd: str | None, repeats: str | None) -> tuple[np.ndarray | None, float]:
-    """Variance of each row's mean and its degrees of freedom; None where the rows bring no sd, or all are zero (nothing
-    random).
-    """
+def _row_variance(
+    table: pd.DataFrame, y: str, sd: str | None, repeats: str | None
+) -> tuple[np.ndarray | None, float]:
+    """Variance of each row's mean and its degrees of freedom; None where the rows bring
+    no sd, or all are zero (nothing random)."""
     if sd is None:
         return None, np.nan
     s = numbers(table, [sd])[:, 0]
@@ -225,7 +291,10 @@ def _row_variance(table: pd.DataFrame, y: str, sd: str | None, repeats: str | No
         return None, np.nan
     if repeats is None:
         if (s == 0).any():
-            raise ValueError(f"column {sd}: row {int(np.argmin(s)) + 1} is zero; say how many runs are behind each row (repeats)")
+            raise ValueError(
+                f"column {sd}: row {int(np.argmin(s)) + 1} is zero; say how many runs"
+                " are behind each row (repeats)"
+            )
         return s**2, np.inf
     own_df = n - 1
     if own_df.sum() < 1:

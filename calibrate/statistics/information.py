@@ -1,11 +1,14 @@
 """What one more simulation is expected to tell of the parameters, before it is run.
 
-For observables with linear surrogates f̂(θ) = x(θ)ᵀβ, covariance V of the coefficients and scatter σ of one run, a run at c takes
+For observables with linear surrogates f̂(θ) = x(θ)ᵀβ, covariance V of the coefficients
+and scatter σ of one run, a run at c takes
+
     d(θ) = (x(θ)ᵀ V x(c))² / (σ² + x(c)ᵀ V x(c))
-from the variance of f̂(θ). Of the variance with which the bench's mean is compared there, s_bench² + x(θ)ᵀ V x(θ), it leaves
-the rest, and the expected information is the mean over the posterior of −½ log of that share, added up over the observables.
-Source: MacKay (1992), Neural Comput. 4, 590–604.
-"""
+
+from the variance of f̂(θ). Of the variance with which the bench's mean is compared
+there, s_bench² + x(θ)ᵀ V x(θ), it leaves the rest, and the expected information is the
+mean over the posterior of −½ log of that share, added up over the observables. Source:
+MacKay (1992), Neural Comput. 4, 590–604."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +25,8 @@ POINTS, MOST_POINTS, LEAST_EFFECTIVE = 20_000, 500_000, 200
 
 @dataclass(frozen=True, eq=False)
 class Weighted:
-    """The posterior as weighted draws from the prior: points (n, k) in natural units, weights (n,) that add up to 1."""
+    """The posterior as weighted draws from the prior: points (n, k) in natural units,
+    weights (n,) that add up to 1."""
 
     prior: Prior
     points: np.ndarray
@@ -39,15 +43,23 @@ class Weighted:
         return self.points[rng.choice(len(self.points), n, p=self.weights)]
 
 
-def weighted(observables: Sequence[Observable], prior: Prior, correlation: np.ndarray | None, rng: np.random.Generator) -> Weighted:
-    """The posterior by importance sampling: quicker than a chain where it is not much narrower than the prior.
+def weighted(
+    observables: Sequence[Observable],
+    prior: Prior,
+    correlation: np.ndarray | None,
+    rng: np.random.Generator,
+) -> Weighted:
+    """The posterior by importance sampling: quicker than a chain where it is not much
+    narrower than the prior.
 
     Draws more, up to MOST_POINTS, until LEAST_EFFECTIVE of them count.
     """
     points, log_weight = np.empty((0, len(prior.box.names))), np.empty(0)
     while True:
         new = prior.draw(max(POINTS, 4 * len(points)), rng)
-        density = log_posterior(new, list(observables), prior, correlation) - prior.log_density(new)
+        density = log_posterior(
+            new, list(observables), prior, correlation
+        ) - prior.log_density(new)
         points, log_weight = np.vstack([points, new]), np.r_[log_weight, density]
         weights = np.exp(log_weight - log_weight.max())
         weights /= weights.sum()
@@ -62,26 +74,35 @@ def most_informative(
     names: tuple[str, ...],
     count: int,
 ) -> np.ndarray:
-    """`count` of the candidates (n, k), each the one that tells most once those before it are run.
+    """`count` of the candidates (n, k), each the one that tells most once those before
+    it are run.
 
-    draws: (m, k) of the posterior, natural units, columns as in `names`; surfaces: each with the sd of the bench's mean.
-    """
+    draws: (m, k) of the posterior, natural units, columns as in `names`; surfaces: each
+    with the sd of the bench's mean."""
     at, there, known = [], [], []
     for surface, _ in surfaces:
         columns = [names.index(n) for n in surface.box.names]
-        at.append(polynomial.matrix(surface.box.coded(candidates[:, columns]), surface.terms))
-        there.append(polynomial.matrix(surface.box.coded(draws[:, columns]), surface.terms))
+        at.append(
+            polynomial.matrix(surface.box.coded(candidates[:, columns]), surface.terms)
+        )
+        there.append(
+            polynomial.matrix(surface.box.coded(draws[:, columns]), surface.terms)
+        )
         known.append(surface.covariance)
     chosen = []
     for _ in range(count):
         information = np.zeros(len(candidates))
         for (surface, bench_sd), x, f, v in zip(surfaces, at, there, known):
-            taken = (f @ v @ x.T) ** 2 / (surface.noise_sd**2 + np.sum(x @ v * x, axis=1))
+            taken = (f @ v @ x.T) ** 2 / (
+                surface.noise_sd**2 + np.sum(x @ v * x, axis=1)
+            )
             before = bench_sd**2 + np.sum(f @ v * f, axis=1)
             information -= 0.5 * np.log1p(-taken / before[:, None]).mean(axis=0)
         best = int(np.argmax(information))
         chosen.append(candidates[best])
         for k, ((surface, _), x, v) in enumerate(zip(surfaces, at, known)):
             learnt = v @ x[best]
-            known[k] = v - np.outer(learnt, learnt) / (surface.noise_sd**2 + x[best] @ learnt)
+            known[k] = v - np.outer(learnt, learnt) / (
+                surface.noise_sd**2 + x[best] @ learnt
+            )
     return np.array(chosen)

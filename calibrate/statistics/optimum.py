@@ -1,8 +1,8 @@
-"""Where a surface meets a target inside its box (the paper's Eq. 11), and the whole set of points that do.
+"""Where a surface meets a target inside its box (the paper's Eq. 11), and the whole set
+of points that do.
 
-With k factors and one target the solutions are a sheet of k − 1 dimensions: an optimum is one point on it, chosen by whoever
-asks.
-"""
+With k factors and one target the solutions are a sheet of k − 1 dimensions: an optimum
+is one point on it, chosen by whoever asks."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -21,10 +21,11 @@ EDGE = 1e-3  # coded distance from ±1 within which a factor stands at its limit
 class Optimum:
     """A point of the box and how it stands to the target.
 
-    outcome: "reached", "target below all" or "target above all" (then the point comes nearest); point: {factor: natural};
-    coded: (k,); predicted, se: response and its standard error there; gap: predicted − target; boundary: {factor: "low" |
-    "high"} at a limit; reachable: smallest and largest response in the box; statement: this in words.
-    """
+    outcome: "reached", "target below all" or "target above all" (then the point comes
+    nearest); point: {factor: natural}; coded: (k,); predicted, se: response and its
+    standard error there; gap: predicted − target; boundary: {factor: "low" | "high"} at
+    a limit; reachable: smallest and largest response in the box; statement: this in
+    words."""
 
     outcome: str
     point: dict[str, float]
@@ -38,12 +39,15 @@ class Optimum:
     statement: str
 
 
-def optimum(surface: Surface, target: float, *, near: dict[str, float] | None = None) -> Optimum:
-    """The point of the box with the smallest |ŷ − target|; of many, the one nearest to `near` (coded distance).
+def optimum(
+    surface: Surface, target: float, *, near: dict[str, float] | None = None
+) -> Optimum:
+    """The point of the box with the smallest |ŷ − target|; of many, the one nearest to
+    `near` (coded distance).
 
-    near: natural values; default the box's centre, where the surface is known best. A target that nothing reaches is an outcome,
-    not an error. Raises ValueError for a target that is not finite or a `near` without one of the factors.
-    """
+    near: natural values; default the box's centre, where the surface is known best. A
+    target that nothing reaches is an outcome, not an error. Raises ValueError for a
+    target that is not finite or a `near` without one of the factors."""
     if not np.isfinite(target):
         raise ValueError(f"target: {target} is not finite")
     start = np.zeros(len(surface.names)) if near is None else _coded(surface, near)
@@ -55,12 +59,18 @@ def optimum(surface: Surface, target: float, *, near: dict[str, float] | None = 
 
 
 def stand(surface: Surface, point: dict[str, float], target: float) -> Optimum:
-    """How a stated point (a published optimum, say) stands to the target; raises ValueError where it lies outside the box."""
+    """How a stated point (a published optimum, say) stands to the target; raises
+    ValueError where it lies outside the box."""
     coded = _coded(surface, point)
     if (abs(coded) > 1 + EDGE).any():
         worst = surface.names[int(np.argmax(abs(coded)))]
         raise ValueError(f"{worst}: {point[worst]:g} lies outside the box")
-    return _stand(surface, coded, target, surface.mean([_extreme(surface, 1), _extreme(surface, -1)]))
+    return _stand(
+        surface,
+        coded,
+        target,
+        surface.mean([_extreme(surface, 1), _extreme(surface, -1)]),
+    )
 
 
 def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
@@ -70,72 +80,146 @@ def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
     return surface.box.coded([point[n] for n in surface.names])
 
 
-def _stand(surface: Surface, coded: np.ndarray, target: float, ends: np.ndarray) -> Optimum:
+def _stand(
+    surface: Surface, coded: np.ndarray, target: float, ends: np.ndarray
+) -> Optimum:
     reachable = (float(ends[0]), float(ends[1]))
-    predicted, se = float(surface.mean(coded)[0]), float(np.sqrt(surface.variance(coded)[0]))
-    outcome = "target below all" if target < reachable[0] else "target above all" if target > reachable[1] else "reached"
-    edge = {n: "high" if z > 0 else "low" for n, z in zip(surface.names, coded) if abs(z) > 1 - EDGE}
-    point = {n: float(f"{v:.9g}") for n, v in zip(surface.names, surface.box.natural(coded))}
+    predicted, se = (
+        float(surface.mean(coded)[0]),
+        float(np.sqrt(surface.variance(coded)[0])),
+    )
+    outcome = (
+        "target below all"
+        if target < reachable[0]
+        else "target above all"
+        if target > reachable[1]
+        else "reached"
+    )
+    edge = {
+        n: "high" if z > 0 else "low"
+        for n, z in zip(surface.names, coded)
+        if abs(z) > 1 - EDGE
+    }
+    point = {
+        n: float(f"{v:.9g}") for n, v in zip(surface.names, surface.box.natural(coded))
+    }
     reach = f"{reachable[0]:.4g} to {reachable[1]:.4g}"
-    words = [f"the reported point gives {surface.response_name} {predicted:.4g} ± {se:.2g}, the bench {target:.4g}"]
+    words = [
+        f"the reported point gives {surface.response_name} {predicted:.4g} ± {se:.2g},"
+        f" the bench {target:.4g}"
+    ]
     if outcome != "reached":
-        words.append(f"no parameters of the box give it (it reaches {reach}): a finding about the model, or the box is too small")
+        words.append(
+            f"no parameters of the box give it (it reaches {reach}): a finding about"
+            " the model, or the box is too small"
+        )
     elif len(surface.names) > 1:
-        words.append(f"a whole set of points, of {len(surface.names) - 1} dimensions, gives the same")
+        words.append(
+            f"a whole set of points, of {len(surface.names) - 1} dimensions, gives the"
+            " same"
+        )
     if edge:
-        words.append("it lies at the edge of what was simulated: " + ", ".join(f"{n} at its {side} limit" for n, side in edge.items()))
-    return Optimum(outcome, point, coded, predicted, se, target, predicted - target, edge, reachable, "; ".join(words))
+        words.append(
+            "it lies at the edge of what was simulated: "
+            + ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
+        )
+    return Optimum(
+        outcome,
+        point,
+        coded,
+        predicted,
+        se,
+        target,
+        predicted - target,
+        edge,
+        reachable,
+        "; ".join(words),
+    )
 
 
 def _extreme(surface: Surface, sign: int) -> np.ndarray:
-    """Coded point of the smallest (sign 1) or largest (−1) response in the box, from every corner and the centre."""
+    """Coded point of the smallest (sign 1) or largest (−1) response in the box, from
+    every corner and the centre."""
     k = len(surface.names)
     starts = np.array([*product((-1.0, 1.0), repeat=k), np.zeros(k)])
     best = starts[np.argmin(sign * surface.mean(starts))]
     for start in starts[np.argsort(sign * surface.mean(starts))[:16]]:
         found = minimize(
-            lambda z: sign * surface.mean(z)[0], start * 0.9, jac=lambda z: sign * surface.gradient(z)[0],
-            bounds=[(-1, 1)] * k, method="L-BFGS-B",
-        )  # fmt: skip
+            lambda z: sign * surface.mean(z)[0],
+            start * 0.9,
+            jac=lambda z: sign * surface.gradient(z)[0],
+            bounds=[(-1, 1)] * k,
+            method="L-BFGS-B",
+        )
         best = min(best, found.x, key=lambda z: sign * surface.mean(z)[0])
     return best
 
 
-def _nearest(surface: Surface, target: float, start: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Solution nearest to `start`: SLSQP from solutions on the straight lines start–low and start–high and on a coarse sample."""
-    sheet = _sheet(surface, target, 64, np.random.default_rng(0))  # starting points only: the answer does not depend on the draw
-    # the line from the lowest to the highest point must cross the target, whatever the sample missed
+def _nearest(
+    surface: Surface,
+    target: float,
+    start: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> np.ndarray:
+    """Solution nearest to `start`: SLSQP from solutions on the straight lines start–low
+    and start–high and on a coarse sample."""
+    sheet = _sheet(
+        surface, target, 64, np.random.default_rng(0)
+    )  # starting points only: the answer does not depend on the draw
+    # the line from the lowest to the highest point must cross the target, whatever the
+    # sample missed
     at = np.linspace(0, 1, 2001)[:, None] * (high - low) + low
     crossing = at[np.argmin(abs(surface.mean(at) - target))]
-    starts = np.vstack([crossing, sheet[np.argsort(np.sum((sheet - start) ** 2, axis=1))[:6]]])
+    starts = np.vstack(
+        [crossing, sheet[np.argsort(np.sum((sheet - start) ** 2, axis=1))[:6]]]
+    )
     best, distance = crossing, np.inf
     for z in starts:
         found = minimize(
-            lambda z: np.sum((z - start) ** 2), z, jac=lambda z: 2 * (z - start), bounds=[(-1, 1)] * len(start),
-            method="SLSQP", options={"ftol": 1e-12},
-            constraints={"type": "eq", "fun": lambda z: surface.mean(z) - target, "jac": surface.gradient},
-        )  # fmt: skip
-        if found.success and abs(surface.mean(found.x)[0] - target) < 1e-6 * max(1, abs(target)) and found.fun < distance:
+            lambda z: np.sum((z - start) ** 2),
+            z,
+            jac=lambda z: 2 * (z - start),
+            bounds=[(-1, 1)] * len(start),
+            method="SLSQP",
+            options={"ftol": 1e-12},
+            constraints={
+                "type": "eq",
+                "fun": lambda z: surface.mean(z) - target,
+                "jac": surface.gradient,
+            },
+        )
+        if (
+            found.success
+            and abs(surface.mean(found.x)[0] - target) < 1e-6 * max(1, abs(target))
+            and found.fun < distance
+        ):
             best, distance = np.clip(found.x, -1, 1), found.fun
     return best
 
 
-def _sheet(surface: Surface, target: float, n: int, rng: np.random.Generator) -> np.ndarray:
+def _sheet(
+    surface: Surface, target: float, n: int, rng: np.random.Generator
+) -> np.ndarray:
     """Up to n solutions, uniform over the sheet's area in coded units, (m, k).
 
-    Along every axis, lines at random places are cut with the surface (a quadratic in one factor); a place of the sheet is met in
-    proportion to Σ|n_j| of its unit normal, so it is kept with 1/Σ|n_j|.
-    """
+    Along every axis, lines at random places are cut with the surface (a quadratic in
+    one factor); a place of the sheet is met in proportion to Σ|n_j| of its unit normal,
+    so it is kept with 1/Σ|n_j|."""
     k = len(surface.names)
     if max(max(t) for t in surface.terms) > 2:
-        raise ValueError("solutions are sampled for surfaces of at most second degree in each factor")
+        raise ValueError(
+            "solutions are sampled for surfaces of at most second degree in each factor"
+        )
     found = []
     for axis in range(k):
         lines = rng.uniform(-1, 1, (4 * n if k > 1 else 1, k))
         low, mid, high = (surface.mean(_with(lines, axis, t)) for t in (-1.0, 0.0, 1.0))
         a, b, c = (low + high) / 2 - mid, (high - low) / 2, mid - target
         root = np.sqrt(np.where(b**2 - 4 * a * c >= 0, b**2 - 4 * a * c, np.nan))
-        q = -(b + np.where(b >= 0, 1, -1) * root) / 2  # the stable form: also right where a vanishes
+        q = (
+            -(b + np.where(b >= 0, 1, -1) * root) / 2
+        )  # the stable form: also right where a vanishes
         with np.errstate(divide="ignore", invalid="ignore"):
             for t in (q / a, c / q):
                 inside = np.abs(t) <= 1
@@ -158,10 +242,10 @@ def _with(lines: np.ndarray, axis: int, value) -> np.ndarray:
 class SolutionSet:
     """All points of the box that give the target.
 
-    table: sampled uniformly over the sheet, the factors in natural units, predicted, se; dimensions: k − 1, 0 where none;
-    ranges: factor, low, high over the set, box_fraction; volume_fraction: part of the box within the band asked for;
-    statement: in words.
-    """
+    table: sampled uniformly over the sheet, the factors in natural units, predicted,
+    se; dimensions: k − 1, 0 where none; ranges: factor, low, high over the set,
+    box_fraction; volume_fraction: part of the box within the band asked for; statement:
+    in words."""
 
     table: pd.DataFrame
     dimensions: int
@@ -171,13 +255,18 @@ class SolutionSet:
 
 
 def solution_set(
-    surface: Surface, target: float, *, rng: np.random.Generator, points: int = 500, band_sd: float = 0.0
+    surface: Surface,
+    target: float,
+    *,
+    rng: np.random.Generator,
+    points: int = 500,
+    band_sd: float = 0.0,
 ) -> SolutionSet:
     """Sample the set ŷ = target inside the box.
 
-    band_sd: standard deviation of the bench's value; `volume_fraction` is the part of the box where |ŷ − target| is within
-    1.96 times it and the surface's own standard error together. An empty set is an outcome: table without rows, dimensions 0.
-    """
+    band_sd: standard deviation of the bench's value; `volume_fraction` is the part of
+    the box where |ŷ − target| is within 1.96 times it and the surface's own standard
+    error together. An empty set is an outcome: table without rows, dimensions 0."""
     z = _sheet(surface, target, points, rng)
     table = pd.DataFrame(surface.box.natural(z), columns=list(surface.names))
     table = table.assign(predicted=surface.mean(z), se=np.sqrt(surface.variance(z)))
@@ -186,12 +275,23 @@ def solution_set(
     volume = float(np.mean(abs(surface.mean(box) - target) <= reach))
     if not len(table):
         ranges = pd.DataFrame(columns=["factor", "low", "high", "box_fraction"])
-        return SolutionSet(table, 0, ranges, volume, f"no point of the box gives {target:.4g}")
+        return SolutionSet(
+            table, 0, ranges, volume, f"no point of the box gives {target:.4g}"
+        )
     low, high = z.min(axis=0), z.max(axis=0)
     natural = surface.box.natural(np.array([low, high]))
-    rows = {"factor": list(surface.names), "low": natural[0], "high": natural[1], "box_fraction": (high - low) / 2}
+    rows = {
+        "factor": list(surface.names),
+        "low": natural[0],
+        "high": natural[1],
+        "box_fraction": (high - low) / 2,
+    }
     ranges = pd.DataFrame(rows)
-    free = [f"{r.factor} {r.low:.3g} to {r.high:.3g} ({100 * r.box_fraction:.0f} % of its range)" for r in ranges.itertuples()]
+    free = [
+        f"{r.factor} {r.low:.3g} to {r.high:.3g} ({100 * r.box_fraction:.0f} % of its"
+        " range)"
+        for r in ranges.itertuples()
+    ]
     agree = f"within the errors {100 * volume:.0f} % of all that was simulated agrees"
     words = f"{target:.4g} is reached with {', '.join(free)}; {agree}"
     return SolutionSet(table, len(surface.names) - 1, ranges, volume, words)

@@ -1,10 +1,11 @@
-"""Posterior of the parameters over the box, given the bench's observables and the surrogates' errors.
+"""Posterior of the parameters over the box, given the bench's observables and the
+surrogates' errors.
 
-For one observable with bench mean ȳ and surrogate f̂(θ):
-    ȳ − f̂(θ) ~ t with scale √(s_bench² + s_measuring² + var f̂(θ)) and Welch–Satterthwaite degrees of freedom,
-which is the likelihood with the surrogate's coefficients integrated out (they enter linearly). var f̂ holds coefficient error
-and lack of fit (`Surface.variance`); how far single piles scatter is in the bench mean's own sd.
-"""
+For one observable with bench mean ȳ and surrogate f̂(θ): ȳ − f̂(θ) ~ t with scale
+    √(s_bench² + s_measuring² + var f̂(θ)) and Welch–Satterthwaite degrees of freedom,
+which is the likelihood with the surrogate's coefficients integrated out (they enter
+linearly). var f̂ holds coefficient error and lack of fit (`Surface.variance`); how far
+single piles scatter is in the bench mean's own sd."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -31,12 +32,14 @@ class Surrogate(Protocol):
         """Degrees of freedom of the variance."""
 
     def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (n,) and variance of the mean (n,) at natural points (n, k), columns in the order of `box.names`."""
+        """Mean (n,) and variance of the mean (n,) at natural points (n, k), columns in
+        the order of `box.names`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Observable:
-    """A bench mean and the surrogate that predicts it; the surrogate may depend on some of the parameters only."""
+    """A bench mean and the surrogate that predicts it; the surrogate may depend on some
+    of the parameters only."""
 
     name: str
     surrogate: Surrogate
@@ -47,10 +50,11 @@ class Observable:
 class Posterior:
     """Draws from the posterior and how far they are to be believed.
 
-    draws: (n,) rows of the factors, natural units; log_density: (n,) not normalised; r_hat, ess: per factor (NaN on a grid);
-    converged: every r_hat < 1.01 and every ess large enough; tension: per observable at the best draw: observable, bench,
-    predicted, z, reached (|z| < 3: some parameters of the box give it); note: what to say of it.
-    """
+    draws: (n,) rows of the factors, natural units; log_density: (n,) not normalised;
+    r_hat, ess: per factor (NaN on a grid); converged: every r_hat < 1.01 and every ess
+    large enough; tension: per observable at the best draw: observable, bench,
+    predicted, z, reached (|z| < 3: some parameters of the box give it); note: what to
+    say of it."""
 
     prior: Prior
     draws: pd.DataFrame
@@ -63,48 +67,75 @@ class Posterior:
 
 
 def log_posterior(
-    natural: np.ndarray, observables: list[Observable], prior: Prior, correlation: np.ndarray | None = None
+    natural: np.ndarray,
+    observables: list[Observable],
+    prior: Prior,
+    correlation: np.ndarray | None = None,
 ) -> np.ndarray:
     """Log posterior density (n,), not normalised, at natural points (n, k).
 
-    correlation: (m, m) between the observables' errors where they come from the same piles (both bench and simulated), itself
-    estimated on those piles. Such are joined by a multivariate t, what is left when their covariance is integrated out (Gelman
-    et al., Bayesian Data Analysis (3rd ed.), 3.6): with z (m) = (bench − predicted)/scale, ν the fewest degrees of freedom,
-        log p = log Γ((ν + 1)/2) − log Γ((ν − m + 1)/2) − m/2 · log ν − Σ log scale − (ν + 1)/2 · log(1 + zᵀR⁻¹z/ν).
+    correlation: (m, m) between the observables' errors where they come from the same
+    piles (both bench and simulated), itself estimated on those piles. Such are joined
+    by a multivariate t, what is left when their covariance is integrated out (Gelman et
+    al., Bayesian Data Analysis (3rd ed.), 3.6): with z (m) = (bench − predicted)/scale,
+    ν the fewest degrees of freedom,
+
+        log p = log Γ((ν + 1)/2) − log Γ((ν − m + 1)/2) − m/2 · log ν
+                − Σ log scale − (ν + 1)/2 · log(1 + zᵀR⁻¹z/ν).
+
     Default: independent.
     """
     out, m = prior.log_density(natural), len(observables)
-    z, scale, df = (np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables)))
+    z, scale, df = (
+        np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables))
+    )
     r = np.eye(m) if correlation is None else np.asarray(correlation, dtype=float)
     out = out - np.log(scale).sum(axis=0)
-    for block in np.arange(m)[:, None] if correlation is None else _correlated_groups(r):
+    for block in (
+        np.arange(m)[:, None] if correlation is None else _correlated_groups(r)
+    ):
         size, own = len(block), r[np.ix_(block, block)]
         free = np.maximum(df[block].min(axis=0), size)
         square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
-        out = out + special.gammaln((free + 1) / 2) - special.gammaln((free - size + 1) / 2) - size / 2 * np.log(free)
+        out = (
+            out
+            + special.gammaln((free + 1) / 2)
+            - special.gammaln((free - size + 1) / 2)
+            - size / 2 * np.log(free)
+        )
         out = out - (free + 1) / 2 * np.log1p(square / free)
     return out
 
 
 def _correlated_groups(correlation: np.ndarray) -> list[np.ndarray]:
-    """Indices of observables whose errors are correlated, directly or through others, one array a group."""
+    """Indices of observables whose errors are correlated, directly or through others,
+    one array a group."""
     count, label = csgraph.connected_components(correlation != 0, directed=False)
     return [np.flatnonzero(label == k) for k in range(count)]
 
 
-def residual(natural: np.ndarray, o: Observable, prior: Prior) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def residual(
+    natural: np.ndarray, o: Observable, prior: Prior
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(bench − predicted)/scale, scale and degrees of freedom, each (n,)."""
     columns = [prior.box.names.index(n) for n in o.surrogate.box.names]
     mean, fit = o.surrogate.evaluate(natural[:, columns])
     variance = o.bench.sd**2 + fit
     spread = o.bench.scatter_sd**4 / o.bench.df + fit**2 / o.surrogate.df
     # with a thousand degrees of freedom t is normal to every digit that matters
-    df = np.minimum(np.divide(variance**2, spread, out=np.full_like(variance, 1e3), where=spread > 0), 1e3)
+    df = np.minimum(
+        np.divide(
+            variance**2, spread, out=np.full_like(variance, 1e3), where=spread > 0
+        ),
+        1e3,
+    )
     scale = np.sqrt(variance)
     return (o.bench.value - mean) / scale, scale, df
 
 
-def check(observables: list[Observable], prior: Prior, correlation: np.ndarray | None) -> None:
+def check(
+    observables: list[Observable], prior: Prior, correlation: np.ndarray | None
+) -> None:
     """ValueError naming what does not fit together."""
     if not observables:
         raise ValueError("no observable: the posterior is the prior")
@@ -114,71 +145,133 @@ def check(observables: list[Observable], prior: Prior, correlation: np.ndarray |
     for o in observables:
         if not o.bench.sd > 0:
             raise ValueError(f"{o.name}: the bench mean needs an sd above 0")
-        for name, low, high in zip(o.surrogate.box.names, o.surrogate.box.low, o.surrogate.box.high):
+        for name, low, high in zip(
+            o.surrogate.box.names, o.surrogate.box.low, o.surrogate.box.high
+        ):
             if name not in prior.box.names:
-                raise ValueError(f"{o.name} depends on {name}, for which there is no prior")
+                raise ValueError(
+                    f"{o.name} depends on {name}, for which there is no prior"
+                )
             j, slack = prior.box.names.index(name), 1e-9 * (high - low)
             if prior.box.low[j] < low - slack or prior.box.high[j] > high + slack:
                 raise ValueError(
-                    f"{name}: the prior spans {prior.box.low[j]:g} to {prior.box.high[j]:g}, "
-                    f"{o.name} was simulated from {low:g} to {high:g} only"
+                    f"{name}: the prior spans {prior.box.low[j]:g} to"
+                    f" {prior.box.high[j]:g}, {o.name} was simulated from {low:g} to"
+                    f" {high:g} only"
                 )
     if correlation is not None:
         r = np.asarray(correlation)
-        fits = r.shape == (len(names),) * 2 and np.allclose(r, r.T) and np.allclose(np.diag(r), 1)
+        fits = (
+            r.shape == (len(names),) * 2
+            and np.allclose(r, r.T)
+            and np.allclose(np.diag(r), 1)
+        )
         if not fits or np.linalg.eigvalsh(r)[0] <= 0:
-            raise ValueError("correlation: one row and column an observable, symmetric, ones on the diagonal, positive definite")
+            raise ValueError(
+                "correlation: one row and column an observable, symmetric, ones on the"
+                " diagonal, positive definite"
+            )
 
 
 def finish(
-    draws: np.ndarray, log_density: np.ndarray, observables: list[Observable], prior: Prior,
-    r_hat: np.ndarray, ess: np.ndarray, converged: bool,
-) -> Posterior:  # fmt: skip
+    draws: np.ndarray,
+    log_density: np.ndarray,
+    observables: list[Observable],
+    prior: Prior,
+    r_hat: np.ndarray,
+    ess: np.ndarray,
+    converged: bool,
+) -> Posterior:
     """A Posterior from draws (n, k): tension at the best of them, and the note."""
     best = draws[[np.argmax(log_density)]]
     rows = []
     for o in observables:
         z, scale, _ = (float(v[0]) for v in residual(best, o, prior))
         rows.append((o.name, o.bench.value, o.bench.value - z * scale, z, abs(z) < 3))
-    tension = pd.DataFrame(rows, columns=["observable", "bench", "predicted", "z", "reached"])
-    notes = [] if converged else ["not converged: draw longer before these numbers are used"]
-    notes += [f"no parameters of the box give the bench's {n}" for n in tension.loc[~tension["reached"], "observable"]]
+    tension = pd.DataFrame(
+        rows, columns=["observable", "bench", "predicted", "z", "reached"]
+    )
+    notes = (
+        []
+        if converged
+        else ["not converged: draw longer before these numbers are used"]
+    )
+    notes += [
+        f"no parameters of the box give the bench's {n}"
+        for n in tension.loc[~tension["reached"], "observable"]
+    ]
     table = pd.DataFrame(draws, columns=list(prior.box.names))
-    return Posterior(prior, table, log_density, r_hat, ess, bool(converged), tension, "; ".join(notes))
+    return Posterior(
+        prior,
+        table,
+        log_density,
+        r_hat,
+        ess,
+        bool(converged),
+        tension,
+        "; ".join(notes),
+    )
 
 
 def on_grid(
-    observables: list[Observable], prior: Prior, *, rng: np.random.Generator, cells: int = 31, draws: int = 4000,
+    observables: list[Observable],
+    prior: Prior,
+    *,
+    rng: np.random.Generator,
+    cells: int = 31,
+    draws: int = 4000,
     correlation: np.ndarray | None = None,
-) -> Posterior:  # fmt: skip
-    """Posterior on a grid of cells^k points, drawn from cell by cell: quick for up to three factors, and free of a chain.
+) -> Posterior:
+    """Posterior on a grid of cells^k points, drawn from cell by cell: quick for up to
+    three factors, and free of a chain.
 
-    Converged where the weights are spread over at least 200 cells. Raises ValueError as `check`, and beyond a million cells.
-    """
+    Converged where the weights are spread over at least 200 cells. Raises ValueError as
+    `check`, and beyond a million cells."""
     check(observables, prior, correlation)
     k = len(prior.box.names)
     if cells**k > 1_000_000:
-        raise ValueError(f"cells: {cells} to the power of {k} factors is too many; sample instead")
+        raise ValueError(
+            f"cells: {cells} to the power of {k} factors is too many; sample instead"
+        )
     axis = (np.arange(cells) + 0.5) / cells * 2 - 1
     coded = np.stack(np.meshgrid(*[axis] * k, indexing="ij"), axis=-1).reshape(-1, k)
-    log_density = log_posterior(prior.box.natural(coded), observables, prior, correlation)
+    log_density = log_posterior(
+        prior.box.natural(coded), observables, prior, correlation
+    )
     weight = np.exp(log_density - log_density.max())
     weight /= weight.sum()
     chosen = rng.choice(len(weight), size=draws, p=weight)
     natural = prior.box.natural(coded[chosen] + rng.uniform(-1, 1, (draws, k)) / cells)
     nothing = np.full(k, np.nan)
     again = log_posterior(natural, observables, prior, correlation)
-    return finish(natural, again, observables, prior, nothing, nothing, 1 / np.sum(weight**2) >= 200)
+    return finish(
+        natural,
+        again,
+        observables,
+        prior,
+        nothing,
+        nothing,
+        1 / np.sum(weight**2) >= 200,
+    )
 
 
 def summary(posterior: Posterior, level: float = 0.90) -> pd.DataFrame:
-    """One row a factor: factor, mean, sd, median, low, high (central `level` interval), prior_sd, sd_ratio (posterior over
-    prior), r_hat, ess.
-    """
+    """One row a factor: factor, mean, sd, median, low, high (central `level` interval),
+    prior_sd, sd_ratio (posterior over prior), r_hat, ess."""
     d = posterior.draws
     ends = d.quantile([(1 - level) / 2, 0.5, (1 + level) / 2]).to_numpy()
     sd = d.std().to_numpy()
-    return pd.DataFrame({
-        "factor": list(d.columns), "mean": d.mean().to_numpy(), "sd": sd, "median": ends[1], "low": ends[0], "high": ends[2],
-        "prior_sd": posterior.prior.sd, "sd_ratio": sd / posterior.prior.sd, "r_hat": posterior.r_hat, "ess": posterior.ess,
-    })  # fmt: skip
+    return pd.DataFrame(
+        {
+            "factor": list(d.columns),
+            "mean": d.mean().to_numpy(),
+            "sd": sd,
+            "median": ends[1],
+            "low": ends[0],
+            "high": ends[2],
+            "prior_sd": posterior.prior.sd,
+            "sd_ratio": sd / posterior.prior.sd,
+            "r_hat": posterior.r_hat,
+            "ess": posterior.ess,
+        }
+    )

@@ -1,14 +1,16 @@
-"""What a system shows whose parameters are uncertain and whose packings scatter: intervals, and the
-share of either.
+"""What a system shows whose parameters are uncertain and whose packings scatter:
+intervals, and the share of either.
 
-n runs, each with parameters drawn from a posterior and a packing of its own, scatter by τ² + σ²; m
-runs at the posterior's mean, each on a packing of its own, by σ² alone: a one-way random-effects
-layout. With s_n², s_m² the two sample variances,
-    (n − 1) s_n²/(τ² + σ²) ~ χ²(n − 1),  (m − 1) s_m²/σ² ~ χ²(m − 1),  prior uniform in τ and log σ
-(Gelman 2006, Bayesian Analysis 1, 515), on a grid. The mean of k further packings is then normal
-about the mean of the n runs with variance τ² + σ²/k + (τ² + σ²)/n, averaged over the grid. Assumes
-that runs scatter normally and packings alike everywhere.
-"""
+n runs, each with parameters drawn from a posterior and a packing of its own, scatter by
+τ² + σ²; m runs at the posterior's mean, each on a packing of its own, by σ² alone: a
+one-way random-effects layout. With s_n², s_m² the two sample variances,
+
+    (n − 1) s_n²/(τ² + σ²) ~ χ²(n − 1),  (m − 1) s_m²/σ² ~ χ²(m − 1),
+
+prior uniform in τ and log σ (Gelman 2006, Bayesian Analysis 1, 515), on a grid. The
+mean of k further packings is then normal about the mean of the n runs with variance τ²
++ σ²/k + (τ² + σ²)/n, averaged over the grid. Assumes that runs scatter normally and
+packings alike everywhere."""
 
 from dataclasses import dataclass
 
@@ -20,14 +22,16 @@ from scipy.optimize import brentq
 LEVEL, NORMAL_95 = 0.95, 1.959964
 LEAST_DRAWS, LEAST_PACKINGS = 4, 3
 GRID = (120, 80)  # steps of τ and σ
-LEAST_WEIGHT = 1e-6  # of the grid's likeliest point: what is less likely moves no interval
+LEAST_WEIGHT = (
+    1e-6  # of the grid's likeliest point: what is less likely moves no interval
+)
 REACH = 8.0  # how far both are looked for, in the larger of the sample sds
 
 
 @dataclass(frozen=True, eq=False)
 class Predictive:
-    """mean: of the runs at drawn parameters, n of them; tau, sigma, weight: (g,) points of the grid
-    and their probability."""
+    """mean: of the runs at drawn parameters, n of them; tau, sigma, weight: (g,) points
+    of the grid and their probability."""
 
     mean: float
     n: int
@@ -46,10 +50,12 @@ class Predictive:
         return self._median(self.sigma)
 
     def half_width(self, packings: float = 1.0, level: float = LEVEL) -> float:
-        """mean ± this holds the mean of so many further packings (np.inf: of all there could be)
-        with probability `level`."""
+        """mean ± this holds the mean of so many further packings (np.inf: of all there
+        could be) with probability `level`."""
         sd = np.sqrt(
-            self.tau**2 + self.sigma**2 / packings + (self.tau**2 + self.sigma**2) / self.n
+            self.tau**2
+            + self.sigma**2 / packings
+            + (self.tau**2 + self.sigma**2) / self.n
         )
 
         def beyond(half: float) -> float:
@@ -63,12 +69,11 @@ class Predictive:
 
 
 def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
-    """draws: (n,) runs at parameters drawn from the posterior; repeats: (m,) runs at its mean;
-    every run on a packing of its own.
+    """draws: (n,) runs at parameters drawn from the posterior; repeats: (m,) runs at
+    its mean; every run on a packing of its own.
 
-    Raises ValueError for fewer than LEAST_DRAWS and LEAST_PACKINGS, for what is not finite, and
-    without any scatter.
-    """
+    Raises ValueError for fewer than LEAST_DRAWS and LEAST_PACKINGS, for what is not
+    finite, and without any scatter."""
     y, r = np.asarray(draws, dtype=float), np.asarray(repeats, dtype=float)
     if y.size < LEAST_DRAWS or r.size < LEAST_PACKINGS:
         raise ValueError(
@@ -87,11 +92,15 @@ def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
         np.linspace(0.0, high, GRID[0]), np.geomspace(low, high, GRID[1]), indexing="ij"
     )
     both = tau**2 + sigma**2
-    log_weight = -0.5 * (y.size - 1) * (np.log(both) + drawn / both) - 0.5 * (r.size - 1) * (
-        2 * np.log(sigma) + packed / sigma**2
-    )
+    log_weight = -0.5 * (y.size - 1) * (np.log(both) + drawn / both) - 0.5 * (
+        r.size - 1
+    ) * (2 * np.log(sigma) + packed / sigma**2)
     weight = np.exp(log_weight - log_weight.max())
     there = weight > LEAST_WEIGHT
     return Predictive(
-        float(y.mean()), y.size, tau[there], sigma[there], weight[there] / weight[there].sum()
+        float(y.mean()),
+        y.size,
+        tau[there],
+        sigma[there],
+        weight[there] / weight[there].sum(),
     )

@@ -1,4 +1,5 @@
-"""Prior of the parameters: uniform over the box, or normal about a stated value and cut off at the box."""
+"""Prior of the parameters: uniform over the box, or normal about a stated value and cut
+off at the box."""
 
 from dataclasses import dataclass
 
@@ -12,9 +13,8 @@ from calibrate.statistics.box import Box
 class Prior:
     """Independent factors, each uniform over the box or normal cut off at its limits.
 
-    given: {factor: (mean, sd)} of the normal ones, natural units. Raises ValueError naming a factor that is not in the box or
-    an sd ≤ 0.
-    """
+    given: {factor: (mean, sd)} of the normal ones, natural units. Raises ValueError
+    naming a factor that is not in the box or an sd ≤ 0."""
 
     box: Box
     given: dict[str, tuple[float, float]]
@@ -22,16 +22,22 @@ class Prior:
     def __post_init__(self):
         for name, (mean, sd) in self.given.items():
             if name not in self.box.names:
-                raise ValueError(f"prior for {name}: the box has {', '.join(self.box.names)}")
+                raise ValueError(
+                    f"prior for {name}: the box has {', '.join(self.box.names)}"
+                )
             if not (np.isfinite(mean) and np.isfinite(sd) and sd > 0):
-                raise ValueError(f"prior for {name}: mean must be finite and sd above 0; here are {mean:g} and {sd:g}")
+                raise ValueError(
+                    f"prior for {name}: mean must be finite and sd above 0; here are"
+                    f" {mean:g} and {sd:g}"
+                )
 
     @classmethod
     def uniform(cls, box: Box) -> "Prior":
         return cls(box, {})
 
     def log_density(self, natural: np.ndarray) -> np.ndarray:
-        """Log density (n,), not normalised, of natural points (n, k); −∞ outside the box."""
+        """Log density (n,), not normalised, of natural points (n, k); −∞ outside the
+        box."""
         inside = ((natural >= self.box.low) & (natural <= self.box.high)).all(axis=1)
         out = np.where(inside, 0.0, -np.inf)
         for j, name in enumerate(self.box.names):
@@ -47,8 +53,14 @@ class Prior:
         for j, name in enumerate(self.box.names):
             if name in self.given:
                 mean, sd = self.given[name]
-                a, b = special.ndtr((np.array([self.box.low[j], self.box.high[j]]) - mean) / sd)
-                out[:, j] = np.clip(mean + sd * special.ndtri(a + u[:, j] * (b - a)), self.box.low[j], self.box.high[j])
+                a, b = special.ndtr(
+                    (np.array([self.box.low[j], self.box.high[j]]) - mean) / sd
+                )
+                out[:, j] = np.clip(
+                    mean + sd * special.ndtri(a + u[:, j] * (b - a)),
+                    self.box.low[j],
+                    self.box.high[j],
+                )
         return out
 
     @property

@@ -1,27 +1,41 @@
-"""The posterior by emcee's affine-invariant ensembles, which need no tuning on the thin sheets that one angle leaves.
+"""The posterior by emcee's affine-invariant ensembles, which need no tuning on the thin
+sheets that one angle leaves.
 
-Source: Goodman & Weare (2010), Comm. App. Math. Comp. Sci. 5, 65; Foreman-Mackey et al. (2013), PASP 125, 306; split R̂ as in
-Gelman et al., Bayesian Data Analysis (3rd ed.), 11.4, over the halves of independent ensembles.
-"""
+Source: Goodman & Weare (2010), Comm. App. Math. Comp. Sci. 5, 65; Foreman-Mackey et al.
+(2013), PASP 125, 306; split R̂ as in Gelman et al., Bayesian Data Analysis (3rd ed.),
+11.4, over the halves of independent ensembles."""
 
 import emcee
 import numpy as np
 
-from calibrate.statistics.posterior import Observable, Posterior, check, finish, log_posterior
+from calibrate.statistics.posterior import (
+    Observable,
+    Posterior,
+    check,
+    finish,
+    log_posterior,
+)
 from calibrate.statistics.prior import Prior
 
-ENSEMBLES = 4  # independent, from different starts: walkers of one ensemble know each other and cannot vouch for each other
+# independent, from different starts: walkers of one ensemble know each other and cannot
+# vouch for each other
+ENSEMBLES = 4
 
 
 def sample(
-    observables: list[Observable], prior: Prior, *, rng: np.random.Generator, ess: int = 1000, max_steps: int = 8000,
+    observables: list[Observable],
+    prior: Prior,
+    *,
+    rng: np.random.Generator,
+    ess: int = 1000,
+    max_steps: int = 8000,
     correlation: np.ndarray | None = None,
-) -> Posterior:  # fmt: skip
-    """Draw from the posterior until every factor has `ess` effective draws and R̂ < 1.01, or max_steps are done (then not
-    converged).
+) -> Posterior:
+    """Draw from the posterior until every factor has `ess` effective draws and R̂ <
+    1.01, or max_steps are done (then not converged).
 
-    rng: seeds starts and ensembles; the same rng state gives the same draws. Raises ValueError as `posterior.check`.
-    """
+    rng: seeds starts and ensembles; the same rng state gives the same draws. Raises
+    ValueError as `posterior.check`."""
     check(observables, prior, correlation)
     box, k = prior.box, len(prior.box.names)
     walkers = max(24, 4 * k)
@@ -38,7 +52,10 @@ def sample(
     steps = 0
     while steps < max_steps:
         block = min(500, max_steps - steps)
-        states = [s.run_mcmc(state, block, skip_initial_state_check=True) for s, state in zip(samplers, states)]
+        states = [
+            s.run_mcmc(state, block, skip_initial_state_check=True)
+            for s, state in zip(samplers, states)
+        ]
         steps += block
         # the first third is on the way from the prior
         chains = np.array([s.get_chain(discard=steps // 3) for s in samplers])
@@ -49,11 +66,20 @@ def sample(
     density = np.array([s.get_log_prob(discard=steps // 3) for s in samplers])
     thin = max(1, chains.shape[1] * ENSEMBLES * walkers // 20_000)
     draws = box.natural(chains[:, ::thin].reshape(-1, k))
-    return finish(draws, density[:, ::thin].ravel(), observables, prior, r_hat, effective, converged)
+    return finish(
+        draws,
+        density[:, ::thin].ravel(),
+        observables,
+        prior,
+        r_hat,
+        effective,
+        converged,
+    )
 
 
 def split_r_hat(chains: np.ndarray) -> np.ndarray:
-    """R̂ (k,) of chains (ensembles, steps, walkers, k), each ensemble cut into two halves: √(((n − 1)/n W + B/n)/W)."""
+    """R̂ (k,) of chains (ensembles, steps, walkers, k), each ensemble cut into two
+    halves: √(((n − 1)/n W + B/n)/W)."""
     half = chains.shape[1] // 2
     parts = np.concatenate([chains[:, :half], chains[:, half : 2 * half]])
     parts = parts.reshape(len(parts), -1, chains.shape[-1])
@@ -63,8 +89,11 @@ def split_r_hat(chains: np.ndarray) -> np.ndarray:
 
 
 def effective_draws(chains: np.ndarray) -> np.ndarray:
-    """Effective number of draws (k,): all of them over the integrated autocorrelation time, averaged over the ensembles; none
-    where a walker has never moved, whose autocorrelation is not defined."""
+    """Effective number of draws (k,): all of them over the integrated autocorrelation
+    time, averaged over the ensembles; none where a walker has never moved, whose
+    autocorrelation is not defined."""
     with np.errstate(invalid="ignore"):
-        tau = np.mean([emcee.autocorr.integrated_time(c, tol=0) for c in chains], axis=0)
+        tau = np.mean(
+            [emcee.autocorr.integrated_time(c, tol=0) for c in chains], axis=0
+        )
     return np.where(np.isnan(tau), 0.0, chains[..., 0].size / np.maximum(tau, 1.0))

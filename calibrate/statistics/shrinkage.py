@@ -1,11 +1,15 @@
-"""Response surface with shrinkage, for the posterior: effects that the runs do not show are held near zero; cubic terms are added.
+"""Response surface with shrinkage, for the posterior: effects that the runs do not show
+are held near zero; cubic terms are added.
 
-Coded coefficients but the intercept's are normal about 0 beforehand, with sd σ√g·r^(order − 1): main effects √g, squares and
-interactions r times that, cubes r² times. Given g and r all is closed form (n runs, A = XᵀX + Λ⁻¹, V = A⁻¹, β̂ = VXᵀy):
-    s² = (yᵀy − β̂ᵀAβ̂)/(n − 1),   log p(y | g, r) = ½ log|V| − ½ log|Λ| − (n − 1)/2 · log s² + const,
-and g and r are averaged over a grid, each weighed by that. Least squares (g → ∞) take noise for effects where packings scatter as
-much as the parameters do, and a posterior on it holds the truth too rarely (benchmarks/loop_coverage.py).
-Source: Gelman et al., Bayesian Data Analysis (3rd ed.), 14.8 and 5; O'Hagan (1978), J. R. Stat. Soc. B 40, 1.
+Coded coefficients but the intercept's are normal about 0 beforehand, with sd
+σ√g·r^(order − 1): main effects √g, squares and interactions r times that, cubes r²
+times. Given g and r all is closed form (n runs, A = XᵀX + Λ⁻¹, V = A⁻¹, β̂ = VXᵀy):
+    s² = (yᵀy − β̂ᵀAβ̂)/(n − 1),
+    log p(y | g, r) = ½ log|V| − ½ log|Λ| − (n − 1)/2 · log s² + const,
+and g and r are averaged over a grid, each weighed by that. Least squares (g → ∞) take
+noise for effects where packings scatter as much as the parameters do, and a posterior
+on it holds the truth too rarely (benchmarks/loop_coverage.py). Source: Gelman et al.,
+Bayesian Data Analysis (3rd ed.), 14.8 and 5; O'Hagan (1978), J. R. Stat. Soc. B 40, 1.
 """
 
 from dataclasses import dataclass
@@ -25,9 +29,9 @@ STEEPNESS = (0.2, 0.5, 1.0)  # r
 class ShrinkageSurface:
     """A fitted surface.
 
-    coefficients: (p,) of coded terms; covariance: (p, p). noise_sd: scatter of one run, on noise_df degrees of freedom.
-    df: of a prediction's variance. residuals: (n,), decorrelated where packings are shared.
-    """
+    coefficients: (p,) of coded terms; covariance: (p, p). noise_sd: scatter of one run,
+    on noise_df degrees of freedom. df: of a prediction's variance. residuals: (n,),
+    decorrelated where packings are shared."""
 
     box: Box
     terms: tuple[polynomial.Term, ...]
@@ -45,14 +49,17 @@ class ShrinkageSurface:
 
 
 def shrink(surface: Surface) -> ShrinkageSurface:
-    """Fit the surface's runs anew, with cubic terms in the factors that have squares; packings as the surface has them."""
+    """Fit the surface's runs anew, with cubic terms in the factors that have squares;
+    packings as the surface has them."""
     terms = (*surface.terms, *cubes(surface.terms))
     order = np.array([sum(t) for t in terms])
     x, y = polynomial.matrix(surface.points, terms), surface.response
     if surface.root is not None:
         x, y = surface.root @ x, surface.root @ y
     fits, logs, free = [], [], len(y) - 1
-    for g in STRENGTHS * (1 + surface.shared):  # of a pile's scatter, not only of what packings do not share
+    for g in STRENGTHS * (
+        1 + surface.shared
+    ):  # of a pile's scatter, not only of what packings do not share
         for r in STEEPNESS:
             held = np.where(order > 0, 1 / (g * r ** (2.0 * (order - 1))), 0.0)
             precision = x.T @ x + np.diag(held)
@@ -60,13 +67,34 @@ def shrink(surface: Surface) -> ShrinkageSurface:
             beta = v @ (x.T @ y)
             s2 = float(y @ y - beta @ precision @ beta) / free
             fits.append((v, beta, s2))
-            logs.append((np.linalg.slogdet(v)[1] + np.log(held[order > 0]).sum() - free * np.log(s2)) / 2)
+            logs.append(
+                (
+                    np.linalg.slogdet(v)[1]
+                    + np.log(held[order > 0]).sum()
+                    - free * np.log(s2)
+                )
+                / 2
+            )
     weight = np.exp(np.array(logs) - max(logs))
     weight /= weight.sum()
     mean = sum(w * beta for w, (_, beta, _) in zip(weight, fits))
-    covariance = sum(w * (s2 * v + np.outer(beta - mean, beta - mean)) for w, (v, beta, s2) in zip(weight, fits))
-    noise = float(sum(w * s2 for w, (*_, s2) in zip(weight, fits))) * (1 + surface.shared)
-    return ShrinkageSurface(surface.box, terms, mean, covariance, np.sqrt(noise), free, surface.df, y - x @ mean)
+    covariance = sum(
+        w * (s2 * v + np.outer(beta - mean, beta - mean))
+        for w, (v, beta, s2) in zip(weight, fits)
+    )
+    noise = float(sum(w * s2 for w, (*_, s2) in zip(weight, fits))) * (
+        1 + surface.shared
+    )
+    return ShrinkageSurface(
+        surface.box,
+        terms,
+        mean,
+        covariance,
+        np.sqrt(noise),
+        free,
+        surface.df,
+        y - x @ mean,
+    )
 
 
 def cubes(terms: tuple[polynomial.Term, ...]) -> list[polynomial.Term]:
@@ -77,5 +105,10 @@ def cubes(terms: tuple[polynomial.Term, ...]) -> list[polynomial.Term]:
     """
     bent = [t.index(2) for t in terms if 2 in t]
     k = len(terms[0])
-    return [tuple(int(f) for f in np.bincount([i, j, m], minlength=k))
-            for i in bent for j in bent for m in bent if i <= j <= m]  # fmt: skip
+    return [
+        tuple(int(f) for f in np.bincount([i, j, m], minlength=k))
+        for i in bent
+        for j in bent
+        for m in bent
+        if i <= j <= m
+    ]

@@ -1,8 +1,9 @@
-"""Quadratic response surfaces: least squares in coded units (the paper's Eq. 8), how good they are, prediction with its error.
+"""Quadratic response surfaces: least squares in coded units (the paper's Eq. 8), how
+good they are, prediction with its error.
 
 ŷ = Xβ̂, β̂ = (XᵀX)⁻¹Xᵀy, cov β̂ = s² (XᵀX)⁻¹, s² = residual sum of squares / (n − p).
-Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.), chapters 2 and 6.
-"""
+Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.),
+chapters 2 and 6."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -19,18 +20,20 @@ from calibrate.statistics.box import Box
 from calibrate.statistics.columns import numbers
 from calibrate.statistics.packings import decorrelate
 
-LACK_P = 0.10  # lack of fit this unlikely by chance is believed, and added to the surface's own error
+# lack of fit this unlikely by chance is believed, and added to the surface's own error
+LACK_P = 0.10
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
     """A fitted polynomial in the coded factors of a box.
 
-    response_name: with its unit; terms: p tuples of exponents; coefficients: (p,) coded; inverse: (p, p) (XᵀX)⁻¹;
-    points: (n, k) coded; response: (n,); residual_ss on residual_df; of it pure_ss on pure_df from repeated points.
-    Runs on common packings: root (n, n) makes them independent (`packings.py`; X and y above stand for root·X and root·y),
-    shared is λ = σ²_packing/σ²_own, packings their number. Else root is None.
-    """
+    response_name: with its unit; terms: p tuples of exponents; coefficients: (p,)
+    coded; inverse: (p, p) (XᵀX)⁻¹; points: (n, k) coded; response: (n,); residual_ss on
+    residual_df; of it pure_ss on pure_df from repeated points. Runs on common packings:
+    root (n, n) makes them independent (`packings.py`; X and y above stand for root·X
+    and root·y), shared is λ = σ²_packing/σ²_own, packings their number. Else root is
+    None."""
 
     response_name: str
     box: Box
@@ -61,7 +64,8 @@ class Surface:
 
     @property
     def df(self) -> int:
-        """Degrees of freedom of a prediction's variance; with common packings, whose scatter the mean level carries, theirs."""
+        """Degrees of freedom of a prediction's variance; with common packings, whose
+        scatter the mean level carries, theirs."""
         return self.packings - 1 if self.shared else self.residual_df
 
     @property
@@ -71,9 +75,8 @@ class Surface:
 
     @property
     def noise_sd(self) -> float:
-        """Scatter of one run about the surface: from repeated points where there are three degrees of freedom, else the
-        residual.
-        """
+        """Scatter of one run about the surface: from repeated points where there are
+        three degrees of freedom, else the residual."""
         own = self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms
         return float(np.sqrt(own * (1 + self.shared)))
 
@@ -84,19 +87,25 @@ class Surface:
 
     @cached_property
     def lack_sd(self) -> float:
-        """Error of the surface beyond noise, √(MS_lack − MS_pure), where lack of fit is significant (p < LACK_P); else 0."""
+        """Error of the surface beyond noise, √(MS_lack − MS_pure), where lack of fit is
+        significant (p < LACK_P); else 0."""
         df = self.residual_df - self.pure_df
         if df < 1 or self.pure_df < 1 or self.pure_ss <= 0:
             return 0.0
         lack, pure = (self.residual_ss - self.pure_ss) / df, self.pure_ss / self.pure_df
-        return float(np.sqrt(lack - pure)) if stats.f.sf(lack / pure, df, self.pure_df) < LACK_P else 0.0
+        return (
+            float(np.sqrt(lack - pure))
+            if stats.f.sf(lack / pure, df, self.pure_df) < LACK_P
+            else 0.0
+        )
 
     def mean(self, coded: ArrayLike) -> np.ndarray:
         """Predicted response (n,) at coded points (n, k)."""
         return polynomial.matrix(coded, self.terms) @ self.coefficients
 
     def variance(self, coded: ArrayLike) -> np.ndarray:
-        """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x + lack of fit."""
+        """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x +
+        lack of fit."""
         return self._variance(polynomial.matrix(coded, self.terms))
 
     def _variance(self, x: np.ndarray) -> np.ndarray:
@@ -107,26 +116,40 @@ class Surface:
         return polynomial.gradient(coded, self.terms, self.coefficients)
 
     def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (n,) and its variance (n,) at natural points (n, k): what the posterior asks a surrogate for."""
+        """Mean (n,) and its variance (n,) at natural points (n, k): what the posterior
+        asks a surrogate for."""
         x = polynomial.matrix(self.box.coded(natural), self.terms)
         return x @ self.coefficients, self._variance(x)
 
 
 def fit_surface(
-    table: pd.DataFrame, response: str, box: Box, *, terms: str | Iterable[polynomial.Term] = "quadratic",
-    coded_columns: tuple[str, ...] | None = None, packing: str | None = None,
-) -> Surface:  # fmt: skip
-    """Least-squares surface through the runs of a table, one row a run, replicates as rows of their own.
+    table: pd.DataFrame,
+    response: str,
+    box: Box,
+    *,
+    terms: str | Iterable[polynomial.Term] = "quadratic",
+    coded_columns: tuple[str, ...] | None = None,
+    packing: str | None = None,
+) -> Surface:
+    """Least-squares surface through the runs of a table, one row a run, replicates as
+    rows of their own.
 
-    table: columns `box.names` in natural units, or `coded_columns` (in the box's order) in coded ones, and `response`.
-    terms: "linear", "interactions", "quadratic", or tuples of exponents.
-    packing: column that names the packing of each run, where design points share packings: what runs of a packing have in
-    common is then kept out of the effects' error and in the mean level's.
-    Raises ValueError: a column missing, responses all equal, fewer runs than terms + 1, a design that cannot tell terms apart.
-    """
-    points = numbers(table, coded_columns) if coded_columns else box.coded(box.points(table))
+    table: columns `box.names` in natural units, or `coded_columns` (in the box's order)
+    in coded ones, and `response`. terms: "linear", "interactions", "quadratic", or
+    tuples of exponents. packing: column that names the packing of each run, where
+    design points share packings: what runs of a packing have in common is then kept out
+    of the effects' error and in the mean level's. Raises ValueError: a column missing,
+    responses all equal, fewer runs than terms + 1, a design that cannot tell terms
+    apart."""
+    points = (
+        numbers(table, coded_columns) if coded_columns else box.coded(box.points(table))
+    )
     y = numbers(table, [response])[:, 0]
-    chosen = polynomial.full(len(box.names), terms) if isinstance(terms, str) else tuple(terms)
+    chosen = (
+        polynomial.full(len(box.names), terms)
+        if isinstance(terms, str)
+        else tuple(terms)
+    )
     x = polynomial.matrix(points, chosen)
     _check(response, chosen, x, y)
     if packing is None:
@@ -134,30 +157,63 @@ def fit_surface(
     if packing not in table:
         raise ValueError(f"column {packing} is missing")
     shared, root = decorrelate(x, y, table[packing].to_numpy())
-    return _solve(response, box, chosen, points, y, root=root, shared=shared, packings=table[packing].nunique())
+    return _solve(
+        response,
+        box,
+        chosen,
+        points,
+        y,
+        root=root,
+        shared=shared,
+        packings=table[packing].nunique(),
+    )
 
 
 def refit(surface: Surface, terms: tuple[polynomial.Term, ...]) -> Surface:
     """The same runs with other terms; what packings share is kept as it was found."""
-    packing: dict[str, Any] = {"root": surface.root, "shared": surface.shared, "packings": surface.packings}
-    return _solve(surface.response_name, surface.box, terms, surface.points, surface.response, **packing)
+    packing: dict[str, Any] = {
+        "root": surface.root,
+        "shared": surface.shared,
+        "packings": surface.packings,
+    }
+    return _solve(
+        surface.response_name,
+        surface.box,
+        terms,
+        surface.points,
+        surface.response,
+        **packing,
+    )
 
 
-def _check(response: str, terms: tuple[polynomial.Term, ...], x: np.ndarray, y: np.ndarray) -> None:
+def _check(
+    response: str, terms: tuple[polynomial.Term, ...], x: np.ndarray, y: np.ndarray
+) -> None:
     n, p = x.shape
     if n <= p:
-        raise ValueError(f"{response}: {p} terms need at least {p + 1} runs; here are {n}")
+        raise ValueError(
+            f"{response}: {p} terms need at least {p + 1} runs; here are {n}"
+        )
     if np.ptp(y) == 0:
         raise ValueError(f"{response}: all {n} values equal {y[0]:g}; nothing to fit")
     aliased = _aliased(x, terms)
     if aliased:
-        raise ValueError(f"singular design: its {n} runs cannot tell {', '.join(aliased)} from the other terms")
+        raise ValueError(
+            f"singular design: its {n} runs cannot tell {', '.join(aliased)} from the"
+            " other terms"
+        )
 
 
 def _solve(
-    response: str, box: Box, terms: tuple[polynomial.Term, ...], points: np.ndarray, y: np.ndarray, *,
-    root: np.ndarray | None = None, **packing,
-) -> Surface:  # fmt: skip
+    response: str,
+    box: Box,
+    terms: tuple[polynomial.Term, ...],
+    points: np.ndarray,
+    y: np.ndarray,
+    *,
+    root: np.ndarray | None = None,
+    **packing,
+) -> Surface:
     x, weighed = polynomial.matrix(points, terms), y
     if root is not None:
         x, weighed = root @ x, root @ y
@@ -167,10 +223,20 @@ def _solve(
     pure_ss, pure_df = pure_error(points, y, root)
     residual_ss = float(np.sum((weighed - x @ coefficients) ** 2))
     return Surface(
-        response_name=response, box=box, terms=terms, coefficients=coefficients, inverse=r_inverse @ r_inverse.T,
-        points=points, response=y, residual_ss=residual_ss, residual_df=len(y) - len(terms),
-        pure_ss=min(pure_ss, residual_ss), pure_df=pure_df, root=root, **packing,
-    )  # fmt: skip
+        response_name=response,
+        box=box,
+        terms=terms,
+        coefficients=coefficients,
+        inverse=r_inverse @ r_inverse.T,
+        points=points,
+        response=y,
+        residual_ss=residual_ss,
+        residual_df=len(y) - len(terms),
+        pure_ss=min(pure_ss, residual_ss),
+        pure_df=pure_df,
+        root=root,
+        **packing,
+    )
 
 
 def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
@@ -184,8 +250,11 @@ def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
     return found
 
 
-def pure_error(points: np.ndarray, y: np.ndarray, root: np.ndarray | None = None) -> tuple[float, int]:
-    """Sum of squares and degrees of freedom that one mean for every coded point leaves."""
+def pure_error(
+    points: np.ndarray, y: np.ndarray, root: np.ndarray | None = None
+) -> tuple[float, int]:
+    """Sum of squares and degrees of freedom that one mean for every coded point
+    leaves."""
     _, cell = np.unique(np.round(points, 9) + 0.0, axis=0, return_inverse=True)
     member = (cell.ravel()[:, None] == np.arange(cell.max() + 1)).astype(float)
     if root is not None:
@@ -208,7 +277,8 @@ def leverage(surface: Surface) -> np.ndarray:
 
 
 def total_ss(surface: Surface) -> float:
-    """Sum of squares about the mean; with common packings about the mean that weighs them."""
+    """Sum of squares about the mean; with common packings about the mean that weighs
+    them."""
     y, one = surface.response, np.ones(len(surface.response))
     if surface.root is not None:
         y, one = surface.root @ y, surface.root @ one

@@ -1,4 +1,5 @@
-"""Polynomial terms in coded factors: a term is a tuple of exponents, (1, 0, 1) being A·C. Named as Design-Expert names them."""
+"""Polynomial terms in coded factors: a term is a tuple of exponents, (1, 0, 1) being
+A·C. Named as Design-Expert names them."""
 
 from itertools import combinations, product
 from math import comb
@@ -34,7 +35,10 @@ def full(factors: int, order: str = "quadratic") -> tuple[Term, ...]:
 def name(term: Term) -> str:
     """(0, 1, 1) → "BC", (2, 0, 0) → "A²", (0, 0, 0) → "intercept"."""
     power = {1: "", 2: "²", 3: "³"}
-    return "".join(LETTERS[i] + power.get(e, f"^{e}") for i, e in enumerate(term) if e) or "intercept"
+    return (
+        "".join(LETTERS[i] + power.get(e, f"^{e}") for i, e in enumerate(term) if e)
+        or "intercept"
+    )
 
 
 def matrix(coded: ArrayLike, terms: tuple[Term, ...]) -> np.ndarray:
@@ -49,25 +53,35 @@ def matrix(coded: ArrayLike, terms: tuple[Term, ...]) -> np.ndarray:
 
 
 def inside(term: Term, other: Term) -> bool:
-    """Whether `other` is a higher-order relative of `term` (A of AB and of A²), so that hierarchy keeps `term` with it."""
+    """Whether `other` is a higher-order relative of `term` (A of AB and of A²), so that
+    hierarchy keeps `term` with it."""
     return term != other and all(e <= f for e, f in zip(term, other))
 
 
-def gradient(coded: ArrayLike, terms: tuple[Term, ...], coefficients: np.ndarray) -> np.ndarray:
+def gradient(
+    coded: ArrayLike, terms: tuple[Term, ...], coefficients: np.ndarray
+) -> np.ndarray:
     """∂f/∂z of f = Σ β_t z^t at coded points (n, k): (n, k)."""
     coded = np.atleast_2d(np.asarray(coded, dtype=float))
     out = np.zeros_like(coded)
     for factor in range(coded.shape[1]):
-        lower = tuple((*t[:factor], max(t[factor] - 1, 0), *t[factor + 1 :]) for t in terms)
-        out[:, factor] = matrix(coded, lower) @ (np.array([t[factor] for t in terms]) * coefficients)
+        lower = tuple(
+            (*t[:factor], max(t[factor] - 1, 0), *t[factor + 1 :]) for t in terms
+        )
+        out[:, factor] = matrix(coded, lower) @ (
+            np.array([t[factor] for t in terms]) * coefficients
+        )
     return out
 
 
-def natural_coefficients(box: Box, terms: tuple[Term, ...], coefficients: np.ndarray) -> dict[Term, float]:
-    """Coefficients of the same polynomial in natural units: {term: coefficient}, lower-order terms appearing where needed.
+def natural_coefficients(
+    box: Box, terms: tuple[Term, ...], coefficients: np.ndarray
+) -> dict[Term, float]:
+    """Coefficients of the same polynomial in natural units: {term: coefficient},
+    lower-order terms appearing where needed.
 
-    z^e = ((x − c)/h)^e = h^−e Σ_j C(e, j) x^j (−c)^(e−j), multiplied out over the factors.
-    """
+    z^e = ((x − c)/h)^e = h^−e Σ_j C(e, j) x^j (−c)^(e−j), multiplied out over the
+    factors."""
     centre, half = box.centre, box.half_width
     out: dict[Term, float] = {}
     for term, coefficient in zip(terms, coefficients):

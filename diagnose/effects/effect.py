@@ -8,15 +8,19 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Counterpart:
-    """What stands for an effect in the simulation; change(values) → settings by part."""
+    """What stands for an effect in the simulation; change(values) → settings by
+    part."""
 
     what: str  # in words, {value} in its unit
-    change: Callable[[dict[str, float]], dict] | None = None  # see rerun.simulation_settings
+    change: Callable[[dict[str, float]], dict] | None = (
+        None  # see rerun.simulation_settings
+    )
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect, or a further parameter of one, with the laws through which it acts."""
+    """One effect, or a further parameter of one, with the laws through which it
+    acts."""
 
     name: str
     sector: str
@@ -28,10 +32,14 @@ class Effect:
     source: str  # of law and range
     wording: tuple[str, str] = ("", "")  # (what is missing, what its number is)
     separating: str = ""  # the recording that separates it
-    reported: Callable[[float], float] | None = None  # from the fitted to the reported value
+    reported: Callable[[float], float] | None = (
+        None  # from the fitted to the reported value
+    )
     group: str = ""  # the effect that this is a further parameter of
     scaled_prior: bool = True  # whether its prior scales with the effect's size
-    nonlinear: bool = False  # not linear about 0: fitted in full whatever its slope there
+    nonlinear: bool = (
+        False  # not linear about 0: fitted in full whatever its slope there
+    )
     follows: str = ""  # the condition that a contact parameter follows
     level: str = ""  # of a condition in words
     unlisted: bool = False  # it says when or how, not why
@@ -42,7 +50,9 @@ class Effect:
     clock: Callable | None = None  # (value)
     restitution: Callable | None = None  # (Hits, e, value)
     kick: Callable | None = None  # (Hits, value)
-    act: Callable | None = None  # (Laws, run, value): slides; (way, value, context): rolls
+    act: Callable | None = (
+        None  # (Laws, run, value): slides; (way, value, context): rolls
+    )
     tilt: Callable | None = None  # (coefficients, value): slides
     read: Callable | None = None  # (angle, Read, value)
     rest: Callable | None = None  # (value)
@@ -51,9 +61,13 @@ class Effect:
     needs: Callable | None = None  # (session) → whether these recordings can show it
 
 
-def separating_recordings(effects: Mapping[str, Effect], names: tuple[str, ...]) -> str | None:
+def separating_recordings(
+    effects: Mapping[str, Effect], names: tuple[str, ...]
+) -> str | None:
     """The recordings that would tell these effects apart, two at most."""
-    said = dict.fromkeys(effects[n].separating for n in names if n in effects and effects[n].separating)
+    said = dict.fromkeys(
+        effects[n].separating for n in names if n in effects and effects[n].separating
+    )
     return "; ".join(list(said)[:2]) or None
 
 
@@ -61,6 +75,8 @@ def discovered(package: str, path: Iterable[str]) -> dict[str, Effect]:
     """EFFECTS of every file of a folder, by name, in the order of files."""
     found: dict[str, Effect] = {}
     for module in sorted(pkgutil.iter_modules(path), key=lambda m: m.name):
-        for effect in getattr(importlib.import_module(f"{package}.{module.name}"), "EFFECTS", ()):
+        for effect in getattr(
+            importlib.import_module(f"{package}.{module.name}"), "EFFECTS", ()
+        ):
             found[effect.name] = effect
     return found

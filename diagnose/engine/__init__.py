@@ -1,1 +1,2 @@
-"""Statistics of a diagnosis: explanations are fitted, weighed and judged, whatever the rig."""
+"""Statistics of a diagnosis: explanations are fitted, weighed and judged, whatever the
+rig."""

@@ -1,9 +1,10 @@
 """Evidence of sets of components in the linearised problem: Gaussian integrals.
 
-With the nuisances marginalised, components of prior sd T have the information J = TᵀCᵀΣ⁻¹CT and the
-score h, so that
+With the nuisances marginalised, components of prior sd T have the information J =
+TᵀCᵀΣ⁻¹CT and the score h, so that
 
-    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the physical range),
+    ln Z(set) − ln Z(nothing) = ½ hᵀ(I + J)⁻¹h − ½ ln det(I + J) + ln P(inside the
+    physical range),
 
 averaged over the widths of the priors and over sizes of the scatter between recordings.
 Source: Kass & Raftery (1995), J. Am. Stat. Assoc. 90, 773.
@@ -22,11 +23,20 @@ PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
 UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics
 SCATTER_SIZES = (1.0, 2.0, 4.0, 8.0)  # times the usual scatter between recordings
 SCATTER_SIZE_ODDS = (0.8, 0.15, 0.04, 0.01)
-NOISE_LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.5)  # sds of the logarithm of a noise power
+NOISE_LEVELS = (
+    -2.0,
+    -1.0,
+    0.0,
+    1.0,
+    2.0,
+    3.0,
+    4.5,
+)  # sds of the logarithm of a noise power
 
 
 class Kind(Enum):
-    """A listed effect, a parameter that follows a stated condition, or unlisted physics."""
+    """A listed effect, a parameter that follows a stated condition, or unlisted
+    physics."""
 
     EFFECT = "effect"
     CONDITION = "condition"
@@ -72,7 +82,11 @@ class EvidenceTable:
         at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
         widths = _widths(parts)
-        j = self.information[:, at][:, :, at][:, None] * widths[:, :, None] * widths[:, None, :]
+        j = (
+            self.information[:, at][:, :, at][:, None]
+            * widths[:, :, None]
+            * widths[:, None, :]
+        )
         h = self.right[:, at][:, None] * widths
         posterior = np.linalg.inv(j + np.eye(len(at)))
         mean = np.einsum("swij,swj->swi", posterior, h)
@@ -83,27 +97,43 @@ class EvidenceTable:
             if np.isfinite(part.low) or np.isfinite(part.high):
                 sd = part.sd[0] * widths[:, first]
                 own_sd = sd * np.sqrt(posterior[..., first, first])
-                every += _ln_normal_between(part.low, part.high, sd * mean[..., first], own_sd)
+                every += _ln_normal_between(
+                    part.low, part.high, sd * mean[..., first], own_sd
+                )
                 every -= _ln_normal_between(part.low, part.high, 0.0, sd)
             first += len(part.sd)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
-        return logsumexp(every, axis=1) - np.log(len(widths)) + self.ln_z_nothing + self.odds, self.misfit + best
+        return logsumexp(every, axis=1) - np.log(
+            len(widths)
+        ) + self.ln_z_nothing + self.odds, self.misfit + best
 
-    def estimate(self, names: tuple[str, ...], wide: float) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (k,) and covariance of the set's coefficients, priors `wide` times wider."""
+    def estimate(
+        self, names: tuple[str, ...], wide: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (k,) and covariance of the set's coefficients, priors `wide` times
+        wider."""
         at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
         unit = np.concatenate([np.where(c.scaled_prior, wide, 1.0) for c in parts])
         sd = unit * np.concatenate([c.sd for c in parts])
         s = int(np.argmax(self.by_scatter(names)[0]))
-        covariance = np.linalg.inv(self.information[s][np.ix_(at, at)] * np.outer(unit, unit) + np.eye(len(at)))
-        return sd * (covariance @ (unit * self.right[s][at])), covariance * np.outer(sd, sd)
+        covariance = np.linalg.inv(
+            self.information[s][np.ix_(at, at)] * np.outer(unit, unit) + np.eye(len(at))
+        )
+        return sd * (covariance @ (unit * self.right[s][at])), covariance * np.outer(
+            sd, sd
+        )
 
 
 def table_of(
-    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], spread: "UnknownScatter | None", level_sd: float
+    reduced: tuple[Reduced, ...],
+    prior_sd: np.ndarray,
+    components: list[Component],
+    spread: "UnknownScatter | None",
+    level_sd: float,
 ) -> EvidenceTable:
-    """prior_sd (G,): of the baseline's globals, 0 where fixed; spread: unknown size of scatter."""
+    """prior_sd (G,): of the baseline's globals, 0 where fixed; spread: unknown size of
+    scatter."""
     kept = prior_sd > 0
     a = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept]
     b = np.concatenate([r.b for r in reduced])
@@ -118,7 +148,9 @@ def table_of(
         half = np.linalg.solve(root, gram[:n, n:])
         rest = gram[n:, n:] - half.T @ half
         misfit.append(-0.5 * rest[-1, -1])
-        ln_z_nothing.append(misfit[-1] - np.log(np.diag(root)).sum() - volume - half_ln_det)
+        ln_z_nothing.append(
+            misfit[-1] - np.log(np.diag(root)).sum() - volume - half_ln_det
+        )
         information.append(rest[:-1, :-1])
         right.append(rest[:-1, -1])
     ends = np.cumsum([0, *(len(c.sd) for c in components)])
@@ -130,23 +162,35 @@ def table_of(
             unit[index[c.name]] = 1 / np.sqrt(seen) if seen > 0 else 0.0
     scaled = {c.name: replace(c, sd=c.sd * unit[index[c.name]]) for c in components}
     return EvidenceTable(
-        scaled, index, np.array(ln_z_nothing), np.array(misfit), np.array(information) * np.outer(unit, unit), np.array(right) * unit,
-        sizes.odds(len(ln_z_nothing)), level_sd,
-    )  # fmt: skip
+        scaled,
+        index,
+        np.array(ln_z_nothing),
+        np.array(misfit),
+        np.array(information) * np.outer(unit, unit),
+        np.array(right) * unit,
+        sizes.odds(len(ln_z_nothing)),
+        level_sd,
+    )
 
 
 def refined_noise_power(
-    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, components: list[Component], level_sd: float
+    reduced: tuple[Reduced, ...],
+    prior_sd: np.ndarray,
+    components: list[Component],
+    level_sd: float,
 ) -> tuple[float, float]:
-    """Noise power at low frequency over the recordings' estimate, and sd of its logarithm.
+    """Noise power at low frequency over the recordings' estimate, and sd of its
+    logarithm.
 
-    From smooth curves of each recording beside all that is common, each a square of one degree of
-    freedom; the prior `level_sd` is worth 2/level_sd² of them.
-    """
+    From smooth curves of each recording beside all that is common, each a square of one
+    degree of freedom; the prior `level_sd` is worth 2/level_sd² of them."""
     if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
         return 1.0, level_sd
     kept = prior_sd > 0
-    a, b = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept], np.concatenate([r.b for r in reduced])
+    a, b = (
+        np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept],
+        np.concatenate([r.b for r in reduced]),
+    )
     common = np.hstack([a, *(c.columns for c in components)])
     common = common / np.maximum(np.linalg.norm(common, axis=0), 1e-300)
     left = b - common @ np.linalg.lstsq(common, b, rcond=1e-6)[0]
@@ -155,21 +199,31 @@ def refined_noise_power(
         rows = slice(first, first + len(r.b))
         own, size, _ = np.linalg.svd(r.smooth, full_matrices=False)
         own = own[:, size > 1e-6 * size.max(initial=1e-300)]
-        square, count, first = square + float(((own.T @ left[rows]) ** 2).sum()), count + own.shape[1], rows.stop
+        square, count, first = (
+            square + float(((own.T @ left[rows]) ** 2).sum()),
+            count + own.shape[1],
+            rows.stop,
+        )
         seen.append(own.T @ common[rows])
     count -= np.linalg.matrix_rank(np.vstack(seen), tol=1e-2)
     beforehand = 2 / level_sd**2
     if count < 1:
         return 1.0, level_sd
-    return (beforehand + square) / (beforehand + count), float(np.sqrt(2 / (beforehand + count)))
+    return (beforehand + square) / (beforehand + count), float(
+        np.sqrt(2 / (beforehand + count))
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class UnknownScatter:
     """What has an unknown size, over which evidence is summed."""
 
-    direction: np.ndarray | None = None  # (M,): rows' change by one usual sd of a parameter
-    uncertain: np.ndarray | None = None  # (M,): rows whose noise power is known to level_sd only
+    direction: np.ndarray | None = (
+        None  # (M,): rows' change by one usual sd of a parameter
+    )
+    uncertain: np.ndarray | None = (
+        None  # (M,): rows whose noise power is known to level_sd only
+    )
     level_sd: float = 0.0
 
     def odds(self, count: int) -> np.ndarray:
@@ -178,11 +232,16 @@ class UnknownScatter:
             return np.zeros(1)
         if self.uncertain is None:
             return np.log(SCATTER_SIZE_ODDS)
-        weight = np.exp(-0.5 * np.array(NOISE_LEVELS) ** 2) * np.gradient(np.array(NOISE_LEVELS))
+        weight = np.exp(-0.5 * np.array(NOISE_LEVELS) ** 2) * np.gradient(
+            np.array(NOISE_LEVELS)
+        )
         return np.log(weight / weight.sum())
 
-    def grams(self, every: np.ndarray, cuts: np.ndarray) -> tuple[list[np.ndarray], list[float]]:
-        """Gram matrices of the rows (M, k) for each size, and ln of the noise volume added."""
+    def grams(
+        self, every: np.ndarray, cuts: np.ndarray
+    ) -> tuple[list[np.ndarray], list[float]]:
+        """Gram matrices of the rows (M, k) for each size, and ln of the noise volume
+        added."""
         if self.uncertain is not None and self.uncertain.any():
             fixed, free = every[~self.uncertain], every[self.uncertain]
             powers = [np.exp(self.level_sd * x) for x in NOISE_LEVELS]
@@ -193,7 +252,10 @@ class UnknownScatter:
         if self.direction is None or len(parts) < 3:
             return [plain], [0.0]
         own = [self.direction[low:high] for low, high in pairwise(cuts)]
-        along, power = np.array([p.T @ v for p, v in zip(parts, own, strict=True)]), np.array([v @ v for v in own])
+        along, power = (
+            np.array([p.T @ v for p, v in zip(parts, own, strict=True)]),
+            np.array([v @ v for v in own]),
+        )
         grams, volumes = [], []
         for size in SCATTER_SIZES:
             more = size**2 - 1
@@ -204,17 +266,24 @@ class UnknownScatter:
 
 
 def _widths(parts: list[Component]) -> np.ndarray:
-    """Factors (W, k) on prior sds: all combinations for two components, joint steps for more."""
+    """Factors (W, k) on prior sds: all combinations for two components, joint steps for
+    more."""
     rows = np.zeros((1, 0))
     for part in parts:
         choices = UNLISTED_SNRS if part.kind is Kind.UNLISTED else PRIOR_WIDTHS
         if len(parts) > 2:
-            step = np.linspace(0, len(choices) - 1, len(PRIOR_WIDTHS)).round().astype(int)
-            own = np.where(part.scaled_prior[None, :], np.array(choices)[step, None], 1.0)
+            step = (
+                np.linspace(0, len(choices) - 1, len(PRIOR_WIDTHS)).round().astype(int)
+            )
+            own = np.where(
+                part.scaled_prior[None, :], np.array(choices)[step, None], 1.0
+            )
             rows = np.hstack([np.broadcast_to(rows, (len(own), rows.shape[1])), own])
         else:
             own = np.where(part.scaled_prior[None, :], np.array(choices)[:, None], 1.0)
-            rows = np.hstack([np.repeat(rows, len(own), axis=0), np.tile(own, (len(rows), 1))])
+            rows = np.hstack(
+                [np.repeat(rows, len(own), axis=0), np.tile(own, (len(rows), 1))]
+            )
     return rows
 
 

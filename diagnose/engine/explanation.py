@@ -19,13 +19,18 @@ class Alternative:
     note: str = ""  # for the reader where it holds
     effects: tuple[str, ...] = ()  # listed effects that it stands for
     sector: str = ""  # of those effects
-    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)  # unit, value, sd
+    sizes: dict[str, tuple[str, float, float]] = field(
+        default_factory=dict
+    )  # unit, value, sd
     ln_likelihood: float = 0.0  # of what its rows do not hold
-    p: float | None = None  # that noise alone makes as much of it, where its rows do not tell
+    p: float | None = (
+        None  # that noise alone makes as much of it, where its rows do not tell
+    )
 
 
 def ln_bayes_bound(p: float) -> float:
-    """ln of −1/(e p ln p), the greatest Bayes factor (Sellke et al. 2001, Am. Stat. 55, 62)."""
+    """ln of −1/(e p ln p), the greatest Bayes factor (Sellke et al. 2001, Am. Stat. 55,
+    62)."""
     p = min(max(p, 1e-300), 1 / np.e)
     return float(-1 - np.log(p) - np.log(-np.log(p)))
 
@@ -46,16 +51,21 @@ class Explanation:
 
     @property
     def listed(self) -> tuple[str, ...]:
-        return tuple(n for n in self.names if self.table.components[n].kind is not Kind.UNLISTED)
+        return tuple(
+            n for n in self.names if self.table.components[n].kind is not Kind.UNLISTED
+        )
 
     @property
     def unlisted(self) -> tuple[str, ...]:
-        return tuple(n for n in self.names if self.table.components[n].kind is Kind.UNLISTED)
+        return tuple(
+            n for n in self.names if self.table.components[n].kind is Kind.UNLISTED
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Explanations, the most probable first; bases: each alternative with nothing missing."""
+    """Explanations, the most probable first; bases: each alternative with nothing
+    missing."""
 
     explanations: tuple[Explanation, ...]
     alternatives: tuple[Alternative, ...]
@@ -68,7 +78,9 @@ class Posterior:
 
     def probability(self, names: tuple[str, ...]) -> float:
         """Of exactly this set, over all alternatives."""
-        return sum(e.probability for e in self.explanations if set(e.names) == set(names))
+        return sum(
+            e.probability for e in self.explanations if set(e.names) == set(names)
+        )
 
     def presence(self) -> dict[str, float]:
         """Probability of each component."""

@@ -1,4 +1,5 @@
-"""Prediction of recordings that were left out when an explanation's parameters were estimated."""
+"""Prediction of recordings that were left out when an explanation's parameters were
+estimated."""
 
 from dataclasses import dataclass
 
@@ -18,7 +19,9 @@ class HeldOut:
     """How well left-out recordings are predicted."""
 
     rmse_ratio: float  # √(SSE_fit/SSE_base) of whitened residuals
-    removed_fraction: float  # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
+    removed_fraction: (
+        float  # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
+    )
 
 
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
@@ -39,14 +42,22 @@ def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
 
 
 def with_components(e: Explanation) -> tuple[tuple[Reduced, ...], np.ndarray]:
-    """The linearisation with the explanation's components as columns, and all prior sds."""
+    """The linearisation with the explanation's components as columns, and all prior
+    sds."""
     parts = [e.table.components[n] for n in e.names]
     cuts = np.cumsum([0, *(len(r.b) for r in e.reduced)])
     out = []
     for r, low, high in zip(e.reduced, cuts[:-1], cuts[1:], strict=True):
-        out.append(Reduced(np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b))
+        out.append(
+            Reduced(
+                np.hstack([r.a, *(p.columns[low:high] for p in parts)]), r.smooth, r.b
+            )
+        )
     seen = [UNLISTED_PRIOR if p.kind is Kind.UNLISTED else 1.0 for p in parts]
-    wide = [np.where(p.scaled_prior, WIDE_PRIOR, 1.0) * p.sd * s for p, s in zip(parts, seen)]
+    wide = [
+        np.where(p.scaled_prior, WIDE_PRIOR, 1.0) * p.sd * s
+        for p, s in zip(parts, seen)
+    ]
     return tuple(out), np.concatenate([e.fit.baseline_sd, *wide])
 
 
@@ -79,9 +90,8 @@ def left_out_values(e: Explanation) -> dict[str, tuple[float, ...]]:
 def _noise(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, float]:
     """Mean and sd of the left-out SSE under the true model.
 
-    What a saturated model leaves, plus one a column, less where recordings differ by less than
-    their priors allow.
-    """
+    What a saturated model leaves, plus one a column, less where recordings differ by
+    less than their priors allow."""
     columns, bare = 0, 0.0
     for own in reduced:
         fall, count = fall_of_chi2(np.hstack([own.a, own.smooth]), lambda x: x, own.b)
@@ -89,5 +99,7 @@ def _noise(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> tuple[float, f
     a, b = stacked(reduced)
     theta, covariance, _ = ridge(a, b, prior_sd)
     spare = columns - float(np.einsum("ij,jk,ik->", a, covariance, a))
-    power = min((float(((b - a @ theta) ** 2).sum()) - bare) / spare if spare > 0 else 1.0, 1.0)
+    power = min(
+        (float(((b - a @ theta) ** 2).sum()) - bare) / spare if spare > 0 else 1.0, 1.0
+    )
     return bare + columns * power, power * float(np.sqrt(2 * columns))

@@ -1,4 +1,5 @@
-"""Linear algebra of a linearised problem: b_r = A_r θ + S_r s + ε, locals eliminated."""
+"""Linear algebra of a linearised problem: b_r = A_r θ + S_r s + ε, locals
+eliminated."""
 
 from dataclasses import dataclass
 
@@ -13,7 +14,9 @@ class Reduced:
     a: np.ndarray  # (m, G): columns of the globals
     smooth: np.ndarray  # (m, …): of its smooth curves
     b: np.ndarray  # (m,): data at θ = 0
-    chi2: float | None = None  # at the point of linearisation with the locals' prior, if known
+    chi2: float | None = (
+        None  # at the point of linearisation with the locals' prior, if known
+    )
     half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
 
 
@@ -22,12 +25,18 @@ def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:
     return np.vstack([r.a for r in reduced]), np.concatenate([r.b for r in reduced])
 
 
-def ridge(a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Minimiser θ (G,) of |b − aθ|² + |θ/sd|² (sd 0: fixed), its covariance, and the minimum."""
+def ridge(
+    a: np.ndarray, b: np.ndarray, prior_sd: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Minimiser θ (G,) of |b − aθ|² + |θ/sd|² (sd 0: fixed), its covariance, and the
+    minimum."""
     kept = prior_sd > 0
     scaled = a[:, kept] * prior_sd[kept]
     information = scaled.T @ scaled + np.eye(kept.sum())
-    values, covariance = np.zeros(len(prior_sd)), np.zeros((len(prior_sd), len(prior_sd)))
+    values, covariance = (
+        np.zeros(len(prior_sd)),
+        np.zeros((len(prior_sd), len(prior_sd))),
+    )
     inverse = np.linalg.inv(information)
     u = inverse @ (scaled.T @ b)
     values[kept] = prior_sd[kept] * u
@@ -43,7 +52,8 @@ def projector(a: np.ndarray, prior_sd: np.ndarray):
 
 
 def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, int]:
-    """By how much `columns` (M, k) lower χ² beside the projected globals, and their rank."""
+    """By how much `columns` (M, k) lower χ² beside the projected globals, and their
+    rank."""
     gram, right = columns.T @ project(columns), columns.T @ project(b)
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
@@ -53,7 +63,8 @@ def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, in
 
 
 def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
-    """Columns (M, K) behind the globals', projection that marginalises the globals, b (M,)."""
+    """Columns (M, K) behind the globals', projection that marginalises the globals, b
+    (M,)."""
     a, b = stacked(reduced)
     a, columns = np.split(a, [len(prior_sd)], axis=1)
     return columns, projector(a, prior_sd), b
@@ -62,9 +73,12 @@ def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
 def falls_of(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> np.ndarray:
     """By how much each column behind those of the globals lowers χ² (K,)."""
     columns, project, b = beside_globals(reduced, prior_sd)
-    return np.array([fall_of_chi2(column[:, None], project, b)[0] for column in columns.T])
+    return np.array(
+        [fall_of_chi2(column[:, None], project, b)[0] for column in columns.T]
+    )
 
 
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
-    """P(χ² > fall), averaged over `doubt`: draws of the true over the estimated noise power."""
+    """P(χ² > fall), averaged over `doubt`: draws of the true over the estimated noise
+    power."""
     return float(stats.chi2.sf(fall / doubt, freedom).mean())

@@ -1,9 +1,8 @@
 """Unlisted physics: pushes in windows of an axis, one by one and as a Gaussian process.
 
-A window is a column of acceleration (or of the rig's own kind) that acts in one bin of an axis.
-The windows of one axis with a smooth prior (squared exponential, LENGTH_BINS bins) are a Gaussian
-process common to all recordings.
-"""
+A window is a column of acceleration (or of the rig's own kind) that acts in one bin of
+an axis. The windows of one axis with a smooth prior (squared exponential, LENGTH_BINS
+bins) are a Gaussian process common to all recordings."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -31,7 +30,8 @@ class Window:
 
 @dataclass(frozen=True)
 class Bin:
-    """One window: low to high of an axis, for a kind of push (along, aside …), in a sector."""
+    """One window: low to high of an axis, for a kind of push (along, aside …), in a
+    sector."""
 
     axis: str
     low: float
@@ -48,8 +48,11 @@ class Windows:
     bins: tuple[Bin, ...]
 
 
-def window_columns(fit: Fit, windows: Windows) -> tuple[tuple[Reduced, ...], np.ndarray]:
-    """The fit's linearisation and the windows' columns (M, K) in it, summed over sessions."""
+def window_columns(
+    fit: Fit, windows: Windows
+) -> tuple[tuple[Reduced, ...], np.ndarray]:
+    """The fit's linearisation and the windows' columns (M, K) in it, summed over
+    sessions."""
     count, width = len(windows.bins), len(fit.names)
     if not count:
         return fit.reduced, np.zeros((sum(len(r.b) for r in fit.reduced), 0))
@@ -66,7 +69,9 @@ def unlisted_components(windows: Windows, columns: np.ndarray) -> list[Component
     out = []
     for (sector, push, axis), own in groups.items():
         at = np.arange(len(own))
-        smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(len(at))
+        smooth = np.exp(-0.5 * ((at[:, None] - at) / LENGTH_BINS) ** 2) + 1e-6 * np.eye(
+            len(at)
+        )
         mixed = columns[:, own] @ np.linalg.cholesky(smooth)
         unit = np.ones(len(own)), np.ones(len(own), dtype=bool)
         name = f"(unlisted) {sector}: {push} by {axis}"
@@ -75,9 +80,15 @@ def unlisted_components(windows: Windows, columns: np.ndarray) -> list[Component
 
 
 def strongest_window(
-    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, windows: Windows, columns: np.ndarray, level_sd: float, rng: np.random.Generator
+    reduced: tuple[Reduced, ...],
+    prior_sd: np.ndarray,
+    windows: Windows,
+    columns: np.ndarray,
+    level_sd: float,
+    rng: np.random.Generator,
 ) -> tuple[Window | None, str]:
-    """The window with the greatest score, if significant; the axis with the greatest fall."""
+    """The window with the greatest score, if significant; the axis with the greatest
+    fall."""
     if not windows.bins:
         return None, ""
     a, b = stacked(reduced)
@@ -97,4 +108,6 @@ def strongest_window(
         fall, freedom = fall_of_chi2(columns[:, own], project, b)
         gains[axis] = fall - freedom
     where = windows.bins[best]
-    return Window(where.axis, where.low, where.high, p), max(gains, key=lambda axis: gains[axis])
+    return Window(where.axis, where.low, where.high, p), max(
+        gains, key=lambda axis: gains[axis]
+    )

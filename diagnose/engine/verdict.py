@@ -1,4 +1,5 @@
-"""The verdict from the posterior, and estimates of every effect and contact parameter."""
+"""The verdict from the posterior, and estimates of every effect and contact
+parameter."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -35,7 +36,9 @@ class EffectEstimate:
     probability: float
     unit: str
     size: Interval
-    levels: dict[str, Interval] = field(default_factory=dict)  # of a condition, beside their mean
+    levels: dict[str, Interval] = field(
+        default_factory=dict
+    )  # of a condition, beside their mean
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,16 @@ class ParameterShift:
     @property
     def shift_sds(self) -> float:
         """The shift in sds of the former."""
-        half = (self.nothing_missing.high95 - self.nothing_missing.low95) / 2 / stats.norm.ppf(ENDS[1])
-        return (self.explained.value - self.nothing_missing.value) / half if half > 0 else 0.0
+        half = (
+            (self.nothing_missing.high95 - self.nothing_missing.low95)
+            / 2
+            / stats.norm.ppf(ENDS[1])
+        )
+        return (
+            (self.explained.value - self.nothing_missing.value) / half
+            if half > 0
+            else 0.0
+        )
 
 
 @dataclass(frozen=True)
@@ -64,36 +75,53 @@ class Verdict:
 def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
     """none: no alarm, or "nothing missing" has at least HALF of the probability.
 
-    Else, of the explanations in which something is missing,
-    unknown: more than HALF needs unlisted physics.
-    name: the likeliest listed set, alone or with more, has NAME_SHARE, or NAME_PROBABILITY of
-    all without unlisted physics. Never from a single recording.
-    class: that set where one of its effects is certain, else the fewest effects of which at least
-    one is in NAME_SHARE of the listed explanations.
-    """
+    Else, of the explanations in which something is missing, unknown: more than HALF
+    needs unlisted physics. name: the likeliest listed set, alone or with more, has
+    NAME_SHARE, or NAME_PROBABILITY of all without unlisted physics. Never from a single
+    recording. class: that set where one of its effects is certain, else the fewest
+    effects of which at least one is in NAME_SHARE of the listed explanations."""
     nothing = posterior.probability(())
     if p_global >= ALARM_P or nothing >= HALF:
         return Verdict("none", (), nothing)
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)
     unlisted_share = sum(e.probability for e in found if e.unlisted) / weight
-    presence = {n: sum(e.probability for e in found if n in e.listed) / weight for n in {n for e in found for n in e.listed}}
+    presence = {
+        n: sum(e.probability for e in found if n in e.listed) / weight
+        for n in {n for e in found for n in e.listed}
+    }
     ranked = sorted(presence, key=lambda n: (-presence[n], n))
     if unlisted_share > HALF:
-        return Verdict("unknown", tuple(n for n in ranked if presence[n] >= NAME_SHARE), unlisted_share)
+        return Verdict(
+            "unknown",
+            tuple(n for n in ranked if presence[n] >= NAME_SHARE),
+            unlisted_share,
+        )
     best = max((e.names for e in found if not e.unlisted), key=posterior.probability)
     holding = [e for e in found if set(best) <= set(e.listed)]
     held = sum(e.probability for e in holding) / weight
     without_unlisted = sum(e.probability for e in holding if not e.unlisted)
-    single_recording = len(posterior.base.fit.problem.recordings) < 2  # nothing is held out: no name for certain
-    if (held >= NAME_SHARE or without_unlisted >= NAME_PROBABILITY) and not single_recording:
-        return Verdict("name", tuple(n for n in ranked if n in best), sum(e.probability for e in holding))
+    single_recording = (
+        len(posterior.base.fit.problem.recordings) < 2
+    )  # nothing is held out: no name for certain
+    if (
+        held >= NAME_SHARE or without_unlisted >= NAME_PROBABILITY
+    ) and not single_recording:
+        return Verdict(
+            "name",
+            tuple(n for n in ranked if n in best),
+            sum(e.probability for e in holding),
+        )
     if any(presence[n] >= NAME_SHARE for n in best):
         return Verdict("class", tuple(n for n in ranked if n in best), held)
     names, left = [], [e for e in found if e.listed]
     whole, reached = sum(e.probability for e in left), 0.0
     while left and reached < NAME_SHARE * whole:
-        shares = {n: sum(e.probability for e in left if n in e.listed) for e in left for n in e.listed}
+        shares = {
+            n: sum(e.probability for e in left if n in e.listed)
+            for e in left
+            for n in e.listed
+        }
         names.append(max(sorted(shares), key=lambda n: shares[n]))
         left = [e for e in left if names[-1] not in e.listed]
         reached = sum(e.probability for e in found if set(names) & set(e.listed))
@@ -109,7 +137,10 @@ def mixture_interval(parts: list[tuple[float, float, float]]) -> Interval:
     def below(x: float, share: float) -> float:
         return float(weight @ stats.norm.cdf((x - mean) / sd)) - share
 
-    ends = [brentq(below, low, high, args=(share,), xtol=1e-15 * (high - low)) for share in ENDS]
+    ends = [
+        brentq(below, low, high, args=(share,), xtol=1e-15 * (high - low))
+        for share in ENDS
+    ]
     return Interval(float(weight @ mean), *ends)
 
 
@@ -120,40 +151,62 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     own = posterior.alternatives[holding[0].alternative]
     if name in own.effects:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
-        size = mixture_interval([(1.0, value, sd)]) if np.isfinite(value) else Interval(np.nan, np.nan, np.nan)
+        size = (
+            mixture_interval([(1.0, value, sd)])
+            if np.isfinite(value)
+            else Interval(np.nan, np.nan, np.nan)
+        )
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
     weighty = [e for e in holding if e.probability > 1e-4 * holding[0].probability]
 
     def averaged(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
-        size, shown = mixture_interval([(e.probability, *of(e)) for e in weighty]), effect.reported or float
-        return Interval(shown(size.value), *sorted((shown(size.low95), shown(size.high95))))
+        size, shown = (
+            mixture_interval([(e.probability, *of(e)) for e in weighty]),
+            effect.reported or float,
+        )
+        return Interval(
+            shown(size.value), *sorted((shown(size.low95), shown(size.high95)))
+        )
 
     problem = holding[0].fit.problem
-    levels = [problem.effects[n].level for n in problem.columns_of(name)] if effect.level else []
+    levels = (
+        [problem.effects[n].level for n in problem.columns_of(name)]
+        if effect.level
+        else []
+    )
     beside_mean = np.eye(len(levels)) - 1 / max(len(levels), 1)
     parts = [partial(_linear_combination, name=name, of=of) for of in beside_mean]
     each = {level: averaged(part) for level, part in zip(levels, parts)}
-    return EffectEstimate(present, effect.unit, averaged(partial(estimate, name=name)), each)
+    return EffectEstimate(
+        present, effect.unit, averaged(partial(estimate, name=name)), each
+    )
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
-    """Mean and sd of an effect's parameter within one explanation, doubt about noise included."""
+    """Mean and sd of an effect's parameter within one explanation, doubt about noise
+    included."""
     effect = e.fit.problem.effects[name]
     if effect.summary:
         return effect.summary(e)
     return _linear_combination(e, name, np.eye(len(e.table.index[name]))[0])
 
 
-def _linear_combination(e: Explanation, name: str, of: np.ndarray) -> tuple[float, float]:
+def _linear_combination(
+    e: Explanation, name: str, of: np.ndarray
+) -> tuple[float, float]:
     """Mean and sd of a linear combination (k,) of an effect's columns."""
     mean, covariance = e.table.estimate(e.names, WIDE_PRIOR)
     first = sum(len(e.table.index[k]) for k in e.names[: e.names.index(name)])
     own = slice(first, first + len(of))
-    return float(of @ mean[own]), float(np.exp(e.table.level_sd**2 / 2) * np.sqrt(of @ covariance[own, own] @ of))
+    return float(of @ mean[own]), float(
+        np.exp(e.table.level_sd**2 / 2) * np.sqrt(of @ covariance[own, own] @ of)
+    )
 
 
-def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]) -> ParameterShift:
+def parameter_shift(
+    posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]
+) -> ParameterShift:
     """A contact parameter; value(explanation) → its mean and sd there."""
 
     def weighted(e: Explanation, weight: float) -> tuple[float, float, float]:
@@ -167,14 +220,23 @@ def parameter_shift(posterior: Posterior, value: Callable[[Explanation], tuple[f
 
 
 def sector_shares(posterior: Posterior) -> dict[str, float]:
-    """Share of each sector in what is missing, by the ln evidence that each part adds."""
+    """Share of each sector in what is missing, by the ln evidence that each part
+    adds."""
     out: dict[str, float] = {}
     found = [e for e in posterior.explanations if e.names]
     weight = sum(e.probability for e in found)
     for e in found:
         whole = e.table.ln_evidence(e.names)[0]
-        gains = [max(whole - e.table.ln_evidence(tuple(n for n in e.names if n != m))[0], 1e-3) for m in e.names]
+        gains = [
+            max(
+                whole - e.table.ln_evidence(tuple(n for n in e.names if n != m))[0],
+                1e-3,
+            )
+            for m in e.names
+        ]
         for n, gain in zip(e.names, gains, strict=True):
             sector = e.table.components[n].sector
-            out[sector] = out.get(sector, 0.0) + e.probability / weight * gain / sum(gains)
+            out[sector] = out.get(sector, 0.0) + e.probability / weight * gain / sum(
+                gains
+            )
     return out

@@ -24,6 +24,7 @@ PICTURED = ("photos", "frames", "video")
 
 def register(site: Site) -> None:
     """Add the page of a bench, and of a folder of benches, to the site."""
+
     @ui.page("/", title="benchtwin")
     async def start() -> None:
         benches = site.folder.benches()
@@ -44,10 +45,17 @@ def _benches(site: Site, benches: list[Path]) -> None:
     with ui.element("div").classes("card-grid"):
         for bench in benches:
             name = site.folder.name_of(bench)
-            with ui.link(target=f"/bench?b={quote(name)}").classes("no-underline text-inherit"), ui.card().classes("w-full"):
+            with (
+                ui.link(target=f"/bench?b={quote(name)}").classes(
+                    "no-underline text-inherit"
+                ),
+                ui.card().classes("w-full"),
+            ):
                 ui.label(name).classes("font-bold").style("overflow-wrap: anywhere")
                 ui.label(_holds(bench)).classes("soft")
-    ui.label("A new bench of your own: files dropped on it stay in its folder").classes("soft q-mt-md")
+    ui.label("A new bench of your own: files dropped on it stay in its folder").classes(
+        "soft q-mt-md"
+    )
     with ui.row().classes("items-center"):
         name_of_new = ui.input("name").props("dense")
 
@@ -68,8 +76,13 @@ def _benches(site: Site, benches: list[Path]) -> None:
 
 def _holds(bench: Path) -> str:
     """ "8 drops, 5 slides, 3 piles", told by rig."""
-    rigs = Counter(r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording))
-    return ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items()) or "nothing yet"
+    rigs = Counter(
+        r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording)
+    )
+    return (
+        ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
+        or "nothing yet"
+    )
 
 
 async def _bench(site: Site, name: str, tab: str) -> None:
@@ -80,34 +93,56 @@ async def _bench(site: Site, name: str, tab: str) -> None:
         with frame("benchtwin", back="/"):
             ui.label(f"This bench cannot be opened: {error}").classes("failed")
         return
-    with frame(folder.name, back="/" if len(site.folder.benches()) > 1 else "", bench=name):
+    with frame(
+        folder.name, back="/" if len(site.folder.benches()) > 1 else "", bench=name
+    ):
         with ui.tabs().props("align=left no-caps") as tabs:
             for label in TABS:
                 ui.tab(label)
-        with ui.tab_panels(tabs, value=tab if tab in TABS else TABS[0], animated=False).classes("w-full"):
+        with ui.tab_panels(
+            tabs, value=tab if tab in TABS else TABS[0], animated=False
+        ).classes("w-full"):
             with ui.tab_panel(TABS[0]):
                 _recordings(site, entries)
             with ui.tab_panel(TABS[1]):
-                ui.label("A key stated here holds for every recording that does not say otherwise (bench.toml).").classes("soft")
+                ui.label(
+                    "A key stated here holds for every recording that does not say"
+                    " otherwise (bench.toml)."
+                ).classes("soft")
                 keys_form.form_for(folder / "bench.toml", None, {}, set(), lambda: None)
             with ui.tab_panel(TABS[2]):
                 runs_panel.panel(site, folder)
             with ui.tab_panel(TABS[3]):
                 results_panel = ui.refreshable(results.panel)
                 results_panel(site, folder)
-        tabs.on_value_change(lambda e: results_panel.refresh() if e.value == TABS[3] else None)
+        tabs.on_value_change(
+            lambda e: results_panel.refresh() if e.value == TABS[3] else None
+        )
     runs.advance(folder, site.folder)
 
 
 def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None:
     good = [e for e in entries if isinstance(e, Recording)]
-    trouble = [e for e in entries if not isinstance(e, Recording) and "nothing to measure here" not in str(e)]
+    trouble = [
+        e
+        for e in entries
+        if not isinstance(e, Recording) and "nothing to measure here" not in str(e)
+    ]
     with ui.row().classes("items-center"):
-        ui.html('<label class="q-btn bg-primary text-white" style="padding:.5rem 1rem;cursor:pointer">Add files'
-                '<input type="file" multiple style="display:none" onchange="uploadFiles(this)"></label>', sanitize=False)  # fmt: skip
-        ui.label("or drop photos, films, tables or whole folders anywhere on this page. A photo is measured at once.").classes("soft")
+        ui.html(
+            '<label class="q-btn bg-primary text-white" style="padding:.5rem'
+            ' 1rem;cursor:pointer">Add files<input type="file" multiple'
+            ' style="display:none" onchange="uploadFiles(this)"></label>',
+            sanitize=False,
+        )
+        ui.label(
+            "or drop photos, films, tables or whole folders anywhere on this page. A"
+            " photo is measured at once."
+        ).classes("soft")
     if not good and not trouble:
-        ui.label("Nothing here yet. Drop the photo of a pile to begin with.").classes("text-lg")
+        ui.label("Nothing here yet. Drop the photo of a pile to begin with.").classes(
+            "text-lg"
+        )
     for error in trouble:
         ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
     with ui.element("div").classes("card-grid"):
@@ -117,11 +152,20 @@ def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None
 
 def _card(site: Site, recording: Recording) -> None:
     name = site.folder.name_of(recording.path)
-    with ui.link(target=f"/recording?r={quote(name)}").classes("no-underline text-inherit"), ui.card().tight().classes("w-full"):
+    with (
+        ui.link(target=f"/recording?r={quote(name)}").classes(
+            "no-underline text-inherit"
+        ),
+        ui.card().tight().classes("w-full"),
+    ):
         if recording.evidence in PICTURED:
-            ui.element("img").classes("thumb").props(f'src="/thumb?r={quote(name)}" loading=lazy alt=""')
+            ui.element("img").classes("thumb").props(
+                f'src="/thumb?r={quote(name)}" loading=lazy alt=""'
+            )
         else:
             ui.icon("show_chart", size="4rem").classes("thumb text-white")
         with ui.column().classes("q-pa-sm gap-0"):
             ui.label(recording.id).classes("font-bold").style("overflow-wrap: anywhere")
-            ui.label(f"{recording.rig or 'which rig?'} · {recording.evidence}").classes("soft")
+            ui.label(f"{recording.rig or 'which rig?'} · {recording.evidence}").classes(
+                "soft"
+            )

@@ -1,4 +1,5 @@
-"""Parts of a page that the browser draws itself: a picture with overlays, a waveform, a posterior, recording beside twin."""
+"""Parts of a page that the browser draws itself: a picture with overlays, a waveform, a
+posterior, recording beside twin."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,15 +11,30 @@ from page import results
 
 
 class Picture(Element, component="../static/look.js"):
-    """Zoomed, panned and dragged in the browser; moved(what, value) is called on release.
+    """Zoomed, panned and dragged in the browser; moved(what, value) is called on
+    release.
 
-    layers, in px of the original picture: surface [[x, y], …], base and lines [x1, y1, x2, y2], roi [x, y, w, h], window
-    [low %, high %], crest [x, y], track [[frame, x, y, left out], …].
-    """
+    layers, in px of the original picture: surface [[x, y], …], base and lines [x1, y1,
+    x2, y2], roi [x, y, w, h], window [low %, high %], crest [x, y], track [[frame, x,
+    y, left out], …]."""
 
-    def __init__(self, source: str, size: tuple[int, int], label: str, moved: Callable[[str, Any], Any]):
+    def __init__(
+        self,
+        source: str,
+        size: tuple[int, int],
+        label: str,
+        moved: Callable[[str, Any], Any],
+    ):
         super().__init__()
-        self._props.update(src=source, width=size[0], height=size[1], label=label, layers={}, tool="", frame=0)
+        self._props.update(
+            src=source,
+            width=size[0],
+            height=size[1],
+            label=label,
+            layers={},
+            tool="",
+            frame=0,
+        )
 
         async def send(event: GenericEventArguments) -> None:
             result = moved(event.args["what"], event.args["value"])
@@ -34,12 +50,19 @@ class Picture(Element, component="../static/look.js"):
 
 
 class Wave(Element, component="../static/wave.js"):
-    """Zoomed and panned in the browser, which asks `source` for what it shows; clicked(at_s, reach_s) is called on a click.
+    """Zoomed and panned in the browser, which asks `source` for what it shows;
+    clicked(at_s, reach_s) is called on a click.
 
-    marks, moments in s: impacts, added (those of them that were set by hand), struck, others.
-    """
+    marks, moments in s: impacts, added (those of them that were set by hand), struck,
+    others."""
 
-    def __init__(self, source: str, begin_s: float, end_s: float, clicked: Callable[[float, float], Any]):
+    def __init__(
+        self,
+        source: str,
+        begin_s: float,
+        end_s: float,
+        clicked: Callable[[float, float], Any],
+    ):
         super().__init__()
         self._props.update(src=source, begin=begin_s, end=end_s, marks={})
 
@@ -55,15 +78,20 @@ class Wave(Element, component="../static/wave.js"):
 
 
 class PosteriorCloud(Element, component="../static/cloud.js"):
-    """A posterior's draws over two or three parameters, as a cloud that can be turned."""
+    """A posterior's draws over two or three parameters, as a cloud that can be
+    turned."""
 
     def __init__(self, cloud: results.Cloud):
         super().__init__()
-        self._props.update(names=list(cloud.names), draws=[[float(f"{v:.5g}") for v in row] for row in cloud.draws])
+        self._props.update(
+            names=list(cloud.names),
+            draws=[[float(f"{v:.5g}") for v in row] for row in cloud.draws],
+        )
 
 
 class SideBySide(Element, component="../static/side_by_side.js"):
-    """Recording, twin and difference; `shown` as `page.side_by_side.browser_data` gives it."""
+    """Recording, twin and difference; `shown` as `page.side_by_side.browser_data` gives
+    it."""
 
     def __init__(self, shown: dict):
         super().__init__()

@@ -11,7 +11,10 @@ from nicegui import ui
 
 from page.folder import Refused
 
-FILES = '<link rel="stylesheet" href="/static/page.css"><script src="/static/page.js"></script>'
+FILES = (
+    '<link rel="stylesheet" href="/static/page.css"><script'
+    ' src="/static/page.js"></script>'
+)
 
 
 @contextmanager
@@ -21,12 +24,16 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
     ui.page_title(f"{title} · benchtwin")
     with ui.header().classes("items-center q-py-sm"):
         if back:
-            ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props('flat color=white dense aria-label="Back"')
+            ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props(
+                'flat color=white dense aria-label="Back"'
+            )
         ui.label(title).classes("text-lg")
         ui.space()
         ui.label().props('id="upload-progress" role="status"')
         dark = ui.dark_mode(None)
-        turn = ui.button(icon="contrast", on_click=lambda: dark.set_value(not dark.value))
+        turn = ui.button(
+            icon="contrast", on_click=lambda: dark.set_value(not dark.value)
+        )
         turn.props('flat color=white dense aria-label="Dark or light"')
     with ui.column().classes("w-full max-w-screen-2xl mx-auto") as body:
         if bench:
@@ -38,11 +45,16 @@ def neighbours(names: list[str], here: str, caption: str) -> None:
     """Buttons and arrow keys to the recordings before and after `here`."""
     at = names.index(here) if here in names else 0
     with ui.row():
-        for icon, step, key in (("navigate_before", -1, "j"), ("navigate_next", 1, "k")):
+        for icon, step, key in (
+            ("navigate_before", -1, "j"),
+            ("navigate_next", 1, "k"),
+        ):
             if 0 <= at + step < len(names):
                 where = f"/recording?r={quote(names[at + step])}"
                 label = "The recording before" if step < 0 else "The next recording"
-                button = ui.button(icon=icon, on_click=lambda w=where: ui.navigate.to(w))
+                button = ui.button(
+                    icon=icon, on_click=lambda w=where: ui.navigate.to(w)
+                )
                 button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
         ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft")
 
@@ -53,18 +65,28 @@ def bench_attribute(name: str) -> str:
 
 
 def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorates the work of a button: what it refuses, or fails at, is shown on the page."""
+    """Decorates the work of a button: what it refuses, or fails at, is shown on the
+    page."""
+
     def say(error: Exception) -> None:
-        text = str(error) if isinstance(error, Refused) else f"{getattr(error, 'filename', None) or ''} {error}".strip()
-        ui.notify(text, type="negative", multi_line=True, timeout=12_000, close_button="OK")
+        text = (
+            str(error)
+            if isinstance(error, Refused)
+            else f"{getattr(error, 'filename', None) or ''} {error}".strip()
+        )
+        ui.notify(
+            text, type="negative", multi_line=True, timeout=12_000, close_button="OK"
+        )
 
     if inspect.iscoroutinefunction(work):
+
         @wraps(work)
         async def later(*args: Any) -> Any:
             try:
                 return await work(*args)
             except (Refused, OSError) as error:
                 say(error)
+
         return later
 
     @wraps(work)
@@ -73,4 +95,5 @@ def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
             return work(*args)
         except (Refused, OSError) as error:
             say(error)
+
     return now

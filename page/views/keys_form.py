@@ -14,9 +14,14 @@ from page.views.frame import errors_shown
 
 
 def form_for(
-    path: Path, rig: str | None, defaults: dict, needed: set[tuple[str, str]], saved: Callable[[], Any]
+    path: Path,
+    rig: str | None,
+    defaults: dict,
+    needed: set[tuple[str, str]],
+    saved: Callable[[], Any],
 ) -> None:
-    """The form of one TOML file. defaults: what bench.toml says; needed: keys that measuring asked for; saved: called after."""
+    """The form of one TOML file. defaults: what bench.toml says; needed: keys that
+    measuring asked for; saved: called after."""
     try:
         keys = toml_file.read(path)
     except Refused as error:
@@ -44,35 +49,65 @@ def form_for(
     rig = keys.content.get("rig") or rig
     for section in form(rig, keys.content, defaults):
         wanted = any((section.name, f.key) in needed for f in section.fields)
-        with ui.expansion(section.title, caption=section.help or None, value=wanted or section.name in ("", rig)).classes("w-full"):
+        with ui.expansion(
+            section.title,
+            caption=section.help or None,
+            value=wanted or section.name in ("", rig),
+        ).classes("w-full"):
             usual = [f for f in section.fields if not f.rare]
             rare = [f for f in section.fields if f.rare]
             with ui.element("div").classes("card-grid"):
                 for field in usual:
-                    inputs.append((field, _input(field, (section.name, field.key) in needed, changed_texts, changed, keys.content)))
+                    inputs.append(
+                        (
+                            field,
+                            _input(
+                                field,
+                                (section.name, field.key) in needed,
+                                changed_texts,
+                                changed,
+                                keys.content,
+                            ),
+                        )
+                    )
             if rare:
-                with ui.expansion("For simulating only").classes("w-full soft"), ui.element("div").classes("card-grid"):
+                with (
+                    ui.expansion("For simulating only").classes("w-full soft"),
+                    ui.element("div").classes("card-grid"),
+                ):
                     for field in rare:
                         _input(field, False, changed_texts, changed, keys.content)
     ui.button("Save", on_click=save).props('color=primary accesskey="s"')
 
 
-def _input(field: Field, needed: bool, texts: dict[Field, Any], changed: dict, content: dict) -> Any:
+def _input(
+    field: Field, needed: bool, texts: dict[Field, Any], changed: dict, content: dict
+) -> Any:
     """One key; what somebody types is kept in `texts` until it is saved."""
     if field.kind == "conditions":
         return _conditions(content.get("conditions", {}), changed)
     label = field.key + (f" [{field.unit}]" if field.unit else "")
-    hint = f"bench: {_shown(field.inherited)}" if field.inherited is not None else field.bounds
+    hint = (
+        f"bench: {_shown(field.inherited)}"
+        if field.inherited is not None
+        else field.bounds
+    )
     note = lambda event: texts.__setitem__(field, event.value)  # noqa: E731
     with ui.column().classes("gap-0 w-full" + (" needed" if needed else "")):
         if field.kind in ("choice", "yes"):
-            options: Any = {None: "–", True: "yes", False: "no"} if field.kind == "yes" else {None: "–", **{c: c for c in field.choices}}
+            options: Any = (
+                {None: "–", True: "yes", False: "no"}
+                if field.kind == "yes"
+                else {None: "–", **{c: c for c in field.choices}}
+            )
             value = field.value if not isinstance(field.value, list) else None
             made: Any = ui.select(options, label=label, value=value, on_change=note)
         else:
             made = ui.input(label, value=_shown(field.value), on_change=note)
         made.classes("w-full").props(f'dense stack-label placeholder="{hint}"')
-        ui.label(("needed: " if needed else "") + field.help).classes("text-xs " + ("failed" if needed else "soft"))
+        ui.label(("needed: " if needed else "") + field.help).classes(
+            "text-xs " + ("failed" if needed else "soft")
+        )
     return made
 
 
@@ -86,11 +121,18 @@ def _conditions(present: dict, changed: dict) -> Any:
             changed["conditions", name] = now.get(name) if now.get(name) != "" else None
 
     with ui.column().classes("w-full gap-0"):
-        ui.label("Conditions: whatever differs between recordings, such as moisture_pct = 12.5 or plate = steel 3").classes("text-xs soft")
+        ui.label(
+            "Conditions: whatever differs between recordings, such as moisture_pct ="
+            " 12.5 or plate = steel 3"
+        ).classes("text-xs soft")
         with ui.column().classes("w-full gap-0") as place:
+
             def row(name: str, value: str) -> None:
                 with place, ui.row().classes("w-full no-wrap"):
-                    pair = (ui.input("name", value=name, on_change=note), ui.input("value", value=value, on_change=note))
+                    pair = (
+                        ui.input("name", value=name, on_change=note),
+                        ui.input("value", value=value, on_change=note),
+                    )
                     rows.append(pair)
 
             for name, value in present.items():

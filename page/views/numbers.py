@@ -18,7 +18,8 @@ def number(value: float, sd: float) -> str:
 
 
 def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
-    """HTML table: a row a quantity, a column a way of measuring ("automatic", "corrected")."""
+    """HTML table: a row a quantity, a column a way of measuring ("automatic",
+    "corrected")."""
     by_name: dict[str, dict[str, Quantity]] = {}
     for heading, quantities in columns.items():
         for q in quantities:
@@ -28,12 +29,20 @@ def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
     for name, found in by_name.items():
         unit = next(iter(found.values())).unit
         cells = "".join(_cell(found.get(h)) for h in columns)
-        rows.append(f"<tr><th>{html.escape(name.replace('_', ' '))}</th>{cells}<td>{'' if unit == '1' else html.escape(unit)}</td></tr>")
-    return f'<table class="numbers"><thead><tr><th></th>{head}<th></th></tr></thead><tbody>{"".join(rows)}</tbody></table>'
+        heading = html.escape(name.replace("_", " "))
+        stated = "" if unit == "1" else html.escape(unit)
+        rows.append(f"<tr><th>{heading}</th>{cells}<td>{stated}</td></tr>")
+    return (
+        f'<table class="numbers"><thead><tr><th></th>{head}<th></th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table>"
+    )
 
 
 def _cell(q: Quantity | None) -> str:
     if q is None:
         return "<td></td>"
     title = f' title="{html.escape(q.reason)}"' if q.reason else ""
-    return f'<td class="n {q.quality}"{title}>{number(q.value, q.sd)} <small>{q.quality}</small></td>'
+    return (
+        f'<td class="n {q.quality}"{title}>{number(q.value, q.sd)}'
+        f" <small>{q.quality}</small></td>"
+    )

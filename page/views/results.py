@@ -1,4 +1,5 @@
-"""Results of a bench: reports, bench beside twin, posterior, explanations, what to record next, downloads."""
+"""Results of a bench: reports, bench beside twin, posterior, explanations, what to
+record next, downloads."""
 
 from collections.abc import Callable
 from functools import partial
@@ -20,7 +21,12 @@ REPORTS = (  # file below results/, heading
     ("diagnosed/report.html", "Diagnosis"),
     ("measured/overlays/index.html", "What was found on each recording"),
 )
-VERDICTS = {"none": "nothing is missing", "name": "found", "class": "found, not told apart", "unknown": "something unlisted is missing"}
+VERDICTS = {
+    "none": "nothing is missing",
+    "name": "found",
+    "class": "found, not told apart",
+    "unknown": "something unlisted is missing",
+}
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -55,7 +61,9 @@ def _parts(site: Site, bench: Path, left: Path) -> dict[str, Callable[[], object
     if found := results.explained(left):
         parts["Explanations"] = partial(_explanations, found)
     if to_record := results.next_recordings(left):
-        parts["What to record next"] = partial(_next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}")
+        parts["What to record next"] = partial(
+            _next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}"
+        )
     return parts
 
 
@@ -66,13 +74,18 @@ def _downloads(site: Site, bench: Path, left: Path) -> None:
         if (left / "calibrated" / "result.json").is_file():
             ui.label("Calibrated parameters as cards for").classes("soft")
             for engine in ENGINES:
-                ui.link(names.get(engine, engine.upper()), f"/cards?bench={name}&engine={engine}")
+                ui.link(
+                    names.get(engine, engine.upper()),
+                    f"/cards?bench={name}&engine={engine}",
+                )
 
 
 def _framed(site: Site, file: Path, heading: str) -> None:
     address = f"/left/{quote(site.folder.name_of(file))}?v={file.stat().st_mtime_ns}"
     sandbox = "allow-scripts" if file.name == "report.html" else "allow-same-origin"
-    ui.element("iframe").classes("report").props(f'src="{address}" sandbox="{sandbox}" title="{heading}"')
+    ui.element("iframe").classes("report").props(
+        f'src="{address}" sandbox="{sandbox}" title="{heading}"'
+    )
 
 
 def _explanations(found: list[results.Explained]) -> None:
@@ -80,14 +93,28 @@ def _explanations(found: list[results.Explained]) -> None:
     for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
             noise = "p < 0.0001" if one.p_noise < 1e-4 else f"p = {one.p_noise:.2g}"
-            ui.label(f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}").classes("text-lg")
-            ui.label(f"Noise alone makes as great a mismatch with {noise}.").classes("soft text-sm")
+            ui.label(
+                f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}"
+            ).classes("text-lg")
+            ui.label(f"Noise alone makes as great a mismatch with {noise}.").classes(
+                "soft text-sm"
+            )
             for explanation in one.explanations:
                 with ui.row().classes("items-center w-full no-wrap"):
                     share = 100 * explanation.probability
-                    ui.label(f"{share:.0f} %" if 1 <= share < 99.5 else "> 99 %" if share > 50 else "< 1 %").classes("w-16 text-right")
-                    ui.linear_progress(explanation.probability, show_value=False).classes("w-40").props("aria-hidden=true")
-                    ui.label(" and ".join(explanation.effects) or "nothing is missing").classes("grow")
+                    ui.label(
+                        f"{share:.0f} %"
+                        if 1 <= share < 99.5
+                        else "> 99 %"
+                        if share > 50
+                        else "< 1 %"
+                    ).classes("w-16 text-right")
+                    ui.linear_progress(
+                        explanation.probability, show_value=False
+                    ).classes("w-40").props("aria-hidden=true")
+                    ui.label(
+                        " and ".join(explanation.effects) or "nothing is missing"
+                    ).classes("grow")
 
 
 def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
@@ -111,9 +138,16 @@ def _means(file: Path) -> None:
         return
     with ui.expansion("Means over repeats", value=True).classes("w-full"):
         rows = [
-            {"rig": r.rig, "quantity": r.quantity.replace("_", " "), "conditions": "" if pd.isna(r.conditions) else r.conditions,
-             "mean": f"{r.mean:.4g} ± {(r.high - r.low) / 2:.2g}", "unit": "" if str(r.unit) == "1" else r.unit, "n": r.n,
-             "scatter": f"{r.scatter:.2g}", "far from the others": "" if pd.isna(r.outliers) else r.outliers}
+            {
+                "rig": r.rig,
+                "quantity": r.quantity.replace("_", " "),
+                "conditions": "" if pd.isna(r.conditions) else r.conditions,
+                "mean": f"{r.mean:.4g} ± {(r.high - r.low) / 2:.2g}",
+                "unit": "" if str(r.unit) == "1" else r.unit,
+                "n": r.n,
+                "scatter": f"{r.scatter:.2g}",
+                "far from the others": "" if pd.isna(r.outliers) else r.outliers,
+            }
             for r in table.itertuples()
-        ]  # fmt: skip
+        ]
         ui.table(rows=rows, pagination=12).props("dense flat")

@@ -12,12 +12,39 @@ from page.views.frame import errors_shown
 
 EVERY_S = 0.7
 ASKS = (  # command, label, options, what for
-    ("measure", "Measure", (), "every recording: numbers, pictures, means over the repeats"),
-    ("calibrate", "Calibrate, quick", ("--quick",), "contact parameters from fewer simulations: minutes"),
-    ("calibrate", "Calibrate", (), "contact parameters with all repeats and piles: half an hour and more"),
-    ("diagnose", "Diagnose", ("--quick",), "is anything in the recordings that no parameter explains?"),
+    (
+        "measure",
+        "Measure",
+        (),
+        "every recording: numbers, pictures, means over the repeats",
+    ),
+    (
+        "calibrate",
+        "Calibrate, quick",
+        ("--quick",),
+        "contact parameters from fewer simulations: minutes",
+    ),
+    (
+        "calibrate",
+        "Calibrate",
+        (),
+        "contact parameters with all repeats and piles: half an hour and more",
+    ),
+    (
+        "diagnose",
+        "Diagnose",
+        ("--quick",),
+        "is anything in the recordings that no parameter explains?",
+    ),
 )
-COLOURS = {DONE: "good", RUNNING: "", WAITING: "soft", STOPPED: "doubtful", FAILED: "failed", BROKEN: "doubtful"}
+COLOURS = {
+    DONE: "good",
+    RUNNING: "",
+    WAITING: "soft",
+    STOPPED: "doubtful",
+    FAILED: "failed",
+    BROKEN: "doubtful",
+}
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -31,7 +58,10 @@ def panel(site: Site, bench: Path) -> None:
                 listed.refresh()
 
             ui.button(label, on_click=lambda ask=ask: ask()).tooltip(purpose)
-    ui.label("A run goes on when this page or the browser is closed. Stopped, it goes on where it was.").classes("soft")
+    ui.label(
+        "A run goes on when this page or the browser is closed. Stopped, it goes on"
+        " where it was."
+    ).classes("soft")
     opened: set[str] = set()
 
     @ui.refreshable
@@ -48,8 +78,11 @@ def panel(site: Site, bench: Path) -> None:
     def look() -> None:
         try:
             runs.advance(bench, site.folder)
-            now = [(r.folder.name, r.status, r.progress, len(r.log), int(r.took_s)) for r in runs.all_runs(bench, site.folder)
-                   if r.status in (RUNNING, WAITING)]  # fmt: skip
+            now = [
+                (r.folder.name, r.status, r.progress, len(r.log), int(r.took_s))
+                for r in runs.all_runs(bench, site.folder)
+                if r.status in (RUNNING, WAITING)
+            ]
         except OSError:
             return  # the bench was moved away; the page says so when it is used
         if now != last[0]:
@@ -74,7 +107,9 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
 
     with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
         with ui.row().classes("items-center w-full"):
-            ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes("font-bold")
+            ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes(
+                "font-bold"
+            )
             ui.label(one.status).classes(COLOURS[one.status])
             ui.label(_duration(one.took_s) if one.status != WAITING else "")
             ui.space()
@@ -85,13 +120,20 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
         if one.status == RUNNING:
             part = re.search(r"\b(\d+)/(\d+)\b", one.progress)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0
-            ui.linear_progress(share, show_value=False).props("" if part else "indeterminate")
+            ui.linear_progress(share, show_value=False).props(
+                "" if part else "indeterminate"
+            )
             ui.label(one.progress).classes("text-sm").props('role="status"')
         if one.log:
+
             def turn(event) -> None:
                 (opened.add if event.value else opened.discard)(name)
 
-            with ui.expansion("Output", value=name in opened or one.status == FAILED, on_value_change=turn).classes("w-full"):
+            with ui.expansion(
+                "Output",
+                value=name in opened or one.status == FAILED,
+                on_value_change=turn,
+            ).classes("w-full"):
                 ui.label(one.log).classes("log")
 
 

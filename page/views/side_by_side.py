@@ -15,7 +15,10 @@ def panel(site: Site, bench: Path) -> None:
     """A choice of pairs, and the chosen one."""
     pairs = pairs_of(bench, site.folder)
     if not pairs:
-        ui.label("No twin to show: a calibration runs one of every rig that has more than readings, a full diagnosis films one.")
+        ui.label(
+            "No twin to show: a calibration runs one of every rig that has more than"
+            " readings, a full diagnosis films one."
+        )
         return
     by_title = {b.title: b for b in pairs}
 
@@ -35,6 +38,11 @@ def panel(site: Site, bench: Path) -> None:
         with place:
             SideBySide(shown)
 
-    ui.select(list(by_title), value=pairs[0].title, on_change=lambda e: show(by_title[e.value]), label="Which pair").classes("w-96")
+    ui.select(
+        list(by_title),
+        value=pairs[0].title,
+        on_change=lambda e: show(by_title[e.value]),
+        label="Which pair",
+    ).classes("w-96")
     place = ui.column().classes("w-full")
     ui.timer(0.1, lambda: show(pairs[0]), once=True)

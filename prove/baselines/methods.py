@@ -1,4 +1,5 @@
-"""Baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for the discrepancy, all parameters free."""
+"""Baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for
+the discrepancy, all parameters free."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -14,7 +15,7 @@ from prove.baselines.drops import (
     impact_columns,
     read_drops,
     smooth_acceleration,
-)  # fmt: skip
+)
 
 BIC_MARGIN = 10.0  # "very strong", Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773
 FREE_T = 3.0
@@ -23,10 +24,22 @@ SPARSE_M_S2 = 0.2  # a term smaller than this, root mean square, is dropped
 POINTS = 60  # of a flight: a process that needs more is noise
 
 
-def answer(alarm: bool, verdict: str, names: Sequence[str] = (), sector: str = "flight", parameters: dict | None = None) -> dict:
+def answer(
+    alarm: bool,
+    verdict: str,
+    names: Sequence[str] = (),
+    sector: str = "flight",
+    parameters: dict | None = None,
+) -> dict:
     """A diagnosis of the drop in the solver's schema."""
     sectors = [{"name": sector, "explained": 1.0, "p": 0.0}]
-    rig = {"alarm": bool(alarm), "verdict": verdict, "names": list(names), "sectors": sectors, "held_out": {}}
+    rig = {
+        "alarm": bool(alarm),
+        "verdict": verdict,
+        "names": list(names),
+        "sectors": sectors,
+        "held_out": {},
+    }
     rig["parameters"] = parameters or {}
     return {"schema": 1, "rigs": {"drop": rig}}
 
@@ -39,18 +52,26 @@ def sector_of(name: str) -> str:
 
 
 def white_bic(drops: list[list[Flight]]) -> dict:
-    """The candidate with the best BIC if it beats none by BIC_MARGIN; every frame counts as independent."""
+    """The candidate with the best BIC if it beats none by BIC_MARGIN; every frame
+    counts as independent."""
     residual, columns = _stacked(drops)
-    gains = {name: _bic_gain(residual, columns[:, k]) for k, name in enumerate(FLIGHT_NAMES)}
+    gains = {
+        name: _bic_gain(residual, columns[:, k]) for k, name in enumerate(FLIGHT_NAMES)
+    }
     found = bounces(drops)
     if len(found) > 3:
         e = found["restitution"].to_numpy()
         shapes = impact_columns(found)
-        gains |= {name: _bic_gain(e - e.mean(), shapes[:, k] - shapes[:, k].mean()) for k, name in enumerate(IMPACT_NAMES)}
+        gains |= {
+            name: _bic_gain(e - e.mean(), shapes[:, k] - shapes[:, k].mean())
+            for k, name in enumerate(IMPACT_NAMES)
+        }
     best = max(gains, key=gains.__getitem__)
     if gains[best] < BIC_MARGIN:
         return answer(False, "none")
-    return answer(True, "name", [best], sector_of(best), _parameter(best, residual, columns))
+    return answer(
+        True, "name", [best], sector_of(best), _parameter(best, residual, columns)
+    )
 
 
 def _bic_gain(residual: np.ndarray, column: np.ndarray) -> float:
@@ -69,33 +90,56 @@ def _parameter(name: str, residual: np.ndarray, columns: np.ndarray) -> dict:
     c = columns[:, FLIGHT_NAMES.index(name)]
     value = float(c @ residual) / float(c @ c)
     se = float(np.std(residual - value * c)) / float(np.sqrt(c @ c))
-    return {name: {"unit": "", "value": value, "low95": value - 1.96 * se, "high95": value + 1.96 * se}}
+    return {
+        name: {
+            "unit": "",
+            "value": value,
+            "low95": value - 1.96 * se,
+            "high95": value + 1.96 * se,
+        }
+    }
 
 
 def all_free(drops: list[list[Flight]]) -> dict:
-    """Everything fitted at once by least squares; what lies FREE_T standard errors off zero is named."""
+    """Everything fitted at once by least squares; what lies FREE_T standard errors off
+    zero is named."""
     residual, columns = _stacked(drops)
     names = _significant(residual, columns, FLIGHT_NAMES)
     found = bounces(drops)
     if len(found) > len(IMPACT_NAMES) + 3:
         e, shapes = found["restitution"].to_numpy(), impact_columns(found)
         names += _significant(e - e.mean(), shapes - shapes.mean(axis=0), IMPACT_NAMES)
-    return answer(bool(names), "name" if names else "none", names, sector_of(names[0]) if names else "flight")
+    return answer(
+        bool(names),
+        "name" if names else "none",
+        names,
+        sector_of(names[0]) if names else "flight",
+    )
 
 
-def _significant(residual: np.ndarray, columns: np.ndarray, names: tuple[str, ...]) -> list[str]:
+def _significant(
+    residual: np.ndarray, columns: np.ndarray, names: tuple[str, ...]
+) -> list[str]:
     seen = np.flatnonzero((columns**2).sum(axis=0) > 0)
     scale = np.sqrt((columns[:, seen] ** 2).sum(axis=0))
     a = columns[:, seen] / scale
     inverse = np.linalg.pinv(a.T @ a)
     coefficient = inverse @ (a.T @ residual)
     spread = np.std(residual - a @ coefficient) * np.sqrt(np.diag(inverse))
-    return [names[k] for k, c, s in zip(seen, coefficient, spread) if abs(c) > FREE_T * s]
+    return [
+        names[k] for k, c, s in zip(seen, coefficient, spread) if abs(c) > FREE_T * s
+    ]
 
 
 def sindy(drops: list[list[Flight]]) -> dict:
-    """Sparse regression (sequentially thresholded least squares) of smoothed accelerations on speeds and height."""
-    parts = [p for flights in drops for f in flights if (p := smooth_acceleration(f)) is not None]
+    """Sparse regression (sequentially thresholded least squares) of smoothed
+    accelerations on speeds and height."""
+    parts = [
+        p
+        for flights in drops
+        for f in flights
+        if (p := smooth_acceleration(f)) is not None
+    ]
     if not parts:
         return answer(False, "none")
     vx, vy, ax, ay = (np.concatenate(column) for column in zip(*parts))
@@ -125,8 +169,15 @@ def _sparse(library: np.ndarray, target: np.ndarray) -> np.ndarray:
     except ImportError:
         return _thresholded(a, target) / scale
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # that the threshold took all terms is an answer
-        return np.ravel(STLSQ(threshold=SPARSE_M_S2, alpha=1e-6).fit(a, target[:, None]).coef_) / scale
+        warnings.simplefilter(
+            "ignore"
+        )  # that the threshold took all terms is an answer
+        return (
+            np.ravel(
+                STLSQ(threshold=SPARSE_M_S2, alpha=1e-6).fit(a, target[:, None]).coef_
+            )
+            / scale
+        )
 
 
 def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -146,13 +197,15 @@ def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def gp(drops: list[list[Flight]]) -> dict:
-    """A Gaussian process in time (Kennedy & O'Hagan 2001): whether, never what, is missing."""
+    """A Gaussian process in time (Kennedy & O'Hagan 2001): whether, never what, is
+    missing."""
     missing = sum(_gp_gain(f) for flights in drops for f in flights) > GP_MARGIN
     return answer(missing, "unknown" if missing else "none")
 
 
 def _gp_gain(flight: Flight) -> float:
-    """Log marginal likelihood that the best process adds to white noise alone, less 2 for its two numbers."""
+    """Log marginal likelihood that the best process adds to white noise alone, less 2
+    for its two numbers."""
     n = len(flight.t)
     rows = np.unique(np.linspace(0, n - 1, min(n, POINTS)).astype(int))
     t, both = flight.t[rows], np.column_stack(np.split(flight.residual(), 2))[rows]
@@ -163,13 +216,21 @@ def _gp_gain(flight: Flight) -> float:
             k = np.eye(m) + ratio * np.exp(-0.5 * ((t[:, None] - t) / length) ** 2)
             low = np.linalg.cholesky(k)
             z = np.linalg.solve(low, both)
-            best = np.maximum(best, -0.5 * m * np.log((z**2).sum(axis=0) / m) - np.log(np.diag(low)).sum() - white - 2)
+            best = np.maximum(
+                best,
+                -0.5 * m * np.log((z**2).sum(axis=0) / m)
+                - np.log(np.diag(low)).sum()
+                - white
+                - 2,
+            )
     return float(best.sum())
 
 
 def _stacked(drops: list[list[Flight]]) -> tuple[np.ndarray, np.ndarray]:
     flights = [f for d in drops for f in d]
-    return np.concatenate([f.residual() for f in flights]), np.concatenate([f.columns() for f in flights])
+    return np.concatenate([f.residual() for f in flights]), np.concatenate(
+        [f.columns() for f in flights]
+    )
 
 
 METHODS: dict[str, Callable[[list[list[Flight]]], dict]] = {

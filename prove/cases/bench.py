@@ -15,12 +15,15 @@ class Request:
     """What a case shall hold."""
 
     effects: tuple[str, ...] = ()
-    separated: bool | None = None  # with recordings that tell the effect apart; None: either
+    separated: bool | None = (
+        None  # with recordings that tell the effect apart; None: either
+    )
     rendered: bool = False  # pictures instead of tracks
     absent: frozenset[str] = frozenset()  # keys that the bench will not state
 
     def known(self, key: str, stated: float, unstated: float) -> float:
-        """The sd to which a quantity is known: as stated, or as benches have it where `key` is left out."""
+        """The sd to which a quantity is known: as stated, or as benches have it where
+        `key` is left out."""
         return unstated if key in self.absent else stated
 
     def sizes_known(self) -> bool:
@@ -65,7 +68,9 @@ def write_bench(bench: Bench, folder: Path) -> None:
 
 def _write(recording: Recording, folder: Path) -> None:
     folder.mkdir()
-    (folder / "recording.toml").write_text(tomli_w.dumps(recording.toml), encoding="utf8")
+    (folder / "recording.toml").write_text(
+        tomli_w.dumps(recording.toml), encoding="utf8"
+    )
     if recording.track is not None:
         recording.track.to_csv(folder / "track.csv", index=False)
     if recording.readings is not None:
@@ -84,6 +89,7 @@ def _picture(file: Path, pixels) -> None:
 
 
 def drop_frames(folder: Path) -> None:
-    """Take the frames out of a bench folder that is done with: they are most of its size, and can be made again."""
+    """Take the frames out of a bench folder that is done with: they are most of its
+    size, and can be made again."""
     for frames in folder.glob("*/frames"):
         shutil.rmtree(frames, ignore_errors=True)

@@ -1,12 +1,12 @@
 """A camera of our own: from true places [mm] and times [s] to what a recording states.
 
-Signs, with x to the right and y up in the picture:
-scale_error: true / stated mm per pixel − 1. clock_error: true / stated frame rate − 1; clock_drift [1/s]: its growth.
-roll_deg: true less stated plumb, clockwise: gravity points along (−sin, −cos). perspective [1/m]: the picture's
-magnification grows by so much per metre of height. distortion: radial, relative, at the picture's edge. wobble_mm: the
-tracked centre is off by (cos 2φ, sin 2φ), φ the seed's angle in the picture. distance_mm: to the plane of the motion; what is
-nearer looks larger.
-"""
+Signs, with x to the right and y up in the picture: scale_error: true / stated mm per
+pixel − 1. clock_error: true / stated frame rate − 1; clock_drift [1/s]: its growth.
+roll_deg: true less stated plumb, clockwise: gravity points along (−sin, −cos).
+perspective [1/m]: the picture's magnification grows by so much per metre of height.
+distortion: radial, relative, at the picture's edge. wobble_mm: the tracked centre is
+off by (cos 2φ, sin 2φ), φ the seed's angle in the picture. distance_mm: to the plane of
+the motion; what is nearer looks larger."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +16,8 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Camera:
-    """centre_mm: the point of the rig in the picture's middle; half_mm: from there to the edge."""
+    """centre_mm: the point of the rig in the picture's middle; half_mm: from there to
+    the edge."""
 
     centre_mm: tuple[float, float]
     half_mm: float
@@ -32,12 +33,17 @@ class Camera:
 
 
 def magnification(camera: Camera, depth_mm: Any) -> Any:
-    """By how much larger than in the plane of the motion something `depth_mm` behind it looks [1]: d / (d + depth)."""
+    """By how much larger than in the plane of the motion something `depth_mm` behind it
+    looks [1]: d / (d + depth)."""
     return 1 / (1 + depth_mm / camera.distance_mm)
 
 
 def project(
-    camera: Camera, x_mm: np.ndarray, y_mm: np.ndarray, angle_rad: np.ndarray, depth_mm: np.ndarray | float = 0.0
+    camera: Camera,
+    x_mm: np.ndarray,
+    y_mm: np.ndarray,
+    angle_rad: np.ndarray,
+    depth_mm: np.ndarray | float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places in the picture, in stated millimetres, from its middle."""
     x = x_mm + camera.wobble_mm * np.cos(2 * angle_rad) - camera.centre_mm[0]
@@ -61,4 +67,6 @@ def true_times(camera: Camera, stated_s: np.ndarray) -> np.ndarray:
     rate = 1 + camera.clock_error
     if camera.clock_drift == 0:
         return stated_s / rate
-    return (np.sqrt(rate**2 + 4 * camera.clock_drift * stated_s) - rate) / (2 * camera.clock_drift)
+    return (np.sqrt(rate**2 + 4 * camera.clock_drift * stated_s) - rate) / (
+        2 * camera.clock_drift
+    )

@@ -1,4 +1,5 @@
-"""What recordings state as [conditions]: numbers and words that do nothing, and the one that a contact parameter follows."""
+"""What recordings state as [conditions]: numbers and words that do nothing, and the one
+that a contact parameter follows."""
 
 from dataclasses import dataclass, replace
 
@@ -7,11 +8,25 @@ import numpy as np
 from prove.cases.bench import Bench
 
 NUMBERS = {  # name with its unit → least, most, digits
-    "moisture_pct": (8.0, 20.0, 1), "pressure_mbar": (980.0, 1030.0, 0), "humidity_pct": (30.0, 70.0, 0),
-    "temperature_c": (16.0, 30.0, 1), "age_d": (1.0, 60.0, 0), "stored_h": (1.0, 48.0, 0),
-}  # fmt: skip
-WORDS = {"plate": ("A", "B", "C"), "operator": ("JM", "TK", "RB"), "lot": ("north", "south", "mixed")}
-SHARE, SECOND, CONSTANT, IN_ORDER, PARTLY = 0.45, 0.3, 0.15, 0.1, 0.15  # of benches that state one, a second; of idle ones
+    "moisture_pct": (8.0, 20.0, 1),
+    "pressure_mbar": (980.0, 1030.0, 0),
+    "humidity_pct": (30.0, 70.0, 0),
+    "temperature_c": (16.0, 30.0, 1),
+    "age_d": (1.0, 60.0, 0),
+    "stored_h": (1.0, 48.0, 0),
+}
+WORDS = {
+    "plate": ("A", "B", "C"),
+    "operator": ("JM", "TK", "RB"),
+    "lot": ("north", "south", "mixed"),
+}
+SHARE, SECOND, CONSTANT, IN_ORDER, PARTLY = (
+    0.45,
+    0.3,
+    0.15,
+    0.1,
+    0.15,
+)  # of benches that state one, a second; of idle ones
 TRIES = 40
 
 
@@ -29,9 +44,13 @@ class Condition:
         return None if self.per is None else f"1/{self.name.rsplit('_', 1)[1]}"
 
 
-def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator) -> tuple[Condition, ...]:
+def draw_conditions(
+    design: np.ndarray, matters: bool, clean: bool, rng: np.random.Generator
+) -> tuple[Condition, ...]:
     """What a bench states beside its design (n, k); what matters stands first."""
-    names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][: 1 + (rng.random() < SECOND)]
+    names = [str(name) for name in rng.permutation([*NUMBERS, *WORDS])][
+        : 1 + (rng.random() < SECOND)
+    ]
     if not matters and rng.random() > SHARE:
         return ()
     out: list[Condition] = []
@@ -44,22 +63,34 @@ def draw_conditions(design: np.ndarray, matters: bool, clean: bool, rng: np.rand
 
 
 def _drawn(name: str, count: int, rng: np.random.Generator) -> Condition:
-    """A condition that is set anew for each recording, or alternates between two or three levels."""
+    """A condition that is set anew for each recording, or alternates between two or
+    three levels."""
     kinds = int(rng.integers(2, 4)) if name in WORDS or rng.random() < 0.6 else count
     level = rng.permutation(np.arange(count) % kinds)
     place = np.sort(np.r_[-1.0, 1.0, rng.uniform(-0.9, 0.9, kinds - 2)])
     if name in WORDS:
         place = rng.permutation(place)
-        return Condition(name, tuple(WORDS[name][k] for k in level), tuple(place[level].tolist()), None)
+        return Condition(
+            name,
+            tuple(WORDS[name][k] for k in level),
+            tuple(place[level].tolist()),
+            None,
+        )
     low, high, digits = NUMBERS[name]
     half = rng.uniform(0.2, 0.5) * (high - low)
     middle = rng.uniform(low + half, high - half)
     values = np.round(middle + half * place[level], digits)
-    return Condition(name, tuple(values.tolist()), tuple(((values - middle) / half).tolist()), float(half))
+    return Condition(
+        name,
+        tuple(values.tolist()),
+        tuple(((values - middle) / half).tolist()),
+        float(half),
+    )
 
 
 def _idle(one: Condition, clean: bool, rng: np.random.Generator) -> Condition:
-    """As benches state what does nothing: the same all along, in order, or in some recordings only."""
+    """As benches state what does nothing: the same all along, in order, or in some
+    recordings only."""
     values, kind = one.values, rng.random()
     if kind < CONSTANT:
         values = (values[0],) * len(values)
@@ -82,5 +113,9 @@ def stating(bench: Bench, conditions: tuple[Condition, ...]) -> Bench:
     made = []
     for i, recording in enumerate(bench.recordings):
         values = {c.name: c.values[i] for c in conditions if c.values[i] is not None}
-        made.append(replace(recording, toml=recording.toml | {"conditions": values}) if values else recording)
+        made.append(
+            replace(recording, toml=recording.toml | {"conditions": values})
+            if values
+            else recording
+        )
     return Bench(bench.toml, tuple(made))

@@ -1,4 +1,5 @@
-"""The drops as files: tracks with their noise, or frames, and what the recordings state."""
+"""The drops as files: tracks with their noise, or frames, and what the recordings
+state."""
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,10 @@ from prove.cases.noise import kept, noisy, shocks
 from prove.cases.picture import film
 from prove.cases.stated import camera_keys
 
-ORIGIN_MM = (40.0, 12.0)  # the picture's corner is the origin; where the plate lies in it
+ORIGIN_MM = (
+    40.0,
+    12.0,
+)  # the picture's corner is the origin; where the plate lies in it
 
 
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
@@ -28,7 +32,10 @@ def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
         },
         "air": {"density_kg_m3": scene.air.density},
     }
-    return Bench(toml, tuple(_recording(scene, i, d) for i, d in enumerate(fly_all(scene, sizes))))
+    return Bench(
+        toml,
+        tuple(_recording(scene, i, d) for i, d in enumerate(fly_all(scene, sizes))),
+    )
 
 
 def _recording(scene: Scene, i: int, drop: SimulatedDrop) -> Recording:
@@ -42,8 +49,13 @@ def _recording(scene: Scene, i: int, drop: SimulatedDrop) -> Recording:
     if scene.request.rendered:
         keys["camera"]["exposure_s"] = 1e-4
         per_px = (1e3 / scene.mm_per_px * magnification(camera, depth)) ** 2
-        pixels, outline = np.column_stack([x, y]) / scene.mm_per_px, shapes * per_px[:, None, None]
-        return Recording(keys["id"], keys, frames=film(pixels, outline, camera, scene.mm_per_px, rng))
+        pixels, outline = (
+            np.column_stack([x, y]) / scene.mm_per_px,
+            shapes * per_px[:, None, None],
+        )
+        return Recording(
+            keys["id"], keys, frames=film(pixels, outline, camera, scene.mm_per_px, rng)
+        )
     x, y = x + ORIGIN_MM[0], y + camera.centre_mm[1] + ORIGIN_MM[1]
     table: dict[str, np.ndarray | float] = {
         "t_s": np.round(drop.stated_s, 7),
@@ -51,14 +63,27 @@ def _recording(scene: Scene, i: int, drop: SimulatedDrop) -> Recording:
         "y_mm": noisy(y, scene.noise, rng).round(5),
     }
     if scene.angle_sd_deg:
-        table["angle_deg"] = (np.degrees(turned) + scene.angle_sd_deg * shocks(len(x), 1, np.inf, rng)[0]).round(3)
+        table["angle_deg"] = (
+            np.degrees(turned) + scene.angle_sd_deg * shocks(len(x), 1, np.inf, rng)[0]
+        ).round(3)
     table["sd_mm"] = float(f"{scene.noise.sd:.3g}")
-    return Recording(keys["id"], keys, track=pd.DataFrame(table)[kept(len(x), scene.noise, rng)])
+    return Recording(
+        keys["id"], keys, track=pd.DataFrame(table)[kept(len(x), scene.noise, rng)]
+    )
 
 
 def _keys(scene: Scene, i: int, drop: SimulatedDrop) -> dict:
     """recording.toml of the i-th drop."""
-    away, plumb = scene.stated_distance_mm[drop.run.session], (drop.camera.plumb_deg, round(scene.plumb_sd_deg, 4))
-    camera = camera_keys(scene.mm_per_px, scene.scale_sd, *plumb, fps=scene.fps, distance_mm=away)
-    named = {"rig": "drop", "id": f"drop-{i + 1:02d}", "session": f"day-{drop.run.session + 1}"}
+    away, plumb = (
+        scene.stated_distance_mm[drop.run.session],
+        (drop.camera.plumb_deg, round(scene.plumb_sd_deg, 4)),
+    )
+    camera = camera_keys(
+        scene.mm_per_px, scene.scale_sd, *plumb, fps=scene.fps, distance_mm=away
+    )
+    named = {
+        "rig": "drop",
+        "id": f"drop-{i + 1:02d}",
+        "session": f"day-{drop.run.session + 1}",
+    }
     return named | {"camera": camera, "drop": {"height_mm": drop.run.stated_mm}}

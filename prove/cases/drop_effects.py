@@ -1,11 +1,13 @@
-"""The drop's effects as this proof makes them: parameter → what changes in the world or in the camera.
+"""The drop's effects as this proof makes them: parameter → what changes in the world or
+in the camera.
 
-Signs. drag: force over weight at 2 m/s, ≥ 0. magnus: C in a = C (ρ A r / 2m) ω × v, vectors in space. draught: wind towards
-+x. restitution: e(0.5 m/s) − e(2 m/s), > 0 when it falls. film: √(2W/m). impact-damage: e × (1 + η) with every impact, η < 0
-when the seed loses. plate-tilt: the plate rises towards +x. camera effects: see camera.py. Outside: updraught [1/s] of rising air
-per metre of height; field [1/s²] away from a place beside the rig; oriented-restitution: relative, upright landing minus flat.
-follows, order-drift: change of e over half the range of a condition, of the order.
-"""
+Signs. drag: force over weight at 2 m/s, ≥ 0. magnus: C in a = C (ρ A r / 2m) ω × v,
+vectors in space. draught: wind towards +x. restitution: e(0.5 m/s) − e(2 m/s), > 0 when
+it falls. film: √(2W/m). impact-damage: e × (1 + η) with every impact, η < 0 when the
+seed loses. plate-tilt: the plate rises towards +x. camera effects: see camera.py.
+Outside: updraught [1/s] of rising air per metre of height; field [1/s²] away from a
+place beside the rig; oriented-restitution: relative, upright landing minus flat.
+follows, order-drift: change of e over half the range of a condition, of the order."""
 
 from dataclasses import dataclass
 
@@ -15,27 +17,52 @@ from scipy.optimize import brentq
 from prove.cases.flight_laws import IMPACT, restitution
 
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
-STRENGTH = {"viscoelastic-restitution": "viscous", "plastic-restitution": "yielding", "plate-compliance": "zener"}
+STRENGTH = {
+    "viscoelastic-restitution": "viscous",
+    "plastic-restitution": "yielding",
+    "plate-compliance": "zener",
+}
 MOST = {"viscous": 3.0, "yielding": 1.0, "zener": 0.7}
-IN_CAMERA = {"scale-error": "scale_error", "clock-error": "clock_error", "camera-roll": "roll_deg", "perspective": "perspective",
-             "silhouette-wobble": "wobble_mm", "clock-drift": "clock_drift"}  # fmt: skip
+IN_CAMERA = {
+    "scale-error": "scale_error",
+    "clock-error": "clock_error",
+    "camera-roll": "roll_deg",
+    "perspective": "perspective",
+    "silhouette-wobble": "wobble_mm",
+    "clock-drift": "clock_drift",
+}
 FOLLOWS = ("follows", "order-drift")
 IN_FLIGHT = ("drag", "magnus", "draught", "updraught", "field")
 # least and most that are believable, and the sign: 0 either
 RANGES = {
-    "drag": (0.001, 0.15, 1), "magnus": (0.1, 8.0, 0), "draught": (0.02, 2.5, 0), "viscoelastic-restitution": (0.01, 0.12, 1),
-    "plastic-restitution": (0.01, 0.12, 1), "plate-compliance": (0.01, 0.12, 1), "film-adhesion": (0.02, 0.3, 1),
-    "impact-damage": (0.005, 0.2, -1), "plate-tilt": (0.03, 4.0, 0), "shape-conversion": (0.03, 0.22, 1),
-    "scale-error": (0.002, 0.06, 0), "clock-error": (0.001, 0.06, 0), "camera-roll": (0.1, 5.0, 0),
-    "perspective": (0.004, 0.3, 0), "silhouette-wobble": (0.01, 0.6, 0), "updraught": (0.02, 20.0, 0), "field": (0.01, 8.0, 0),
-    "oriented-restitution": (0.03, 0.5, 0), "clock-drift": (0.001, 0.2, 0), "follows": (0.001, 0.12, 0),
+    "drag": (0.001, 0.15, 1),
+    "magnus": (0.1, 8.0, 0),
+    "draught": (0.02, 2.5, 0),
+    "viscoelastic-restitution": (0.01, 0.12, 1),
+    "plastic-restitution": (0.01, 0.12, 1),
+    "plate-compliance": (0.01, 0.12, 1),
+    "film-adhesion": (0.02, 0.3, 1),
+    "impact-damage": (0.005, 0.2, -1),
+    "plate-tilt": (0.03, 4.0, 0),
+    "shape-conversion": (0.03, 0.22, 1),
+    "scale-error": (0.002, 0.06, 0),
+    "clock-error": (0.001, 0.06, 0),
+    "camera-roll": (0.1, 5.0, 0),
+    "perspective": (0.004, 0.3, 0),
+    "silhouette-wobble": (0.01, 0.6, 0),
+    "updraught": (0.02, 20.0, 0),
+    "field": (0.01, 8.0, 0),
+    "oriented-restitution": (0.03, 0.5, 0),
+    "clock-drift": (0.001, 0.2, 0),
+    "follows": (0.001, 0.12, 0),
     "order-drift": (0.001, 0.12, 0),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
 class Air:
-    """drag: force over weight at 2 m/s of the air that is there; magnus_unit: ρ A r / 2m; stated density [kg/m³]."""
+    """drag: force over weight at 2 m/s of the air that is there; magnus_unit: ρ A r /
+    2m; stated density [kg/m³]."""
 
     drag: float
     magnus_unit: float
@@ -54,7 +81,8 @@ def flight_changes(sizes: dict[str, float], air: Air) -> dict[str, float]:
 
 
 def impact_changes(sizes: dict[str, float], e: float) -> dict[str, float]:
-    """Entries of `impact` (flight_laws.IMPACT) with these effects; e: restitution at MIDDLE_M_S."""
+    """Entries of `impact` (flight_laws.IMPACT) with these effects; e: restitution at
+    MIDDLE_M_S."""
     changes = {
         "e": e,
         "yield_speed": 0.03,
@@ -68,21 +96,30 @@ def impact_changes(sizes: dict[str, float], e: float) -> dict[str, float]:
 
 
 def falling(key: str, difference: float, e: float) -> dict[str, float]:
-    """Strength `key` of a law that falls by `difference` from 0.5 to 2 m/s and passes through e in the middle."""
+    """Strength `key` of a law that falls by `difference` from 0.5 to 2 m/s and passes
+    through e in the middle."""
 
     def entries(strength: float) -> dict[str, float]:
         plain = {"e": 1.0, "yield_speed": 0.03, key: strength}
         return plain | {"e": e / value(plain, MIDDLE_M_S)}
 
     def off(strength: float) -> float:
-        return value(entries(strength), 0.5) - value(entries(strength), 2.0) - difference
+        return (
+            value(entries(strength), 0.5) - value(entries(strength), 2.0) - difference
+        )
 
     return entries(brentq(off, 0.0, MOST[key]))
 
 
-def value(entries: dict[str, float], speed: float, count: int = 0, upright: float = 0.5) -> float:
+def value(
+    entries: dict[str, float], speed: float, count: int = 0, upright: float = 0.5
+) -> float:
     """The restitution law with these entries."""
-    return float(_unclipped(np.array([entries.get(name, 0.0) for name in IMPACT]), speed, count, upright))
+    return float(
+        _unclipped(
+            np.array([entries.get(name, 0.0) for name in IMPACT]), speed, count, upright
+        )
+    )
 
 
 def _unclipped(impact: np.ndarray, speed: float, count: int, upright: float) -> float:

@@ -1,8 +1,9 @@
-"""A tri-axial ellipsoid that falls on a plate: rigid body in three dimensions, soft contact, classical Runge–Kutta.
+"""A tri-axial ellipsoid that falls on a plate: rigid body in three dimensions, soft
+contact, classical Runge–Kutta.
 
-Axes: x to the right and z up in the picture, y into it. Contact is a linear spring and dashpot at the ellipsoid's lowest point,
-allowed to pull at its end, so that a central impact returns exactly the restitution that the law asks for.
-"""
+Axes: x to the right and z up in the picture, y into it. Contact is a linear spring and
+dashpot at the ellipsoid's lowest point, allowed to pull at its end, so that a central
+impact returns exactly the restitution that the law asks for."""
 
 import math
 
@@ -19,7 +20,19 @@ SLIP_M_S = 0.01  # Coulomb friction is rounded off below this slip speed
 NO_CONTACT, PRESSED, STRETCHED = 0, 1, 2
 
 # rows of the log of impacts
-T_BEGIN, T_END, VX_IN, VZ_IN, VX_OUT, VZ_OUT, E_LAW, V_NORMAL, UPRIGHT, TURN_IN, TURN_OUT = range(11)
+(
+    T_BEGIN,
+    T_END,
+    VX_IN,
+    VZ_IN,
+    VX_OUT,
+    VZ_OUT,
+    E_LAW,
+    V_NORMAL,
+    UPRIGHT,
+    TURN_IN,
+    TURN_OUT,
+) = range(11)
 
 
 @njit(cache=True)
@@ -27,18 +40,33 @@ def rotation(q):
     """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z): body to world."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     r = np.empty((3, 3))
-    r[0, 0], r[0, 1], r[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-    r[1, 0], r[1, 1], r[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-    r[2, 0], r[2, 1], r[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    r[0, 0], r[0, 1], r[0, 2] = (
+        1 - 2 * (y * y + z * z),
+        2 * (x * y - w * z),
+        2 * (x * z + w * y),
+    )
+    r[1, 0], r[1, 1], r[1, 2] = (
+        2 * (x * y + w * z),
+        1 - 2 * (x * x + z * z),
+        2 * (y * z - w * x),
+    )
+    r[2, 0], r[2, 1], r[2, 2] = (
+        2 * (x * z - w * y),
+        2 * (y * z + w * x),
+        1 - 2 * (x * x + y * y),
+    )
     return r
 
 
 @njit(cache=True)
 def lowest(r, axes, normal):
-    """Height h of the centre above the plane that the ellipsoid just touches, and the contact point from the centre (3,)."""
+    """Height h of the centre above the plane that the ellipsoid just touches, and the
+    contact point from the centre (3,)."""
     body = np.empty(3)
     for i in range(3):
-        body[i] = (r[0, i] * normal[0] + r[1, i] * normal[1] + r[2, i] * normal[2]) * axes[i]
+        body[i] = (
+            r[0, i] * normal[0] + r[1, i] * normal[1] + r[2, i] * normal[2]
+        ) * axes[i]
     h = math.sqrt(body[0] ** 2 + body[1] ** 2 + body[2] ** 2)
     point = np.zeros(3)
     for i in range(3):
@@ -50,7 +78,13 @@ def lowest(r, axes, normal):
 @njit(cache=True)
 def cross(a, b):
     """Cross product of two vectors (3,)."""
-    return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+    return np.array(
+        (
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        )
+    )
 
 
 @njit(cache=True)
@@ -66,7 +100,8 @@ def effective_mass(r, point, normal, mass, inertia):
 
 @njit(cache=True)
 def rates(state, axes, inertia, plate, law, contact):
-    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's axes (3)."""
+    """d/dt of state = place (3), velocity (3), quaternion (4), spin about the body's
+    axes (3)."""
     out = np.empty(13)
     v, q, w = state[3:6], state[6:10], state[10:13]
     r = rotation(q)
@@ -141,9 +176,17 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 meff = effective_mass(r, point, n, mass, inertia)
                 loss = -math.log(e)
                 damping = loss / math.sqrt(math.pi**2 + loss**2)
-                contact[0], contact[1] = PRESSED, 2 * damping * math.sqrt(plate[4] * meff)
+                contact[0], contact[1] = (
+                    PRESSED,
+                    2 * damping * math.sqrt(plate[4] * meff),
+                )
                 row = log[count]
-                row[T_BEGIN], row[VX_IN], row[VZ_IN], row[E_LAW] = now, state[3], state[5], e
+                row[T_BEGIN], row[VX_IN], row[VZ_IN], row[E_LAW] = (
+                    now,
+                    state[3],
+                    state[5],
+                    e,
+                )
                 row[V_NORMAL], row[UPRIGHT], row[TURN_IN] = -vn, abs(r[2, 0]), -spin[1]
             elif contact[0] == PRESSED and gap > 0.0 and vn > 0.0:
                 contact[0] = STRETCHED if plate[5] > 0.0 else NO_CONTACT
@@ -155,7 +198,12 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 contact[0] = NO_CONTACT
             if contact[0] == NO_CONTACT and count < most and log[count, T_BEGIN] > 0.0:
                 row = log[count]
-                row[T_END], row[VX_OUT], row[VZ_OUT], row[TURN_OUT] = now, state[3], state[5], -spin[1]
+                row[T_END], row[VX_OUT], row[VZ_OUT], row[TURN_OUT] = (
+                    now,
+                    state[3],
+                    state[5],
+                    -spin[1],
+                )
                 count += 1
             step = CONTACT_STEP_S
             if contact[0] == NO_CONTACT and gap > 0.0:
@@ -163,7 +211,9 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 step = max(step, 0.5 * gap / fastest)
                 if vn < 0.0:  # land on the plate, not in it
                     step = min(step, max(-gap / vn, FINEST_STEP_S))
-            elif contact[0] == PRESSED and vn > 0.0:  # the dashpot must not pull beyond the contact's end
+            elif (
+                contact[0] == PRESSED and vn > 0.0
+            ):  # the dashpot must not pull beyond the contact's end
                 step = min(step, max(-gap / vn, FINEST_STEP_S))
             step = min(step, times[k] - now)
             state = advance(state, step, axes, inertia, plate, law, contact)
@@ -174,7 +224,8 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
 
 @njit(cache=True)
 def outlines(rows, axes):
-    """(n, 2, 2) of states (n, 13): points p from the centre with pᵀ S⁻¹ p = 1 are the outline [m²]."""
+    """(n, 2, 2) of states (n, 13): points p from the centre with pᵀ S⁻¹ p = 1 are the
+    outline [m²]."""
     out = np.zeros((len(rows), 2, 2))
     for i in range(len(rows)):
         r = rotation(rows[i, 6:10])

@@ -1,4 +1,5 @@
-"""Tracking noise as cameras have it: white and slowly varying, heavy tails, pulled towards whole pixels, frames lost."""
+"""Tracking noise as cameras have it: white and slowly varying, heavy tails, pulled
+towards whole pixels, frames lost."""
 
 from dataclasses import dataclass
 
@@ -22,14 +23,24 @@ class Noise:
     lost: float  # share of frames
 
 
-def draw_noise(rng: np.random.Generator, *, sd: tuple[float, float], pixel: float) -> Noise:
+def draw_noise(
+    rng: np.random.Generator, *, sd: tuple[float, float], pixel: float
+) -> Noise:
     """A noise with its sd log-uniform within `sd` [mm]."""
     size = float(np.exp(rng.uniform(*np.log(sd))))
     rho = float(rng.choice(RHOS))
     lock = size * rng.uniform(0.1, 0.3) if rng.random() < 0.3 else 0.0
     tail = float(rng.choice([np.inf, 8.0, 5.0]))
     lost = float(rng.choice([0.0, 0.002, 0.01]))
-    return Noise(size, rho, float(rng.uniform(0.0, 0.4)) if rho else 1.0, tail, float(lock), pixel, lost)
+    return Noise(
+        size,
+        rho,
+        float(rng.uniform(0.0, 0.4)) if rho else 1.0,
+        tail,
+        float(lock),
+        pixel,
+        lost,
+    )
 
 
 def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndarray:
@@ -40,11 +51,16 @@ def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndar
     slow = lfilter([1.0], [1.0, -noise.rho], drive)
     white = shocks(n, 1, noise.tail, rng)[0]
     lock = noise.lock * np.sin(2 * np.pi * values / noise.pixel)
-    return values + lock + noise.sd * (np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow)
+    return (
+        values
+        + lock
+        + noise.sd * (np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow)
+    )
 
 
 def shocks(n: int, rows: int, tail: float, rng: np.random.Generator) -> np.ndarray:
-    """(rows, n) independent numbers of unit variance, heavy-tailed when `tail` is finite."""
+    """(rows, n) independent numbers of unit variance, heavy-tailed when `tail` is
+    finite."""
     if np.isinf(tail):
         return rng.standard_normal((rows, n))
     return rng.standard_t(tail, (rows, n)) * np.sqrt((tail - 2) / tail)
@@ -61,7 +77,8 @@ def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:
 
 @njit(cache=True)
 def whitened(columns, rho, white, sd):
-    """Innovations of white + first-order noise for each of the columns (n, p), in sds (Kalman filter, one state)."""
+    """Innovations of white + first-order noise for each of the columns (n, p), in sds
+    (Kalman filter, one state)."""
     n, p = columns.shape
     out = np.empty((n, p))
     slow, fast = (1 - white) * sd**2, white * sd**2 + 1e-12 * sd**2

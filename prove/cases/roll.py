@@ -1,11 +1,11 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
-Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in direction
-−x goes down there. initial-slip: v − ωr at the foot of the incline [m/s]. corner-loss: lost share
-of the speed there. shape-barrier: highest less lowest centre in a turn [mm]. drag: force over
-weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of the level. follows, order-drift: change of
-μ_r over half the range of a condition, of the order.
-"""
+Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in
+direction −x goes down there. initial-slip: v − ωr at the foot of the incline [m/s].
+corner-loss: lost share of the speed there. shape-barrier: highest less lowest centre in
+a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of
+the level. follows, order-drift: change of μ_r over half the range of a condition, of
+the order."""
 
 from dataclasses import dataclass, replace
 
@@ -30,17 +30,32 @@ from prove.cases.stated import (
 )
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
-DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (0.7, 2.0), (0.4, 1.0)  # of a sphere's drag in free air, in all runs; size and mass known or not
+DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (
+    (0.7, 2.0),
+    (0.4, 1.0),
+)  # of a sphere's drag in free air, in all runs; size and mass known or not
 SEED_SD = 0.04  # each seed's own
 ASTRAY_SD = 0.009  # tangent of the angle in which a seed runs away from the camera
 FOLLOWS = ("follows", "order-drift")
-AT_CORNER = ("corner-loss", "initial-slip")  # what a corner might take by itself besides
-CORNER, CORNER_SD = (0.0, 0.5, 1.0), 0.25  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
+AT_CORNER = (
+    "corner-loss",
+    "initial-slip",
+)  # what a corner might take by itself besides
+CORNER, CORNER_SD = (
+    (0.0, 0.5, 1.0),
+    0.25,
+)  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 RANGES = {
-    "viscous-rolling": (0.002, 0.2, 1), "slope": (0.006, 1.0, 0), "initial-slip": (0.005, 0.18, 1),
-    "corner-loss": (0.003, 0.3, 1), "shape-barrier": (0.001, 0.15, 1), "drag": (0.0005, 0.1, 1),
-    "sticky-patch": (0.0005, 0.03, 1), "follows": (0.0001, 0.012, 0), "order-drift": (0.0001, 0.012, 0),
-}  # fmt: skip
+    "viscous-rolling": (0.002, 0.2, 1),
+    "slope": (0.006, 1.0, 0),
+    "initial-slip": (0.005, 0.18, 1),
+    "corner-loss": (0.003, 0.3, 1),
+    "shape-barrier": (0.001, 0.15, 1),
+    "drag": (0.0005, 0.1, 1),
+    "sticky-patch": (0.0005, 0.03, 1),
+    "follows": (0.0001, 0.012, 0),
+    "order-drift": (0.0001, 0.012, 0),
+}
 
 
 @dataclass(frozen=True)
@@ -81,41 +96,84 @@ class Scene:
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
-    """A scene of the requested effects: rolls, their camera, and what is stated of them."""
+    """A scene of the requested effects: rolls, their camera, and what is stated of
+    them."""
     both = request.separated or (request.separated is None and rng.random() < 0.5)
     pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(request, rng)
     runs = tuple(
-        Run(not (both and i % 2), float(1 + rng.normal(0, RUN_SD)), float(rng.normal(0, START_SD_MM)),
-            float(rng.uniform(0, 2 * np.pi)), float(rng.uniform(-0.05, 0.01)),
-            float(1 + rng.normal(0, SEED_SD)), float(rng.normal(0, ASTRAY_SD)), int(rng.integers(2**62)))
+        Run(
+            not (both and i % 2),
+            float(1 + rng.normal(0, RUN_SD)),
+            float(rng.normal(0, START_SD_MM)),
+            float(rng.uniform(0, 2 * np.pi)),
+            float(rng.uniform(-0.05, 0.01)),
+            float(1 + rng.normal(0, SEED_SD)),
+            float(rng.normal(0, ASTRAY_SD)),
+            int(rng.integers(2**62)),
+        )
         for i in range(int(rng.integers(6, 10)))
-    )  # fmt: skip
+    )
     mu, way = log_uniform(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
     return Scene(
-        runs, mu, round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350), way, 15.0, rng.normal(0, INCLINE_SD_DEG),
-        rng.normal(0, LEVEL_SD_DEG), rng.normal(0, scale_sd), scale_sd, float(rng.choice([240.0, 500.0, 1000.0])),
+        runs,
+        mu,
+        round(float(rng.uniform(5, 8)), 2),
+        rng.uniform(1050, 1350),
+        way,
+        15.0,
+        rng.normal(0, INCLINE_SD_DEG),
+        rng.normal(0, LEVEL_SD_DEG),
+        rng.normal(0, scale_sd),
+        scale_sd,
+        float(rng.choice([240.0, 500.0, 1000.0])),
         draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
         float(rng.uniform(*DRAG_NEAR_PLATE))
-        * bool("drag" not in request.effects and ("air" in request.absent or rng.random() < AIRY_SHARE)),
-        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])), draw_distance_mm(rng), request,
-    )  # fmt: skip
+        * bool(
+            "drag" not in request.effects
+            and ("air" in request.absent or rng.random() < AIRY_SHARE)
+        ),
+        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])),
+        draw_distance_mm(rng),
+        request,
+    )
 
 
-def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0, level_more: float = 0.0,
-         air_more: float = 0.0) -> np.ndarray:  # fmt: skip
+def seed(
+    scene: Scene,
+    run: Run,
+    sizes: dict[str, float],
+    mu_factor: float = 1.0,
+    level_more: float = 0.0,
+    air_more: float = 0.0,
+) -> np.ndarray:
     """The seed and the plate as ground_motion.roll takes them."""
     sign = 1.0 if run.forwards else -1.0
     out = np.zeros(ground.SEED)
-    mu = scene.mu * run.mu_factor + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    out[ground.ROLLING], out[ground.GROWING] = mu * mu_factor, sizes.get("viscous-rolling", 0.0)
-    out[ground.LEVEL] = sign * np.radians(scene.level_deg + level_more + sizes.get("slope", 0.0))
-    out[ground.BARRIER], out[ground.RADIUS] = sizes.get("shape-barrier", 0.0) * 1e-3, scene.diameter_mm * 5e-4
+    mu = scene.mu * run.mu_factor + run.follows * sum(
+        sizes.get(name, 0.0) for name in FOLLOWS
+    )
+    out[ground.ROLLING], out[ground.GROWING] = (
+        mu * mu_factor,
+        sizes.get("viscous-rolling", 0.0),
+    )
+    out[ground.LEVEL] = sign * np.radians(
+        scene.level_deg + level_more + sizes.get("slope", 0.0)
+    )
+    out[ground.BARRIER], out[ground.RADIUS] = (
+        sizes.get("shape-barrier", 0.0) * 1e-3,
+        scene.diameter_mm * 5e-4,
+    )
     out[ground.PHASE], out[ground.DRAG] = run.phase, sizes.get("drag", 0.0)
     if sizes.get("initial-slip", 0.0) > 0:
         out[ground.SLIPS] = 1.0
         incline = np.radians(scene.incline_deg + scene.incline_off_deg)
-        out[ground.SLIP_FRICTION] = slip_friction(incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING])
-    out[ground.LOST], out[ground.PATCH] = sizes.get("corner-loss", 0.0), sizes.get("sticky-patch", 0.0)
+        out[ground.SLIP_FRICTION] = slip_friction(
+            incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING]
+        )
+    out[ground.LOST], out[ground.PATCH] = (
+        sizes.get("corner-loss", 0.0),
+        sizes.get("sticky-patch", 0.0),
+    )
     lone, out[ground.RE] = drag_scale((scene.diameter_mm,) * 3, scene.density)
     out[ground.BLOWN] = lone * (scene.air * run.pull + air_more)
     ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
@@ -124,13 +182,20 @@ def seed(scene: Scene, run: Run, sizes: dict[str, float], mu_factor: float = 1.0
 
 
 def slip_friction(incline: float, way_mm: float, slip: float, rolling: float) -> float:
-    """Friction with which a seed that slips from the start slips by `slip` [m/s] at the foot of the incline."""
+    """Friction with which a seed that slips from the start slips by `slip` [m/s] at the
+    foot of the incline."""
     steep, level = ground.G_M_S2 * np.sin(incline), ground.G_M_S2 * np.cos(incline)
 
     def off(mu: float) -> float:
-        return (steep - (3.5 * mu - 2.5 * rolling) * level) * np.sqrt(2e-3 * way_mm / (steep - mu * level)) - slip
+        return (steep - (3.5 * mu - 2.5 * rolling) * level) * np.sqrt(
+            2e-3 * way_mm / (steep - mu * level)
+        ) - slip
 
-    return brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5) if off(0.0) > 0 else 0.0
+    return (
+        brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5)
+        if off(0.0) > 0
+        else 0.0
+    )
 
 
 def reach_mm(scene: Scene) -> float:
@@ -140,15 +205,35 @@ def reach_mm(scene: Scene) -> float:
 
 
 def travel(
-    scene: Scene, run: Run, sizes: dict[str, float], *,
-    mu_factor: float = 1.0, incline_more: float = 0.0, level_more: float = 0.0, air_more: float = 0.0,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at the end."""
+    scene: Scene,
+    run: Run,
+    sizes: dict[str, float],
+    *,
+    mu_factor: float = 1.0,
+    incline_more: float = 0.0,
+    level_more: float = 0.0,
+    air_more: float = 0.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at
+    the end."""
     incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
-    longest = 4 * np.sqrt(2 * (scene.way_mm + reach_mm(scene)) * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
+    longest = (
+        4
+        * np.sqrt(
+            2
+            * (scene.way_mm + reach_mm(scene))
+            * 1e-3
+            / (ground.G_M_S2 * scene.mu * 0.7)
+        )
+        + 1
+    )
     t = np.arange(int(longest * scene.fps)) / scene.fps
     rolling = np.maximum(t + run.late_s, 0.0)
-    args = (scene.way_mm + run.start_off_mm) * 1e-3, incline, seed(scene, run, sizes, mu_factor, level_more, air_more)
+    args = (
+        (scene.way_mm + run.start_off_mm) * 1e-3,
+        incline,
+        seed(scene, run, sizes, mu_factor, level_more, air_more),
+    )
     x, v = ground.roll(np.r_[0.0, rolling], *args)
     x, v = x[1:], v[1:]
     moving = np.flatnonzero(np.abs(v) > 0)
@@ -157,16 +242,25 @@ def travel(
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
-    """How visible `name` is in the world of all `sizes`, beside the corner that hides it best."""
+    """How visible `name` is in the world of all `sizes`, beside the corner that hides
+    it best."""
     others = {k: v for k, v in sizes.items() if k != name}
     sharp = 5 / 7 * (1 - np.cos(np.radians(scene.incline_deg)))
     corners = [share * sharp for share in CORNER] if name in AT_CORNER else [0.0]
-    worlds = [others | {"corner-loss": max(others.get("corner-loss", 0.0), taken)} for taken in corners]
-    seen = min((_visible_beside(scene, sizes, without, sharp) for without in worlds), key=lambda one: one.snr)
+    worlds = [
+        others | {"corner-loss": max(others.get("corner-loss", 0.0), taken)}
+        for taken in corners
+    ]
+    seen = min(
+        (_visible_beside(scene, sizes, without, sharp) for without in worlds),
+        key=lambda one: one.snr,
+    )
     return replace(seen, moved=None) if name in FOLLOWS else seen
 
 
-def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float) -> Visibility:
+def _visible_beside(
+    scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float
+) -> Visibility:
     """How visible it is what the world of `sizes` has beyond the one `without`."""
     recordings = []
     unit = scene.noise.sd / RUN_SD
@@ -178,39 +272,64 @@ def _visible_beside(scene: Scene, sizes: dict[str, float], without: dict[str, fl
         other = _padded(travel(scene, run, without, mu_factor=like)[1], n)
         mu = (_padded(travel(scene, run, sizes, mu_factor=1.002)[1], n) - x) / 0.002
         start = (_padded(travel(scene, later, sizes)[1], n) - x) / 0.01
-        incline = (_padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x) / 0.01
+        incline = (
+            _padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x
+        ) / 0.01
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
         struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
         lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
-        air = (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x) / 0.1 * bool(scene.air)
-        astray = (_seen(scene, replace(run, astray=run.astray + 1e-4), x) - _seen(scene, run, x)) / 1e-4
+        air = (
+            (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x)
+            / 0.1
+            * bool(scene.air)
+        )
+        astray = (
+            _seen(scene, replace(run, astray=run.astray + 1e-4), x)
+            - _seen(scene, run, x)
+        ) / 1e-4
         own = np.column_stack([np.ones(n), v, mu, start, air, astray])
         shared = np.column_stack([np.zeros(n), incline, level, x, lost, air])
-        # its friction is the pair's within RUN_SD: that it was moved to run as far is paid for by one more row
-        paid = Channel(np.array([(like - 1) * unit]), -unit * np.eye(6)[2:3], unit * np.eye(6)[:1])
+        # its friction is the pair's within RUN_SD: that it was moved to run as far is
+        # paid for by one more row
+        paid = Channel(
+            np.array([(like - 1) * unit]), -unit * np.eye(6)[2:3], unit * np.eye(6)[:1]
+        )
         own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD, ASTRAY_SD])
-        recordings.append(RecordingChange((Channel(x - other, own, shared), paid), own_sd))
-    scale_sd, beside = known_scale(scene.request, scene.scale_sd), DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
-    known = np.array([np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside])
+        recordings.append(
+            RecordingChange((Channel(x - other, own, shared), paid), own_sd)
+        )
+    scale_sd, beside = (
+        known_scale(scene.request, scene.scale_sd),
+        DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()],
+    )
+    known = np.array(
+        [np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside]
+    )
     fit = fitted(recordings, known, scene.noise)
     return Visibility(fit.snr, float(fit.shared[0] / fit.shared_sd[0]))
 
 
 def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
-    """Travel as the camera sees it, above the middle of the way [mm]: who runs away from it looks slower."""
+    """Travel as the camera sees it, above the middle of the way [mm]: who runs away
+    from it looks slower."""
     middle = (scene.way_mm + reach_mm(scene)) / 2
     camera = Camera((middle, 0.0), middle, distance_mm=scene.distance_mm)
     return middle + (x_mm - middle) * magnification(camera, run.astray * x_mm)
 
 
-def _same_reach(scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]) -> float:
-    """Factor of friction with which the run without the effect goes as far as with it."""
+def _same_reach(
+    scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]
+) -> float:
+    """Factor of friction with which the run without the effect goes as far as with
+    it."""
 
     def beyond(factor: float) -> float:
         return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm
 
     low, high = 0.35, 2.2
-    return brentq(beyond, low, high, xtol=1e-5) if beyond(low) > 0 > beyond(high) else 1.0
+    return (
+        brentq(beyond, low, high, xtol=1e-5) if beyond(low) > 0 > beyond(high) else 1.0
+    )
 
 
 def _padded(x: np.ndarray, n: int) -> np.ndarray:
@@ -220,25 +339,48 @@ def _padded(x: np.ndarray, n: int) -> np.ndarray:
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
     """The bench folder of a scene with these effects."""
     d = scene.diameter_mm
-    size = {"length_mm": d, "width_mm": d, "thickness_mm": d, "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}")}
+    size = {
+        "length_mm": d,
+        "width_mm": d,
+        "thickness_mm": d,
+        "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}"),
+    }
     air = {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}
     toml = {"provenance": "measured", "seed": size, "air": air}
-    return Bench(toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs))))
+    return Bench(
+        toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs)))
+    )
 
 
 def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
     name = f"roll-{i + 1:02d}"
-    way = {"incline_deg": scene.incline_deg, "incline_length_mm": scene.way_mm, "direction": "+x" if run.forwards else "-x"}
+    way = {
+        "incline_deg": scene.incline_deg,
+        "incline_length_mm": scene.way_mm,
+        "direction": "+x" if run.forwards else "-x",
+    }
     toml = {
-        "rig": "roll", "id": name, "session": "day-1", "roll": way,
+        "rig": "roll",
+        "id": name,
+        "session": "day-1",
+        "roll": way,
         "camera": camera_keys(
-            scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=stated_distance_mm(scene.distance_mm, rng)
+            scene.noise.pixel,
+            scene.scale_sd,
+            fps=scene.fps,
+            distance_mm=stated_distance_mm(scene.distance_mm, rng),
         ),
-    }  # fmt: skip
+    }
     t, x, _ = travel(scene, run, sizes)
     table = {
-        "t_s": t.round(6), "x_mm": noisy(_seen(scene, run, x) / (1 + scene.scale_off), scene.noise, rng).round(5),
-        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5), "sd_mm": float(f"{scene.noise.sd:.3g}"),
-    }  # fmt: skip
-    return Recording(name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)])
+        "t_s": t.round(6),
+        "x_mm": noisy(
+            _seen(scene, run, x) / (1 + scene.scale_off), scene.noise, rng
+        ).round(5),
+        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5),
+        "sd_mm": float(f"{scene.noise.sd:.3g}"),
+    }
+    return Recording(
+        name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)]
+    )

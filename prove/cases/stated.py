@@ -1,4 +1,5 @@
-"""Which keys a bench states, which it leaves out, and how people round the angles that they read."""
+"""Which keys a bench states, which it leaves out, and how people round the angles that
+they read."""
 
 from dataclasses import dataclass, replace
 
@@ -6,34 +7,81 @@ import numpy as np
 
 from prove.cases.bench import Bench, Request, log_uniform
 
-SHARES = {  # of benches that leave a key out; "seed.sizes": all three, "track.…": a column
-    "camera.distance_mm": 0.5, "camera.mm_per_px_sd": 0.25, "camera.plumb_deg": 0.15, "camera.plumb_sd_deg": 0.25,
-    "camera.exposure_s": 0.5, "seed.sizes": 0.12, "seed.mass_g": 0.12, "air": 0.3, "session": 0.3, "drop.height_mm": 0.25,
-    "slide.travel_mm": 0.3, "slide.start_mm": 0.6, "slide.start_deg": 0.4, "slide.tilt_rate_deg_s": 0.3,
-    "roll.direction": 0.3, "pile.gate_speed_mm_s": 0.25, "track.sd_mm": 0.3, "track.tilt_deg": 0.2,
+# of benches that leave a key out; "seed.sizes": all three, "track.…": a column
+SHARES = {
+    "camera.distance_mm": 0.5,
+    "camera.mm_per_px_sd": 0.25,
+    "camera.plumb_deg": 0.15,
+    "camera.plumb_sd_deg": 0.25,
+    "camera.exposure_s": 0.5,
+    "seed.sizes": 0.12,
+    "seed.mass_g": 0.12,
+    "air": 0.3,
+    "session": 0.3,
+    "drop.height_mm": 0.25,
+    "slide.travel_mm": 0.3,
+    "slide.start_mm": 0.6,
+    "slide.start_deg": 0.4,
+    "slide.tilt_rate_deg_s": 0.3,
+    "roll.direction": 0.3,
+    "pile.gate_speed_mm_s": 0.25,
+    "track.sd_mm": 0.3,
+    "track.tilt_deg": 0.2,
     "reading.resolution_deg": 0.6,
-}  # fmt: skip
-PLUMB, SEED, ANGLE = ("camera.plumb_deg", "camera.plumb_sd_deg"), ("seed.sizes", "seed.mass_g"), ("track.tilt_deg",)
+}
+PLUMB, SEED, ANGLE = (
+    ("camera.plumb_deg", "camera.plumb_sd_deg"),
+    ("seed.sizes", "seed.mass_g"),
+    ("track.tilt_deg",),
+)
 RATE = ("slide.tilt_rate_deg_s",)
 NEEDED = {  # keys without which an effect is not defined, or confounded with another
-    "drag": ("air",), "magnus": SEED, "draught": PLUMB, "camera-roll": PLUMB, "base-tilt": PLUMB, "plate-tilt": PLUMB,
-    "field": PLUMB, "scale-error": ("camera.mm_per_px_sd",), "clock-error": ("camera.mm_per_px_sd",), "shape-conversion": SEED,
-    "adhesion": (*SEED, *ANGLE), "clock-offset": ANGLE, "stepped-tilt": ANGLE, "follows": ANGLE, "order-drift": ANGLE,
-    "stribeck": ANGLE, "worn-track": ANGLE, "reading-delay": RATE, "shape-barrier": SEED, "slope": ("roll.direction",),
+    "drag": ("air",),
+    "magnus": SEED,
+    "draught": PLUMB,
+    "camera-roll": PLUMB,
+    "base-tilt": PLUMB,
+    "plate-tilt": PLUMB,
+    "field": PLUMB,
+    "scale-error": ("camera.mm_per_px_sd",),
+    "clock-error": ("camera.mm_per_px_sd",),
+    "shape-conversion": SEED,
+    "adhesion": (*SEED, *ANGLE),
+    "clock-offset": ANGLE,
+    "stepped-tilt": ANGLE,
+    "follows": ANGLE,
+    "order-drift": ANGLE,
+    "stribeck": ANGLE,
+    "worn-track": ANGLE,
+    "reading-delay": RATE,
+    "shape-barrier": SEED,
+    "slope": ("roll.direction",),
     "gate-speed": ("pile.gate_speed_mm_s",),
-}  # fmt: skip
+}
 DISTINGUISHING = ("session", "roll.direction", "pile.gate_speed_mm_s")
-UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = 0.01, 1.0, 0.5  # to what benches know them that do not say
-DISTANCE_M, TAPE = (0.3, 20.0), 0.01  # camera to motion; how well that is measured, where it is
+UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = (
+    0.01,
+    1.0,
+    0.5,
+)  # to what benches know them that do not say
+DISTANCE_M, TAPE = (
+    (0.3, 20.0),
+    0.01,
+)  # camera to motion; how well that is measured, where it is
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
-WAYS = {"nearest": (0.5, 0.7), "cut": (0.0, 0.15), "upward": (1.0, 0.15)}  # added before it is cut; share of readers
+WAYS = {
+    "nearest": (0.5, 0.7),
+    "cut": (0.0, 0.15),
+    "upward": (1.0, 0.15),
+}  # added before it is cut; share of readers
 AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
 AIRY_SHARE = 0.7  # of benches that stand in air; the others say that they do not
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How somebody reads an angle: to which grid [deg], and whether to the nearest line, the one below or the one above."""
+    """How somebody reads an angle: to which grid [deg], and whether to the nearest
+    line, the one below or the one above."""
 
     grid_deg: float
     way: str
@@ -48,29 +96,48 @@ class Reading:
         What a grid leaves of a small scatter does not average out: a sine of amplitude
         (g/π) exp(−2π² sd²/g²) over a line's distance.
         """
-        stays = self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
-        return float(np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2))
+        stays = (
+            self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
+        )
+        return float(
+            np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2)
+        )
 
 
 def draw_reading(rng: np.random.Generator) -> Reading:
     """How one reader reads angles: grid and rounding, drawn by their shares."""
-    return Reading(float(rng.choice(GRIDS_DEG, p=GRID_SHARES)), str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])))
+    return Reading(
+        float(rng.choice(GRIDS_DEG, p=GRID_SHARES)),
+        str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])),
+    )
 
 
-def draw_absent_keys(effects: tuple[str, ...], rng: np.random.Generator) -> frozenset[str]:
+def draw_absent_keys(
+    effects: tuple[str, ...], rng: np.random.Generator
+) -> frozenset[str]:
     """Keys that a bench with these effects does not state, each by itself."""
     needed = {key for name in effects for key in NEEDED.get(name, ())}
-    absent = {key for key, share in SHARES.items() if rng.random() < share and key not in needed}
+    absent = {
+        key
+        for key, share in SHARES.items()
+        if rng.random() < share and key not in needed
+    }
     if "camera.plumb_deg" in absent:
         absent.add("camera.plumb_sd_deg")
     if "track.tilt_deg" in absent:
-        absent.discard("slide.tilt_rate_deg_s")  # one of the two tells how the plate turns
+        absent.discard(
+            "slide.tilt_rate_deg_s"
+        )  # one of the two tells how the plate turns
     return frozenset(absent)
 
 
 def draw_scale_sd(request: Request, rng: np.random.Generator) -> float:
     """sd of mm per pixel, relative; who does not say it knows it less well."""
-    return log_uniform(1e-3, UNSTATED_SCALE, rng) if "camera.mm_per_px_sd" in request.absent else log_uniform(3e-4, 2e-3, rng)
+    return (
+        log_uniform(1e-3, UNSTATED_SCALE, rng)
+        if "camera.mm_per_px_sd" in request.absent
+        else log_uniform(3e-4, 2e-3, rng)
+    )
 
 
 def draw_distance_mm(rng: np.random.Generator) -> float:
@@ -83,28 +150,46 @@ def stated_distance_mm(distance_mm: float, rng: np.random.Generator) -> float:
     return float(f"{distance_mm * (1 + TAPE * rng.standard_normal()):.3g}")
 
 
-def camera_keys(mm_per_px: float, scale_sd: float, plumb_deg: float = 0.0, plumb_sd_deg: float = 0.05, **more: object) -> dict:
+def camera_keys(
+    mm_per_px: float,
+    scale_sd: float,
+    plumb_deg: float = 0.0,
+    plumb_sd_deg: float = 0.05,
+    **more: object,
+) -> dict:
     """[camera]; scale_sd is relative."""
-    scale = {"mm_per_px": mm_per_px, "mm_per_px_sd": float(f"{scale_sd * mm_per_px:.3g}")}
+    scale = {
+        "mm_per_px": mm_per_px,
+        "mm_per_px_sd": float(f"{scale_sd * mm_per_px:.3g}"),
+    }
     return scale | {"plumb_deg": plumb_deg, "plumb_sd_deg": plumb_sd_deg} | more
 
 
 def known_scale(request: Request, scale_sd: float) -> float:
-    """How well the scale is known, relative (sd): as stated, or as one that is not stated."""
+    """How well the scale is known, relative (sd): as stated, or as one that is not
+    stated."""
     return request.known("camera.mm_per_px_sd", scale_sd, UNSTATED_SCALE)
 
 
 def known_plumb_deg(request: Request, plumb_sd_deg: float) -> float:
-    """How well the vertical is known [deg] (sd): as stated, or as one that is not stated."""
+    """How well the vertical is known [deg] (sd): as stated, or as one that is not
+    stated."""
     stated = request.known("camera.plumb_sd_deg", plumb_sd_deg, UNSTATED_PLUMB_SD_DEG)
     return request.known("camera.plumb_deg", stated, UNSTATED_PLUMB_DEG)
 
 
 def without_absent_keys(bench: Bench, absent: frozenset[str]) -> Bench:
-    """The bench without what it does not state; what tells recordings apart is stated."""
-    values_of = {key: {_value(made.toml, key) for made in bench.recordings} for key in DISTINGUISHING}
+    """The bench without what it does not state; what tells recordings apart is
+    stated."""
+    values_of = {
+        key: {_value(made.toml, key) for made in bench.recordings}
+        for key in DISTINGUISHING
+    }
     absent = absent - {key for key, values in values_of.items() if len(values) > 1}
-    columns, recordings = {key.removeprefix("track.") for key in absent if "track." in key}, []
+    columns, recordings = (
+        {key.removeprefix("track.") for key in absent if "track." in key},
+        [],
+    )
     for made in bench.recordings:
         track = made.track
         if track is not None:
@@ -119,7 +204,11 @@ def _value(toml: dict, key: str) -> str:
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
-    sizes = ("seed.length_mm", "seed.width_mm", "seed.thickness_mm") if "seed.sizes" in absent else ()
+    sizes = (
+        ("seed.length_mm", "seed.width_mm", "seed.thickness_mm")
+        if "seed.sizes" in absent
+        else ()
+    )
     gone, out = {*absent, *sizes}, {}
     for key, value in toml.items():
         if isinstance(value, dict):
@@ -129,7 +218,9 @@ def _without(toml: dict, absent: frozenset[str]) -> dict:
     return out
 
 
-def drag_scale(axes_mm: tuple[float, float, float], density: float) -> tuple[float, float]:
+def drag_scale(
+    axes_mm: tuple[float, float, float], density: float
+) -> tuple[float, float]:
     """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
     d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
     return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY

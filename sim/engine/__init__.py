@@ -1,1 +1,2 @@
-"""The discrete element engine: a frozen `World`, a `State`, and `init`, `step`, `run` between them."""
+"""The discrete element engine: a frozen `World`, a `State`, and `init`, `step`, `run`
+between them."""

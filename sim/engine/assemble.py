@@ -1,8 +1,9 @@
-"""Chosen laws put together: for each kind one compiled function, which `kernels.build` binds into the kernels.
+"""Chosen laws put together: for each kind one compiled function, which `kernels.build`
+binds into the kernels.
 
-Each chosen contact law has columns of its own in the table of material pairs: first whether it is on for that pair, then its
-parameters. A tile carries them as rows, so that laws still run in vector registers.
-"""
+Each chosen contact law has columns of its own in the table of material pairs: first
+whether it is on for that pair, then its parameters. A tile carries them as rows, so
+that laws still run in vector registers."""
 
 from collections.abc import Callable
 
@@ -14,7 +15,8 @@ from sim.laws.law import CONTACT_KINDS, Law
 
 
 def _numbers_from(first: int, count: int, lanes: bool):
-    """Compiled function that makes the tuple of `count` numbers from rows of a tile (or columns of a table row)."""
+    """Compiled function that makes the tuple of `count` numbers from rows of a tile (or
+    columns of a table row)."""
     if count == 0:
         return njit(**OPTIONS)(lambda P, t: ())
     before = _numbers_from(first, count - 1, lanes)
@@ -27,7 +29,8 @@ def _numbers_from(first: int, count: int, lanes: bool):
 
 
 def extra_columns(laws: tuple[Law, ...]) -> list[tuple[Law, int]]:
-    """Contact laws and the extra column where each one's numbers start: whether it is on for the pair, then its parameters."""
+    """Contact laws and the extra column where each one's numbers start: whether it is
+    on for the pair, then its parameters."""
     placed, column = [], 0
     for law in laws:
         if law.kind in CONTACT_KINDS:
@@ -37,13 +40,16 @@ def extra_columns(laws: tuple[Law, ...]) -> list[tuple[Law, int]]:
 
 
 def _one(law: Law, on: int, fixed: int, neutral):
-    """A law as the tile loop calls it: fixed arguments, then P and t; `neutral` where it is off for the pair of materials."""
+    """A law as the tile loop calls it: fixed arguments, then P and t; `neutral` where
+    it is off for the pair of materials."""
     f, is_on = inner(law.function), _numbers_from(on, 1, True)
     take_numbers = _numbers_from(on + 1, len(law.parameters), True)
     if fixed == 2:
 
         def call(a, b, P, t):
-            return f(a, b, *take_numbers(P, t)) if is_on(P, t)[0] > 0.5 else neutral(a, b)
+            return (
+                f(a, b, *take_numbers(P, t)) if is_on(P, t)[0] > 0.5 else neutral(a, b)
+            )
     elif fixed == 4:
 
         def call(a, b, c, d, P, t):
@@ -52,14 +58,17 @@ def _one(law: Law, on: int, fixed: int, neutral):
 
         def call(mx, my, mz, ax, ay, az, dt, k, fn, r, i, mu, P, t):
             if is_on(P, t)[0] > 0.5:
-                return f(mx, my, mz, ax, ay, az, dt, k, fn, r, i, mu, *take_numbers(P, t))
+                return f(
+                    mx, my, mz, ax, ay, az, dt, k, fn, r, i, mu, *take_numbers(P, t)
+                )
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
     return njit(**OPTIONS)(call)
 
 
 def _normal(law: Law, on: int, fixed: int, neutral):
-    """A normal law acts on overlapping surfaces, and on separated ones only within its own reach, whatever another law's is."""
+    """A normal law acts on overlapping surfaces, and on separated ones only within its
+    own reach, whatever another law's is."""
     f, is_on = inner(law.function), _numbers_from(on, 1, True)
     take_numbers = _numbers_from(on + 1, len(law.parameters), True)
     reach = njit(**OPTIONS)(law.reach) if law.reach else None
@@ -72,7 +81,9 @@ def _normal(law: Law, on: int, fixed: int, neutral):
     else:
 
         def call(overlap, closing, radius, modulus, P, t):
-            if is_on(P, t)[0] > 0.5 and -overlap <= reach(radius, modulus, *take_numbers(P, t)):
+            if is_on(P, t)[0] > 0.5 and -overlap <= reach(
+                radius, modulus, *take_numbers(P, t)
+            ):
                 return f(overlap, closing, radius, modulus, *take_numbers(P, t))
             return 0.0
 
@@ -109,7 +120,11 @@ def contact_laws(placed: list[tuple[Law, int]]) -> dict:
     bound: dict = {}
     for kind, (flag, fixed, combine) in names.items():
         make = _normal if kind == "normal" else _one
-        calls = [make(law, at, fixed, second_of_two) for law, at in placed if law.kind == kind]
+        calls = [
+            make(law, at, fixed, second_of_two)
+            for law, at in placed
+            if law.kind == kind
+        ]
         if not calls:
             continue
         if len(calls) > 1 and combine is None:
@@ -138,21 +153,32 @@ def _farther(f, is_on, numbers, before):
     if before is None:
 
         def call(radius, modulus, row, table):
-            return f(radius, modulus, *numbers(table, row)) if is_on(table, row)[0] > 0.5 else 0.0
+            return (
+                f(radius, modulus, *numbers(table, row))
+                if is_on(table, row)[0] > 0.5
+                else 0.0
+            )
     else:
 
         def call(radius, modulus, row, table):
-            own = f(radius, modulus, *numbers(table, row)) if is_on(table, row)[0] > 0.5 else 0.0
+            own = (
+                f(radius, modulus, *numbers(table, row))
+                if is_on(table, row)[0] > 0.5
+                else 0.0
+            )
             return max(own, before(radius, modulus, row, table))
 
     return njit(**OPTIONS)(call)
 
 
 def body_laws(laws: tuple[Law, ...]) -> Callable | None:
-    """The sum of the chosen body laws as one function, or None; their numbers come one law after the other in a flat array."""
+    """The sum of the chosen body laws as one function, or None; their numbers come one
+    law after the other in a flat array."""
     whole, first = None, 0
     for law in laws:
-        whole = _with_body(inner(law.function), _array_numbers(first, len(law.parameters)), whole)
+        whole = _with_body(
+            inner(law.function), _array_numbers(first, len(law.parameters)), whole
+        )
         first += len(law.parameters)
     return whole
 
@@ -180,10 +206,13 @@ def _array_numbers(first: int, count: int):
 
 
 def motions(laws: tuple[Law, ...]) -> Callable | None:
-    """(value, rate) by the motion law of that number, at time t with its row of numbers; None without laws."""
+    """(value, rate) by the motion law of that number, at time t with its row of
+    numbers; None without laws."""
     whole = None
     for number, law in reversed(list(enumerate(laws))):
-        whole = _with_motion(inner(law.function), _array_numbers(0, len(law.parameters)), number, whole)
+        whole = _with_motion(
+            inner(law.function), _array_numbers(0, len(law.parameters)), number, whole
+        )
     return whole
 
 

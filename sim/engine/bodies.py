@@ -1,9 +1,9 @@
-"""Moving rigid clumps: velocity Verlet for the centre of mass, a symplectic splitting for the rotation (`turning`).
+"""Moving rigid clumps: velocity Verlet for the centre of mass, a symplectic splitting
+for the rotation (`turning`).
 
-One step is `predict` (positions and orientations by one step; velocities as far as the old forces tell), the forces there, and
-`correct` (velocities with the mean of old and new forces). Forces that depend on velocity thus see it to second order in the
-step.
-"""
+One step is `predict` (positions and orientations by one step; velocities as far as the
+old forces tell), the forces there, and `correct` (velocities with the mean of old and
+new forces). Forces that depend on velocity thus see it to second order in the step."""
 
 import math
 
@@ -17,29 +17,52 @@ from sim.engine.tiles import LANES
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9
-# Columns of `load` after force (3) and torque (3): the most that rolling friction brakes the spin by (`turning.braked`). Contacts
-# add up one more, the squared speeds at which they touch the body, which wake it.
+# Columns of `load` after force (3) and torque (3): the most that rolling friction
+# brakes the spin by (`turning.braked`). Contacts add up one more, the squared speeds at
+# which they touch the body, which wake it.
 BRAKE, STIR = 6, 7
 LOAD, FROM_CONTACTS = 7, 8
-# Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal volume, bounding radius, whether all
-# moments agree, whether it is one ball about the centre of mass, mass inverted.
+# Columns of `shape`: principal moments inverted, mass, diameter of the sphere of equal
+# volume, bounding radius, whether all moments agree, whether it is one ball about the
+# centre of mass, mass inverted.
 J1, J2, J3, SHAPE_MASS, DIAMETER, BOUND, ROUND, SINGLE, INVERSE_MASS = range(9)
 
 
 def traits(shape, shape_of):
-    """1/m and, for bodies of one ball about the centre of mass, 1/I, else 0; two numbers a body, flat, in the bodies' order.
+    """1/m and, for bodies of one ball about the centre of mass, 1/I, else 0; two
+    numbers a body, flat, in the bodies' order.
 
-    With thousands of sizes the table of shapes is a cache miss a body; this is read in sequence.
-    """
+    With thousands of sizes the table of shapes is a cache miss a body; this is read in
+    sequence."""
     simple = (shape[:, ROUND] > 0) & (shape[:, SINGLE] > 0)
-    return np.column_stack([shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)])[shape_of].ravel()
+    return np.column_stack(
+        [shape[:, INVERSE_MASS], np.where(simple, shape[:, J1], 0.0)]
+    )[shape_of].ravel()
 
 
 def predict(
-    first, last, dt, P, who, calm, motion, turn, spin, load, trait, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
+    first,
+    last,
+    dt,
+    P,
+    who,
+    calm,
+    motion,
+    turn,
+    spin,
+    load,
+    trait,
+    shape_of,
+    shape,
+    shape_start,
+    shape_ball,
+    ball_start,
+    ball,
+    path,
 ):
-    """Advance bodies first … last−1 and their balls by dt. Returns the longest path of a ball since the lists were made, and the
-    energy that rolling friction has taken [J]. P is a tile, who its lanes' bodies."""
+    """Advance bodies first … last−1 and their balls by dt. Returns the longest path of
+    a ball since the lists were made, and the energy that rolling friction has taken
+    [J]. P is a tile, who its lanes' bodies."""
     farthest, lost = 0.0, 0.0
     while first < last:
         count, single = 0, False
@@ -58,7 +81,11 @@ def predict(
                 P[turning.J1 + t] = trait[2 * n + 1]
             else:
                 row = shape[shape_of[n]]
-                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = row[J1], row[J2], row[J3]
+                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = (
+                    row[J1],
+                    row[J2],
+                    row[J3],
+                )
         if single:
             turn_round(P, (count + 3) // 4 * 4, dt)
         else:
@@ -73,29 +100,56 @@ def predict(
                 way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
             else:
                 turned = turning.turned(P, t)
-                way = place_balls(ball_start[n], m[X], m[X + 1], m[X + 2], turned, shape_of[n], shape_start, shape_ball, ball, path)
+                way = place_balls(
+                    ball_start[n],
+                    m[X],
+                    m[X + 1],
+                    m[X + 2],
+                    turned,
+                    shape_of[n],
+                    shape_start,
+                    shape_ball,
+                    ball,
+                    path,
+                )
             farthest = max(farthest, way)
     return farthest, lost
 
 
 def start_step(t, dt, P, m, q, spun, f, inverse_mass):
-    """A body by one step, as far as it goes without turning; what the turn needs into lane t."""
+    """A body by one step, as far as it goes without turning; what the turn needs into
+    lane t."""
     h = 0.5 * dt
     half = h * inverse_mass
     vx, vy, vz = m[V] + half * f[0], m[V + 1] + half * f[1], m[V + 2] + half * f[2]
     m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
     m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
     kx, ky, kz = h * f[3], h * f[4], h * f[5]
-    P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = q[0], q[1], q[2], q[3]
-    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = spun[0] + kx, spun[1] + ky, spun[2] + kz
+    P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = (
+        q[0],
+        q[1],
+        q[2],
+        q[3],
+    )
+    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = (
+        spun[0] + kx,
+        spun[1] + ky,
+        spun[2] + kz,
+    )
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
     P[turning.BRAKE + t] = h * f[BRAKE]
 
 
 def end_step(t, P, m, q, spun):
-    """Orientation, spin and angular momentum (that of the middle of the step) of a body from lane t."""
+    """Orientation, spin and angular momentum (that of the middle of the step) of a body
+    from lane t."""
     spun[0], spun[1], spun[2] = P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t]
-    q[0], q[1], q[2], q[3] = P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t]
+    q[0], q[1], q[2], q[3] = (
+        P[turning.QW + t],
+        P[turning.QX + t],
+        P[turning.QY + t],
+        P[turning.QZ + t],
+    )
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
 
 
@@ -104,7 +158,8 @@ turn_round, turn_free = turning.turn_round, turning.turn_free
 
 @njit(**OPTIONS)
 def put_ball(at, x, y, z, ball, path):
-    """Move a ball there; how long its path is by now, a sum of straight steps. ball is flat, four numbers a ball."""
+    """Move a ball there; how long its path is by now, a sum of straight steps. ball is
+    flat, four numbers a ball."""
     dx, dy, dz = x - ball[4 * at], y - ball[4 * at + 1], z - ball[4 * at + 2]
     ball[4 * at], ball[4 * at + 1], ball[4 * at + 2] = x, y, z
     path[at] += math.sqrt(dx * dx + dy * dy + dz * dz)
@@ -113,13 +168,22 @@ def put_ball(at, x, y, z, ball, path):
 
 @njit(**OPTIONS)
 def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, path):
-    """Move the balls of a body (from number `at` on) to where its centre and rotation matrix have them; their longest path."""
+    """Move the balls of a body (from number `at` on) to where its centre and rotation
+    matrix have them; their longest path."""
     farthest = 0.0
     a, b, c, d, e, f, g, h, i = turned
     first = shape_start[kind]
     for k in range(shape_start[kind + 1] - first):
-        u, v, w = shape_ball[first + k, 0], shape_ball[first + k, 1], shape_ball[first + k, 2]
-        x, y, z = cx + a * u + b * v + c * w, cy + d * u + e * v + f * w, cz + g * u + h * v + i * w
+        u, v, w = (
+            shape_ball[first + k, 0],
+            shape_ball[first + k, 1],
+            shape_ball[first + k, 2],
+        )
+        x, y, z = (
+            cx + a * u + b * v + c * w,
+            cy + d * u + e * v + f * w,
+            cz + g * u + h * v + i * w,
+        )
         farthest = max(farthest, put_ball(at + k, x, y, z, ball, path))
     return farthest
 
@@ -129,19 +193,41 @@ HAS_BRAKE = False
 
 
 def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
-    """Force and torque of the chosen body laws together; `kernels.build` binds them in its place."""
+    """Force and torque of the chosen body laws together; `kernels.build` binds them in
+    its place."""
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fresh, motion, turn, spin, load, trait, shape_of,
-            shape):  # fmt: skip
-    """Bring velocities of bodies first … last−1 up to date with the mean of the old forces `load` and the `fresh` ones
-    (contacts only; weight and body laws are added here), which replace them. Returns kinetic energy, largest squared speed,
-    body laws' power, and the energy that rolling friction has taken. look: whether bodies may
-    fall asleep now; woken[slot] becomes 1 when a body wakes of which not all contacts are known."""
+def correct(
+    first,
+    last,
+    dt,
+    look,
+    woken,
+    slot,
+    calm,
+    gravity,
+    body_numbers,
+    fresh,
+    motion,
+    turn,
+    spin,
+    load,
+    trait,
+    shape_of,
+    shape,
+):
+    """Bring velocities of bodies first … last−1 up to date with the mean of the old
+    forces `load` and the `fresh` ones (contacts only; weight and body laws are added
+    here), which replace them. Returns kinetic energy, largest squared speed, body laws'
+    power, and the energy that rolling friction has taken. look: whether bodies may fall
+    asleep now; woken[slot] becomes 1 when a body wakes of which not all contacts are
+    known."""
     kinetic, fastest, power, lost = 0.0, 0.0, 0.0, 0.0
     h = 0.5 * dt
-    g = math.sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2])
+    g = math.sqrt(
+        gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]
+    )
     for n in range(first, last):
         asleep = calm[n] >= CALM
         m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
@@ -154,21 +240,47 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
             gx, gy, gz, hx, hy, hz = body_law(
-                m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], shape[shape_of[n], DIAMETER], body_numbers
+                m[V],
+                m[V + 1],
+                m[V + 2],
+                m[W],
+                m[W + 1],
+                m[W + 2],
+                shape[shape_of[n], DIAMETER],
+                body_numbers,
             )
-            power += gx * m[V] + gy * m[V + 1] + gz * m[V + 2] + hx * m[W] + hy * m[W + 1] + hz * m[W + 2]
+            power += (
+                gx * m[V]
+                + gy * m[V + 1]
+                + gz * m[V + 2]
+                + hx * m[W]
+                + hy * m[W + 1]
+                + hz * m[W + 2]
+            )
         fx = new[0] + m[MASS] * gravity[0] + gx
         fy = new[1] + m[MASS] * gravity[1] + gy
         fz = new[2] + m[MASS] * gravity[2] + gz
         tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
         if look:
             size = shape[shape_of[n], DIAMETER]
-            balanced = sleeping.is_balanced(asleep, fx, fy, fz, tx, ty, tz, new[BRAKE], size, m[MASS] * g)
-            slow = sleeping.is_slow(m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], g, size)
+            balanced = sleeping.is_balanced(
+                asleep, fx, fy, fz, tx, ty, tz, new[BRAKE], size, m[MASS] * g
+            )
+            slow = sleeping.is_slow(
+                m[V], m[V + 1], m[V + 2], m[W], m[W + 1], m[W + 2], g, size
+            )
             if asleep:
                 if not balanced:  # from rest
                     calm[n] = 0
-                    f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = fx, fy, fz, tx, ty, tz, new[BRAKE]
+                    f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
+                        fx,
+                        fy,
+                        fz,
+                        tx,
+                        ty,
+                        tz,
+                        new[BRAKE],
+                    )
                 continue
             calm[n] = calm[n] + 1 if balanced and slow else 0
             if calm[n] >= CALM:
@@ -180,7 +292,15 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
         lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = fx, fy, fz, tx, ty, tz, new[BRAKE]
+        f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
+            fx,
+            fy,
+            fz,
+            tx,
+            ty,
+            tz,
+            new[BRAKE],
+        )
         j = trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:
@@ -191,15 +311,31 @@ def correct(first, last, dt, look, woken, slot, calm, gravity, body_numbers, fre
             q, row = turn[n], shape[shape_of[n]]
             j1, j2, j3 = row[J1], row[J2], row[J3]
             a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
-            p1, p2, p3 = a * lx + d * ly + o * lz, b * lx + e * ly + u * lz, c * lx + k * ly + i * lz
+            p1, p2, p3 = (
+                a * lx + d * ly + o * lz,
+                b * lx + e * ly + u * lz,
+                c * lx + k * ly + i * lz,
+            )
             if HAS_BRAKE:
-                p1, p2, p3, taken = turning.braked(p1, p2, p3, j1, j2, j3, h * new[BRAKE])
+                p1, p2, p3, taken = turning.braked(
+                    p1, p2, p3, j1, j2, j3, h * new[BRAKE]
+                )
                 lost += taken
-                lx, ly, lz = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + k * p3, o * p1 + u * p2 + i * p3
+                lx, ly, lz = (
+                    a * p1 + b * p2 + c * p3,
+                    d * p1 + e * p2 + k * p3,
+                    o * p1 + u * p2 + i * p3,
+                )
             p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
-            m[W], m[W + 1], m[W + 2] = a * p1 + b * p2 + c * p3, d * p1 + e * p2 + k * p3, o * p1 + u * p2 + i * p3
+            m[W], m[W + 1], m[W + 2] = (
+                a * p1 + b * p2 + c * p3,
+                d * p1 + e * p2 + k * p3,
+                o * p1 + u * p2 + i * p3,
+            )
         spun[0], spun[1], spun[2] = lx, ly, lz
         v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
-        kinetic += 0.5 * m[MASS] * v2 + 0.5 * (m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2])
+        kinetic += 0.5 * m[MASS] * v2 + 0.5 * (
+            m[W] * spun[0] + m[W + 1] * spun[1] + m[W + 2] * spun[2]
+        )
         fastest = max(fastest, v2)
     return kinetic, fastest, power, lost

@@ -1,9 +1,11 @@
-"""Compiling the engine's kernels for one set of laws, and keeping the machine code where the user can write.
+"""Compiling the engine's kernels for one set of laws, and keeping the machine code
+where the user can write.
 
-A kernel is a template: an ordinary function whose module names (`friction`, `rolling`, …) stand for laws. `specialise` gives a
-copy its own laws and compiles it. Its name carries a fingerprint of every source that goes into it, so that numba's cache on
-disk never hands out code made from an older law: numba itself looks only at the file of the outermost function.
-"""
+A kernel is a template: an ordinary function whose module names (`friction`, `rolling`,
+…) stand for laws. `specialise` gives a copy its own laws and compiles it. Its name
+carries a fingerprint of every source that goes into it, so that numba's cache on disk
+never hands out code made from an older law: numba itself looks only at the file of the
+outermost function."""
 
 import hashlib
 import inspect
@@ -18,40 +20,55 @@ from typing import Any
 
 import numba
 
-# Of fastmath only "contract", a·b + c rounded once: sums are not reordered, which would make a force depend on how a loop was cut
-# into vectors. error_model numpy drops the division checks, which keep loops from becoming vectors. Without _nrt numba counts
-# references to every array that it slices or hands on, by locked instructions: 90 % of a one-seed run was spent on that. The price is
-# that a kernel cannot allocate: scratch is handed in.
+# Of fastmath only "contract", a·b + c rounded once: sums are not reordered, which would
+# make a force depend on how a loop was cut into vectors. error_model numpy drops the
+# division checks, which keep loops from becoming vectors. Without _nrt numba counts
+# references to every array that it slices or hands on, by locked instructions: 90 % of
+# a one-seed run was spent on that. The price is that a kernel cannot allocate: scratch
+# is handed in.
 OPTIONS: dict[str, Any] = {
-    "fastmath": {"contract"}, "error_model": "numpy", "nogil": True, "boundscheck": False, "_nrt": False,
-}  # fmt: skip
+    "fastmath": {"contract"},
+    "error_model": "numpy",
+    "nogil": True,
+    "boundscheck": False,
+    "_nrt": False,
+}
 ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
 
 
 @cache
 def cache_folder() -> Path:
-    """Where compiled kernels are kept: $NUMBA_CACHE_DIR, else the user's cache folder, else a folder of the user's in /tmp."""
+    """Where compiled kernels are kept: $NUMBA_CACHE_DIR, else the user's cache folder,
+    else a folder of the user's in /tmp."""
     asked, user = os.environ.get("NUMBA_CACHE_DIR"), getattr(os, "getuid", lambda: 0)()
     choices = [Path(asked)] if asked else []
     with suppress(RuntimeError):  # nobody's home
-        choices += [Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser() / "benchtwin" / "kernels"]
+        choices += [
+            Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
+            / "benchtwin"
+            / "kernels"
+        ]
     shared = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
     for folder in (*choices, shared):
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             with tempfile.TemporaryFile(dir=folder):
-                if folder != shared or folder.stat().st_uid == user:  # compiled code is not taken from another's folder
+                if (
+                    folder != shared or folder.stat().st_uid == user
+                ):  # compiled code is not taken from another's folder
                     return folder
         except OSError:
             continue
     raise RuntimeError(
-        f"no folder to keep compiled kernels in: cannot write to {', '.join(map(str, (*choices, shared)))}; set NUMBA_CACHE_DIR"
+        "no folder to keep compiled kernels in: cannot write to"
+        f" {', '.join(map(str, (*choices, shared)))}; set NUMBA_CACHE_DIR"
     )
 
 
 @cache
 def fingerprint_of_sources() -> str:
-    """Of every file of the engine, of the contact law that is always there, and of numba's version."""
+    """Of every file of the engine, of the contact law that is always there, and of
+    numba's version."""
     digest = hashlib.sha256(numba.__version__.encode())
     here = Path(__file__).parent
     for file in (*sorted(here.glob("*.py")), here.parent / "laws" / "hertz_mindlin.py"):
@@ -60,31 +77,46 @@ def fingerprint_of_sources() -> str:
 
 
 def fingerprint(*parts: object) -> str:
-    """Short hash of what a specialised kernel is made from; a function counts with its source and its name."""
+    """Short hash of what a specialised kernel is made from; a function counts with its
+    source and its name."""
     digest = hashlib.sha256(fingerprint_of_sources().encode())
     for part in parts:
-        digest.update((inspect.getsource(part) if callable(part) else repr(part)).encode() + b"\0")
+        digest.update(
+            (inspect.getsource(part) if callable(part) else repr(part)).encode() + b"\0"
+        )
     return digest.hexdigest()[:16]
 
 
 def bind(template: Callable, **names: object) -> Callable:
-    """A copy of `template` that sees `names` in place of its module's own, uncompiled."""
-    made = types.FunctionType(template.__code__, {**template.__globals__, **names}, template.__name__, template.__defaults__)
+    """A copy of `template` that sees `names` in place of its module's own,
+    uncompiled."""
+    made = types.FunctionType(
+        template.__code__,
+        {**template.__globals__, **names},
+        template.__name__,
+        template.__defaults__,
+    )
     made.__module__ = template.__module__
     return made
 
 
 def inner(template: Callable, **names: object) -> Callable:
-    """`template` with `names` bound, compiled as a part of a kernel (kept on disk only inside that kernel)."""
+    """`template` with `names` bound, compiled as a part of a kernel (kept on disk only
+    inside that kernel)."""
     return numba.njit(forceinline=True, **OPTIONS)(bind(template, **names))
 
 
-def kernel(template: Callable, mark: str, options: dict = OPTIONS, **names: object) -> Callable:
-    """`template` with `names` bound, compiled and kept on disk under its name and `mark` (see `fingerprint`)."""
+def kernel(
+    template: Callable, mark: str, options: dict = OPTIONS, **names: object
+) -> Callable:
+    """`template` with `names` bound, compiled and kept on disk under its name and
+    `mark` (see `fingerprint`)."""
     made = bind(template, **names)
     made.__qualname__ = f"{template.__name__}_{mark}"
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder())  # read once, while the dispatcher is made
+    numba.config.CACHE_DIR = str(
+        cache_folder()
+    )  # read once, while the dispatcher is made
     try:
         return numba.njit(cache=True, **options)(made)
     finally:

@@ -1,9 +1,10 @@
-"""All contacts of one block of bodies: find which listed pairs touch, gather them into tiles, apply the laws, add up the forces.
+"""All contacts of one block of bodies: find which listed pairs touch, gather them into
+tiles, apply the laws, add up the forces.
 
-Blocks are fixed runs of bodies in spatial order, their number set by the number of bodies alone. A block adds into its own
-window of forces (its bodies and the partners ahead of it in order); `gather_forces` adds the windows body by body in block
-order. So the order of every sum is fixed, however many threads share the blocks.
-"""
+Blocks are fixed runs of bodies in spatial order, their number set by the number of
+bodies alone. A block adds into its own window of forces (its bodies and the partners
+ahead of it in order); `gather_forces` adds the windows body by body in block order. So
+the order of every sum is fixed, however many threads share the blocks."""
 
 import math
 
@@ -23,12 +24,14 @@ SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision
 
 
 def reach(radius, modulus, row, table):
-    """How far apart a pair that has touched still acts [m]; `kernels.build` binds the chosen laws' in its place."""
+    """How far apart a pair that has touched still acts [m]; `kernels.build` binds the
+    chosen laws' in its place."""
     return 0.0
 
 
 def awake_pairs(first, last, owner, calm, pair_i, pair_j, awake):
-    """Numbers of the listed pairs first … last−1 of which one body at least is awake, into `awake` from `first` on; how many."""
+    """Numbers of the listed pairs first … last−1 of which one body at least is awake,
+    into `awake` from `first` on; how many."""
     count = first
     for k in range(np.uint64(first), np.uint64(last)):
         awake[count] = k
@@ -36,17 +39,36 @@ def awake_pairs(first, last, owner, calm, pair_i, pair_j, awake):
     return count - first
 
 
-def touching_pairs(first, last, awake, few, ball, path, owner, material, materials, table, pair_i, pair_j, memory, touch, quiet,
-                   active):  # fmt: skip
-    """Listed ball pairs first … last−1 that touch (or still act), into `active`; forgets those that have parted. Returns how
-    many. few: so many pairs only, whose numbers stand in `awake` from `first` on; −1: all.
+def touching_pairs(
+    first,
+    last,
+    awake,
+    few,
+    ball,
+    path,
+    owner,
+    material,
+    materials,
+    table,
+    pair_i,
+    pair_j,
+    memory,
+    touch,
+    quiet,
+    active,
+):
+    """Listed ball pairs first … last−1 that touch (or still act), into `active`;
+    forgets those that have parted. Returns how many. few: so many pairs only, whose
+    numbers stand in `awake` from `first` on; −1: all.
 
-    Most listed pairs are far from touching. Measured once, a gap cannot close before the paths of both balls have grown by as
-    much: until their sum reaches quiet[k] the pair is not looked at. `ball` is flat, four numbers a ball.
-    """
+    Most listed pairs are far from touching. Measured once, a gap cannot close before
+    the paths of both balls have grown by as much: until their sum reaches quiet[k] the
+    pair is not looked at. `ball` is flat, four numbers a ball."""
     near = np.uint64(0)
     if few < 0:
-        for k in range(np.uint64(first), np.uint64(last)):  # an index that could be negative is checked at each use
+        for k in range(
+            np.uint64(first), np.uint64(last)
+        ):  # an index that could be negative is checked at each use
             active[near] = k
             near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     else:
@@ -70,32 +92,62 @@ def touching_pairs(first, last, awake, few, ball, path, owner, material, materia
             continue
         if REACH and touch[k]:
             row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
-            wide = both + reach(ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table)
+            wide = both + reach(
+                ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table
+            )
             if gap2 < wide * wide:
                 active[count] = k
                 count += 1
                 quiet[k] = -1.0
                 continue
-        quiet[k] = (path[pair_i[k]] + path[pair_j[k]] + math.sqrt(gap2) - both * (1.0 + 1e-12)) * SHORT
+        quiet[k] = (
+            path[pair_i[k]] + path[pair_j[k]] + math.sqrt(gap2) - both * (1.0 + 1e-12)
+        ) * SHORT
         if touch[k]:
             touch[k] = 0
             memory[k, :] = 0.0
     return count
 
 
-def touching_walls(first, last, look, calm, ball, owner, material, materials, table, wall_i, wall_p, memory, touch, prim, prim_kind,
-                   prim_wall, wall_material, corners, active, meet):  # fmt: skip
-    """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal and overlap in `meet`. Returns how many.
+def touching_walls(
+    first,
+    last,
+    look,
+    calm,
+    ball,
+    owner,
+    material,
+    materials,
+    table,
+    wall_i,
+    wall_p,
+    memory,
+    touch,
+    prim,
+    prim_kind,
+    prim_wall,
+    wall_material,
+    corners,
+    active,
+    meet,
+):
+    """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal
+    and overlap in `meet`. Returns how many.
 
-    A ball near an edge that several triangles of one wall share meets it once: of all primitives that share the nearest feature
-    the nearest counts, the first listed among equals. A contact that a ball takes over from a neighbouring triangle of the same
-    wall keeps its memory, so that a ball rolls over a tessellated plane as over a plane.
-    """
+    A ball near an edge that several triangles of one wall share meets it once: of all
+    primitives that share the nearest feature the nearest counts, the first listed among
+    equals. A contact that a ball takes over from a neighbouring triangle of the same
+    wall keeps its memory, so that a ball rolls over a tessellated plane as over a
+    plane."""
     count = 0
     k = first
     while k < last:
         end = k + 1
-        while end < last and wall_i[end] == wall_i[k] and prim_wall[wall_p[end]] == prim_wall[wall_p[k]]:
+        while (
+            end < last
+            and wall_i[end] == wall_i[k]
+            and prim_wall[wall_p[end]] == prim_wall[wall_p[k]]
+        ):
             end += 1
         start = count
         i = wall_i[k]
@@ -112,7 +164,12 @@ def touching_walls(first, last, look, calm, ball, owner, material, materials, ta
                 limit += reach(r, table[row, 0], row, table)
             if distance < limit:
                 active[count] = c
-                meet[count, 0], meet[count, 1], meet[count, 2], meet[count, 3] = nx, ny, nz, r - distance
+                meet[count, 0], meet[count, 1], meet[count, 2], meet[count, 3] = (
+                    nx,
+                    ny,
+                    nz,
+                    r - distance,
+                )
                 meet[count, 4] = feature
                 count += 1
         if count - start > 1:
@@ -136,7 +193,9 @@ def _each_feature_once(start, count, active, meet, wall_p, corners):
         good = True
         if feature > 0:
             for b in range(start, count):
-                if b != a and shares_feature(corners[wall_p[active[a]]], feature, corners[wall_p[active[b]]]):
+                if b != a and shares_feature(
+                    corners[wall_p[active[a]]], feature, corners[wall_p[active[b]]]
+                ):
                     slack = 1e-9 * abs(meet[a, 3])
                     deeper = meet[b, 3] > meet[a, 3] + slack
                     equal = abs(meet[b, 3] - meet[a, 3]) <= slack
@@ -167,17 +226,22 @@ def _forget_or_hand_over(k, end, start, count, active, memory, touch):
 
 
 def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
-    """Each contact's share of the damping where several balls of one seed touch the same other seed.
+    """Each contact's share of the damping where several balls of one seed touch the
+    same other seed.
 
-    Springs side by side add up, S = Σ S_k, but dashpots γ √(S_k m) would add up to more than γ √(S m), and a seed that lands on k
-    balls would rebound less. With m_k = m S_k / S they sum to exactly that: restitution then does not depend on the number of
-    balls. S_k ∝ √(R* δ), one material pair.
-    """
+    Springs side by side add up, S = Σ S_k, but dashpots γ √(S_k m) would add up to more
+    than γ √(S m), and a seed that lands on k balls would rebound less. With m_k = m S_k
+    / S they sum to exactly that: restitution then does not depend on the number of
+    balls. S_k ∝ √(R* δ), one material pair."""
     a = 0
     while a < count:
         i, j = pair_i[active[a]], pair_j[active[a]]
         end = a + 1
-        while end < count and owner[pair_i[active[end]]] == owner[i] and owner[pair_j[active[end]]] == owner[j]:
+        while (
+            end < count
+            and owner[pair_i[active[end]]] == owner[i]
+            and owner[pair_j[active[end]]] == owner[j]
+        ):
             end += 1
         if end == a + 1:
             share[a:end] = 1.0
@@ -185,9 +249,20 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
             total = 0.0
             for c in range(a, end):
                 i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
-                dx, dy, dz = ball[i] - ball[j], ball[i + 1] - ball[j + 1], ball[i + 2] - ball[j + 2]
-                overlap = ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
-                share[c] = math.sqrt(max(overlap, 0.0) * ball[i + 3] * ball[j + 3] / (ball[i + 3] + ball[j + 3]))
+                dx, dy, dz = (
+                    ball[i] - ball[j],
+                    ball[i + 1] - ball[j + 1],
+                    ball[i + 2] - ball[j + 2],
+                )
+                overlap = (
+                    ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
+                )
+                share[c] = math.sqrt(
+                    max(overlap, 0.0)
+                    * ball[i + 3]
+                    * ball[j + 3]
+                    / (ball[i + 3] + ball[j + 3])
+                )
                 total += share[c]
             for c in range(a, end):
                 share[c] /= max(total, 1e-300)
@@ -200,14 +275,20 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
     while a < count:
         body, wall = owner[wall_i[active[a]]], prim_wall[wall_p[active[a]]]
         end = a + 1
-        while end < count and owner[wall_i[active[end]]] == body and prim_wall[wall_p[active[end]]] == wall:
+        while (
+            end < count
+            and owner[wall_i[active[end]]] == body
+            and prim_wall[wall_p[active[end]]] == wall
+        ):
             end += 1
         if end == a + 1:
             share[a:end] = 1.0
         else:
             total = 0.0
             for c in range(a, end):
-                share[c] = math.sqrt(max(meet[c, 3], 0.0) * ball[4 * wall_i[active[c]] + 3])
+                share[c] = math.sqrt(
+                    max(meet[c, 3], 0.0) * ball[4 * wall_i[active[c]] + 3]
+                )
                 total += share[c]
             for c in range(a, end):
                 share[c] /= max(total, 1e-300)
@@ -215,11 +296,21 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
 
 
 def block_forces(b, dt, look, woken, s, scratch):
-    """Forces of all contacts of block b, into its window; `s` is the kernel's view of the state (`kernels.View`). look: those
-    between sleeping bodies too; woken: whether a body has just woken."""
-    P, active, meet, share, rows, early = scratch.tile, scratch.active, scratch.meet, scratch.share, scratch.rows, scratch.early
+    """Forces of all contacts of block b, into its window; `s` is the kernel's view of
+    the state (`kernels.View`). look: those between sleeping bodies too; woken: whether
+    a body has just woken."""
+    P, active, meet, share, rows, early = (
+        scratch.tile,
+        scratch.active,
+        scratch.meet,
+        scratch.share,
+        scratch.rows,
+        scratch.early,
+    )
     base = s.block_window[b] - s.block_body[b]
-    s.window[s.block_window[b] * FROM_CONTACTS : s.block_window[b + 1] * FROM_CONTACTS] = 0.0
+    s.window[
+        s.block_window[b] * FROM_CONTACTS : s.block_window[b + 1] * FROM_CONTACTS
+    ] = 0.0
     s.wall_push[b, :, :] = 0.0
     sums = s.sums[b]
     sums[:] = 0.0
@@ -227,21 +318,64 @@ def block_forces(b, dt, look, woken, s, scratch):
     if look:
         s.awakes[b] = -1  # who sleeps may change after this step
     elif s.awakes[b] < 0 or woken:
-        s.awakes[b] = awake_pairs(first, last, s.owner, s.calm, s.pair_i, s.pair_j, s.awake)
+        s.awakes[b] = awake_pairs(
+            first, last, s.owner, s.calm, s.pair_i, s.pair_j, s.awake
+        )
     pairs = touching_pairs(
-        first, last, s.awake, s.awakes[b], s.ball, s.path, s.owner, s.material, s.materials, s.table, s.pair_i, s.pair_j,
-        s.pair_memory, s.pair_touch, s.pair_quiet, active,
-    )  # fmt: skip
+        first,
+        last,
+        s.awake,
+        s.awakes[b],
+        s.ball,
+        s.path,
+        s.owner,
+        s.material,
+        s.materials,
+        s.table,
+        s.pair_i,
+        s.pair_j,
+        s.pair_memory,
+        s.pair_touch,
+        s.pair_quiet,
+        active,
+    )
     if s.shared:
         shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
     walls = touching_walls(
-        first, last, look, s.calm,
-        s.ball, s.owner, s.material, s.materials, s.table, s.wall_i, s.wall_p, s.wall_memory, s.wall_touch, s.prim,
-        s.prim_kind, s.prim_wall, s.wall_material, s.corners, active[pairs:], meet,
-    )  # fmt: skip
+        first,
+        last,
+        look,
+        s.calm,
+        s.ball,
+        s.owner,
+        s.material,
+        s.materials,
+        s.table,
+        s.wall_i,
+        s.wall_p,
+        s.wall_memory,
+        s.wall_touch,
+        s.prim,
+        s.prim_kind,
+        s.prim_wall,
+        s.wall_material,
+        s.corners,
+        active[pairs:],
+        meet,
+    )
     if s.shared:
-        shares_of_walls(walls, active[pairs:], meet, s.ball, s.owner, s.wall_i, s.wall_p, s.prim_wall, share[pairs:])
+        shares_of_walls(
+            walls,
+            active[pairs:],
+            meet,
+            s.ball,
+            s.owner,
+            s.wall_i,
+            s.wall_p,
+            s.prim_wall,
+            share[pairs:],
+        )
     sums[S_CONTACTS] = pairs + walls
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
@@ -255,9 +389,18 @@ def block_forces(b, dt, look, woken, s, scratch):
         else:
             at = pairs + (tile - tiles_of_pairs) * LANES
             count = min(LANES, pairs + walls - at)
-            gather_walls(P, s, active[at : at + count], share[at : at + count], meet[at - pairs :], rows)
+            gather_walls(
+                P,
+                s,
+                active[at : at + count],
+                share[at : at + count],
+                meet[at - pairs :],
+                rows,
+            )
         approach(P, (count + 7) // 8 * 8, dt, early)
-        laws(P, (count + 7) // 8 * 8, dt, s.pull, s.whole)  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        laws(
+            P, (count + 7) // 8 * 8, dt, s.pull, s.whole
+        )  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
         else:
@@ -271,7 +414,8 @@ scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls
 
 
 def gather_forces(c, block_body, block_window, window, fresh):
-    """Contact forces on the bodies of block c: the windows of all blocks that reach them, added in block order, into `fresh`."""
+    """Contact forces on the bodies of block c: the windows of all blocks that reach
+    them, added in block order, into `fresh`."""
     first, last = block_body[c], block_body[c + 1]
     for n in range(first, last):
         for k in range(FROM_CONTACTS):

@@ -1,13 +1,26 @@
-"""Between the arrays of a state and a tile: contacts' bodies, parameters and memory in, forces, torques and memory out."""
+"""Between the arrays of a state and a tile: contacts' bodies, parameters and memory in,
+forces, torques and memory out."""
 
 from sim.engine import tiles
 from sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
 from sim.engine.tiles import LANES, STRIDE
 
-LAST_LANE = LANES - 1  # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check of every index
+# "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check
+# of every index
+LAST_LANE = LANES - 1
 WALL_MASS = 1e300  # so that m_i m_j / (m_i + m_j) is the seed's own mass
 # Columns of a block's sums.
-S_OVERLAP, S_NORMAL, S_TANGENTIAL, S_DAMPED, S_SLIPPED, S_ROLLED, S_EXTRA, S_WALLS, S_CONTACTS = range(9)
+(
+    S_OVERLAP,
+    S_NORMAL,
+    S_TANGENTIAL,
+    S_DAMPED,
+    S_SLIPPED,
+    S_ROLLED,
+    S_EXTRA,
+    S_WALLS,
+    S_CONTACTS,
+) = range(9)
 SUMS = 9
 LEDGER = False
 HAS_RESTITUTION = False
@@ -15,7 +28,8 @@ HAS_SPRING = False
 
 
 def gather_two(P, t, ball, motion, single, i, j, a, c):
-    """Balls i and j of bodies a and c: where they are and how they move, against each other where only that counts."""
+    """Balls i and j of bodies a and c: where they are and how they move, against each
+    other where only that counts."""
     i, j, a, c = 4 * i, 4 * j, 10 * a, 10 * c
     P[tiles.DX + t] = ball[i] - ball[j]
     P[tiles.DY + t] = ball[i + 1] - ball[j + 1]
@@ -35,8 +49,8 @@ def gather_two(P, t, ball, motion, single, i, j, a, c):
 
 
 def gather_first(P, t, ball, motion, single, i, a):
-    """What of ball i and its body a counts by itself. ball and motion are flat, 4 and 10 numbers a row: constant strides spare a
-    multiplication for each number."""
+    """What of ball i and its body a counts by itself. ball and motion are flat, 4 and
+    10 numbers a row: constant strides spare a multiplication for each number."""
     i, a = 4 * i, 10 * a
     P[tiles.RI + t] = ball[i + 3]
     P[tiles.WIX + t] = motion[a + W]
@@ -50,7 +64,8 @@ def gather_first(P, t, ball, motion, single, i, a):
 
 
 def gather_numbers(P, t, row, rows, table):
-    """The material pair's numbers and the chosen laws' parameters, unless lane t still holds those of the same pair."""
+    """The material pair's numbers and the chosen laws' parameters, unless lane t still
+    holds those of the same pair."""
     if rows[t] == row:
         return
     rows[t] = row
@@ -72,10 +87,11 @@ def recall(P, t, memory, fresh):
 
 
 def gather_wall(P, t, ball, motion, i, a, meet, twist):
-    """Ball i of body a on a wall: geometry, and the wall as the other body, with the velocity it has at the contact.
+    """Ball i of body a on a wall: geometry, and the wall as the other body, with the
+    velocity it has at the contact.
 
-    The contact lies in the middle of the overlap; the spin of a turning wall enters as its own (it rolls under the ball).
-    """
+    The contact lies in the middle of the overlap; the spin of a turning wall enters as
+    its own (it rolls under the ball)."""
     i, a = 4 * i, 10 * a
     nx, ny, nz, overlap = meet[0], meet[1], meet[2], meet[3]
     radius = P[tiles.RI + t]
@@ -84,13 +100,21 @@ def gather_wall(P, t, ball, motion, i, a, meet, twist):
     P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
     P[tiles.OVERLAP + t] = overlap
     P[tiles.RADIUS + t] = radius
-    P[tiles.AIX + t], P[tiles.AIY + t], P[tiles.AIZ + t] = cx - motion[a + X], cy - motion[a + X + 1], cz - motion[a + X + 2]
+    P[tiles.AIX + t], P[tiles.AIY + t], P[tiles.AIZ + t] = (
+        cx - motion[a + X],
+        cy - motion[a + X + 1],
+        cz - motion[a + X + 2],
+    )
     P[tiles.AJX + t], P[tiles.AJY + t], P[tiles.AJZ + t] = 0.0, 0.0, 0.0
     ux = twist[0] + twist[4] * cz - twist[5] * cy
     uy = twist[1] + twist[5] * cx - twist[3] * cz
     uz = twist[2] + twist[3] * cy - twist[4] * cx
     P[tiles.UX + t], P[tiles.UY + t], P[tiles.UZ + t] = ux, uy, uz
-    P[tiles.VX + t], P[tiles.VY + t], P[tiles.VZ + t] = motion[a + V] - ux, motion[a + V + 1] - uy, motion[a + V + 2] - uz
+    P[tiles.VX + t], P[tiles.VY + t], P[tiles.VZ + t] = (
+        motion[a + V] - ux,
+        motion[a + V + 1] - uy,
+        motion[a + V + 2] - uz,
+    )
     P[tiles.WJX + t], P[tiles.WJY + t], P[tiles.WJZ + t] = twist[3], twist[4], twist[5]
     P[tiles.MJ + t] = WALL_MASS
     P[tiles.RJ + t] = 1.0
@@ -142,7 +166,8 @@ def gather_pairs(P, s, active, share, rows):
 
 
 def gather_walls(P, s, active, share, meet, rows):
-    """Fill a tile with the balls and walls in `active`; `meet` says where they touch."""
+    """Fill a tile with the balls and walls in `active`; `meet` says where they
+    touch."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -151,12 +176,15 @@ def gather_walls(P, s, active, share, meet, rows):
         gather_first(P, t, s.ball, s.motion, s.single, i, a)
         gather_wall(P, t, s.ball, s.motion, i, a, meet[t], s.twist[w])
         P[tiles.SHARE + t] = share[t] if s.shared else 1.0
-        gather_numbers(P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table)
+        gather_numbers(
+            P, t, s.material[a] * s.materials + s.wall_material[w], rows, s.table
+        )
         recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
 
 
 def scatter_pairs(P, s, active, base, sums):
-    """Add a tile's forces and torques to both bodies of each pair, and keep what the contacts remember."""
+    """Add a tile's forces and torques to both bodies of each pair, and keep what the
+    contacts remember."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -168,7 +196,8 @@ def scatter_pairs(P, s, active, base, sums):
 
 
 def scatter_walls(P, s, active, base, wall_push, sums):
-    """Add a tile's forces and torques to bodies and walls, and keep what the contacts remember."""
+    """Add a tile's forces and torques to bodies and walls, and keep what the contacts
+    remember."""
     for n in range(len(active)):
         t = n & LAST_LANE
         k = active[t]
@@ -181,7 +210,10 @@ def scatter_walls(P, s, active, base, wall_push, sums):
 
 def add_up(P, t, sums, is_wall):
     """A contact's entries in its block's sums."""
-    overlap, smaller = P[tiles.OVERLAP + t], P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t])
+    overlap, smaller = (
+        P[tiles.OVERLAP + t],
+        P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t]),
+    )
     if overlap > sums[S_OVERLAP] * smaller:  # spares most divisions
         sums[S_OVERLAP] = overlap / smaller
     if LEDGER:

@@ -1,4 +1,5 @@
-"""The compiled step loop for one set of laws: `build` gives `advance`, which every thread of a run executes."""
+"""The compiled step loop for one set of laws: `build` gives `advance`, which every
+thread of a run executes."""
 
 from collections import namedtuple
 from collections.abc import Callable
@@ -7,25 +8,40 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-from sim.engine import assemble, bodies, contacts, gathering, quadrature, sleeping, surfaces, tiles, turning
+from sim.engine import (
+    assemble,
+    bodies,
+    contacts,
+    gathering,
+    quadrature,
+    sleeping,
+    surfaces,
+    tiles,
+    turning,
+)
 from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
 from sim.engine.gathering import S_OVERLAP
 from sim.engine.parallel import barrier, take
 from sim.laws import hertz_mindlin
 from sim.laws.law import Chosen, Law
 
-# What the kernels see of a state and its world, arrays all (see `state.State` for those that outlive a call).
+# What the kernels see of a state and its world, arrays all (see `state.State` for those
+# that outlive a call).
 View = namedtuple(
     "View",
-    "motion body turn spin load calm trait shape_of material ball owner path ball_start shape shape_start shape_ball "
-    "pair_i pair_j pair_memory pair_touch pair_quiet awake awakes sleeps woken wall_i wall_p wall_memory wall_touch "
-    "block_body block_pair block_wall block_window window sums totals "
-    "prim prim_rest prim_ref prim_kind prim_wall wall_material corners twist wall_push wall_load moves move_numbers "
-    "wall_way table materials gravity body_numbers shared single pull whole",
+    "motion body turn spin load calm trait shape_of material ball owner path ball_start"
+    " shape shape_start shape_ball pair_i pair_j pair_memory pair_touch pair_quiet"
+    " awake awakes sleeps woken wall_i wall_p wall_memory wall_touch block_body"
+    " block_pair block_wall block_window window sums totals prim prim_rest prim_ref"
+    " prim_kind prim_wall wall_material corners twist wall_push wall_load moves"
+    " move_numbers wall_way table materials gravity body_numbers shared single pull"
+    " whole",
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple("Scratch", "tile active meet share fresh rows early who")  # each thread's own
+Scratch = namedtuple(
+    "Scratch", "tile active meet share fresh rows early who"
+)  # each thread's own
 
 T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_WAY = range(5)
 TOTALS = 5
@@ -35,17 +51,39 @@ DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 LEDGER_NAMES = ("damping", "friction", "rolling", "adhesion", "walls", "body_laws")
 
 
-def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, scratch, counters, status, ledger, impulse):
-    """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every thread calls this with the same arguments.
+def advance(
+    me,
+    threads,
+    steps,
+    start,
+    dt,
+    skin,
+    most_overlap,
+    most_speed,
+    s,
+    scratch,
+    counters,
+    status,
+    ledger,
+    impulse,
+):
+    """Up to `steps` steps from step number `start`, by thread `me` of `threads`; every
+    thread calls this with the same arguments.
 
-    A step is: predict, forces, correct; a block's correction is followed at once by its next prediction while its bodies are at
-    hand, and two barriers a step do. Stops early when the neighbour lists may no longer hold everything near (STALE: positions
-    are predicted, forces are still to come), when an overlap exceeds `most_overlap` of a radius (SQUEEZED) or a speed
-    `most_speed` (RUNAWAY; NaN too): a state to look at then, its positions a step ahead.
-    status: [why, steps done]. ledger adds up the dissipated energies, impulse (walls, 3) the seeds' push on the walls.
-    """
+    A step is: predict, forces, correct; a block's correction is followed at once by its
+    next prediction while its bodies are at hand, and two barriers a step do. Stops
+    early when the neighbour lists may no longer hold everything near (STALE: positions
+    are predicted, forces are still to come), when an overlap exceeds `most_overlap` of
+    a radius (SQUEEZED) or a speed `most_speed` (RUNAWAY; NaN too): a state to look at
+    then, its positions a step ahead. status: [why, steps done]. ledger adds up the
+    dissipated energies, impulse (walls, 3) the seeds' push on the walls."""
     blocks = len(s.block_body) - 1
-    done, more, forces, look = 0, True, False, False  # forces: of these positions are known; look: also between sleepers
+    done, more, forces, look = (
+        0,
+        True,
+        False,
+        False,
+    )  # forces: of these positions are known; look: also between sleepers
     while True:
         if forces or status[0] != STALE:
             more = done + forces < steps
@@ -56,17 +94,49 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
                 t = s.totals[b]
                 t[T_BRAKED] = 0.0
                 if forces:
-                    gather_forces(b, s.block_body, s.block_window, s.window, scratch.fresh)
+                    gather_forces(
+                        b, s.block_body, s.block_window, s.window, scratch.fresh
+                    )
                     t[T_KINETIC], t[T_FASTEST], t[T_POWER], t[T_BRAKED] = correct(
-                        first, last, dt, look and s.sleeps, s.woken, (start + done + 1) % 2, s.calm, s.gravity, s.body_numbers,
-                        scratch.fresh, s.body, s.turn, s.spin, s.load, s.trait,
-                        s.shape_of, s.shape,
-                    )  # fmt: skip
+                        first,
+                        last,
+                        dt,
+                        look and s.sleeps,
+                        s.woken,
+                        (start + done + 1) % 2,
+                        s.calm,
+                        s.gravity,
+                        s.body_numbers,
+                        scratch.fresh,
+                        s.body,
+                        s.turn,
+                        s.spin,
+                        s.load,
+                        s.trait,
+                        s.shape_of,
+                        s.shape,
+                    )
                 if more:
                     t[T_WAY], braked = predict(
-                        first, last, dt, scratch.tile, scratch.who, s.calm, s.body, s.turn, s.spin, s.load, s.trait, s.shape_of, s.shape,
-                        s.shape_start, s.shape_ball, s.ball_start, s.ball, s.path,
-                    )  # fmt: skip
+                        first,
+                        last,
+                        dt,
+                        scratch.tile,
+                        scratch.who,
+                        s.calm,
+                        s.body,
+                        s.turn,
+                        s.spin,
+                        s.load,
+                        s.trait,
+                        s.shape_of,
+                        s.shape,
+                        s.shape_start,
+                        s.shape_ball,
+                        s.ball_start,
+                        s.ball,
+                        s.path,
+                    )
                     t[T_BRAKED] += braked
                 b = take(counters, NEXT_BODIES, threads, b + 1)
             if me == 0:
@@ -85,11 +155,17 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
                     ledger[5] += dt * s.totals[b, T_POWER] * forces
             if forces:
                 done += 1
-                why = SQUEEZED if overlap > most_overlap else runaway(s.totals, most_speed)
+                why = (
+                    SQUEEZED
+                    if overlap > most_overlap
+                    else runaway(s.totals, most_speed)
+                )
             if why == DONE and more and stale(s.totals, s.wall_way, skin):
                 why = STALE
             if why != DONE or not more:
-                barrier(counters, threads)  # nobody may change `status` before all have read it
+                barrier(
+                    counters, threads
+                )  # nobody may change `status` before all have read it
                 if me == 0:
                     status[0], status[1] = why, done
                 return
@@ -108,12 +184,24 @@ def advance(me, threads, steps, start, dt, skin, most_overlap, most_speed, s, sc
 
 def walls_at(t, s):
     """Put the moving walls where they are at time `t` [s]."""
-    place_walls(t, s.moves, s.move_numbers, s.prim_rest, s.prim_ref, s.prim_kind, s.prim_wall, s.prim, s.twist, s.wall_way)
+    place_walls(
+        t,
+        s.moves,
+        s.move_numbers,
+        s.prim_rest,
+        s.prim_ref,
+        s.prim_kind,
+        s.prim_wall,
+        s.prim,
+        s.twist,
+        s.wall_way,
+    )
 
 
 @njit(**OPTIONS)
 def stale(totals, wall_way, skin):
-    """Whether a ball, or a ball and a wall together, may have come nearer than the lists know."""
+    """Whether a ball, or a ball and a wall together, may have come nearer than the
+    lists know."""
     way = 0.0
     for b in range(len(totals)):
         way = max(way, totals[b, T_WAY])
@@ -131,7 +219,8 @@ def squeeze(sums):
 
 @njit(**OPTIONS)
 def runaway(totals, most_speed):
-    """RUNAWAY where a body is faster than `most_speed` [m/s] or its speed is not a number, else DONE."""
+    """RUNAWAY where a body is faster than `most_speed` [m/s] or its speed is not a
+    number, else DONE."""
     for b in range(len(totals)):
         if not totals[b, T_FASTEST] <= most_speed * most_speed:  # NaN too
             return RUNAWAY
@@ -152,7 +241,8 @@ def add_walls(wall_push, wall_load, dt, impulse):
 
 @njit(**OPTIONS)
 def add_ledger(sums, dt, ledger):
-    """Add the work that the laws did in one step of `dt` [s] to the energy ledger [J]."""
+    """Add the work that the laws did in one step of `dt` [s] to the energy ledger
+    [J]."""
     for b in range(len(sums)):
         ledger[0] += dt * sums[b, gathering.S_DAMPED]
         ledger[1] += dt * sums[b, gathering.S_SLIPPED]
@@ -172,16 +262,37 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     """The compiled parts of `advance`: contacts with the chosen laws in them."""
     remembered = {n: bound.get(n, False) for n in ("HAS_RESTITUTION", "HAS_SPRING")}
     of_reach = {"REACH": True, "reach": reach} if reach else {}
-    plain = ("gather_first", "gather_two", "gather_numbers", "gather_wall", "push", "push_back", "push_wall")
+    plain = (
+        "gather_first",
+        "gather_two",
+        "gather_numbers",
+        "gather_wall",
+        "push",
+        "push_back",
+        "push_wall",
+    )
     parts = {n: inner(getattr(gathering, n)) for n in plain}
     parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
     parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
     whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
     parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
-    parts |= {n: inner(getattr(contacts, n)) for n in ("_each_feature_once", "_forget_or_hand_over", "awake_pairs")}
-    parts |= {n: inner(getattr(contacts, n), **parts, **of_reach) for n in ("touching_pairs", "touching_walls")}
-    parts |= {n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")}
-    force_laws = ("damping_factor", "normal_stiffness", "normal_force", "tangential_force")
+    parts |= {
+        n: inner(getattr(contacts, n))
+        for n in ("_each_feature_once", "_forget_or_hand_over", "awake_pairs")
+    }
+    parts |= {
+        n: inner(getattr(contacts, n), **parts, **of_reach)
+        for n in ("touching_pairs", "touching_walls")
+    }
+    parts |= {
+        n: inner(getattr(contacts, n)) for n in ("shares_of_pairs", "shares_of_walls")
+    }
+    force_laws = (
+        "damping_factor",
+        "normal_stiffness",
+        "normal_force",
+        "tangential_force",
+    )
     numbers = {n: inner(getattr(hertz_mindlin, n)) for n in force_laws}
     numbers["speed_now"] = inner(quadrature.speed_now)
     parts["pair_geometry"] = inner(tiles.pair_geometry)
@@ -191,8 +302,15 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
 
 
 def _turning_parts(brake: bool) -> dict:
-    turns = {n: inner(getattr(turning, n), HAS_BRAKE=brake) for n in ("turn_round", "turn_free")}
-    return turns | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")} | {"HAS_BRAKE": brake}
+    turns = {
+        n: inner(getattr(turning, n), HAS_BRAKE=brake)
+        for n in ("turn_round", "turn_free")
+    }
+    return (
+        turns
+        | {n: inner(getattr(bodies, n)) for n in ("start_step", "end_step")}
+        | {"HAS_BRAKE": brake}
+    )
 
 
 def memory_columns(laws: tuple[Chosen, ...]) -> int:
@@ -207,20 +325,32 @@ def scratch_for(view: View) -> Scratch:
     rows = tiles.FIXED_ROWS + view.table.shape[1] - tiles.COLUMNS
     bodies_a_block = int(np.max(np.diff(view.block_body)))
     return Scratch(
-        np.zeros(rows * tiles.STRIDE), np.zeros(most, np.uint32), np.zeros((most, 6)), np.zeros(most),
-        np.zeros((bodies_a_block, bodies.FROM_CONTACTS)), np.full(tiles.LANES, -1), np.zeros(tiles.LANES, np.int64),
+        np.zeros(rows * tiles.STRIDE),
+        np.zeros(most, np.uint32),
+        np.zeros((most, 6)),
+        np.zeros(most),
+        np.zeros((bodies_a_block, bodies.FROM_CONTACTS)),
+        np.full(tiles.LANES, -1),
         np.zeros(tiles.LANES, np.int64),
-    )  # fmt: skip
+        np.zeros(tiles.LANES, np.int64),
+    )
 
 
 @lru_cache(maxsize=32)
-def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) -> tuple[Callable, str]:
-    """`advance` for these laws and wall motions; only which laws there are counts, their numbers are read from tables.
-    Also its mark, by which it is kept on disk."""
+def build(
+    laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool
+) -> tuple[Callable, str]:
+    """`advance` for these laws and wall motions; only which laws there are counts,
+    their numbers are read from tables. Also its mark, by which it is kept on disk."""
     contact = assemble.extra_columns(laws)
     bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
-    body, motion = assemble.body_laws(tuple(law for law in laws if law.kind == "body")), assemble.motions(motion_laws)
-    used = [law.function for law in (*laws, *motion_laws)] + [law.reach for law in laws if law.reach]
+    body, motion = (
+        assemble.body_laws(tuple(law for law in laws if law.kind == "body")),
+        assemble.motions(motion_laws),
+    )
+    used = [law.function for law in (*laws, *motion_laws)] + [
+        law.reach for law in laws if law.reach
+    ]
     mark = fingerprint(*used, [(law.kind, len(law.parameters)) for law in laws], ledger)
     brake = any(law.kind == "rolling_spin" for law in laws)
     of_body = {"HAS_BODY": True, "body_law": body} if body else {}
@@ -232,6 +362,11 @@ def build(laws: tuple[Law, ...], motion_laws: tuple[Law, ...], *, ledger: bool) 
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, HAS_BRAKE=brake, **of_body),
         predict=inner(bodies.predict, **_turning_parts(brake)),
-        walls_at=inner(walls_at, place_walls=inner(surfaces.place_walls, motion=motion or inner(surfaces.motion))),
+        walls_at=inner(
+            walls_at,
+            place_walls=inner(
+                surfaces.place_walls, motion=motion or inner(surfaces.motion)
+            ),
+        ),
     )
     return loop, mark

@@ -1,5 +1,5 @@
-"""Making the neighbour lists of a state anew: seeds outside removed, bodies sorted, pairs found, memory carried over, blocks
-cut."""
+"""Making the neighbour lists of a state anew: seeds outside removed, bodies sorted,
+pairs found, memory carried over, blocks cut."""
 
 from dataclasses import replace
 from functools import cache
@@ -14,7 +14,9 @@ from sim.engine.state import State
 from sim.engine.walls import Vector
 from sim.engine.world import Tables
 
-FEW = 600  # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is ever searched
+# ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is
+# ever searched
+FEW = 600
 SKIN = 0.2  # of the smallest ball's diameter; from 0.1 to 0.4 the cost changes little
 BODIES_PER_BLOCK = 128
 MOST_BLOCKS = 16  # more make the windows overlap more: 32 cost 3 %, 64 10 %
@@ -28,7 +30,12 @@ def _kernels():
     return {
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
-        "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=njit(**ALLOCATING)(neighbours.stencil)),
+        "pairs": kernel(
+            neighbours.find_pairs,
+            mark,
+            ALLOCATING,
+            stencil=njit(**ALLOCATING)(neighbours.stencil),
+        ),
         "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
@@ -37,8 +44,8 @@ def _kernels():
 def choose_skin(radii: np.ndarray, primitives: int, reach: float = 0.0) -> float:
     """Skin [m] of a run's lists; endless where everything may be listed for good.
 
-    Never less than the farthest `reach` [m] of a law: surfaces that still act on each other must stay listed.
-    """
+    Never less than the farthest `reach` [m] of a law: surfaces that still act on each
+    other must stay listed."""
     if len(radii) * (len(radii) + 2 * primitives) <= FEW:
         return 1e9
     return max(SKIN * 2.0 * float(np.min(radii)), 1.01 * reach)
@@ -49,21 +56,34 @@ def ball_counts(tables: Tables, shape_of: np.ndarray) -> np.ndarray:
     return np.diff(tables.shape_start)[shape_of]
 
 
-def relist(tables: Tables, state: State, domain: tuple[Vector, Vector] | None = None) -> State:
-    """The state with new lists; same physics, other order. Bodies whose centre is outside `domain` are gone."""
+def relist(
+    tables: Tables, state: State, domain: tuple[Vector, Vector] | None = None
+) -> State:
+    """The state with new lists; same physics, other order. Bodies whose centre is
+    outside `domain` are gone."""
     keep = np.arange(state.count)
     if domain is not None:
         centre = state.motion[:, X : X + 3]
-        keep = np.flatnonzero(((centre >= domain[0]) & (centre <= domain[1])).all(axis=1))
+        keep = np.flatnonzero(
+            ((centre >= domain[0]) & (centre <= domain[1])).all(axis=1)
+        )
         if len(keep) == 0:
-            raise RuntimeError(f"every seed has left the domain {domain[0]} … {domain[1]} by t = {state.time_s:.4g} s")
+            raise RuntimeError(
+                f"every seed has left the domain {domain[0]} … {domain[1]} by t ="
+                f" {state.time_s:.4g} s"
+            )
     old, removed = state, state.removed
     if len(keep) < state.count:
         removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
     grid = _grid(tables, state, keep)
     keep = keep[grid["order"]]
     state = _reordered(tables, state, keep)
-    state = replace(state, removed=removed, path=np.zeros(len(state.ball)), prim_ref=state.prim.copy())
+    state = replace(
+        state,
+        removed=removed,
+        path=np.zeros(len(state.ball)),
+        prim_ref=state.prim.copy(),
+    )
     first_pair, pair_i, pair_j = _pairs(tables, state, grid)
     memory, touch = _carried_pairs(old, state, pair_i, pair_j)
     wall_i, wall_p = _walls(tables, state, grid)
@@ -72,15 +92,27 @@ def relist(tables: Tables, state: State, domain: tuple[Vector, Vector] | None = 
     window = _window(state, blocks, first_pair, pair_j)
     wall_owner = state.owner[wall_i]
     return replace(
-        state, pair_i=pair_i, pair_j=pair_j, pair_memory=memory, pair_touch=touch, wall_i=wall_i, wall_p=wall_p,
-        wall_memory=wall_memory, wall_touch=wall_touch, block_body=blocks, block_pair=first_pair[blocks],
-        block_wall=np.searchsorted(wall_owner, blocks), block_window=window,
-        sums=np.zeros((len(blocks) - 1, state.sums.shape[1])), totals=np.zeros((len(blocks) - 1, state.totals.shape[1])),
-    )  # fmt: skip
+        state,
+        pair_i=pair_i,
+        pair_j=pair_j,
+        pair_memory=memory,
+        pair_touch=touch,
+        wall_i=wall_i,
+        wall_p=wall_p,
+        wall_memory=wall_memory,
+        wall_touch=wall_touch,
+        block_body=blocks,
+        block_pair=first_pair[blocks],
+        block_wall=np.searchsorted(wall_owner, blocks),
+        block_window=window,
+        sums=np.zeros((len(blocks) - 1, state.sums.shape[1])),
+        totals=np.zeros((len(blocks) - 1, state.totals.shape[1])),
+    )
 
 
 def cut_blocks(count: int) -> np.ndarray:
-    """First body of each block, and the end: a matter of the number of bodies alone, so that sums do not depend on threads."""
+    """First body of each block, and the end: a matter of the number of bodies alone, so
+    that sums do not depend on threads."""
     blocks = min(MOST_BLOCKS, max(1, count // BODIES_PER_BLOCK))
     return np.arange(blocks + 1, dtype=np.int64) * count // blocks
 
@@ -92,10 +124,25 @@ def _grid(tables: Tables, state: State, keep: np.ndarray) -> dict:
     size = _kernels()["cells"](motion, reach, sides, low)
     axes = np.argsort(-sides, kind="stable")  # longest first
     strides = np.empty(3, np.int64)
-    strides[axes[2]], strides[axes[1]], strides[axes[0]] = 1, sides[axes[2]], sides[axes[2]] * sides[axes[1]]
-    order, starts = np.empty(len(motion), np.int64), np.empty(int(sides.prod()) + 1, np.int64)
+    strides[axes[2]], strides[axes[1]], strides[axes[0]] = (
+        1,
+        sides[axes[2]],
+        sides[axes[2]] * sides[axes[1]],
+    )
+    order, starts = (
+        np.empty(len(motion), np.int64),
+        np.empty(int(sides.prod()) + 1, np.int64),
+    )
     _kernels()["sort"](motion, size, sides, low, strides, order, starts)
-    return {"size": size, "sides": sides, "low": low, "strides": strides, "axes": axes, "order": order, "starts": starts}
+    return {
+        "size": size,
+        "sides": sides,
+        "low": low,
+        "strides": strides,
+        "axes": axes,
+        "order": order,
+        "starts": starts,
+    }
 
 
 def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
@@ -104,11 +151,20 @@ def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
     within = np.arange(ball_start[-1]) - np.repeat(ball_start[:-1], counts)
     balls = np.repeat(state.ball_start[keep], counts) + within
     return replace(
-        state, ids=state.ids[keep], motion=state.motion[keep], turn=state.turn[keep], spin=state.spin[keep],
-        load=state.load[keep], calm=state.calm[keep], shape_of=state.shape_of[keep], material=state.material[keep], ball=state.ball[balls],
+        state,
+        ids=state.ids[keep],
+        motion=state.motion[keep],
+        turn=state.turn[keep],
+        spin=state.spin[keep],
+        load=state.load[keep],
+        calm=state.calm[keep],
+        shape_of=state.shape_of[keep],
+        material=state.material[keep],
+        ball=state.ball[balls],
         ball_id=state.ball_id[balls],
-        owner=np.repeat(np.arange(len(keep), dtype=np.uint32), counts), ball_start=ball_start,
-    )  # fmt: skip
+        owner=np.repeat(np.arange(len(keep), dtype=np.uint32), counts),
+        ball_start=ball_start,
+    )
 
 
 def _pairs(tables: Tables, state: State, grid: dict):
@@ -117,9 +173,22 @@ def _pairs(tables: Tables, state: State, grid: dict):
     while True:
         i, j = np.empty(room, np.uint32), np.empty(room, np.uint32)
         count = _kernels()["pairs"](
-            state.motion, state.shape_of, tables.shape, state.ball_start, state.ball, state.skin, grid["size"], grid["sides"],
-            grid["low"], grid["strides"], grid["axes"], grid["starts"], i, j, first,
-        )  # fmt: skip
+            state.motion,
+            state.shape_of,
+            tables.shape,
+            state.ball_start,
+            state.ball,
+            state.skin,
+            grid["size"],
+            grid["sides"],
+            grid["low"],
+            grid["strides"],
+            grid["axes"],
+            grid["starts"],
+            i,
+            j,
+            first,
+        )
         if count <= room:
             return first, i[:count].copy(), j[:count].copy()
         room = int(1.1 * count)
@@ -133,13 +202,17 @@ def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndar
         a, b = old.ball_id[old.pair_i[touching]], old.ball_id[old.pair_j[touching]]
         kept = old.pair_memory[touching]
         swapped = a > b
-        signs = np.where(np.arange(kept.shape[1]) == 3, 1.0, -1.0)  # the impact speed has no direction
+        signs = np.where(
+            np.arange(kept.shape[1]) == 3, 1.0, -1.0
+        )  # the impact speed has no direction
         kept[swapped] *= signs
         lo, hi = np.minimum(a, b), np.maximum(a, b)
         order = np.argsort(lo, kind="stable")
         most = int(max(old.ball_id.max(), state.ball_id.max()))
         bucket = np.concatenate([[0], np.cumsum(np.bincount(lo, minlength=most + 1))])
-        _kernels()["hand_over"](state.ball_id, pair_i, pair_j, memory, touch, hi[order], kept[order], bucket)
+        _kernels()["hand_over"](
+            state.ball_id, pair_i, pair_j, memory, touch, hi[order], kept[order], bucket
+        )
     return memory, touch
 
 
@@ -149,38 +222,68 @@ def _walls(tables: Tables, state: State, grid: dict):
     while True:
         i, p = np.empty(room, np.uint32), np.empty(room, np.uint32)
         count = _kernels()["walls"](
-            state.motion, state.shape_of, tables.shape, state.ball_start, state.ball, state.skin, grid["size"], grid["sides"],
-            grid["low"], grid["strides"], grid["starts"], state.prim, walls.kind, walls.moving, np.empty((3, 2), np.int64), i, p,
-        )  # fmt: skip
+            state.motion,
+            state.shape_of,
+            tables.shape,
+            state.ball_start,
+            state.ball,
+            state.skin,
+            grid["size"],
+            grid["sides"],
+            grid["low"],
+            grid["strides"],
+            grid["starts"],
+            state.prim,
+            walls.kind,
+            walls.moving,
+            np.empty((3, 2), np.int64),
+            i,
+            p,
+        )
         if count <= room:
             break
         room = int(1.1 * count)
     i, p = i[:count], p[:count]
-    order = np.lexsort((p, i, walls.wall[p], state.owner[i]))  # balls of one body on one wall next to each other
+    order = np.lexsort(
+        (p, i, walls.wall[p], state.owner[i])
+    )  # balls of one body on one wall next to each other
     return i[order], p[order]
 
 
-def _carried_walls(tables: Tables, old: State, state: State, wall_i: np.ndarray, wall_p: np.ndarray):
+def _carried_walls(
+    tables: Tables, old: State, state: State, wall_i: np.ndarray, wall_p: np.ndarray
+):
     memory = np.zeros((len(wall_i), old.wall_memory.shape[1]))
     touch = np.zeros(len(wall_i), np.uint8)
     touching = np.flatnonzero(old.wall_touch)
     if len(touching) and len(wall_i):
         primitives = len(tables.walls.kind)
         new_key = state.ball_id[wall_i].astype(np.int64) * primitives + wall_p
-        old_key = old.ball_id[old.wall_i[touching]].astype(np.int64) * primitives + old.wall_p[touching]
+        old_key = (
+            old.ball_id[old.wall_i[touching]].astype(np.int64) * primitives
+            + old.wall_p[touching]
+        )
         order = np.argsort(new_key)
         at = np.searchsorted(new_key[order], old_key)
-        found = (at < len(order)) & (new_key[order[np.minimum(at, len(order) - 1)]] == old_key)
+        found = (at < len(order)) & (
+            new_key[order[np.minimum(at, len(order) - 1)]] == old_key
+        )
         memory[order[at[found]]] = old.wall_memory[touching[found]]
         touch[order[at[found]]] = 1
     return memory, touch
 
 
-def _window(state: State, blocks: np.ndarray, first_pair: np.ndarray, pair_j: np.ndarray) -> np.ndarray:
-    """Where each block's window of forces begins: it holds the block's bodies and all up to its farthest partner."""
+def _window(
+    state: State, blocks: np.ndarray, first_pair: np.ndarray, pair_j: np.ndarray
+) -> np.ndarray:
+    """Where each block's window of forces begins: it holds the block's bodies and all
+    up to its farthest partner."""
     rows = [0]
     for b in range(len(blocks) - 1):
         partners = pair_j[first_pair[blocks[b]] : first_pair[blocks[b + 1]]]
-        end = max(int(blocks[b + 1]), int(state.owner[partners.max()]) + 1 if len(partners) else 0)
+        end = max(
+            int(blocks[b + 1]),
+            int(state.owner[partners.max()]) + 1 if len(partners) else 0,
+        )
         rows.append(rows[-1] + end - int(blocks[b]))
     return np.array(rows, np.int64)

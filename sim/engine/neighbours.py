@@ -1,8 +1,9 @@
-"""Which balls are near which: bodies sorted into cells, half lists of ball pairs with a skin, and the memory carried across.
+"""Which balls are near which: bodies sorted into cells, half lists of ball pairs with a
+skin, and the memory carried across.
 
-A list stays good until a ball has moved half the skin. Making a new one also puts the bodies into spatial order (cell by cell,
-the longest side of the bed outermost), which keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,000.
-"""
+A list stays good until a ball has moved half the skin. Making a new one also puts the
+bodies into spatial order (cell by cell, the longest side of the bed outermost), which
+keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,000."""
 
 import math
 
@@ -15,8 +16,8 @@ MOST_CELLS_PER_BODY = 4
 
 
 def cells(motion, reach, sides, low):
-    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at least `reach`; axes in their own
-    order."""
+    """Cell grid over the bodies: fills sides (3) and low (3), returns the cell size, at
+    least `reach`; axes in their own order."""
     n = len(motion)
     high = np.empty(3)
     for k in range(3):
@@ -39,7 +40,8 @@ def cells(motion, reach, sides, low):
 
 
 def sort_into_cells(motion, size, sides, low, strides, order, starts):
-    """Stable order of the bodies by cell (`order`), and where each cell begins in it (`starts`, cells + 1).
+    """Stable order of the bodies by cell (`order`), and where each cell begins in it
+    (`starts`, cells + 1).
 
     `strides`: the longest side outermost.
     """
@@ -61,8 +63,8 @@ def sort_into_cells(motion, size, sides, low, strides, order, starts):
 
 
 def stencil(axes):
-    """The 13 forward neighbours of a cell, as steps along the axes: those that come later in cell order (axes: outermost
-    first)."""
+    """The 13 forward neighbours of a cell, as steps along the axes: those that come
+    later in cell order (axes: outermost first)."""
     outer, middle, inner = axes[0], axes[1], axes[2]
     forward = np.empty((13, 3), np.int64)
     count = 0
@@ -70,15 +72,34 @@ def stencil(axes):
         for b in range(-1, 2):
             for c in range(-1, 2):
                 if a > 0 or (a == 0 and (b > 0 or (b == 0 and c > 0))):
-                    forward[count, outer], forward[count, middle], forward[count, inner] = a, b, c
+                    (
+                        forward[count, outer],
+                        forward[count, middle],
+                        forward[count, inner],
+                    ) = a, b, c
                     count += 1
     return forward
 
 
 def find_pairs(
-    motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, axes, starts, pair_i, pair_j, first_pair
+    motion,
+    shape_of,
+    shape,
+    ball_start,
+    ball,
+    skin,
+    size,
+    sides,
+    low,
+    strides,
+    axes,
+    starts,
+    pair_i,
+    pair_j,
+    first_pair,
 ):
-    """All ball pairs of different bodies nearer than the skin, bodies being in cell order; first_pair[n] is where body n's begin.
+    """All ball pairs of different bodies nearer than the skin, bodies being in cell
+    order; first_pair[n] is where body n's begin.
 
     Returns how many there are; only those that fit are written.
     """
@@ -105,7 +126,9 @@ def find_pairs(
                 if not inside:
                     continue
                 begin, end = starts[other], starts[other + 1]
-            for b in range(np.uint64(begin), np.uint64(end)):  # an index that could be negative is checked at each use
+            for b in range(
+                np.uint64(begin), np.uint64(end)
+            ):  # an index that could be negative is checked at each use
                 dx = motion[a, X] - motion[b, X]
                 dy = motion[a, X + 1] - motion[b, X + 1]
                 dz = motion[a, X + 2] - motion[b, X + 2]
@@ -113,7 +136,10 @@ def find_pairs(
                 if dx * dx + dy * dy + dz * dz >= near * near:
                     continue
                 for i in range(np.uint64(ball_start[a]), np.uint64(ball_start[a + 1])):
-                    for j in range(np.uint64(ball_start[b]), np.uint64(ball_start[b + np.uint64(1)])):
+                    for j in range(
+                        np.uint64(ball_start[b]),
+                        np.uint64(ball_start[b + np.uint64(1)]),
+                    ):
                         x = ball[i, 0] - ball[j, 0]
                         y = ball[i, 1] - ball[j, 1]
                         z = ball[i, 2] - ball[j, 2]
@@ -127,10 +153,28 @@ def find_pairs(
     return count
 
 
-def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low, strides, starts, prim, prim_kind, moving,
-               box, wall_i, wall_p):  # fmt: skip
-    """All pairs of a ball and a primitive nearer than the skin, primitive by primitive; returns how many. Planes that move are
-    listed with every ball: turning, they sweep any distance. box (3, 2): scratch."""
+def find_walls(
+    motion,
+    shape_of,
+    shape,
+    ball_start,
+    ball,
+    skin,
+    size,
+    sides,
+    low,
+    strides,
+    starts,
+    prim,
+    prim_kind,
+    moving,
+    box,
+    wall_i,
+    wall_p,
+):
+    """All pairs of a ball and a primitive nearer than the skin, primitive by primitive;
+    returns how many. Planes that move are listed with every ball: turning, they sweep
+    any distance. box (3, 2): scratch."""
     room, count = len(wall_i), 0
     widest = 0.0
     for s in range(len(shape)):
@@ -151,10 +195,22 @@ def find_walls(motion, shape_of, shape, ball_start, ball, skin, size, sides, low
                     for a in range(starts[c], starts[c + 1]):
                         m = motion[a]
                         bound = shape[shape_of[a], BOUND] + skin
-                        if not everywhere and nearest(prim_kind[p], prim[p], m[X], m[X + 1], m[X + 2])[3] >= bound:
+                        if (
+                            not everywhere
+                            and nearest(
+                                prim_kind[p], prim[p], m[X], m[X + 1], m[X + 2]
+                            )[3]
+                            >= bound
+                        ):
                             continue
                         for i in range(ball_start[a], ball_start[a + 1]):
-                            d = nearest(prim_kind[p], prim[p], ball[i, 0], ball[i, 1], ball[i, 2])[3]
+                            d = nearest(
+                                prim_kind[p],
+                                prim[p],
+                                ball[i, 0],
+                                ball[i, 1],
+                                ball[i, 2],
+                            )[3]
                             if everywhere or d < ball[i, 3] + skin:
                                 if count < room:
                                     wall_i[count] = i
@@ -169,16 +225,23 @@ def nearest(kind, row, x, y, z):
 
 
 def extent(kind, row, k):
-    """Least and largest coordinate k of a primitive (a cylinder's by its axis and radius, generously)."""
-    ends = (row[k], row[k] + row[3 + k], row[k] + row[6 + k], row[k] + row[3 + k] + row[6 + k])
+    """Least and largest coordinate k of a primitive (a cylinder's by its axis and
+    radius, generously)."""
+    ends = (
+        row[k],
+        row[k] + row[3 + k],
+        row[k] + row[6 + k],
+        row[k] + row[3 + k] + row[6 + k],
+    )
     if kind == TRIANGLE:
         return min(ends[0], ends[1], ends[2]), max(ends[0], ends[1], ends[2])
     return min(ends) - row[9], max(ends) + row[9]
 
 
 def hand_over(ball_id, pair_i, pair_j, memory, touch, old_hi, old_memory, bucket):
-    """Memory of the touching pairs of the old list into the new one. Old ones stand, seen from their lower permanent ball number,
-    in that ball's bucket; seen from the other side, directions change sign (the impact speed, column 3, does not)."""
+    """Memory of the touching pairs of the old list into the new one. Old ones stand,
+    seen from their lower permanent ball number, in that ball's bucket; seen from the
+    other side, directions change sign (the impact speed, column 3, does not)."""
     for k in range(len(pair_i)):
         a, b = ball_id[pair_i[k]], ball_id[pair_j[k]]
         lo, hi, sign = (a, b, 1.0) if a < b else (b, a, -1.0)
@@ -186,5 +249,7 @@ def hand_over(ball_id, pair_i, pair_j, memory, touch, old_hi, old_memory, bucket
             if old_hi[c] == hi:
                 touch[k] = 1
                 for m in range(memory.shape[1]):
-                    memory[k, m] = old_memory[c, m] if m == 3 else sign * old_memory[c, m]
+                    memory[k, m] = (
+                        old_memory[c, m] if m == 3 else sign * old_memory[c, m]
+                    )
                 break

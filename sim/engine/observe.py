@@ -1,4 +1,5 @@
-"""Looking at a state: where its energy is, whether it has settled, what it looked like along the way."""
+"""Looking at a state: where its energy is, whether it has settled, what it looked like
+along the way."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,12 +17,14 @@ from sim.engine.world import World
 
 @dataclass(frozen=True)
 class Energy:
-    """Where the energy of a state is [J]. Everything after `potential` needs World(ledger=True).
+    """Where the energy of a state is [J]. Everything after `potential` needs
+    World(ledger=True).
 
-    elastic_normal, elastic_tangential: stored in the contact springs now. Since the start of the run: damping (normal dashpots);
-    friction (tangential springs, dashpots and sliding, less what the springs hold); rolling (resistance and its springs);
-    adhesion (normal plug-in laws); body_laws (given to the seeds, like walls: work done by moving walls).
-    """
+    elastic_normal, elastic_tangential: stored in the contact springs now. Since the
+    start of the run: damping (normal dashpots); friction (tangential springs, dashpots
+    and sliding, less what the springs hold); rolling (resistance and its springs);
+    adhesion (normal plug-in laws); body_laws (given to the seeds, like walls: work done
+    by moving walls)."""
 
     kinetic: float
     potential: float
@@ -36,7 +39,12 @@ class Energy:
 
     @property
     def mechanical(self) -> float:
-        return self.kinetic + self.potential + self.elastic_normal + self.elastic_tangential
+        return (
+            self.kinetic
+            + self.potential
+            + self.elastic_normal
+            + self.elastic_tangential
+        )
 
     @property
     def dissipated(self) -> float:
@@ -44,23 +52,33 @@ class Energy:
 
     @property
     def total(self) -> float:
-        """What must stay the same: mechanical and dissipated energy, less what walls and body laws have put in."""
+        """What must stay the same: mechanical and dissipated energy, less what walls
+        and body laws have put in."""
         return self.mechanical + self.dissipated - self.walls - self.body_laws
 
 
 def kinetic(state: State) -> float:
     """Kinetic energy, rotation included [J]."""
     m = state.motion
-    return float(0.5 * m[:, MASS] @ (m[:, V : V + 3] ** 2).sum(axis=1) + 0.5 * (m[:, W : W + 3] * state.spin).sum())
+    return float(
+        0.5 * m[:, MASS] @ (m[:, V : V + 3] ** 2).sum(axis=1)
+        + 0.5 * (m[:, W : W + 3] * state.spin).sum()
+    )
 
 
 def energy(world: World, state: State) -> Energy:
-    """The account of a state's energy; seeds that have left the domain took theirs with them."""
+    """The account of a state's energy; seeds that have left the domain took theirs with
+    them."""
     m = state.motion
-    potential = -float(m[:, MASS] @ (m[:, X : X + 3] @ np.asarray(world.gravity, float)))
+    potential = -float(
+        m[:, MASS] @ (m[:, X : X + 3] @ np.asarray(world.gravity, float))
+    )
     sums = state.sums.sum(axis=0)
     spent = dict(zip(LEDGER_NAMES, (float(v) for v in state.ledger), strict=True))
-    normal, tangential = float(sums[gathering.S_NORMAL]), float(sums[gathering.S_TANGENTIAL])
+    normal, tangential = (
+        float(sums[gathering.S_NORMAL]),
+        float(sums[gathering.S_TANGENTIAL]),
+    )
     spent["friction"] -= tangential
     return Energy(kinetic(state), potential, normal, tangential, **spent)
 
@@ -76,17 +94,19 @@ def contact_count(state: State) -> int:
 
 
 def kinetic_per_seed(state: State) -> float:
-    """Mean kinetic energy of a seed as of the last step [J], without looking at every seed again."""
+    """Mean kinetic energy of a seed as of the last step [J], without looking at every
+    seed again."""
     return float(state.totals[:, T_KINETIC].sum()) / state.count
 
 
 @dataclass
 class Settled:
-    """True once, over a whole window, no seed has moved by more than `displacement` of its diameter and the kinetic energy a
-    seed is below `kinetic` of m g d at both its ends. Give it to `run` as `until`.
+    """True once, over a whole window, no seed has moved by more than `displacement` of
+    its diameter and the kinetic energy a seed is below `kinetic` of m g d at both its
+    ends. Give it to `run` as `until`.
 
-    window_s [s]. A run that is stopped and restarted begins a new window; the state itself does not depend on being looked at.
-    """
+    window_s [s]. A run that is stopped and restarted begins a new window; the state
+    itself does not depend on being looked at."""
 
     window_s: float = 0.1
     displacement: float = 1e-3
@@ -113,7 +133,8 @@ class Settled:
 
 @dataclass
 class Track:
-    """Collects one number or array a look: `Every(0.001, Track(lambda world, state: state.positions[0]))`. times_s and values."""
+    """Collects one number or array a look: `Every(0.001, Track(lambda world, state:
+    state.positions[0]))`. times_s and values."""
 
     what: Callable[[World, State], Any]
     times_s: list = field(default_factory=list)

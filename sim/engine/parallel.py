@@ -1,8 +1,8 @@
 """What several threads need inside one compiled loop: an atomic counter and a barrier.
 
-numba has no atomics for the CPU, so they are written in LLVM's terms here. The loop runs with the GIL released; every thread
-calls `barrier` between the phases of a step. Which thread does which block is left to chance (`take`); what a block computes
-is not.
+numba has no atomics for the CPU, so they are written in LLVM's terms here. The loop
+runs with the GIL released; every thread calls `barrier` between the phases of a step.
+Which thread does which block is left to chance (`take`); what a block computes is not.
 """
 
 import ctypes
@@ -21,7 +21,9 @@ def add_and_fetch(typingctx, array, index, amount):
 
     def codegen(context, builder, sig, args):
         holder = context.make_array(sig.args[0])(context, builder, args[0])
-        pointer = cgutils.get_item_pointer(context, builder, sig.args[0], holder, [args[1]], wraparound=False)
+        pointer = cgutils.get_item_pointer(
+            context, builder, sig.args[0], holder, [args[1]], wraparound=False
+        )
         return builder.atomic_rmw("add", pointer, args[2], "seq_cst")
 
     return signature, codegen
@@ -34,7 +36,9 @@ def load(typingctx, array, index):
 
     def codegen(context, builder, sig, args):
         holder = context.make_array(sig.args[0])(context, builder, args[0])
-        pointer = cgutils.get_item_pointer(context, builder, sig.args[0], holder, [args[1]], wraparound=False)
+        pointer = cgutils.get_item_pointer(
+            context, builder, sig.args[0], holder, [args[1]], wraparound=False
+        )
         return builder.load_atomic(pointer, "seq_cst", 8)
 
     return signature, codegen
@@ -60,7 +64,8 @@ def rest():
 
 @njit(nogil=True)
 def barrier(counters, threads):
-    """Wait until all threads are here. counters[0] counts arrivals, counters[1] the barriers passed."""
+    """Wait until all threads are here. counters[0] counts arrivals, counters[1] the
+    barriers passed."""
     if threads == 1:
         return
     passed = load(counters, 1)
@@ -77,7 +82,8 @@ def barrier(counters, threads):
 
 @njit(nogil=True)
 def take(counters, slot, threads, serial_next):
-    """The next block to work on: from the shared counter, or simply `serial_next` when there is one thread."""
+    """The next block to work on: from the shared counter, or simply `serial_next` when
+    there is one thread."""
     if threads == 1:
         return serial_next
     return add_and_fetch(counters, slot, 1)

@@ -1,5 +1,5 @@
-"""The state of a run: every array that the next step depends on, so that a run can be stopped, stored and continued bit for
-bit."""
+"""The state of a run: every array that the next step depends on, so that a run can be
+stopped, stored and continued bit for bit."""
 
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -14,17 +14,20 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """n bodies with m balls, in the order of the neighbour lists (`ids` tells who is who); arrays belong to this state alone.
+    """n bodies with m balls, in the order of the neighbour lists (`ids` tells who is
+    who); arrays belong to this state alone.
 
-    step: steps done; dt [s]; ids (n,): place of each body at `init`; motion (n, 10): centre [m], velocity [m/s], spin [rad/s],
-    mass [kg]; turn (n, 4): unit quaternion (w, x, y, z), principal frame to world; spin (n, 3): angular momentum [kg m²/s]; load
-    (n, 7): force [N], torque [N m], and the most that rolling friction brakes the spin by [N m]; calm (n,): looks in a row at
-    which it lay still (`sleeping.CALM`: it sleeps); shape_of, material (n,); ball (m, 4): centre and radius [m];
-    owner, ball_id (m,); path (m,): how far each ball has come since the lists were made, bends included [m].
-    pair_*, wall_*: listed pairs, what contacts remember, whether they touch. block_*: first body, pair, wall pair, window row
-    of each block. wall_push_ns (walls, 3): time
-    integral of the seeds' push on each wall [N s]; wall_load (walls, 3): that push now [N]. ledger: see `kernels.LEDGER_NAMES`
-    [J]. removed: ids gone.
+    step: steps done; dt [s]; ids (n,): place of each body at `init`; motion (n, 10):
+    centre [m], velocity [m/s], spin [rad/s], mass [kg]; turn (n, 4): unit quaternion
+    (w, x, y, z), principal frame to world; spin (n, 3): angular momentum [kg m²/s];
+    load (n, 7): force [N], torque [N m], and the most that rolling friction brakes the
+    spin by [N m]; calm (n,): looks in a row at which it lay still (`sleeping.CALM`: it
+    sleeps); shape_of, material (n,); ball (m, 4): centre and radius [m]; owner, ball_id
+    (m,); path (m,): how far each ball has come since the lists were made, bends
+    included [m]. pair_*, wall_*: listed pairs, what contacts remember, whether they
+    touch. block_*: first body, pair, wall pair, window row of each block. wall_push_ns
+    (walls, 3): time integral of the seeds' push on each wall [N s]; wall_load (walls,
+    3): that push now [N]. ledger: see `kernels.LEDGER_NAMES` [J]. removed: ids gone.
     """
 
     step: int
@@ -106,13 +109,21 @@ class State:
         return self.shape_of[self.order]
 
     def copy(self) -> "State":
-        arrays: dict[str, Any] = {f.name: v.copy() for f in fields(self) if isinstance(v := getattr(self, f.name), np.ndarray)}
+        arrays: dict[str, Any] = {
+            f.name: v.copy()
+            for f in fields(self)
+            if isinstance(v := getattr(self, f.name), np.ndarray)
+        }
         return replace(self, **arrays)
 
     @property
     def bytes(self) -> int:
         """Memory of all arrays [bytes]."""
-        return sum(v.nbytes for f in fields(self) if isinstance(v := getattr(self, f.name), np.ndarray))
+        return sum(
+            v.nbytes
+            for f in fields(self)
+            if isinstance(v := getattr(self, f.name), np.ndarray)
+        )
 
 
 def save(state: State, path: Path | str) -> None:
@@ -126,5 +137,15 @@ def load(path: Path | str) -> State:
     with np.load(path, allow_pickle=False) as stored:
         missing = {f.name for f in fields(State)} - set(stored.files)
         if missing:
-            raise ValueError(f"{path} is no checkpoint of this version: {', '.join(sorted(missing))} missing")
-        return State(**{f.name: kinds[f.name](stored[f.name]) if f.name in kinds else stored[f.name] for f in fields(State)})
+            raise ValueError(
+                f"{path} is no checkpoint of this version: {', '.join(sorted(missing))}"
+                " missing"
+            )
+        return State(
+            **{
+                f.name: (
+                    kinds[f.name](stored[f.name]) if f.name in kinds else stored[f.name]
+                )
+                for f in fields(State)
+            }
+        )

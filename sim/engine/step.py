@@ -21,7 +21,9 @@ from sim.engine.pace import Pace
 from sim.engine.state import State
 from sim.engine.world import Tables, World, tabulate_world, time_step
 
-BALL_STEPS_A_CALL = 2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
+BALL_STEPS_A_CALL = (
+    2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
+)
 
 
 class Stopped(RuntimeError):
@@ -34,7 +36,8 @@ class Stopped(RuntimeError):
 
 @dataclass(frozen=True)
 class Every:
-    """Call `look(world, state)` every `seconds` of simulated time (and at the start); a true answer ends the run."""
+    """Call `look(world, state)` every `seconds` of simulated time (and at the start); a
+    true answer ends the run."""
 
     seconds: float
     look: Callable[[World, State], object]
@@ -51,19 +54,31 @@ def tables_of(world: World) -> Tables:
 
 
 def farthest_reach(world: World, radii: np.ndarray) -> float:
-    """How far apart [m] surfaces may be and still act on each other: for the largest ball and the softest material."""
-    materials = {m.name: m for m in (*(s.material for s in world.seeds), *(w.material for w in world.walls))}.values()
+    """How far apart [m] surfaces may be and still act on each other: for the largest
+    ball and the softest material."""
+    materials = {
+        m.name: m
+        for m in (
+            *(s.material for s in world.seeds),
+            *(w.material for w in world.walls),
+        )
+    }.values()
     softest = min(m.young_modulus_pa / (1 - m.poisson_ratio**2) / 2 for m in materials)
-    reaches = [c.law.reach(float(radii.max()), softest, *c.numbers) for c in world.active_laws if c.law.reach is not None]
+    reaches = [
+        c.law.reach(float(radii.max()), softest, *c.numbers)
+        for c in world.active_laws
+        if c.law.reach is not None
+    ]
     return max(reaches, default=0.0)
 
 
-def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-3) -> State:
+def init(
+    world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-3
+) -> State:
     """The state at t = 0: seeds placed, lists made, forces known.
 
-    Seeds that overlap each other or a wall by more than `allowed_overlap` of a radius are refused; give more for seeds that are
-    placed as a settled bed had them.
-    """
+    Seeds that overlap each other or a wall by more than `allowed_overlap` of a radius
+    are refused; give more for seeds that are placed as a settled bed had them."""
     tables = tables_of(world)
     kind, x, q, v, w = place(world, rng)
     _check_inside(world, x)
@@ -73,45 +88,106 @@ def init(world: World, rng: np.random.Generator, *, allowed_overlap: float = 1e-
     ball_start = np.concatenate([[0], np.cumsum(counts)])
     m = int(ball_start[-1])
     numbers = np.concatenate(
-        [np.arange(a, b) for a, b in zip(tables.shape_start[kind], tables.shape_start[kind + 1], strict=True)]
+        [
+            np.arange(a, b)
+            for a, b in zip(
+                tables.shape_start[kind], tables.shape_start[kind + 1], strict=True
+            )
+        ]
     )
     ball = np.zeros((m, 4))
     ball[:, 3] = tables.shape_ball[numbers, 3]
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
     state = State(
-        step=0, dt=time_step(world), skin=lists.choose_skin(ball[:, 3], len(walls.kind), farthest_reach(world, ball[:, 3])),
-        ids=np.arange(n), motion=motion, turn=q,
-        spin=np.zeros((n, 3)), load=np.zeros((n, bodies.LOAD)), calm=np.zeros(n, np.int16),
-        shape_of=kind.astype(np.uint32), material=tables.shape_material[kind],
-        ball=ball, owner=np.repeat(np.arange(n, dtype=np.uint32), counts), ball_id=np.arange(m, dtype=np.uint32),
+        step=0,
+        dt=time_step(world),
+        skin=lists.choose_skin(
+            ball[:, 3], len(walls.kind), farthest_reach(world, ball[:, 3])
+        ),
+        ids=np.arange(n),
+        motion=motion,
+        turn=q,
+        spin=np.zeros((n, 3)),
+        load=np.zeros((n, bodies.LOAD)),
+        calm=np.zeros(n, np.int16),
+        shape_of=kind.astype(np.uint32),
+        material=tables.shape_material[kind],
+        ball=ball,
+        owner=np.repeat(np.arange(n, dtype=np.uint32), counts),
+        ball_id=np.arange(m, dtype=np.uint32),
         ball_start=ball_start,
-        path=np.zeros(m), pair_i=np.zeros(0, np.uint32), pair_j=np.zeros(0, np.uint32), pair_memory=np.zeros((0, columns)),
-        pair_touch=np.zeros(0, np.uint8), wall_i=np.zeros(0, np.uint32), wall_p=np.zeros(0, np.uint32),
-        wall_memory=np.zeros((0, columns)), wall_touch=np.zeros(0, np.uint8), block_body=np.array([0, n]),
-        block_pair=np.zeros(2, np.int64), block_wall=np.zeros(2, np.int64), block_window=np.zeros(2, np.int64),
-        sums=np.zeros((1, SUMS)), totals=np.zeros((1, kernels.TOTALS)), prim=walls.prim.copy(), prim_ref=walls.prim.copy(),
+        path=np.zeros(m),
+        pair_i=np.zeros(0, np.uint32),
+        pair_j=np.zeros(0, np.uint32),
+        pair_memory=np.zeros((0, columns)),
+        pair_touch=np.zeros(0, np.uint8),
+        wall_i=np.zeros(0, np.uint32),
+        wall_p=np.zeros(0, np.uint32),
+        wall_memory=np.zeros((0, columns)),
+        wall_touch=np.zeros(0, np.uint8),
+        block_body=np.array([0, n]),
+        block_pair=np.zeros(2, np.int64),
+        block_wall=np.zeros(2, np.int64),
+        block_window=np.zeros(2, np.int64),
+        sums=np.zeros((1, SUMS)),
+        totals=np.zeros((1, kernels.TOTALS)),
+        prim=walls.prim.copy(),
+        prim_ref=walls.prim.copy(),
         twist=np.zeros((len(world.walls), 6)),
-        wall_load=np.zeros((len(world.walls), 3)), wall_push_ns=np.zeros((len(world.walls), 3)),
-        ledger=np.zeros(len(LEDGER_NAMES)), removed=np.zeros(0, np.int64),
-    )  # fmt: skip
-    _starter()(state.motion, state.turn, state.spin, state.shape_of, tables.shape, tables.shape_start, tables.shape_ball,
-               state.ball_start, state.ball.ravel(), state.path)  # fmt: skip
+        wall_load=np.zeros((len(world.walls), 3)),
+        wall_push_ns=np.zeros((len(world.walls), 3)),
+        ledger=np.zeros(len(LEDGER_NAMES)),
+        removed=np.zeros(0, np.int64),
+    )
+    _starter()(
+        state.motion,
+        state.turn,
+        state.spin,
+        state.shape_of,
+        tables.shape,
+        tables.shape_start,
+        tables.shape_ball,
+        state.ball_start,
+        state.ball.ravel(),
+        state.path,
+    )
     state = relist(tables, state)
     state = _first_forces(world, tables, state)
     _check_apart(state, allowed_overlap)
     return state
 
 
-def start_bodies(motion, turn, spin, shape_of, shape, shape_start, shape_ball, ball_start, ball, path):
+def start_bodies(
+    motion, turn, spin, shape_of, shape, shape_start, shape_ball, ball_start, ball, path
+):
     """Angular momenta from spins, balls from bodies."""
     for n in range(len(motion)):
         m, s = motion[n], shape[shape_of[n]]
         turned = turning.matrix(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
         a, b, c, d, e, f, g, h, i = turned
         x, y, z = m[6], m[7], m[8]
-        p, q, r = (a * x + d * y + g * z) / s[0], (b * x + e * y + h * z) / s[1], (c * x + f * y + i * z) / s[2]
-        spin[n, 0], spin[n, 1], spin[n, 2] = a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r
-        bodies.place_balls(ball_start[n], m[0], m[1], m[2], turned, shape_of[n], shape_start, shape_ball, ball, path)
+        p, q, r = (
+            (a * x + d * y + g * z) / s[0],
+            (b * x + e * y + h * z) / s[1],
+            (c * x + f * y + i * z) / s[2],
+        )
+        spin[n, 0], spin[n, 1], spin[n, 2] = (
+            a * p + b * q + c * r,
+            d * p + e * q + f * r,
+            g * p + h * q + i * r,
+        )
+        bodies.place_balls(
+            ball_start[n],
+            m[0],
+            m[1],
+            m[2],
+            turned,
+            shape_of[n],
+            shape_start,
+            shape_ball,
+            ball,
+            path,
+        )
 
 
 @lru_cache(maxsize=1)
@@ -121,18 +197,38 @@ def _starter():
 
 def _check_inside(world: World, x: np.ndarray) -> None:
     if world.domain is not None:
-        outside = np.flatnonzero(~((x >= world.domain[0]) & (x <= world.domain[1])).all(axis=1))
+        outside = np.flatnonzero(
+            ~((x >= world.domain[0]) & (x <= world.domain[1])).all(axis=1)
+        )
         if len(outside):
-            raise ValueError(f"seeds: number {outside[0]} at {x[outside[0]]} m is outside the domain {world.domain}")
+            raise ValueError(
+                f"seeds: number {outside[0]} at {x[outside[0]]} m is outside the domain"
+                f" {world.domain}"
+            )
 
 
 def _first_forces(world: World, tables: Tables, state: State) -> State:
-    """Forces at t = 0, for the first prediction: a step of next to no length, which moves nothing."""
+    """Forces at t = 0, for the first prediction: a step of next to no length, which
+    moves nothing."""
     view = _view(world, tables, state)
     status = np.array([STALE, 0, 0])  # as if the positions had just been predicted
     run = _kernel_of(world, tables)
-    run(0, 1, 1, 0, 1e-30, np.inf, np.inf, np.inf, view, kernels.scratch_for(view), np.zeros(8, np.int64), status, state.ledger,
-        state.wall_push_ns)  # fmt: skip
+    run(
+        0,
+        1,
+        1,
+        0,
+        1e-30,
+        np.inf,
+        np.inf,
+        np.inf,
+        view,
+        kernels.scratch_for(view),
+        np.zeros(8, np.int64),
+        status,
+        state.ledger,
+        state.wall_push_ns,
+    )
     return state
 
 
@@ -140,8 +236,8 @@ def _check_apart(state: State, allowed: float) -> None:
     worst = float(state.sums[:, S_OVERLAP].max())
     if not worst <= allowed:
         raise ValueError(
-            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of a radius at the start; "
-            f"{100 * allowed:.2g} % is allowed"
+            f"seeds: they overlap each other or a wall by up to {100 * worst:.2g} % of"
+            f" a radius at the start; {100 * allowed:.2g} % is allowed"
         )
 
 
@@ -152,27 +248,80 @@ def _view(world: World, tables: Tables, s: State) -> View:
     window = np.zeros(bodies.FROM_CONTACTS * int(s.block_window[-1]))
     trait = bodies.traits(tables.shape, s.shape_of)
     view = View(
-        s.motion.ravel(), s.motion, s.turn, s.spin, s.load, s.calm, trait, s.shape_of,
-        s.material, s.ball.ravel(), s.owner, s.path, s.ball_start,
+        s.motion.ravel(),
+        s.motion,
+        s.turn,
+        s.spin,
+        s.load,
+        s.calm,
+        trait,
+        s.shape_of,
+        s.material,
+        s.ball.ravel(),
+        s.owner,
+        s.path,
+        s.ball_start,
         tables.shape,
-        tables.shape_start, tables.shape_ball, s.pair_i, s.pair_j, s.pair_memory, s.pair_touch,
+        tables.shape_start,
+        tables.shape_ball,
+        s.pair_i,
+        s.pair_j,
+        s.pair_memory,
+        s.pair_touch,
         np.full(len(s.pair_i), -1.0, np.float32),
-        np.zeros(len(s.pair_i), np.uint32), np.full(blocks, -1), world.sleep, np.zeros(2, np.int64),
-        s.wall_i, s.wall_p, s.wall_memory,
-        s.wall_touch, s.block_body, s.block_pair, s.block_wall, s.block_window, window, s.sums, s.totals, s.prim, w.prim,
+        np.zeros(len(s.pair_i), np.uint32),
+        np.full(blocks, -1),
+        world.sleep,
+        np.zeros(2, np.int64),
+        s.wall_i,
+        s.wall_p,
+        s.wall_memory,
+        s.wall_touch,
+        s.block_body,
+        s.block_pair,
+        s.block_wall,
+        s.block_window,
+        window,
+        s.sums,
+        s.totals,
+        s.prim,
+        w.prim,
         s.prim_ref,
-        w.kind, w.wall, tables.wall_material, w.corners, s.twist, np.zeros((blocks, len(world.walls), 6)), s.wall_load, w.moves,
-        w.move_numbers, np.zeros(1), tables.pairs, len(tables.materials), np.asarray(world.gravity, float), tables.body_numbers,
-        world.share_damping and bool(len(s.ball) > len(s.motion)), bool(np.all(trait[1::2] > 0)),
-        np.inf if world.pull_at_end else 0.0, float(world.cap_damped),
-    )  # fmt: skip
+        w.kind,
+        w.wall,
+        tables.wall_material,
+        w.corners,
+        s.twist,
+        np.zeros((blocks, len(world.walls), 6)),
+        s.wall_load,
+        w.moves,
+        w.move_numbers,
+        np.zeros(1),
+        tables.pairs,
+        len(tables.materials),
+        np.asarray(world.gravity, float),
+        tables.body_numbers,
+        world.share_damping and bool(len(s.ball) > len(s.motion)),
+        bool(np.all(trait[1::2] > 0)),
+        np.inf if world.pull_at_end else 0.0,
+        float(world.cap_damped),
+    )
     return view
 
 
 def _kernel_of(world: World, tables: Tables):
-    run, mark = kernels.build(tuple(c.law for c in world.active_laws), tables.walls.motion_laws, ledger=world.ledger)
+    run, mark = kernels.build(
+        tuple(c.law for c in world.active_laws),
+        tables.walls.motion_laws,
+        ledger=world.ledger,
+    )
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
-        print("benchtwin: compiling the step loop for this set of laws (once; about 20 s) …", file=sys.stderr, flush=True)
+        print(
+            "benchtwin: compiling the step loop for this set of laws (once; about 20"
+            " s) …",
+            file=sys.stderr,
+            flush=True,
+        )
     _ANNOUNCED.add(mark)
     return run
 
@@ -195,12 +344,12 @@ def run(
     threads: int = 1,
     every_s: float = 0.01,
 ) -> State:
-    """Move on to time `until` [s], or until `until(world, state)` is true (asked every `every_s` of simulated time), or by
-    `steps` steps.
+    """Move on to time `until` [s], or until `until(world, state)` is true (asked every
+    `every_s` of simulated time), or by `steps` steps.
 
-    The given state is left as it is. The result does not depend on `threads`, observers, or on stops and restarts on the way.
-    Raises `Stopped` when seeds overlap by more than `most_overlap`, or run away.
-    """
+    The given state is left as it is. The result does not depend on `threads`,
+    observers, or on stops and restarts on the way. Raises `Stopped` when seeds overlap
+    by more than `most_overlap`, or run away."""
     if (until is None) == (steps is None):
         raise ValueError("run: give either until or steps")
     if threads < 1:
@@ -212,7 +361,9 @@ def run(
     elif until is not None:
         last = math.ceil(until / state.dt - 1e-9)
     if last is not None and last < state.step:
-        raise ValueError(f"run: until = {until} s lies before the state's t = {state.time_s:g} s")
+        raise ValueError(
+            f"run: until = {until} s lies before the state's t = {state.time_s:g} s"
+        )
     state = state.copy()
     if not world.sleep:
         state.calm[:] = 0  # who slept in another world is awake in this one
@@ -225,11 +376,17 @@ def run(
                 due[k] = _next_look(look, state, after=True)
         if last is not None and state.step >= last:
             return state
-        state = _advance(world, state, min([*due, last] if last is not None else due) - state.step, pace)
+        state = _advance(
+            world,
+            state,
+            min([*due, last] if last is not None else due) - state.step,
+            pace,
+        )
 
 
 def _next_look(look: Every, state: State, *, after: bool = False) -> int:
-    """The step at or after this one (after it) at which an observer is due: multiples of its interval since t = 0."""
+    """The step at or after this one (after it) at which an observer is due: multiples
+    of its interval since t = 0."""
     per_look = look.seconds / state.dt
     k = math.ceil(state.step / per_look - 1e-9)
     due = round(k * per_look)
@@ -248,8 +405,18 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
     while steps > 0:
         threads, share = pace.next_call()
         began = time.perf_counter()
-        _in_threads(loop, scratch[:threads], min(steps, max(1, int(share * most))), state, world, view, status)
-        pace.took(threads, time.perf_counter() - began, int(status[1]) * len(state.ball))
+        _in_threads(
+            loop,
+            scratch[:threads],
+            min(steps, max(1, int(share * most))),
+            state,
+            world,
+            view,
+            status,
+        )
+        pace.took(
+            threads, time.perf_counter() - began, int(status[1]) * len(state.ball)
+        )
         steps -= int(status[1])
         state = replace(state, step=state.step + int(status[1]))
         if status[0] in (SQUEEZED, RUNAWAY):
@@ -260,19 +427,42 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
     return state
 
 
-def _room(world: World, tables: Tables, state: State, threads: int) -> tuple[View, list[kernels.Scratch]]:
+def _room(
+    world: World, tables: Tables, state: State, threads: int
+) -> tuple[View, list[kernels.Scratch]]:
     view = _view(world, tables, state)
-    return view, [kernels.scratch_for(view) for _ in range(min(threads, len(state.block_body) - 1))]
+    return view, [
+        kernels.scratch_for(view)
+        for _ in range(min(threads, len(state.block_body) - 1))
+    ]
 
 
 def _in_threads(
-    loop, scratch: list[kernels.Scratch], steps: int, state: State, world: World, view: View, status: np.ndarray
+    loop,
+    scratch: list[kernels.Scratch],
+    steps: int,
+    state: State,
+    world: World,
+    view: View,
+    status: np.ndarray,
 ) -> None:
     threads = len(scratch)
     counters = np.zeros(8, np.int64)
-    before = (threads, steps, state.step, state.dt, state.skin, world.most_overlap, world.most_speed_m_s, view)
+    before = (
+        threads,
+        steps,
+        state.step,
+        state.dt,
+        state.skin,
+        world.most_overlap,
+        world.most_speed_m_s,
+        view,
+    )
     after = (counters, status, state.ledger, state.wall_push_ns)
-    others = [threading.Thread(target=loop, args=(me, *before, scratch[me], *after)) for me in range(1, threads)]
+    others = [
+        threading.Thread(target=loop, args=(me, *before, scratch[me], *after))
+        for me in range(1, threads)
+    ]
     for other in others:
         other.start()
     loop(0, *before, scratch[0], *after)
@@ -284,10 +474,18 @@ def _why(world: World, state: State, status: int) -> str:
     now = f"at t = {state.time_s:.6g} s"
     if status == SQUEEZED:
         worst = 100.0 * float(state.sums[:, S_OVERLAP].max())
-        return f"largest overlap {worst:.0f} % of the radius {now}: reduce dt or stiffen (most_overlap = {world.most_overlap:g})"
-    speed = math.sqrt(float(np.max(np.nan_to_num(state.totals[:, kernels.T_FASTEST], nan=np.inf))))
+        return (
+            f"largest overlap {worst:.0f} % of the radius {now}: reduce dt or stiffen"
+            f" (most_overlap = {world.most_overlap:g})"
+        )
+    speed = math.sqrt(
+        float(np.max(np.nan_to_num(state.totals[:, kernels.T_FASTEST], nan=np.inf)))
+    )
     limit = f"most_speed_m_s = {world.most_speed_m_s:g}"
-    return f"a seed at {speed:.4g} m/s {now}, above {limit}: reduce dt, or look for overlapping walls"
+    return (
+        f"a seed at {speed:.4g} m/s {now}, above {limit}: reduce dt, or look for"
+        " overlapping walls"
+    )
 
 
 save, load = states.save, states.load

@@ -1,9 +1,10 @@
-"""Where a ball meets a wall: nearest points on planes, parallelograms, cylinders and triangles; and how moving walls move.
+"""Where a ball meets a wall: nearest points on planes, parallelograms, cylinders and
+triangles; and how moving walls move.
 
-A wall is one or more primitives, a row of numbers each: origin p (3), vectors a (3) and b (3), radius.
-plane: p a point, a the unit normal (solid behind it). parallelogram and triangle: p a corner, a and b its edges from there.
-cylinder: p the middle of one end, a the axis to the other end, radius; a thin shell, felt from inside and outside.
-"""
+A wall is one or more primitives, a row of numbers each: origin p (3), vectors a (3) and
+b (3), radius. plane: p a point, a the unit normal (solid behind it). parallelogram and
+triangle: p a corner, a and b its edges from there. cylinder: p the middle of one end, a
+the axis to the other end, radius; a thin shell, felt from inside and outside."""
 
 import math
 
@@ -13,12 +14,18 @@ from sim.engine.compiled import OPTIONS
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
 ROW = 10
-FACE, EDGE, VERTEX = 0, 1, 4  # features of a triangle: face 0, edges 1–3 (from corner 0, 1, 2 onwards), corners 4–6
+# features of a triangle: face 0, edges 1–3 (from corner 0, 1, 2 onwards), corners 4–6
+FACE, EDGE, VERTEX = (
+    0,
+    1,
+    4,
+)
 
 
 @njit(**OPTIONS)
 def nearest(kind, row, x, y, z):
-    """Nearest point of one primitive to a ball's centre: unit normal (3) towards the ball, distance, feature.
+    """Nearest point of one primitive to a ball's centre: unit normal (3) towards the
+    ball, distance, feature.
 
     A plane's distance is negative behind it; all others are felt from both sides.
     """
@@ -34,7 +41,9 @@ def nearest(kind, row, x, y, z):
         px, py, pz, feature = _on_triangle(row, dx, dy, dz)
     nx, ny, nz = dx - px, dy - py, dz - pz
     distance = math.sqrt(nx * nx + ny * ny + nz * nz)
-    if distance < 1e-300:  # the centre lies in the wall: any direction is as good; the overlap watch stops the run
+    # the centre lies in the wall: any direction is as good; the overlap watch stops the
+    # run
+    if distance < 1e-300:
         return 0.0, 0.0, 1.0, 0.0, feature
     return nx / distance, ny / distance, nz / distance, distance, feature
 
@@ -55,14 +64,19 @@ def _on_cylinder(row, dx, dy, dz):
 def _on_parallelogram(row, dx, dy, dz):
     """Exact for rectangles, which is what `walls.Rectangle` makes."""
     ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
-    u = min(max((dx * ax + dy * ay + dz * az) / (ax * ax + ay * ay + az * az), 0.0), 1.0)
-    v = min(max((dx * bx + dy * by + dz * bz) / (bx * bx + by * by + bz * bz), 0.0), 1.0)
+    u = min(
+        max((dx * ax + dy * ay + dz * az) / (ax * ax + ay * ay + az * az), 0.0), 1.0
+    )
+    v = min(
+        max((dx * bx + dy * by + dz * bz) / (bx * bx + by * by + bz * bz), 0.0), 1.0
+    )
     return u * ax + v * bx, u * ay + v * by, u * az + v * bz
 
 
 @njit(**OPTIONS)
 def _on_triangle(row, dx, dy, dz):
-    """Ericson (2005), Real-Time Collision Detection, section 5.1.5, keeping which corner, edge or face it was."""
+    """Ericson (2005), Real-Time Collision Detection, section 5.1.5, keeping which
+    corner, edge or face it was."""
     ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
     d1 = ax * dx + ay * dy + az * dz
     d2 = bx * dx + by * dy + bz * dz
@@ -95,7 +109,8 @@ def _on_triangle(row, dx, dy, dz):
 
 @njit(**OPTIONS)
 def shares_feature(corners, feature, others):
-    """Whether the triangle with corner numbers `others` contains the given feature of the triangle `corners`."""
+    """Whether the triangle with corner numbers `others` contains the given feature of
+    the triangle `corners`."""
     if feature >= VERTEX:
         first, second = corners[feature - VERTEX], corners[feature - VERTEX]
     elif feature >= EDGE:
@@ -111,15 +126,17 @@ SLIDE, TURN = 0, 1
 
 
 def motion(number, t, numbers):
-    """(value, rate) of the chosen motion law of that number; `kernels.build` binds the chosen ones in its place."""
+    """(value, rate) of the chosen motion law of that number; `kernels.build` binds the
+    chosen ones in its place."""
     return 0.0, 0.0
 
 
 def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, way):
-    """Put every moving wall where it is at time t: rows of `prim` from those of `rest`, and its `twist` (velocity at the world's
-    origin, angular velocity). moves: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply
-    one after the other. way[0] becomes the farthest that a point of a wall has moved from `ref`, where it was when the
-    neighbour lists were made."""
+    """Put every moving wall where it is at time t: rows of `prim` from those of `rest`,
+    and its `twist` (velocity at the world's origin, angular velocity). moves: wall,
+    SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply one
+    after the other. way[0] becomes the farthest that a point of a wall has moved from
+    `ref`, where it was when the neighbour lists were made."""
     if len(moves) == 0:
         return
     for w in range(len(twist)):
@@ -138,7 +155,8 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
                     prim[k, 0] += value * ux
                     prim[k, 1] += value * uy
                     prim[k, 2] += value * uz
-            # The twist so far, of material points now shifted by d: v(p) = v0 + w × (p − d).
+            # The twist so far, of material points now shifted by d: v(p) = v0 + w × (p
+            # − d).
             tw[0] += rate * ux - (tw[4] * uz - tw[5] * uy) * value
             tw[1] += rate * uy - (tw[5] * ux - tw[3] * uz) * value
             tw[2] += rate * uz - (tw[3] * uy - tw[4] * ux) * value
@@ -148,11 +166,18 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
         for k in range(len(prim)):
             if wall_of[k] == wall:
                 row = prim[k]
-                x, y, z = rotate(ux, uy, uz, c, s, row[0] - px, row[1] - py, row[2] - pz)
+                x, y, z = rotate(
+                    ux, uy, uz, c, s, row[0] - px, row[1] - py, row[2] - pz
+                )
                 row[0], row[1], row[2] = x + px, y + py, z + pz
-                row[3], row[4], row[5] = rotate(ux, uy, uz, c, s, row[3], row[4], row[5])
-                row[6], row[7], row[8] = rotate(ux, uy, uz, c, s, row[6], row[7], row[8])
-        # v(p) = Q v_before(p_before) + rate u × (p − pivot), p_before = Qᵀ (p − pivot) + pivot.
+                row[3], row[4], row[5] = rotate(
+                    ux, uy, uz, c, s, row[3], row[4], row[5]
+                )
+                row[6], row[7], row[8] = rotate(
+                    ux, uy, uz, c, s, row[6], row[7], row[8]
+                )
+        # v(p) = Q v_before(p_before) + rate u × (p − pivot), p_before = Qᵀ (p − pivot)
+        # + pivot.
         vx = tw[0] + tw[4] * pz - tw[5] * py
         vy = tw[1] + tw[5] * px - tw[3] * pz
         vz = tw[2] + tw[3] * py - tw[4] * px
@@ -165,13 +190,16 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
         tw[3], tw[4], tw[5] = wx, wy, wz
     way[0] = 0.0
     for k in range(len(prim)):
-        if kind[k] != PLANE:  # a plane that moves is listed with every ball, however far
+        if (
+            kind[k] != PLANE
+        ):  # a plane that moves is listed with every ball, however far
             way[0] = max(way[0], moved(prim[k], ref[k]))
 
 
 @njit(**OPTIONS)
 def moved(row, ref):
-    """How far a point of a primitive has moved at most: its corners, and for a cylinder its rim."""
+    """How far a point of a primitive has moved at most: its corners, and for a cylinder
+    its rim."""
     way2 = 0.0
     for a in range(2):
         for b in range(2):
@@ -189,7 +217,8 @@ def moved(row, ref):
 
 @njit(**OPTIONS)
 def rotate(ux, uy, uz, c, s, x, y, z):
-    """Vector turned about the unit axis u by the angle with cosine c and sine s (Rodrigues)."""
+    """Vector turned about the unit axis u by the angle with cosine c and sine s
+    (Rodrigues)."""
     d = (ux * x + uy * y + uz * z) * (1.0 - c)
     return (
         x * c + (uy * z - uz * y) * s + ux * d,

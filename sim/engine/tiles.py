@@ -1,8 +1,9 @@
 """The force laws over a tile of contacts, in vector registers.
 
-Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at [r * STRIDE + t]), the laws run lane by
-lane, and the results are scattered back in order. With one flat array and constant row offsets the compiler can prove that
-rows do not overlap and turns the lane loop into vector instructions, the laws in it included.
+Contacts are gathered 32 at a time into rows of one small flat array (row r, lane t at
+[r * STRIDE + t]), the laws run lane by lane, and the results are scattered back in
+order. With one flat array and constant row offsets the compiler can prove that rows do
+not overlap and turns the lane loop into vector instructions, the laws in it included.
 """
 
 import math
@@ -11,7 +12,9 @@ from sim.engine import quadrature
 from sim.laws import hertz_mindlin
 
 LANES = 32
-STRIDE = 40  # from row to row: no power of two, so that the rows spread over the sets of the first-level cache, where all fit
+# from row to row: no power of two, so that the rows spread over the sets of the
+# first-level cache, where all fit
+STRIDE = 40
 
 
 def rows(first: int, count: int) -> list[int]:
@@ -21,34 +24,51 @@ def rows(first: int, count: int) -> list[int]:
 
 # Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
 DX, DY, DZ, RI, RJ = rows(0, 5)  # from ball centre j to i, radii [m]
-OIX, OIY, OIZ, OJX, OJY, OJZ = rows(5, 6)  # from body centre to ball centre; stay 0 where every seed is one ball
-VX, VY, VZ = rows(11, 3)  # velocity of body i's centre less that of body j's, or of the wall's at the contact
+OIX, OIY, OIZ, OJX, OJY, OJZ = rows(
+    5, 6
+)  # from body centre to ball centre; stay 0 where every seed is one ball
+VX, VY, VZ = rows(
+    11, 3
+)  # velocity of body i's centre less that of body j's, or of the wall's at the contact
 WIX, WIY, WIZ, WJX, WJY, WJZ, MI, MJ = rows(14, 8)  # spins, masses
 UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact (for the ledger)
-SHARE = 25 * STRIDE  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+SHARE = (
+    25 * STRIDE
+)  # part of the masses that this contact's damping answers for (see `contacts.shares`)
 MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
-MEMORY = 32 * STRIDE  # what the contact remembers: tangential displacement (3), impact speed (1), rolling spring (3)
+# what the contact remembers: tangential displacement (3), impact speed (1), rolling
+# spring (3)
+MEMORY = 32 * STRIDE
 MEMORY_COLUMNS = 7
 # From the geometry.
 COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
-NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)  # unit normal from j to i, overlap, effective radius
+NX, NY, NZ, OVERLAP, RADIUS = rows(
+    39, 5
+)  # unit normal from j to i, overlap, effective radius
 AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
-CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)  # velocity of i against j at the contact: against and across the normal
+CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(
+    50, 4
+)  # velocity of i against j at the contact: against and across the normal
 EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
-# From the laws: force on i; for i and for j the torque, the most that the contact brakes its own spin by, and the squared speed at
-# the contact, which wakes a sleeper.
-FX, FY, FZ, TIX, TIY, TIZ, BRAKE_I, STIR_I, TJX, TJY, TJZ, BRAKE_J, STIR_J = rows(55, 13)
+# From the laws: force on i; for i and for j the torque, the most that the contact
+# brakes its own spin by, and the squared speed at the contact, which wakes a sleeper.
+FX, FY, FZ, TIX, TIY, TIZ, BRAKE_I, STIR_I, TJX, TJY, TJZ, BRAKE_J, STIR_J = rows(
+    55, 13
+)
 # Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
 ACCOUNTS = rows(68, 7)
 E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
 EXTRA = 75 * STRIDE  # the chosen laws' parameters, a row each
 FIXED_ROWS = 75
 
-COLUMNS = 6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
+COLUMNS = (
+    6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
+)
 
 
 def pair_geometry(P, count):
-    """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The contact lies in the middle of the overlap."""
+    """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The
+    contact lies in the middle of the overlap."""
     for t in range(count):
         dx = P[DX + t]
         dy = P[DY + t]
@@ -79,8 +99,8 @@ def pair_geometry(P, count):
 def approach(P, count, dt, early):
     """Velocities at `count` contacts, and the weights of those that are at their edge.
 
-    Few are, and a weight costs as much as a fifth of all laws: so they are picked out (into `early`) and weighed singly.
-    """
+    Few are, and a weight costs as much as a fifth of all laws: so they are picked out
+    (into `early`) and weighed singly."""
     for t in range(count):
         nx, ny, nz = P[NX + t], P[NY + t], P[NZ + t]
         ax, ay, az = P[AIX + t], P[AIY + t], P[AIZ + t]
@@ -105,7 +125,8 @@ def approach(P, count, dt, early):
         P[EDGE + t] = edge_weight(max(P[OVERLAP + t], 0.0), P[CLOSING + t], dt)
 
 
-# What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t lead to a law's parameters.
+# What `laws` below calls; `kernels.build` binds the chosen laws in their place. P and t
+# lead to a law's parameters.
 def restitution(impact_speed, e, P, t):
     """Stands for a chosen law of restitution: leaves `e` as it is."""
     return e
@@ -131,8 +152,11 @@ def rolling_relative(normal_force, rolling_speed, radius, mu_r, P, t):
     return 0.0
 
 
-def rolling_spring(mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, inertia, mu_r, P, t):
-    """Stands for a chosen law of an elastic–plastic rolling moment: no moment and no torque."""
+def rolling_spring(
+    mx, my, mz, ax, ay, az, dt, stiffness, normal_force, radius, inertia, mu_r, P, t
+):
+    """Stands for a chosen law of an elastic–plastic rolling moment: no moment and no
+    torque."""
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
@@ -152,12 +176,12 @@ LEDGER = False
 
 
 def laws(P, count, dt, pull, whole):
-    """Force and torques of `count` contacts, from geometry, velocities, material pair and memory; the memory is brought up to
-    date.
+    """Force and torques of `count` contacts, from geometry, velocities, material pair
+    and memory; the memory is brought up to date.
 
-    pull: the most by which damping may exceed the elastic force [N], so that a contact pulls at its end: without limit, or 0.
-    whole: 1 where damping counts in the caps of friction and rolling, else 0.
-    """
+    pull: the most by which damping may exceed the elastic force [N], so that a contact
+    pulls at its end: without limit, or 0. whole: 1 where damping counts in the caps of
+    friction and rolling, else 0."""
     for t in range(count):
         nx = P[NX + t]
         ny = P[NY + t]
@@ -184,9 +208,12 @@ def laws(P, count, dt, pull, whole):
             damping = damping_factor(restitution(impact, P[E_IN + t], P, t))
         stiffness = normal_stiffness(overlap, radius, P[MODULUS + t])
         damping = damping * P[EDGE + t]
-        elastic, damped = normal_force(stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping)
+        elastic, damped = normal_force(
+            stiffness, overlap, speed_now(closing, stiffness, mass, dt), mass, damping
+        )
         damped = max(damped, -elastic - pull)
-        # EDEM's F_n is the elastic part: its impulse is exactly m (1 + e) v, damping's over a whole contact being 0.
+        # EDEM's F_n is the elastic part: its impulse is exactly m (1 + e) v, damping's
+        # over a whole contact being 0.
         carried = abs(elastic + whole * damped)
 
         mu = P[MU + t]
@@ -194,9 +221,21 @@ def laws(P, count, dt, pull, whole):
             mu = friction(math.sqrt(vx * vx + vy * vy + vz * vz), mu, P, t)
         shear = 8.0 * P[SHEAR + t] * math.sqrt(radius * overlap)
         tx, ty, tz, sx, sy, sz = tangential_force(
-            P[MEMORY + t], P[MEMORY + STRIDE + t], P[MEMORY + 2 * STRIDE + t],
-            nx, ny, nz, vx, vy, vz, dt, shear, mass, damping, mu * carried,
-        )  # fmt: skip
+            P[MEMORY + t],
+            P[MEMORY + STRIDE + t],
+            P[MEMORY + 2 * STRIDE + t],
+            nx,
+            ny,
+            nz,
+            vx,
+            vy,
+            vz,
+            dt,
+            shear,
+            mass,
+            damping,
+            mu * carried,
+        )
         if HAS_NORMAL:  # a contact that only a film or neck holds keeps no spring
             held = 1.0 if gap > 0.0 else 0.0
             sx = sx * held
@@ -218,7 +257,10 @@ def laws(P, count, dt, pull, whole):
         P[FZ + t] = fz
 
         rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        brake_i, brake_j = 0.0, 0.0  # applied with the step, which knows where they end: see `bodies`
+        brake_i, brake_j = (
+            0.0,
+            0.0,
+        )  # applied with the step, which knows where they end: see `bodies`
         if HAS_SPIN:
             spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
             spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
@@ -237,18 +279,33 @@ def laws(P, count, dt, pull, whole):
             ox, oy, oz = ox - twist * nx, oy - twist * ny, oz - twist * nz
             if HAS_RELATIVE:
                 speed = math.sqrt(ox * ox + oy * oy + oz * oz)
-                brake = rolling_relative(carried, speed, radius, P[MU_R + t], P, t) / max(speed, 1e-300)
+                brake = rolling_relative(
+                    carried, speed, radius, P[MU_R + t], P, t
+                ) / max(speed, 1e-300)
                 rix, riy, riz = rix - brake * ox, riy - brake * oy, riz - brake * oz
                 rjx, rjy, rjz = rjx + brake * ox, rjy + brake * oy, rjz + brake * oz
             if HAS_SPRING:
                 ri, rj = P[RI + t], P[RJ + t]
-                # A ball's own moment about the contact, 7/5 m r² (exact for spheres), both in series; a wall's is endless.
+                # A ball's own moment about the contact, 7/5 m r² (exact for spheres),
+                # both in series; a wall's is endless.
                 own, other = 1.4 * mi * ri * ri, 1.4 * mj * rj * rj
                 inertia = own * other / (own + other)
                 mx, my, mz, qx, qy, qz = rolling_spring(
-                    P[MEMORY + 4 * STRIDE + t], P[MEMORY + 5 * STRIDE + t], P[MEMORY + 6 * STRIDE + t],
-                    ox * dt, oy * dt, oz * dt, dt, stiffness, carried, radius, inertia, P[MU_R + t], P, t,
-                )  # fmt: skip
+                    P[MEMORY + 4 * STRIDE + t],
+                    P[MEMORY + 5 * STRIDE + t],
+                    P[MEMORY + 6 * STRIDE + t],
+                    ox * dt,
+                    oy * dt,
+                    oz * dt,
+                    dt,
+                    stiffness,
+                    carried,
+                    radius,
+                    inertia,
+                    P[MU_R + t],
+                    P,
+                    t,
+                )
                 P[MEMORY + 4 * STRIDE + t] = mx
                 P[MEMORY + 5 * STRIDE + t] = my
                 P[MEMORY + 6 * STRIDE + t] = mz
@@ -266,6 +323,10 @@ def laws(P, count, dt, pull, whole):
             P[E_TANGENTIAL + t] = 0.5 * shear * (sx * sx + sy * sy + sz * sz)
             P[P_NORMAL + t] = damped * closing
             P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
-            P[P_ROLLING + t] = -(rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz)
+            P[P_ROLLING + t] = -(
+                rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz
+            )
             P[P_EXTRA + t] = extra * closing
-            P[P_WALL + t] = fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]  # counts for walls only
+            P[P_WALL + t] = (
+                fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]
+            )  # counts for walls only

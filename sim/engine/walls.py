@@ -1,4 +1,5 @@
-"""Walls as people describe them: planes, rectangles, cylinders, triangle meshes; fixed, sliding or turning."""
+"""Walls as people describe them: planes, rectangles, cylinders, triangle meshes; fixed,
+sliding or turning."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -6,17 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from sim.engine.surfaces import CYLINDER, PARALLELOGRAM, PLANE, ROW, SLIDE, TRIANGLE, TURN
+from sim.engine.surfaces import (
+    CYLINDER,
+    PARALLELOGRAM,
+    PLANE,
+    ROW,
+    SLIDE,
+    TRIANGLE,
+    TURN,
+)
 from sim.laws.law import Chosen, Law
 from sim.material import Material
 
 Vector = tuple[float, float, float]
-Primitives = tuple[list[int], np.ndarray, np.ndarray]  # kinds (n), rows (n, ROW), corners (n, 3)
+Primitives = tuple[
+    list[int], np.ndarray, np.ndarray
+]  # kinds (n), rows (n, ROW), corners (n, 3)
 
 
 @dataclass(frozen=True)
 class Slide:
-    """Translation along `direction` (made a unit vector) by the value [m] of a law of kind "motion"."""
+    """Translation along `direction` (made a unit vector) by the value [m] of a law of
+    kind "motion"."""
 
     law: Chosen
     direction: Vector
@@ -24,7 +36,8 @@ class Slide:
 
 @dataclass(frozen=True)
 class Turn:
-    """Rotation about the axis through `pivot` along `axis`, by the value [rad] of a law of kind "motion"; right-handed."""
+    """Rotation about the axis through `pivot` along `axis`, by the value [rad] of a law
+    of kind "motion"; right-handed."""
 
     law: Chosen
     pivot: Vector
@@ -33,7 +46,8 @@ class Turn:
 
 @dataclass(frozen=True)
 class Plane:
-    """Infinite plane; seeds are on the side to which `normal` points. Solid behind: a ball is always pushed that way."""
+    """Infinite plane; seeds are on the side to which `normal` points. Solid behind: a
+    ball is always pushed that way."""
 
     name: str
     material: Material
@@ -42,16 +56,20 @@ class Plane:
     moves: tuple[Slide | Turn, ...] = ()
 
     def primitives(self) -> Primitives:
-        return [PLANE], _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0)), np.full((1, 3), -1)
+        return (
+            [PLANE],
+            _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0)),
+            np.full((1, 3), -1),
+        )
 
 
 @dataclass(frozen=True)
 class Rectangle:
-    """Thin rectangle from `corner` along the perpendicular edges `a` and `b`, felt on both sides and at its edges.
+    """Thin rectangle from `corner` along the perpendicular edges `a` and `b`, felt on
+    both sides and at its edges.
 
-    Rectangles know nothing of each other: a ball over the seam of two that lie in one plane is pushed by both. Make such a
-    floor of one rectangle, or of a mesh.
-    """
+    Rectangles know nothing of each other: a ball over the seam of two that lie in one
+    plane is pushed by both. Make such a floor of one rectangle, or of a mesh."""
 
     name: str
     material: Material
@@ -63,13 +81,17 @@ class Rectangle:
     def primitives(self) -> Primitives:
         a, b = np.asarray(self.a, float), np.asarray(self.b, float)
         if not abs(a @ b) < 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
-            raise ValueError(f"wall {self.name!r}: edges a = {self.a} and b = {self.b} must be perpendicular and longer than 0")
+            raise ValueError(
+                f"wall {self.name!r}: edges a = {self.a} and b = {self.b} must be"
+                " perpendicular and longer than 0"
+            )
         return [PARALLELOGRAM], _rows(self.corner, a, b), np.full((1, 3), -1)
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Thin open tube of a radius about the axis from `start` to `end`, felt from inside, outside and at its rims."""
+    """Thin open tube of a radius about the axis from `start` to `end`, felt from
+    inside, outside and at its rims."""
 
     name: str
     material: Material
@@ -81,7 +103,10 @@ class Cylinder:
     def primitives(self) -> Primitives:
         axis = np.asarray(self.end, float) - np.asarray(self.start, float)
         if not (self.radius > 0 and np.linalg.norm(axis) > 0):
-            raise ValueError(f"wall {self.name!r}: radius = {self.radius} m and the axis' length must be > 0")
+            raise ValueError(
+                f"wall {self.name!r}: radius = {self.radius} m and the axis' length"
+                " must be > 0"
+            )
         rows = _rows(self.start, axis, (0.0, 0.0, 0.0))
         rows[:, 9] = self.radius
         return [CYLINDER], rows, np.full((1, 3), -1)
@@ -89,8 +114,8 @@ class Cylinder:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles, felt from both sides: vertices (n, 3) [m] and faces (m, 3). Triangles that share a vertex must share its
-    number."""
+    """Triangles, felt from both sides: vertices (n, 3) [m] and faces (m, 3). Triangles
+    that share a vertex must share its number."""
 
     name: str
     material: Material
@@ -100,43 +125,78 @@ class Mesh:
 
     @classmethod
     def from_file(
-        cls, path: Path | str, name: str, material: Material, *, scale: float = 1.0, moves: tuple[Slide | Turn, ...] = ()
+        cls,
+        path: Path | str,
+        name: str,
+        material: Material,
+        *,
+        scale: float = 1.0,
+        moves: tuple[Slide | Turn, ...] = (),
     ) -> "Mesh":
-        """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale` 1e-3 for files in millimetres."""
+        """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale`
+        1e-3 for files in millimetres."""
         import trimesh
 
-        return cls.from_trimesh(trimesh.load(path, force="mesh"), name, material, scale=scale, moves=moves)
+        return cls.from_trimesh(
+            trimesh.load(path, force="mesh"), name, material, scale=scale, moves=moves
+        )
 
     @classmethod
     def from_trimesh(
-        cls, mesh: Any, name: str, material: Material, *, scale: float = 1.0, moves: tuple[Slide | Turn, ...] = ()
+        cls,
+        mesh: Any,
+        name: str,
+        material: Material,
+        *,
+        scale: float = 1.0,
+        moves: tuple[Slide | Turn, ...] = (),
     ) -> "Mesh":
         mesh = mesh.copy()
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         mesh.update_faces(mesh.nondegenerate_faces())
-        return cls(name, material, np.asarray(mesh.vertices) * scale, np.asarray(mesh.faces), moves)
+        return cls(
+            name,
+            material,
+            np.asarray(mesh.vertices) * scale,
+            np.asarray(mesh.faces),
+            moves,
+        )
 
     def primitives(self) -> Primitives:
         vertices, faces = np.asarray(self.vertices, float), np.asarray(self.faces)
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
-            raise ValueError(f"wall {self.name!r}: faces must be (m, 3) with m ≥ 1, not {faces.shape}")
+            raise ValueError(
+                f"wall {self.name!r}: faces must be (m, 3) with m ≥ 1, not"
+                f" {faces.shape}"
+            )
         if faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError(f"wall {self.name!r}: faces name vertices outside 0 … {len(vertices) - 1}")
+            raise ValueError(
+                f"wall {self.name!r}: faces name vertices outside 0 …"
+                f" {len(vertices) - 1}"
+            )
         p, q, r = (vertices[faces[:, k]] for k in range(3))
         area = 0.5 * np.linalg.norm(np.cross(q - p, r - p), axis=1)
         if not np.all(area > 0):  # NaN vertices fail here too
-            raise ValueError(f"wall {self.name!r}: triangle {int(np.argmin(np.nan_to_num(area)))} has no area")
+            raise ValueError(
+                f"wall {self.name!r}: triangle {int(np.argmin(np.nan_to_num(area)))}"
+                " has no area"
+            )
         return [TRIANGLE] * len(faces), _rows(p, q - p, r - p), faces
 
 
 Wall = Plane | Rectangle | Cylinder | Mesh
 
 
-def box(name: str, material: Material, low: Vector, high: Vector, *, lid: bool = False) -> tuple[Rectangle, ...]:
-    """Floor and four sides of a box, a rectangle each: `name`-floor, -left, -right, -front, -back, and -lid if asked for."""
+def box(
+    name: str, material: Material, low: Vector, high: Vector, *, lid: bool = False
+) -> tuple[Rectangle, ...]:
+    """Floor and four sides of a box, a rectangle each: `name`-floor, -left, -right,
+    -front, -back, and -lid if asked for."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     if not (x1 > x0 and y1 > y0 and z1 > z0):
-        raise ValueError(f"box {name!r}: high = {high} must exceed low = {low} along every axis")
+        raise ValueError(
+            f"box {name!r}: high = {high} must exceed low = {low} along every axis"
+        )
     x, y, z = (x1 - x0, 0.0, 0.0), (0.0, y1 - y0, 0.0), (0.0, 0.0, z1 - z0)
     sides = [
         ("floor", low, x, y),
@@ -147,7 +207,10 @@ def box(name: str, material: Material, low: Vector, high: Vector, *, lid: bool =
     ]
     if lid:
         sides.append(("lid", (x0, y0, z1), x, y))
-    return tuple(Rectangle(f"{name}-{side}", material, corner, a, b) for side, corner, a, b in sides)
+    return tuple(
+        Rectangle(f"{name}-{side}", material, corner, a, b)
+        for side, corner, a, b in sides
+    )
 
 
 def unit(what: str, vector: Vector) -> np.ndarray:
@@ -183,7 +246,8 @@ class WallTables:
 
 
 def tabulate(walls: tuple[Wall, ...]) -> WallTables:
-    """Tables of all walls' primitives and moves; ValueError names the wall that is wrong."""
+    """Tables of all walls' primitives and moves; ValueError names the wall that is
+    wrong."""
     prim, kind, owner, corners = [np.empty((0, ROW))], [], [], [np.empty((0, 3), int)]
     moves, numbers, laws = [], [], []
     vertices = 0
@@ -196,13 +260,28 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
         vertices += max(int(faces.max()) + 1, 0)
         for move in wall.moves:
             if move.law.law.kind != "motion":
-                raise ValueError(f"wall {wall.name!r}: law {move.law.law.name!r} is of kind {move.law.law.kind!r}, not 'motion'")
-            along, pivot = (move.direction, (0.0, 0.0, 0.0)) if isinstance(move, Slide) else (move.axis, move.pivot)
+                raise ValueError(
+                    f"wall {wall.name!r}: law {move.law.law.name!r} is of kind"
+                    f" {move.law.law.kind!r}, not 'motion'"
+                )
+            along, pivot = (
+                (move.direction, (0.0, 0.0, 0.0))
+                if isinstance(move, Slide)
+                else (move.axis, move.pivot)
+            )
             direction = unit(f"wall {wall.name!r}: direction", along)
             law = move.law.law
             if law not in laws:
                 laws.append(law)
-            moves.append([w, SLIDE if isinstance(move, Slide) else TURN, *direction, *pivot, laws.index(law)])
+            moves.append(
+                [
+                    w,
+                    SLIDE if isinstance(move, Slide) else TURN,
+                    *direction,
+                    *pivot,
+                    laws.index(law),
+                ]
+            )
             numbers.append(move.law.numbers)
     width = max([len(row) for row in numbers], default=0)
     moving = {int(row[0]) for row in moves}
@@ -212,7 +291,9 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
         wall=np.array(owner, np.int64),
         corners=np.concatenate(corners).astype(np.int64),
         moves=np.array(moves, float).reshape(len(moves), 9),
-        move_numbers=np.array([[*row, *[0.0] * (width - len(row))] for row in numbers], float).reshape(len(moves), width),
+        move_numbers=np.array(
+            [[*row, *[0.0] * (width - len(row))] for row in numbers], float
+        ).reshape(len(moves), width),
         motion_laws=tuple(laws),
         moving=np.array([w in moving for w in owner], bool),
     )

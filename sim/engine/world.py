@@ -1,5 +1,5 @@
-"""What there is: seeds, walls, materials and their contacts, laws, gravity. A frozen description; `step.init` makes a state of
-it."""
+"""What there is: seeds, walls, materials and their contacts, laws, gravity. A frozen
+description; `step.init` makes a state of it."""
 
 import math
 from dataclasses import dataclass
@@ -19,8 +19,9 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Seeds put where they are told: seed k has shapes[shape_of[k]]; positions of centres of mass (n, 3) [m]; orientations (n,
-    4) unit quaternions (w, x, y, z) from the principal frame; velocities (n, 3) [m/s]; spins (n, 3) [rad/s], world axes."""
+    """Seeds put where they are told: seed k has shapes[shape_of[k]]; positions of
+    centres of mass (n, 3) [m]; orientations (n, 4) unit quaternions (w, x, y, z) from
+    the principal frame; velocities (n, 3) [m/s]; spins (n, 3) [rad/s], world axes."""
 
     shapes: tuple
     material: Material
@@ -33,8 +34,8 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class Scattered:
-    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned at random, each of a shape drawn from
-    `shapes`."""
+    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned
+    at random, each of a shape drawn from `shapes`."""
 
     shapes: tuple
     material: Material
@@ -48,22 +49,24 @@ class Scattered:
 class World:
     """Everything that a run needs to know besides the random generator.
 
-    contacts: one `sim.material.Contact` for each pair of materials that may touch; its rolling_convention names the rolling law.
-    laws: chosen plug-ins (`sim.laws`) on top of those.
-    domain: (low, high), seeds whose centre leaves it are removed and counted; None: no end.
-    time_step_s: None for `rayleigh_fraction` of the smallest ball's Rayleigh time.
-    pull_at_end: whether the damped contact force may be attractive at the end of contact. True lets e come out as entered; False
-    clips it at zero and e comes out larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
-    share_damping: whether balls of one seed on the same wall or seed share the damping (`contacts.shares_of_pairs`). True makes e
-    independent of the number of balls that touch; False is EDEM's way, each ball damping with the whole masses.
-    cap_damped: whether the caps of friction and rolling take the whole normal force, damping included (LAMMPS's way), instead of
-    its elastic part (EDEM's).
-    sleep: seeds that lie still are left out until the forces on them change (`sleeping.CALM_FORCE`): a heap whose most seeds rest
-    costs less. Of the seeds' push on walls only that of waking ones is counted between two looks. Not together with `ledger`.
-    ledger: keep account of where the energy goes (`observe.energy`); costs a few per cent.
-    most_overlap: a run stops when an overlap exceeds this part of the smaller ball's radius. most_speed_m_s: or a seed this
-    speed.
-    """
+    contacts: one `sim.material.Contact` for each pair of materials that may touch; its
+    rolling_convention names the rolling law. laws: chosen plug-ins (`sim.laws`) on top
+    of those. domain: (low, high), seeds whose centre leaves it are removed and counted;
+    None: no end. time_step_s: None for `rayleigh_fraction` of the smallest ball's
+    Rayleigh time. pull_at_end: whether the damped contact force may be attractive at
+    the end of contact. True lets e come out as entered; False clips it at zero and e
+    comes out larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
+    share_damping: whether balls of one seed on the same wall or seed share the damping
+    (`contacts.shares_of_pairs`). True makes e independent of the number of balls that
+    touch; False is EDEM's way, each ball damping with the whole masses. cap_damped:
+    whether the caps of friction and rolling take the whole normal force, damping
+    included (LAMMPS's way), instead of its elastic part (EDEM's). sleep: seeds that lie
+    still are left out until the forces on them change (`sleeping.CALM_FORCE`): a heap
+    whose most seeds rest costs less. Of the seeds' push on walls only that of waking
+    ones is counted between two looks. Not together with `ledger`. ledger: keep account
+    of where the energy goes (`observe.energy`); costs a few per cent. most_overlap: a
+    run stops when an overlap exceeds this part of the smaller ball's radius.
+    most_speed_m_s: or a seed this speed."""
 
     seeds: tuple[Placed | Scattered, ...]
     walls: tuple[Wall, ...] = ()
@@ -83,12 +86,22 @@ class World:
 
     def __post_init__(self):
         if not self.seeds:
-            raise ValueError("seeds: a world needs at least one group of seeds (Placed or Scattered)")
+            raise ValueError(
+                "seeds: a world needs at least one group of seeds (Placed or Scattered)"
+            )
         if self.sleep and self.ledger:
-            raise ValueError("ledger: energies are those of all contacts, and sleeping seeds' are left out; say sleep = False")
+            raise ValueError(
+                "ledger: energies are those of all contacts, and sleeping seeds' are"
+                " left out; say sleep = False"
+            )
         _finite("gravity", self.gravity, 3)
-        if self.domain is not None and not all(a < b for a, b in zip(*self.domain, strict=True)):
-            raise ValueError(f"domain: low = {self.domain[0]} must be below high = {self.domain[1]} along every axis")
+        if self.domain is not None and not all(
+            a < b for a, b in zip(*self.domain, strict=True)
+        ):
+            raise ValueError(
+                f"domain: low = {self.domain[0]} must be below high = {self.domain[1]}"
+                " along every axis"
+            )
         if self.time_step_s is not None:
             within("time_step_s", self.time_step_s, 1e-12, 1.0, "s")
         within("rayleigh_fraction", self.rayleigh_fraction, 1e-4, 0.5, "")
@@ -100,30 +113,49 @@ class World:
         materials = self.materials
         for user in (*self.seeds, *self.walls):
             if materials[user.material.name] != user.material:
-                raise ValueError(f"materials: two different ones are called {user.material.name!r}")
+                raise ValueError(
+                    f"materials: two different ones are called {user.material.name!r}"
+                )
         for chosen in self.laws:
             if chosen.law.kind == "motion":
-                raise ValueError(f"law {chosen.law.name!r} moves a wall: give it to Slide or Turn of that wall, not to laws")
+                raise ValueError(
+                    f"law {chosen.law.name!r} moves a wall: give it to Slide or Turn of"
+                    " that wall, not to laws"
+                )
             for name in chosen.between or ():
                 if name not in materials:
-                    raise ValueError(f"law {chosen.law.name!r}: no seed or wall is made of {name!r}, named in `between`")
+                    raise ValueError(
+                        f"law {chosen.law.name!r}: no seed or wall is made of {name!r},"
+                        " named in `between`"
+                    )
 
     @property
     def materials(self) -> dict[str, Material]:
         """Every material in this world, by name."""
-        return {user.material.name: user.material for user in (*self.seeds, *self.walls)}
+        return {
+            user.material.name: user.material for user in (*self.seeds, *self.walls)
+        }
 
     @property
     def active_laws(self) -> tuple[Chosen, ...]:
-        """The rolling laws that the contacts name, then the chosen laws. One chosen in `laws` replaces its namesake."""
+        """The rolling laws that the contacts name, then the chosen laws. One chosen in
+        `laws` replaces its namesake."""
         conventions = sorted({c.rolling_convention for c in self.contacts})
         named = {c.law.name for c in self.laws}
         rolling = []
         for convention in conventions:
             law = LAWS[f"rolling_{convention}"]
             if law.name not in named:
-                pairs = [c.between for c in self.contacts if c.rolling_convention == convention]
-                rolling += [law.use()] if len(conventions) == 1 else [law.use(between=pair) for pair in pairs]
+                pairs = [
+                    c.between
+                    for c in self.contacts
+                    if c.rolling_convention == convention
+                ]
+                rolling += (
+                    [law.use()]
+                    if len(conventions) == 1
+                    else [law.use(between=pair) for pair in pairs]
+                )
         return (*rolling, *self.laws)
 
     def wall_index(self, name: str) -> int:
@@ -131,14 +163,19 @@ class World:
         for k, wall in enumerate(self.walls):
             if wall.name == name:
                 return k
-        raise ValueError(f"no wall {name!r}; there are {', '.join(wall.name for wall in self.walls) or 'none'}")
+        raise ValueError(
+            f"no wall {name!r}; there are"
+            f" {', '.join(wall.name for wall in self.walls) or 'none'}"
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class Tables:
     """A world as the kernels see it: arrays."""
 
-    pairs: np.ndarray  # (materials², columns): E*, G*, γ, μ, μ_r, e, then each contact law's switch and parameters
+    # (materials², columns): E*, G*, γ, μ, μ_r, e, then each contact law's switch and
+    # parameters
+    pairs: np.ndarray
     materials: tuple[str, ...]
     wall_material: np.ndarray
     walls: WallTables
@@ -152,7 +189,9 @@ class Tables:
 def within(name: str, value: float, low: float, high: float, unit: str) -> float:
     """The value, or a ValueError that names it and its range."""
     if not low <= value <= high:
-        raise ValueError(f"{name} = {value} must be {low:g} to {high:g} {unit}".rstrip())
+        raise ValueError(
+            f"{name} = {value} must be {low:g} to {high:g} {unit}".rstrip()
+        )
     return float(value)
 
 
@@ -164,7 +203,8 @@ def _finite(name: str, values, count: int) -> np.ndarray:
 
 
 def contact_between(world: World, a: str, b: str) -> Contact:
-    """The contact parameters of two materials; ValueError if nobody gave them, or two did."""
+    """The contact parameters of two materials; ValueError if nobody gave them, or two
+    did."""
     found = [c for c in world.contacts if set(c.between) == {a, b}]
     if len(found) != 1:
         raise ValueError(f"contacts: {a}–{b} needs one Contact, there are {len(found)}")
@@ -173,7 +213,9 @@ def contact_between(world: World, a: str, b: str) -> Contact:
 
 def _pair_table(world: World, names: tuple[str, ...]) -> np.ndarray:
     laws = [c for c in world.active_laws if c.law.kind in CONTACT_KINDS]
-    columns = [column for _, column in assemble.extra_columns(tuple(c.law for c in laws))]
+    columns = [
+        column for _, column in assemble.extra_columns(tuple(c.law for c in laws))
+    ]
     placed = list(zip(laws, columns, strict=True))
     width = COLUMNS + sum(1 + len(c.numbers) for c in laws)
     table = np.zeros((len(names) ** 2, width))
@@ -187,7 +229,9 @@ def _pair_table(world: World, names: tuple[str, ...]) -> np.ndarray:
             for chosen, column in placed:
                 on = chosen.between is None or set(chosen.between) == {a, b}
                 row[COLUMNS + column] = float(on)
-                row[COLUMNS + column + 1 : COLUMNS + column + 1 + len(chosen.numbers)] = chosen.numbers
+                row[
+                    COLUMNS + column + 1 : COLUMNS + column + 1 + len(chosen.numbers)
+                ] = chosen.numbers
     return table
 
 
@@ -195,7 +239,14 @@ def _pair_numbers(world: World, a: str, b: str) -> tuple[float, ...]:
     contact = contact_between(world, a, b)
     young, shear = effective_moduli(world.materials[a], world.materials[b])
     e = contact.restitution
-    return young, shear, damping_factor(e), contact.static_friction, contact.rolling_friction, e
+    return (
+        young,
+        shear,
+        damping_factor(e),
+        contact.static_friction,
+        contact.rolling_friction,
+        e,
+    )
 
 
 def _shape_tables(world: World, names: tuple[str, ...]):
@@ -206,17 +257,40 @@ def _shape_tables(world: World, names: tuple[str, ...]):
             radii = np.atleast_1d(np.asarray(seed.radii_m, float))
             inertia = np.asarray(seed.inertia_kg_m2, float)
             numbers = np.concatenate([centres.ravel(), radii, inertia, [seed.mass_kg]])
-            if not np.isfinite(numbers).all() or not (radii > 0).all() or not (inertia > 0).all() or not seed.mass_kg > 0:
-                raise ValueError(f"seed: radii_m, inertia_kg_m2 and mass_kg must be finite and > 0, centres_m finite, in {seed}")
+            if (
+                not np.isfinite(numbers).all()
+                or not (radii > 0).all()
+                or not (inertia > 0).all()
+                or not seed.mass_kg > 0
+            ):
+                raise ValueError(
+                    "seed: radii_m, inertia_kg_m2 and mass_kg must be finite and > 0,"
+                    f" centres_m finite, in {seed}"
+                )
             bound = float(np.max(np.linalg.norm(centres, axis=1) + radii))
             diameter = (6.0 * seed.volume_m3 / math.pi) ** (1.0 / 3.0)
             same = float(np.ptp(inertia) <= 1e-9 * inertia.max())
             single = float(len(radii) == 1 and not centres.any())
-            rows.append([*(1.0 / inertia), seed.mass_kg, diameter, bound, same, single, 1.0 / seed.mass_kg])
+            rows.append(
+                [
+                    *(1.0 / inertia),
+                    seed.mass_kg,
+                    diameter,
+                    bound,
+                    same,
+                    single,
+                    1.0 / seed.mass_kg,
+                ]
+            )
             balls.append(np.column_stack([centres, radii]))
             starts.append(starts[-1] + len(radii))
             materials.append(names.index(group.material.name))
-    return np.array(rows), np.array(starts, np.int64), np.concatenate(balls), np.array(materials, np.uint32)
+    return (
+        np.array(rows),
+        np.array(starts, np.int64),
+        np.concatenate(balls),
+        np.array(materials, np.uint32),
+    )
 
 
 def tabulate_world(world: World) -> Tables:
@@ -227,7 +301,9 @@ def tabulate_world(world: World) -> Tables:
     return Tables(
         pairs=_pair_table(world, names),
         materials=names,
-        wall_material=np.array([names.index(w.material.name) for w in world.walls], np.uint32),
+        wall_material=np.array(
+            [names.index(w.material.name) for w in world.walls], np.uint32
+        ),
         walls=tabulate(world.walls),
         body_numbers=np.array([v for row in body for v in row], float),
         shape=shape,
@@ -238,8 +314,13 @@ def tabulate_world(world: World) -> Tables:
 
 
 def time_step(world: World) -> float:
-    """The step of a run [s]: as given, or the stated fraction of the shortest Rayleigh time of all balls."""
+    """The step of a run [s]: as given, or the stated fraction of the shortest Rayleigh
+    time of all balls."""
     if world.time_step_s is not None:
         return world.time_step_s
-    times = [group.material.rayleigh_step_s(float(np.min(seed.radii_m))) for group in world.seeds for seed in group.shapes]
+    times = [
+        group.material.rayleigh_step_s(float(np.min(seed.radii_m)))
+        for group in world.seeds
+        for seed in group.shapes
+    ]
     return world.rayleigh_fraction * min(times)

@@ -1,4 +1,5 @@
-"""One seed or block on its rig in LAMMPS: run as one stage, then shown frame by frame to the observers that our engine asks.
+"""One seed or block on its rig in LAMMPS: run as one stage, then shown frame by frame
+to the observers that our engine asks.
 
 They end the run where ours would end; LAMMPS's own end comes surely after that.
 """
@@ -24,7 +25,8 @@ LOOK_S = 0.05  # about how often the end is asked for
 
 @dataclass(frozen=True)
 class Alone:
-    """An engine for `sim.rigs.alone`. name of the stage, title of its input; still, over, longest_s: its end, as in `Stage`."""
+    """An engine for `sim.rigs.alone`. name of the stage, title of its input; still,
+    over, longest_s: its end, as in `Stage`."""
 
     lammps: Lammps
     name: str
@@ -34,15 +36,30 @@ class Alone:
     still: Settled | None = None
     over: str = ""
 
-    def __call__(self, world: World, rng: np.random.Generator, longest_s: float, observers: Sequence[Every]) -> None:
-        """Run the stage and ask each observer at its times; RuntimeError where LAMMPS stops."""
+    def __call__(
+        self,
+        world: World,
+        rng: np.random.Generator,
+        longest_s: float,
+        observers: Sequence[Every],
+    ) -> None:
+        """Run the stage and ask each observer at its times; RuntimeError where LAMMPS
+        stops."""
         first, shortest = observers[0].seconds, min(o.seconds for o in observers)
         frame_s = first / math.ceil(first / shortest - 1e-9)
         look_s = frame_s * math.ceil(LOOK_S / frame_s)
         longest_s = min(longest_s, self.longest_s)
         stage = Stage(
-            self.name, world, None, frame_s, look_s, longest_s, still=self.still, over=self.over, pushes=True
-        )  # fmt: skip
+            self.name,
+            world,
+            None,
+            frame_s,
+            look_s,
+            longest_s,
+            still=self.still,
+            over=self.over,
+            pushes=True,
+        )
         way = self.lammps.run(stage, self.title, self.watch)
         pushes = read_pushes(self.lammps.folder, stage.name, way.steps, stage.step_s)
         due = [0] * len(observers)

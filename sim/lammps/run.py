@@ -1,4 +1,5 @@
-"""Running stages: inputs written, LAMMPS run, its own restart files taken up where it was stopped, its frames read."""
+"""Running stages: inputs written, LAMMPS run, its own restart files taken up where it
+was stopped, its frames read."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,27 +16,36 @@ from sim.rigs.bench import Watch
 
 @dataclass(frozen=True)
 class Lammps:
-    """Where LAMMPS runs (the folder is kept, and gone on from when it holds the very same input), and on how many ranks."""
+    """Where LAMMPS runs (the folder is kept, and gone on from when it holds the very
+    same input), and on how many ranks."""
 
     folder: Path
     ranks: int = 1
 
     def run(self, stage: Stage, title: str, watch: Watch) -> Way:
-        """The stage's frames; run, gone on with, or read where it was done before. RuntimeError with LAMMPS's own words."""
+        """The stage's frames; run, gone on with, or read where it was done before.
+        RuntimeError with LAMMPS's own words."""
         placed = stage.world.seeds[0]
         assert isinstance(placed, Placed)
         program.needed(self.ranks)
         self.folder.mkdir(parents=True, exist_ok=True)
         self._written(stage, placed, title)
         count = len(np.asarray(placed.positions))
-        start = np.tile([1.0, 0, 0, 0], (count, 1)) if placed.orientations is None else np.asarray(placed.orientations)
+        start = (
+            np.tile([1.0, 0, 0, 0], (count, 1))
+            if placed.orientations is None
+            else np.asarray(placed.orientations)
+        )
         while not self._done(stage.name):
             self._go(stage, title, watch)
         return read_way(self.folder, stage.name, start)
 
     def still(self, stage: Stage) -> bool:
         """Whether the stage ended because nothing moved."""
-        return (self.folder / f"{stage.name}.done").read_text().split() == ["still", "1"]
+        return (self.folder / f"{stage.name}.done").read_text().split() == [
+            "still",
+            "1",
+        ]
 
     def _done(self, name: str) -> bool:
         return (self.folder / f"{name}.done").exists()
@@ -48,7 +58,10 @@ class Lammps:
         if stage.begin is None:
             write_seeds(new, stage.name, placed)
         made = sorted(new.iterdir())
-        same = all((self.folder / file.name).exists() and _same(file, self.folder / file.name) for file in made)
+        same = all(
+            (self.folder / file.name).exists() and _same(file, self.folder / file.name)
+            for file in made
+        )
         if not same:
             for old in self.folder.glob(f"{stage.name}.*"):
                 if old.is_file():
@@ -60,33 +73,58 @@ class Lammps:
         new.rmdir()
 
     def _go(self, stage: Stage, title: str, watch: Watch) -> None:
-        """One start of LAMMPS; on an error without any new restart file RuntimeError, else it may be started again."""
+        """One start of LAMMPS; on an error without any new restart file RuntimeError,
+        else it may be started again."""
         before = self._restarts(stage)
-        part = int(parts(self.folder, stage.name)[-1].name.split(".")[-3]) + 1 if parts(self.folder, stage.name) else 1
+        part = (
+            int(parts(self.folder, stage.name)[-1].name.split(".")[-3]) + 1
+            if parts(self.folder, stage.name)
+            else 1
+        )
         if not before:
             for old in parts(self.folder, stage.name):
                 old.unlink()
             part = 1
-        arguments = ["-in", f"{stage.name}.in", "-log", f"{stage.name}.{part}.log", "-var", "part", str(part)]
+        arguments = [
+            "-in",
+            f"{stage.name}.in",
+            "-log",
+            f"{stage.name}.{part}.log",
+            "-var",
+            "part",
+            str(part),
+        ]
         if before:
             arguments += ["-var", "from", before[0].name]
         log = self.folder / f"{stage.name}.{part}.log"
         words = program.run(
-            self.folder, arguments, ranks=self.ranks, look=lambda: watch(title, min(_time(log) / stage.longest_s, 0.99))
+            self.folder,
+            arguments,
+            ranks=self.ranks,
+            look=lambda: watch(title, min(_time(log) / stage.longest_s, 0.99)),
         )
         if words is None and self._done(stage.name):
             return
         after = self._restarts(stage)
-        if not after or (before and after[0].stat().st_mtime_ns == before[0].stat().st_mtime_ns):
-            raise RuntimeError(f"LAMMPS stopped in {self.folder / stage.files[0]}: {words or 'without a word'}")
+        if not after or (
+            before and after[0].stat().st_mtime_ns == before[0].stat().st_mtime_ns
+        ):
+            raise RuntimeError(
+                f"LAMMPS stopped in {self.folder / stage.files[0]}:"
+                f" {words or 'without a word'}"
+            )
 
     def _restarts(self, stage: Stage) -> list[Path]:
-        """Restart files that were written to the end, the newest first: the bodies' file is written after the atoms'."""
+        """Restart files that were written to the end, the newest first: the bodies'
+        file is written after the atoms'."""
         whole = [
-            file for name in stage.files[1:]
-            if (file := self.folder / name).exists() and (bodies := file.with_name(name + ".rigid")).exists()
-            and bodies.stat().st_mtime_ns >= file.stat().st_mtime_ns and _whole(bodies)
-        ]  # fmt: skip
+            file
+            for name in stage.files[1:]
+            if (file := self.folder / name).exists()
+            and (bodies := file.with_name(name + ".rigid")).exists()
+            and bodies.stat().st_mtime_ns >= file.stat().st_mtime_ns
+            and _whole(bodies)
+        ]
         return sorted(whole, key=lambda file: -file.stat().st_mtime_ns)
 
 
@@ -96,7 +134,11 @@ def _same(one: Path, other: Path) -> bool:
 
 def _whole(bodies: Path) -> bool:
     """Whether a file of bodies holds as many as it says."""
-    lines = [line for line in bodies.read_text().splitlines() if line.strip() and not line.startswith("#")]
+    lines = [
+        line
+        for line in bodies.read_text().splitlines()
+        if line.strip() and not line.startswith("#")
+    ]
     return bool(lines) and len(lines) == int(lines[0].split()[0]) + 1
 
 

@@ -1,4 +1,5 @@
-"""One stage of a run (filling, coming to rest, lifting …) as one LAMMPS input file that also runs by hand."""
+"""One stage of a run (filling, coming to rest, lifting …) as one LAMMPS input file that
+also runs by hand."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +12,8 @@ from sim.lammps.contact import refuse_others, words
 from sim.lammps.walls import name_of, wall_lines
 from sim.rigs.bench import GRAVITY_M_S2
 
-SKIN = 0.4  # neighbour lists reach so much farther than contact, of the smallest ball's radius
+# neighbour lists reach so much farther than contact, of the smallest ball's radius
+SKIN = 0.4
 OUTSIDE_EVERY_S = 0.005  # how often seeds outside the domain are taken away
 RESTART_EVERY_S = 0.05
 DRAG_STEPS = 10
@@ -20,10 +22,12 @@ BALANCE_EVERY_S = 0.02  # how often ranks share the seeds out anew
 
 @dataclass(frozen=True)
 class Stage:
-    """name: of the files. world: seeds, walls, contacts. begin: None, from NAME.data and NAME.bodies, else the stage whose end
-    it goes on from. frame_s: how often the seeds' places are written, look_s: how often the end is asked for; the longer is
-    a multiple of the shorter. longest_s: the end at the latest. least_s: not before that. still: the end is when they lie as it
-    says, None: at longest_s. over: of a single seed, a formula of LAMMPS in v_x, v_y, v_z [m], its place: above 0 the stage ends
+    """name: of the files. world: seeds, walls, contacts. begin: None, from NAME.data
+    and NAME.bodies, else the stage whose end it goes on from. frame_s: how often the
+    seeds' places are written, look_s: how often the end is asked for; the longer is a
+    multiple of the shorter. longest_s: the end at the latest. least_s: not before that.
+    still: the end is when they lie as it says, None: at longest_s. over: of a single
+    seed, a formula of LAMMPS in v_x, v_y, v_z [m], its place: above 0 the stage ends
     too. pushes: whether each wall's load, averaged from frame to frame, is written."""
 
     name: str
@@ -66,23 +70,35 @@ def script(stage: Stage, ranks: int, title: str) -> str:
     """The whole input; refuses by name what LAMMPS has not."""
     refuse_others(stage.world)
     walls = wall_lines(stage.world, contacts=stage.pushes)
-    parts = [_head(stage, ranks, title), _contacts(stage.world), _seeds(stage), walls, _leaving(stage, ranks)]
+    parts = [
+        _head(stage, ranks, title),
+        _contacts(stage.world),
+        _seeds(stage),
+        walls,
+        _leaving(stage, ranks),
+    ]
     parts += [_looking(stage), _pushes(stage), _end(stage)]
     return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
 
 
 def _head(stage: Stage, ranks: int, title: str) -> list[str]:
     name = stage.name
-    sizes = '"fix sizes all property/atom d_size"'  # a fix is filled from data that come after it, or a restart before it
+    # a fix is filled from data that come after it, or a restart before it
+    sizes = '"fix sizes all property/atom d_size"'
     if stage.begin is None:
         first = [sizes, f'"read_data {name}.data fix sizes NULL Sizes"']
     else:
         first = [f'"read_restart {stage.begin}.end"', '"reset_timestep 0"', sizes]
     bodies = f"{name}.bodies" if stage.begin is None else f"{stage.begin}.end.rigid"
-    spread = 2.1 * max(shape.bounding_radius_m for shape in stage.world.seeds[0].shapes) + _skin(stage.world)
+    spread = 2.1 * max(
+        shape.bounding_radius_m for shape in stage.world.seeds[0].shapes
+    ) + _skin(stage.world)
     return [
         f"# {title}",
-        f"# By hand: lmp -in {name}.in; stopped, it goes on with: lmp -in {name}.in -var from {name}.restart.1 -var part 2",
+        (
+            f"# By hand: lmp -in {name}.in; stopped, it goes on with: lmp -in {name}.in"
+            f" -var from {name}.restart.1 -var part 2"
+        ),
         "variable from index none",
         "variable part index 1",
         "",
@@ -94,8 +110,14 @@ def _head(stage: Stage, ranks: int, title: str) -> list[str]:
         f"comm_modify vel yes cutoff {spread:.8g}",
         "processors * * 1" if ranks > 2 else f"processors {ranks} 1 1",
         "# d_size: diameter of the sphere of the seed's volume [m]",
-        f'if "${{part}} == 1" then {" ".join(first)} else "read_restart ${{from}}" {sizes}',
-        f'if "${{part}} == 1" then "variable bodies string {bodies}" else "variable bodies string ${{from}}.rigid"',
+        (
+            f'if "${{part}} == 1" then {" ".join(first)} else "read_restart ${{from}}"'
+            f" {sizes}"
+        ),
+        (
+            f'if "${{part}} == 1" then "variable bodies string {bodies}" else "variable'
+            ' bodies string ${from}.rigid"'
+        ),
         f"timestep {stage.step_s:.15g}",
         "group touching type 1 2",
         "group middle type 2 3  # the ball at each seed's centre of mass",
@@ -128,22 +150,45 @@ def _seeds(stage: Stage) -> list[str]:
     ]
     for chosen in stage.world.active_laws:
         if chosen.law.name == "drag":
-            lines += _drag(dict(zip((p.name for p in chosen.law.parameters), chosen.numbers, strict=True)))
+            lines += _drag(
+                dict(
+                    zip(
+                        (p.name for p in chosen.law.parameters),
+                        chosen.numbers,
+                        strict=True,
+                    )
+                )
+            )
     return lines
 
 
 def _drag(number: dict[str, float]) -> list[str]:
-    """Drag after Brown and Lawler, as `sim.laws.drag` has it, on the ball at the centre of mass. Its coefficient is computed anew
-    every DRAG_STEPS only: as a formula it costs LAMMPS a third of a heap's time."""
-    air = [f"(v{axis}-({number[f'wind_{axis}']:.12g}))" if number[f"wind_{axis}"] else f"v{axis}" for axis in "xyz"]
+    """Drag after Brown and Lawler, as `sim.laws.drag` has it, on the ball at the centre
+    of mass. Its coefficient is computed anew every DRAG_STEPS only: as a formula it
+    costs LAMMPS a third of a heap's time."""
+    air = [
+        (
+            f"(v{axis}-({number[f'wind_{axis}']:.12g}))"
+            if number[f"wind_{axis}"]
+            else f"v{axis}"
+        )
+        for axis in "xyz"
+    ]
     squares = "+".join(f"{v}*{v}" for v in air)
     over = number["air_density"] / number["viscosity"]
     k = -0.39269908169872414 * number["factor"] * number["viscosity"]
     return [
         f'variable re atom "{over:.15g}*d_size*sqrt({squares})"',
-        f'variable k atom "{k:.15g}*d_size*(24.0*(1.0+0.15*v_re^0.681)+0.407*v_re*v_re/(v_re+8710.0))"',
+        (
+            "variable k atom"
+            f' "{k:.15g}*d_size*(24.0*(1.0+0.15*v_re^0.681)'
+            '+0.407*v_re*v_re/(v_re+8710.0))"'
+        ),
         f"fix resistance middle store/state {DRAG_STEPS} v_k",
-        *(f'variable drag{axis} atom "f_resistance*{v}"' for axis, v in zip("xyz", air, strict=True)),
+        *(
+            f'variable drag{axis} atom "f_resistance*{v}"'
+            for axis, v in zip("xyz", air, strict=True)
+        ),
         "fix air middle addforce v_dragx v_dragy v_dragz",
     ]
 
@@ -153,24 +198,40 @@ def _leaving(stage: Stage, ranks: int) -> list[str]:
     lines = []
     if stage.world.domain is not None:
         low, high = stage.world.domain
-        numbers = " ".join(f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair)
+        numbers = " ".join(
+            f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair
+        )
         lines.append(f"region domain block {numbers} side out")
         steps = max(round(OUTSIDE_EVERY_S / stage.step_s), 1)
-        lines.append(f"fix leaving middle evaporate {steps} 1000000000 domain 1 molecule yes")
+        lines.append(
+            f"fix leaving middle evaporate {steps} 1000000000 domain 1 molecule yes"
+        )
     if ranks > 1:
         steps = max(round(BALANCE_EVERY_S / stage.step_s), 1)
-        lines.append(f"fix shares all balance {steps} 1.05 shift {'x' if ranks == 2 else 'xy'} 10 1.05")
+        lines.append(
+            f"fix shares all balance {steps} 1.05 shift {'x' if ranks == 2 else 'xy'}"
+            " 10 1.05"
+        )
     return lines
 
 
 def _looking(stage: Stage) -> list[str]:
     name = stage.name
     return [
-        "compute bodies all rigid/local seeds mol x y z quatw quati quatj quatk vx vy vz omegax omegay omegaz",
-        f"dump bodies all local {stage.frame_steps} {name}.${{part}}.bodies.dump c_bodies[*]",
+        (
+            "compute bodies all rigid/local seeds mol x y z quatw quati quatj quatk vx"
+            " vy vz omegax omegay omegaz"
+        ),
+        (
+            f"dump bodies all local {stage.frame_steps} {name}.${{part}}.bodies.dump"
+            " c_bodies[*]"
+        ),
         'dump_modify bodies format float "%.14g" first yes',
         "compute moving all ke/rigid seeds",
-        "# A seed on a single contact may spin about its normal for ever: no law brakes that, and no picture shows it.",
+        (
+            "# A seed on a single contact may spin about its normal for ever: no law"
+            " brakes that, and no picture shows it."
+        ),
         'variable kinetic equal "c_moving/count(middle)"  # a seed, without spin [J]',
         f"thermo {stage.look_steps}",
         "thermo_modify lost ignore flush yes",
@@ -178,26 +239,50 @@ def _looking(stage: Stage) -> list[str]:
 
 
 def _pushes(stage: Stage) -> list[str]:
-    """Each wall's load [N], averaged over the steps from frame to frame: what happens between two frames is in it."""
+    """Each wall's load [N], averaged over the steps from frame to frame: what happens
+    between two frames is in it."""
     if not stage.pushes:
         return []
     names = [name_of(wall) for wall in stage.world.walls]
-    sums = [f"compute load_{n} all reduce sum " + " ".join(f"f_{n}[{k}]" for k in (2, 3, 4)) for n in names]
+    sums = [
+        f"compute load_{n} all reduce sum " + " ".join(f"f_{n}[{k}]" for k in (2, 3, 4))
+        for n in names
+    ]
     columns = " ".join(f"c_load_{n}[{k}]" for n in names for k in (1, 2, 3))
     file = f"{stage.name}.${{part}}.push.txt"
-    return [*sums, f"fix pushes all ave/time 1 {stage.frame_steps} {stage.frame_steps} {columns} file {file}"]
+    return [
+        *sums,
+        (
+            f"fix pushes all ave/time 1 {stage.frame_steps} {stage.frame_steps}"
+            f" {columns} file {file}"
+        ),
+    ]
 
 
 def _end(stage: Stage) -> list[str]:
-    """Until nothing moves, or the seed is where it is to be, or for a time; then the state is kept, and how it ended."""
+    """Until nothing moves, or the seed is where it is to be, or for a time; then the
+    state is kept, and how it ended."""
     look = stage.look_steps
-    longest, least = (math.ceil(round(t / stage.step_s) / look) * look for t in (stage.longest_s, stage.least_s))
-    done = [f"write_restart {stage.name}.end", f'print "still ${{still}}" file {stage.name}.done']
-    place = ["compute place middle reduce sum x y z", *(f"variable {a} equal c_place[{k}]" for k, a in enumerate("xyz", 1))]
+    longest, least = (
+        math.ceil(round(t / stage.step_s) / look) * look
+        for t in (stage.longest_s, stage.least_s)
+    )
+    done = [
+        f"write_restart {stage.name}.end",
+        f'print "still ${{still}}" file {stage.name}.done',
+    ]
+    place = [
+        "compute place middle reduce sum x y z",
+        *(f"variable {a} equal c_place[{k}]" for k, a in enumerate("xyz", 1)),
+    ]
     place = [*place, f'variable over equal "{stage.over}"'] if stage.over else []
     leave = ['if "$(v_over) > 0" then "jump SELF done"'] if stage.over else []
     if stage.still is None:
-        begin = [*place, "thermo_style custom step time v_kinetic" + (" v_over" if place else ""), "variable still equal 0"]
+        begin = [
+            *place,
+            "thermo_style custom step time v_kinetic" + (" v_over" if place else ""),
+            "variable still equal 0",
+        ]
         if not stage.over:
             return [*begin, f"run {longest} upto", *done]
         again = f'if "$(step) < {longest}" then "jump SELF look"'
@@ -212,12 +297,17 @@ def _end(stage: Stage) -> list[str]:
         "compute way middle reduce max c_moved[4]",
         "thermo_style custom step time v_kinetic c_way" + (" v_over" if place else ""),
     ]
-    again = " ".join(f'"{text}"' for text in ("uncompute way", "uncompute moved", "jump SELF anew"))
+    again = " ".join(
+        f'"{text}"' for text in ("uncompute way", "uncompute moved", "jump SELF anew")
+    )
     return [
         *place,
         "thermo_style custom step time v_kinetic",
         f'if "$(step) < {least}" then "run {least} upto"' if least else "",
-        "# All lie still: over a window no seed has gone farther than a share of its diameter, and the kinetic energy is low.",
+        (
+            "# All lie still: over a window no seed has gone farther than a share of"
+            " its diameter, and the kinetic energy is low."
+        ),
         "variable still equal 0",
         "label anew",
         *moved,
@@ -226,7 +316,10 @@ def _end(stage: Stage) -> list[str]:
         f'if "$(step) >= {longest}" then "jump SELF done"',
         f"run {look}",
         *leave,
-        f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) > {stage.still.displacement * size:.8g}" then {again}',
+        (
+            f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) >'
+            f' {stage.still.displacement * size:.8g}" then {again}'
+        ),
         f'if "$(step-v_since) < {window}" then "jump SELF look"',
         "variable still equal 1",
         "label done",

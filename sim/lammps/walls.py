@@ -1,7 +1,8 @@
-"""Walls as LAMMPS's regions: a rectangle is a block with one face, a tube a cylinder without ends; both felt from both sides.
+"""Walls as LAMMPS's regions: a rectangle is a block with one face, a tube a cylinder
+without ends; both felt from both sides.
 
-A tilted rectangle is a level one that is turned about the edge's axis, the same way in which a plate is raised.
-"""
+A tilted rectangle is a level one that is turned about the edge's axis, the same way in
+which a plate is raised."""
 
 import math
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ AXES = "xyz"
 
 @dataclass(frozen=True)
 class Turned:
-    """By which angle [rad] about an axis (0 x, 1 y, 2 z; right-handed) through `pivot` a level wall stands as it is at t = 0."""
+    """By which angle [rad] about an axis (0 x, 1 y, 2 z; right-handed) through `pivot`
+    a level wall stands as it is at t = 0."""
 
     angle: float
     axis: int
@@ -30,19 +32,31 @@ def name_of(wall: Wall) -> str:
 
 
 def wall_lines(world: World, *, contacts: bool = False) -> list[str]:
-    """The commands that make all walls; ValueError names one that cannot be written. contacts: loads are asked for."""
+    """The commands that make all walls; ValueError names one that cannot be written.
+    contacts: loads are asked for."""
     lines = []
     for wall in world.walls:
         name, moves = name_of(wall), _slides(wall)
         turned = _turned(wall) if isinstance(wall, Rectangle) else None
-        lines += [f"variable {name}_{axis} equal {text}" for axis, text in moves.items()]
-        keyword = " move " + " ".join(f"v_{name}_{a}" if a in moves else "NULL" for a in AXES) if moves else ""
+        lines += [
+            f"variable {name}_{axis} equal {text}" for axis, text in moves.items()
+        ]
+        keyword = (
+            " move " + " ".join(f"v_{name}_{a}" if a in moves else "NULL" for a in AXES)
+            if moves
+            else ""
+        )
         if turned is not None:
             lines.append(f"variable {name}_turn equal {_angle(wall, turned)}")
             point = " ".join(f"{v:.12g}" for v in turned.pivot)
-            keyword += f" rotate v_{name}_turn {point} " + " ".join(str(int(k == turned.axis)) for k in range(3))
+            keyword += f" rotate v_{name}_turn {point} " + " ".join(
+                str(int(k == turned.axis)) for k in range(3)
+            )
         lines.append(f"region {name} {_shape(wall, turned)}{keyword}")
-        how = f"wall/gran/region granular {words(world, wall.material.name)} region {name}"
+        how = (
+            f"wall/gran/region granular {words(world, wall.material.name)} region"
+            f" {name}"
+        )
         lines.append(f"fix {name} touching {how}" + (" contacts" if contacts else ""))
     return lines
 
@@ -50,19 +64,30 @@ def wall_lines(world: World, *, contacts: bool = False) -> list[str]:
 def _shape(wall: Wall, turned: Turned | None) -> str:
     """The region's style and numbers."""
     if isinstance(wall, Plane):
-        return "plane " + " ".join(f"{v:.12g}" for v in (*wall.point, *unit("normal", wall.normal)))
+        return "plane " + " ".join(
+            f"{v:.12g}" for v in (*wall.point, *unit("normal", wall.normal))
+        )
     if isinstance(wall, Rectangle):
         return _block(*_level(wall, turned))
     if isinstance(wall, Cylinder):
-        start, along = np.asarray(wall.start, float), np.asarray(wall.end, float) - np.asarray(wall.start, float)
+        start, along = (
+            np.asarray(wall.start, float),
+            np.asarray(wall.end, float) - np.asarray(wall.start, float),
+        )
         axis = _axis_of(along)
         if axis is None:
-            raise ValueError(f"wall {wall.name!r}: the LAMMPS input holds cylinders along x, y or z, not along {along}")
+            raise ValueError(
+                f"wall {wall.name!r}: the LAMMPS input holds cylinders along x, y or z,"
+                f" not along {along}"
+            )
         across = [start[k] for k in range(3) if k != axis]
         low, high = sorted((start[axis], start[axis] + along[axis]))
         numbers = " ".join(f"{v:.12g}" for v in (*across, wall.radius, low, high))
         return f"cylinder {AXES[axis]} {numbers} open 1 open 2"
-    raise ValueError(f"wall {wall.name!r}: the LAMMPS input holds planes, rectangles and cylinders, not meshes")
+    raise ValueError(
+        f"wall {wall.name!r}: the LAMMPS input holds planes, rectangles and cylinders,"
+        " not meshes"
+    )
 
 
 def _axis_of(vector: np.ndarray) -> int | None:
@@ -72,24 +97,37 @@ def _axis_of(vector: np.ndarray) -> int | None:
 
 
 def _turned(wall: Rectangle) -> Turned | None:
-    """How a rectangle that is tilted, or that turns, comes from a level one; None: neither.
+    """How a rectangle that is tilted, or that turns, comes from a level one; None:
+    neither.
 
     ValueError where neither edge, or not the turn, is along an axis.
     """
-    edges, turns = (np.asarray(wall.a, float), np.asarray(wall.b, float)), [m for m in wall.moves if isinstance(m, Turn)]
+    edges, turns = (
+        (np.asarray(wall.a, float), np.asarray(wall.b, float)),
+        [m for m in wall.moves if isinstance(m, Turn)],
+    )
     along = [_axis_of(edge) for edge in edges]
     if None not in along and not turns:
         return None
-    axis = _axis_of(np.asarray(turns[0].axis, float)) if turns else next((k for k in along if k is not None), None)
+    axis = (
+        _axis_of(np.asarray(turns[0].axis, float))
+        if turns
+        else next((k for k in along if k is not None), None)
+    )
     if axis is None or axis not in along or len(turns) > 1:
-        raise ValueError(f"wall {wall.name!r}: the LAMMPS input holds rectangles that are tilted about one edge along x, y or z")
+        raise ValueError(
+            f"wall {wall.name!r}: the LAMMPS input holds rectangles that are tilted"
+            " about one edge along x, y or z"
+        )
     other = edges[1 - along.index(axis)]
     one, two = (axis + 1) % 3, (axis + 2) % 3
     angle = math.atan2(other[two], other[one])
     return Turned(angle, axis, turns[0].pivot if turns else wall.corner)
 
 
-def _level(wall: Rectangle, turned: Turned | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _level(
+    wall: Rectangle, turned: Turned | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corner and edges before the turn."""
     corner, a, b = (np.asarray(v, float) for v in (wall.corner, wall.a, wall.b))
     if turned is None:
@@ -100,7 +138,10 @@ def _level(wall: Rectangle, turned: Turned | None) -> tuple[np.ndarray, np.ndarr
     back[one, one] = back[two, two] = c
     back[one, two], back[two, one] = s, -s
     pivot = np.asarray(turned.pivot, float)
-    a, b = (np.where(np.abs(v) < 1e-9 * np.linalg.norm(v), 0.0, v) for v in (back @ a, back @ b))
+    a, b = (
+        np.where(np.abs(v) < 1e-9 * np.linalg.norm(v), 0.0, v)
+        for v in (back @ a, back @ b)
+    )
     return pivot + back @ (corner - pivot), a, b
 
 
@@ -109,26 +150,38 @@ def _block(corner: np.ndarray, a: np.ndarray, b: np.ndarray) -> str:
     one, two = _axis_of(a), _axis_of(b)
     assert one is not None and two is not None
     across = 3 - one - two
-    low, high = (corner + pick(a, 0.0) + pick(b, 0.0) for pick in (np.minimum, np.maximum))
+    low, high = (
+        corner + pick(a, 0.0) + pick(b, 0.0) for pick in (np.minimum, np.maximum)
+    )
     high[across] = low[across] + 1.0
     face = 2 * across + 1
-    numbers = " ".join(f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair)
+    numbers = " ".join(
+        f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair
+    )
     return f"block {numbers} " + " ".join(f"open {k}" for k in range(1, 7) if k != face)
 
 
 def _numbers(wall: Wall, move: Slide | Turn) -> dict[str, float]:
     """Rate, start and duration of a steady motion; ValueError for another."""
     if move.law.law.name != "motion_steady":
-        raise ValueError(f"wall {wall.name!r}: the LAMMPS input holds steady motions only, not {move.law.law.name!r}")
-    return dict(zip((p.name for p in move.law.law.parameters), move.law.numbers, strict=True))
+        raise ValueError(
+            f"wall {wall.name!r}: the LAMMPS input holds steady motions only, not"
+            f" {move.law.law.name!r}"
+        )
+    return dict(
+        zip((p.name for p in move.law.law.parameters), move.law.numbers, strict=True)
+    )
 
 
 def _slides(wall: Wall) -> dict[str, str]:
-    """Axis → displacement as a formula of the time, of a wall that slides steadily; one whose rate is 0 stands."""
+    """Axis → displacement as a formula of the time, of a wall that slides steadily; one
+    whose rate is 0 stands."""
     found: dict[str, str] = {}
     for move in wall.moves:
         if isinstance(move, Turn) and not isinstance(wall, Rectangle):
-            raise ValueError(f"wall {wall.name!r}: the LAMMPS input turns rectangles only")
+            raise ValueError(
+                f"wall {wall.name!r}: the LAMMPS input turns rectangles only"
+            )
         numbers = _numbers(wall, move)
         if isinstance(move, Turn) or numbers["rate"] == 0.0:
             continue
@@ -136,7 +189,9 @@ def _slides(wall: Wall) -> dict[str, str]:
             if share == 0.0:
                 continue
             if axis in found:
-                raise ValueError(f"wall {wall.name!r}: the LAMMPS input holds one slide along {axis}")
+                raise ValueError(
+                    f"wall {wall.name!r}: the LAMMPS input holds one slide along {axis}"
+                )
             found[axis] = f'"{_way(numbers, share)}"'
     return found
 
@@ -146,13 +201,18 @@ def _angle(wall: Wall, turned: Turned) -> str:
     text = f"{turned.angle:.12g}"
     for move in wall.moves:
         if isinstance(move, Turn):
-            text += f"+{_way(_numbers(wall, move), float(unit('axis', move.axis)[turned.axis]))}"
+            share = float(unit("axis", move.axis)[turned.axis])
+            text += f"+{_way(_numbers(wall, move), share)}"
     return f'"{text}"'
 
 
 def _way(numbers: dict[str, float], share: float) -> str:
     """A steady motion's way as a formula of the time, `share` of it."""
-    rate, begin, end = numbers["rate"] * share, numbers["start"], numbers["start"] + numbers["duration"]
+    rate, begin, end = (
+        numbers["rate"] * share,
+        numbers["start"],
+        numbers["start"] + numbers["duration"],
+    )
     way = f"{rate:.12g}*(time-{begin:.12g})" if begin else f"{rate:.12g}*time"
     stop = f"{rate * (end - begin):.12g}"
     return f"ternary(time<{begin:.12g},0,ternary(time>={end:.12g},{stop},{way}))"

@@ -1,10 +1,12 @@
 """Hertz–Mindlin contact without slip, EDEM convention: the force law of every contact.
 
-Not a plug-in: the other laws act on what these functions return. Pure scalar functions as described in `sim.laws`.
+Not a plug-in: the other laws act on what these functions return. Pure scalar functions
+as described in `sim.laws`.
 
 Sources:
 1. DEM Solutions, EDEM user guide, "Hertz–Mindlin (no slip)".
-2. Tsuji, Tanaka, Ishida (1992), Powder Technol. 71, 239–250: the damping that keeps e independent of speed.
+2. Tsuji, Tanaka, Ishida (1992), Powder Technol. 71, 239–250: the damping that keeps e
+   independent of speed.
 3. Mindlin (1949), J. Appl. Mech. 16, 259–268: the tangential stiffness 8 G* √(R* δ).
 """
 
@@ -12,13 +14,17 @@ import math
 
 
 def damping_factor(e):
-    """γ = −2 √(5/6) ln e / √(ln² e + π²) [-], so that a damping force γ √(S m*) v lets a pair rebound with restitution e.
+    """γ = −2 √(5/6) ln e / √(ln² e + π²) [-], so that a damping force γ √(S m*) v lets
+    a pair rebound with restitution e.
 
-    e [-] in [0, 1]. The rebound comes out as entered if the damped force may pull at the end of contact; clipped at zero it is
-    larger (e = .2 .4 .5 .6 .8 .9 → .3249 .4720 .5503 .6323 .8081 .9020, at any speed and material).
+    e [-] in [0, 1]. The rebound comes out as entered if the damped force may pull at
+    the end of contact; clipped at zero it is larger (e = .2 .4 .5 .6 .8 .9 → .3249
+    .4720 .5503 .6323 .8081 .9020, at any speed and material).
 
-    >>> damping_factor(1.0), round(damping_factor(0.5), 6), round(damping_factor(0.0), 6)
-    (0.0, 0.393363, 1.825742)
+    >>> damping_factor(1.0)
+    0.0
+    >>> round(damping_factor(0.5), 6), round(damping_factor(0.0), 6)
+    (0.393363, 1.825742)
     """
     if e <= 0.0:
         return 1.8257418583505538  # 2 √(5/6), the limit
@@ -29,7 +35,8 @@ def damping_factor(e):
 
 
 def normal_stiffness(overlap, radius, modulus):
-    """S_n = 2 E* √(R* δ) [N/m]; overlap δ ≥ 0 [m], radius R* [m], modulus E* [Pa] (source 1).
+    """S_n = 2 E* √(R* δ) [N/m]; overlap δ ≥ 0 [m], radius R* [m], modulus E* [Pa]
+    (source 1).
 
     >>> round(normal_stiffness(1e-6, 0.004, 1e9), 3)
     126491.106
@@ -38,30 +45,45 @@ def normal_stiffness(overlap, radius, modulus):
 
 
 def normal_force(stiffness, overlap, closing_speed, mass, damping):
-    """(elastic, damping) forces [N]: (4/3) E* √R* δ^1.5 = (2/3) S_n δ, and γ √(S_n m*) times the closing speed (sources 1, 2).
+    """(elastic, damping) forces [N]: (4/3) E* √R* δ^1.5 = (2/3) S_n δ, and γ √(S_n m*)
+    times the closing speed (sources 1, 2).
 
-    stiffness S_n [N/m], overlap δ ≥ 0 [m], closing_speed [m/s] > 0 while approaching, mass m* [kg], damping γ [-]. The damping is
-    negative while the bodies part, and the sum may then be attractive.
+    stiffness S_n [N/m], overlap δ ≥ 0 [m], closing_speed [m/s] > 0 while approaching,
+    mass m* [kg], damping γ [-]. The damping is negative while the bodies part, and the
+    sum may then be attractive.
 
-    >>> round(normal_force(3e5, 1e-6, 0.0, 1e-3, 0.4)[0], 9), normal_force(3e5, 1e-6, 0.0, 1e-3, 0.4)[1]
+    >>> elastic, damped = normal_force(3e5, 1e-6, 0.0, 1e-3, 0.4)
+    >>> round(elastic, 9), damped
     (0.2, 0.0)
     """
-    return (2.0 / 3.0) * stiffness * overlap, damping * math.sqrt(stiffness * mass) * closing_speed
+    return (2.0 / 3.0) * stiffness * overlap, damping * math.sqrt(
+        stiffness * mass
+    ) * closing_speed
 
 
-def tangential_force(sx, sy, sz, nx, ny, nz, vx, vy, vz, dt, stiffness, mass, damping, limit):
+def tangential_force(
+    sx, sy, sz, nx, ny, nz, vx, vy, vz, dt, stiffness, mass, damping, limit
+):
     """Spring, dashpot and Coulomb's cap across the normal (sources 1, 3).
 
-    sx sy sz [m] the tangential displacement so far; n the unit normal; v [m/s] the slip velocity, across n; dt [s]; stiffness
-    S_t = 8 G* √(R* δ) [N/m]; mass m* [kg]; damping γ [-]; limit μ F_n [N] ≥ 0, F_n the Hertz force. The displacement is first
-    turned with the contact (laid across the new normal, its length kept), then grows by v dt; F = −S_t s − γ √(S_t m*) v, and
-    where |F| > limit, F is cut to it and the spring is left holding just that (were it left holding F less the dashpot's part,
-    as some codes do, fast sliding under growing load would brake too little: by 4 % of the impulse in Chung & Ooi's test 6).
-    Returns F (3) on the first body and the new s (3).
+    sx sy sz [m] the tangential displacement so far; n the unit normal; v [m/s] the slip
+    velocity, across n; dt [s]; stiffness S_t = 8 G* √(R* δ) [N/m]; mass m* [kg];
+    damping γ [-]; limit μ F_n [N] ≥ 0, F_n the Hertz force. The displacement is first
+    turned with the contact (laid across the new normal, its length kept), then grows by
+    v dt; F = −S_t s − γ √(S_t m*) v, and where |F| > limit, F is cut to it and the
+    spring is left holding just that (were it left holding F less the dashpot's part, as
+    some codes do, fast sliding under growing load would brake too little: by 4 % of the
+    impulse in Chung & Ooi's test 6). Returns F (3) on the first body and the new s (3).
 
-    >>> [round(v, 9) for v in tangential_force(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1e-6, 1e5, 1e-3, 0.0, 1.0)]
+    >>> held = tangential_force(
+    ...     0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1e-6, 1e5, 1e-3, 0.0, 1.0
+    ... )
+    >>> [round(v, 9) for v in held]
     [-0.1, -0.0, -0.0, 1e-06, 0.0, 0.0]
-    >>> round(tangential_force(1e-3, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1e-6, 1e5, 1e-3, 0.0, 1.0)[0], 9)
+    >>> sliding = tangential_force(
+    ...     1e-3, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1e-6, 1e5, 1e-3, 0.0, 1.0
+    ... )
+    >>> round(sliding[0], 9)
     -1.0
     """
     before = sx * sx + sy * sy + sz * sz

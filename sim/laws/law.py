@@ -1,4 +1,5 @@
-"""What a law is, and how a run chooses one: frozen records, checked when they are made."""
+"""What a law is, and how a run chooses one: frozen records, checked when they are
+made."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -13,12 +14,20 @@ KINDS = (
     "body",
     "motion",
 )
-CONTACT_KINDS = ("rolling_spin", "rolling_relative", "rolling_spring", "restitution", "normal", "friction")
+CONTACT_KINDS = (
+    "rolling_spin",
+    "rolling_relative",
+    "rolling_spring",
+    "restitution",
+    "normal",
+    "friction",
+)
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a law: its name (an argument of the function), unit, range (ends included) and meaning."""
+    """One number of a law: its name (an argument of the function), unit, range (ends
+    included) and meaning."""
 
     name: str
     unit: str
@@ -30,10 +39,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Law:
-    """A force law: a pure scalar function, its kind (see `sim.laws`) and the parameters that follow the fixed arguments.
+    """A force law: a pure scalar function, its kind (see `sim.laws`) and the parameters
+    that follow the fixed arguments.
 
-    `reach` belongs to kind "normal" only: how far apart [m] two surfaces that have touched still act on each other.
-    """
+    `reach` belongs to kind "normal" only: how far apart [m] two surfaces that have
+    touched still act on each other."""
 
     name: str
     kind: str
@@ -44,18 +54,27 @@ class Law:
 
     def __post_init__(self):
         if self.kind not in KINDS:
-            raise ValueError(f"law {self.name!r}: kind {self.kind!r} is none of {', '.join(KINDS)}")
+            raise ValueError(
+                f"law {self.name!r}: kind {self.kind!r} is none of {', '.join(KINDS)}"
+            )
         if self.reach is not None and self.kind != "normal":
-            raise ValueError(f"law {self.name!r}: only a law of kind 'normal' has a reach, not {self.kind!r}")
+            raise ValueError(
+                f"law {self.name!r}: only a law of kind 'normal' has a reach, not"
+                f" {self.kind!r}"
+            )
 
-    def use(self, *, between: tuple[str, str] | None = None, **values: float) -> "Chosen":
-        """This law with its parameters' values; `between` limits a contact law to one pair of materials."""
+    def use(
+        self, *, between: tuple[str, str] | None = None, **values: float
+    ) -> "Chosen":
+        """This law with its parameters' values; `between` limits a contact law to one
+        pair of materials."""
         return Chosen(self, tuple(sorted(values.items())), between)
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """A law as one run uses it. `numbers` are the values in the order in which the function takes them."""
+    """A law as one run uses it. `numbers` are the values in the order in which the
+    function takes them."""
 
     law: Law
     given: tuple[tuple[str, float], ...] = ()
@@ -67,18 +86,32 @@ class Chosen:
         unknown = set(given) - {p.name for p in self.law.parameters}
         if unknown:
             names = ", ".join(p.name for p in self.law.parameters) or "no parameters"
-            raise ValueError(f"law {self.law.name!r} takes {names}; it does not know {', '.join(sorted(unknown))}")
+            raise ValueError(
+                f"law {self.law.name!r} takes {names}; it does not know"
+                f" {', '.join(sorted(unknown))}"
+            )
         if self.between is not None and self.law.kind not in CONTACT_KINDS:
-            raise ValueError(f"law {self.law.name!r} of kind {self.law.kind!r} acts on no pair of materials: leave `between` out")
-        object.__setattr__(self, "numbers", tuple(_checked(self.law, p, given) for p in self.law.parameters))
+            raise ValueError(
+                f"law {self.law.name!r} of kind {self.law.kind!r} acts on no pair of"
+                " materials: leave `between` out"
+            )
+        object.__setattr__(
+            self,
+            "numbers",
+            tuple(_checked(self.law, p, given) for p in self.law.parameters),
+        )
 
 
 def _checked(law: Law, parameter: Parameter, given: dict[str, float]) -> float:
     value = given.get(parameter.name, parameter.default)
     if value is None:
-        raise ValueError(f"law {law.name!r} needs {parameter.name} [{parameter.unit}]: {parameter.meaning}")
+        raise ValueError(
+            f"law {law.name!r} needs {parameter.name} [{parameter.unit}]:"
+            f" {parameter.meaning}"
+        )
     if not parameter.low <= value <= parameter.high:  # NaN fails too
         raise ValueError(
-            f"law {law.name!r}: {parameter.name} = {value} {parameter.unit} is outside {parameter.low} … {parameter.high}"
+            f"law {law.name!r}: {parameter.name} = {value} {parameter.unit} is outside"
+            f" {parameter.low} … {parameter.high}"
         )
     return float(value)

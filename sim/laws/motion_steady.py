@@ -1,18 +1,23 @@
-"""Steady motion of a wall: a gate that rises, a plate that is tilted, each at a constant rate between two moments."""
+"""Steady motion of a wall: a gate that rises, a plate that is tilted, each at a
+constant rate between two moments."""
 
 from sim.laws.law import Law, Parameter
 
 
 def motion_steady(t, rate, start, duration):
-    """x(t) = rate · (t − start) from start to start + duration, 0 before and at rest after; returns x and its rate.
+    """x(t) = rate · (t − start) from start to start + duration, 0 before and at rest
+    after; returns x and its rate.
 
-    t [s]; rate [m/s] for a slide, [rad/s] for a turn; start, duration [s]. The rate jumps at both ends; a wall that seeds rest on
-    passes that on to them as a knock of the size of the rate.
+    t [s]; rate [m/s] for a slide, [rad/s] for a turn; start, duration [s]. The rate
+    jumps at both ends; a wall that seeds rest on passes that on to them as a knock of
+    the size of the rate.
 
     Source: kinematics.
 
-    >>> motion_steady(0.5, 0.02, 1.0, 2.0), motion_steady(1.5, 0.02, 1.0, 2.0), motion_steady(9.0, 0.02, 1.0, 2.0)
-    ((0.0, 0.0), (0.01, 0.02), (0.04, 0.0))
+    >>> motion_steady(0.5, 0.02, 1.0, 2.0)
+    (0.0, 0.0)
+    >>> motion_steady(1.5, 0.02, 1.0, 2.0), motion_steady(9.0, 0.02, 1.0, 2.0)
+    ((0.01, 0.02), (0.04, 0.0))
     """
     if t < start:
         return 0.0, 0.0

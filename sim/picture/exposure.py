@@ -1,4 +1,5 @@
-"""Photos and films: the stage drawn, the exposure averaged, the lens's bend, the background and the sensor's noise."""
+"""Photos and films: the stage drawn, the exposure averaged, the lens's bend, the
+background and the sensor's noise."""
 
 from collections.abc import Iterator
 
@@ -14,19 +15,32 @@ from sim.picture.render import Stage
 Array = np.ndarray
 Box = tuple[int, int, int, int]  # columns x0…x1 and rows y0…y1, ends excluded
 
-TILE_PX = 2_000_000  # rendered pixels at once, samples included: 4 multisamples of colour and depth are 64 MB
-STEP_PX = 0.5  # sub-frames farther apart than this would show as steps; a blur of less than this needs one only
+# rendered pixels at once, samples included: 4 multisamples of colour and depth are 64
+# MB
+TILE_PX = 2_000_000
+# sub-frames farther apart than this would show as steps; a blur of less than this needs
+# one only
+STEP_PX = 0.5
 MARGIN = 4  # pixels round what moves: softness of the lens reaches that far
 
 
-def photo(motion: Motion, camera: Camera, look: Look | None = None, *, frame: int = -1, of: str = "union", fine: int = 2,
-          rng: np.random.Generator | None = None) -> Array:  # fmt: skip
-    """One picture of `motion` at a frame: uint8 (rows, columns, 3), or (rows, columns) with look.grey.
+def photo(
+    motion: Motion,
+    camera: Camera,
+    look: Look | None = None,
+    *,
+    frame: int = -1,
+    of: str = "union",
+    fine: int = 2,
+    rng: np.random.Generator | None = None,
+) -> Array:
+    """One picture of `motion` at a frame: uint8 (rows, columns, 3), or (rows, columns)
+    with look.grey.
 
-    of: seeds drawn as the "union" of their balls (what the simulation knows) or the "ellipsoid" they stand for. fine: samples
-    a pixel along each axis, besides 4 multisamples in each. rng: needed for look.noise. Raises ValueError where the camera sees
-    no seed, RenderingUnavailable without EGL.
-    """
+    of: seeds drawn as the "union" of their balls (what the simulation knows) or the
+    "ellipsoid" they stand for. fine: samples a pixel along each axis, besides 4
+    multisamples in each. rng: needed for look.noise. Raises ValueError where the camera
+    sees no seed, RenderingUnavailable without EGL."""
     look = look or Look()
     with Stage(motion, camera, look, of=of) as stage:
         _check(stage, [frame])
@@ -35,9 +49,17 @@ def photo(motion: Motion, camera: Camera, look: Look | None = None, *, frame: in
     return _digitise(image, look, rng)
 
 
-def film(motion: Motion, camera: Camera, look: Look | None = None, *, of: str = "union", fine: int = 2,
-         rng: np.random.Generator | None = None) -> Iterator[Array]:  # fmt: skip
-    """The pictures of `motion`, one a frame, each like `photo`; what stands still is drawn once, a box round the rest anew."""
+def film(
+    motion: Motion,
+    camera: Camera,
+    look: Look | None = None,
+    *,
+    of: str = "union",
+    fine: int = 2,
+    rng: np.random.Generator | None = None,
+) -> Iterator[Array]:
+    """The pictures of `motion`, one a frame, each like `photo`; what stands still is
+    drawn once, a box round the rest anew."""
     look = look or Look()
     with Stage(motion, camera, look, of=of) as stage:
         _check(stage, range(motion.frames))
@@ -63,12 +85,20 @@ def film(motion: Motion, camera: Camera, look: Look | None = None, *, of: str = 
                 yield _digitise(image, look, rng)
 
 
-def coverage(motion: Motion, camera: Camera, *, frame: int = -1, of: str = "union", fine: int = 2) -> Array:
-    """How much of each pixel seeds and parts cover at a frame, without blur or exposure: float32 (rows, columns), 0 to 1."""
+def coverage(
+    motion: Motion, camera: Camera, *, frame: int = -1, of: str = "union", fine: int = 2
+) -> Array:
+    """How much of each pixel seeds and parts cover at a frame, without blur or
+    exposure: float32 (rows, columns), 0 to 1."""
     with Stage(motion, camera, Look(), of=of) as stage:
         stage.place(frame)
         whole = (0, 0, camera.width_px, camera.height_px)
-        return np.vstack([_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]) / 255.0
+        return (
+            np.vstack(
+                [_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]
+            )
+            / 255.0
+        )
 
 
 def _check(stage: Stage, frames) -> None:
@@ -77,26 +107,42 @@ def _check(stage: Stage, frames) -> None:
     for frame in frames:
         stage.place(frame)
         box = stage.boxes()[: stage.motion.seeds]
-        inside = (box[:, 0] < camera.width_px) & (box[:, 2] > 0) & (box[:, 1] < camera.height_px) & (box[:, 3] > 0)
+        inside = (
+            (box[:, 0] < camera.width_px)
+            & (box[:, 2] > 0)
+            & (box[:, 1] < camera.height_px)
+            & (box[:, 3] > 0)
+        )
         if inside.any():
             return
-    middle = np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0) if np.isfinite(box).any() else None
-    where = "all have left the rig" if middle is None else f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
+    middle = (
+        np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
+        if np.isfinite(box).any()
+        else None
+    )
+    where = (
+        "all have left the rig"
+        if middle is None
+        else f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
+    )
     raise ValueError(
-        f"the camera does not see any of the {len(box)} seeds: {where}, the picture is {camera.width_px} × {camera.height_px} px;"
-        " change target_m, mm_per_px or the picture's size"
+        f"the camera does not see any of the {len(box)} seeds: {where}, the picture is"
+        f" {camera.width_px} × {camera.height_px} px; change target_m, mm_per_px or the"
+        " picture's size"
     )
 
 
 def _ever_moving(motion: Motion) -> Array:
-    """Which of seeds and parts (seeds + parts,) are ever elsewhere than at the first frame."""
+    """Which of seeds and parts (seeds + parts,) are ever elsewhere than at the first
+    frame."""
     same = (motion.positions_m == motion.positions_m[:1]).all(axis=(0, 2))
     same &= (motion.orientations == motion.orientations[:1]).all(axis=(0, 2))
     return ~np.r_[same, [bool((p.poses == p.poses[:1]).all()) for p in motion.parts]]
 
 
 def _subframe_times(stage: Stage, frame: int) -> Array:
-    """Middles of the sub-frames, from the frame's moment [s]: one a STEP_PX that anything moves, camera.subframes at most."""
+    """Middles of the sub-frames, from the frame's moment [s]: one a STEP_PX that
+    anything moves, camera.subframes at most."""
     camera, motion = stage.camera, stage.motion
     if not camera.exposure_s:
         return np.zeros(1)
@@ -104,7 +150,11 @@ def _subframe_times(stage: Stage, frame: int) -> Array:
     first, there = stage.boxes(), stage.there
     stage.place(frame, camera.exposure_s / 2)
     way = float(np.abs(stage.boxes() - first)[there & stage.there].max(initial=0.0))
-    turn = camera.exposure_s * np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1) * stage.reach_m[: motion.seeds]
+    turn = (
+        camera.exposure_s
+        * np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1)
+        * stage.reach_m[: motion.seeds]
+    )
     way = max(way, float(turn.max(initial=0.0)) * 1e3 / camera.mm_per_px)
     count = int(np.clip(np.ceil(way / STEP_PX), 1, camera.subframes))
     return camera.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
@@ -122,14 +172,20 @@ def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
         return None
     low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
     bend = abs(camera.distortion) * camera.corner_px * 1.5
-    low, high = np.floor(low - MARGIN - bend).astype(int), np.ceil(high + MARGIN + bend).astype(int) + 1
+    low, high = (
+        np.floor(low - MARGIN - bend).astype(int),
+        np.ceil(high + MARGIN + bend).astype(int) + 1,
+    )
     x0, y0 = np.maximum(low, 0)
     x1, y1 = np.minimum(high, [camera.width_px, camera.height_px])
     return (int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
 
 
-def _expose(stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine: int) -> Array:
-    """The mean of the sub-frames' pictures: float32 (rows, columns, channels) [levels]."""
+def _expose(
+    stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine: int
+) -> Array:
+    """The mean of the sub-frames' pictures: float32 (rows, columns, channels)
+    [levels]."""
     stage.place(frame, moments[0])
     total = _develop(stage, look, box, fine)
     for later in moments[1:]:
@@ -140,8 +196,11 @@ def _expose(stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine
 
 
 def _develop(stage: Stage, look: Look, box: Box, fine: int) -> Array:
-    """What stands there now before the background: float32 (rows, columns, channels) [levels]."""
-    return np.vstack([_develop_tile(stage, look, tile, fine) for tile in _tiles(box, fine)])
+    """What stands there now before the background: float32 (rows, columns, channels)
+    [levels]."""
+    return np.vstack(
+        [_develop_tile(stage, look, tile, fine) for tile in _tiles(box, fine)]
+    )
 
 
 def _develop_tile(stage: Stage, look: Look, box: Box, fine: int) -> Array:
@@ -150,35 +209,56 @@ def _develop_tile(stage: Stage, look: Look, box: Box, fine: int) -> Array:
     wide = (x0 - pad, y0 - pad, x1 + pad, y1 + pad)
     layer = _layer(stage, wide, fine).astype(np.float32)
     wall = looks.background(stage.camera, look, wide)
-    image = layer[:, :, : wall.shape[2]] + (1.0 - layer[:, :, 3:] / np.float32(255.0)) * wall
+    image = (
+        layer[:, :, : wall.shape[2]]
+        + (1.0 - layer[:, :, 3:] / np.float32(255.0)) * wall
+    )
     if look.blur_px:
         image = cv2.GaussianBlur(image, (0, 0), look.blur_px).reshape(image.shape)
     return image[pad : image.shape[0] - pad or None, pad : image.shape[1] - pad or None]
 
 
 def _layer(stage: Stage, box: Box, fine: int) -> Array:
-    """Seeds and parts alone, averaged over the samples of a pixel: uint8 (rows, columns, 4), colour times alpha, and alpha."""
+    """Seeds and parts alone, averaged over the samples of a pixel: uint8 (rows,
+    columns, 4), colour times alpha, and alpha."""
     x0, y0, x1, y1 = box
     if stage.camera.distortion:
         samples = _distort(stage, box, fine)
     else:
         samples = stage.draw(box, fine)
-    return samples if fine == 1 else cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
+    return (
+        samples
+        if fine == 1
+        else cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
+    )
 
 
 def _distort(stage: Stage, box: Box, fine: int) -> Array:
-    """The samples of `box` as the lens bends them, from a straight picture of where they come from."""
+    """The samples of `box` as the lens bends them, from a straight picture of where
+    they come from."""
     x0, y0, x1, y1 = box
-    grid = np.meshgrid(np.arange(x0 - 1, x1 + 1, dtype=np.float32), np.arange(y0 - 1, y1 + 1, dtype=np.float32))
+    grid = np.meshgrid(
+        np.arange(x0 - 1, x1 + 1, dtype=np.float32),
+        np.arange(y0 - 1, y1 + 1, dtype=np.float32),
+    )
     centre = stage.camera.centre_px.astype(np.float32)
-    coarse = (undistort(stage.camera, np.stack(grid, axis=-1) - centre) + centre).astype(np.float32)
-    # Worked out a pixel, interpolated to the samples; the rim of one pixel keeps the interpolation off the ends.
-    source = cv2.resize(coarse, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)[fine:-fine, fine:-fine]
+    coarse = (
+        undistort(stage.camera, np.stack(grid, axis=-1) - centre) + centre
+    ).astype(np.float32)
+    # Worked out a pixel, interpolated to the samples; the rim of one pixel keeps the
+    # interpolation off the ends.
+    source = cv2.resize(coarse, None, fx=fine, fy=fine, interpolation=cv2.INTER_LINEAR)[
+        fine:-fine, fine:-fine
+    ]
     low = np.floor(source.min(axis=(0, 1))).astype(int) - 1
     high = np.ceil(source.max(axis=(0, 1))).astype(int) + 2
     straight = stage.draw((*low, *high), fine)
-    at = (source - low.astype(np.float32) + np.float32(0.5)) * np.float32(fine) - np.float32(0.5)
-    return cv2.remap(np.ascontiguousarray(straight), at[:, :, 0], at[:, :, 1], cv2.INTER_LINEAR)
+    at = (source - low.astype(np.float32) + np.float32(0.5)) * np.float32(
+        fine
+    ) - np.float32(0.5)
+    return cv2.remap(
+        np.ascontiguousarray(straight), at[:, :, 0], at[:, :, 1], cv2.INTER_LINEAR
+    )
 
 
 def _tiles(box: Box, fine: int) -> list[Box]:
@@ -192,7 +272,11 @@ def _digitise(image: Array, look: Look, rng: np.random.Generator | None) -> Arra
     """Noise added, rounded, cut off at 0 and 255: uint8."""
     if look.noise:
         if rng is None:
-            raise ValueError(f"noise = {look.noise:g} levels needs rng, a numpy.random.Generator")
-        image = image + np.float32(look.noise) * rng.standard_normal(image.shape, dtype=np.float32)
+            raise ValueError(
+                f"noise = {look.noise:g} levels needs rng, a numpy.random.Generator"
+            )
+        image = image + np.float32(look.noise) * rng.standard_normal(
+            image.shape, dtype=np.float32
+        )
     out = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     return out[:, :, 0] if look.grey else out

@@ -1,4 +1,5 @@
-"""Meshes of seeds for drawing: their level of detail, and the scale that keeps the true silhouette."""
+"""Meshes of seeds for drawing: their level of detail, and the scale that keeps the true
+silhouette."""
 
 import numpy as np
 
@@ -9,26 +10,40 @@ Array = np.ndarray
 
 
 def level_for(radius_px: float, seeds: int) -> int:
-    """Subdivision level (2 to 4) for seeds of `radius_px`: flat faces miss the outline by radius·δ²/8 at most, δ an edge's angle.
+    """Subdivision level (2 to 4) for seeds of `radius_px`: flat faces miss the outline
+    by radius·δ²/8 at most, δ an edge's angle.
 
-    Below 0.1 px is fine enough; of more than 100 seeds level 3 is, 0.2 % of the radius: their number counts, not each outline.
-    """
+    Below 0.1 px is fine enough; of more than 100 seeds level 3 is, 0.2 % of the radius:
+    their number counts, not each outline."""
     finest = 4 if seeds <= 100 else 3
-    return next((level for level in range(2, finest) if radius_px * (1.1 / 2**level) ** 2 / 8.0 < 0.1), finest)
+    return next(
+        (
+            level
+            for level in range(2, finest)
+            if radius_px * (1.1 / 2**level) ** 2 / 8.0 < 0.1
+        ),
+        finest,
+    )
 
 
 def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:
-    """The seed's mesh, scaled so that its mean silhouette is the seed's: by Cauchy's theorem a quarter of its surface.
+    """The seed's mesh, scaled so that its mean silhouette is the seed's: by Cauchy's
+    theorem a quarter of its surface.
 
-    A seed that stands for a shape is drawn as that shape, whatever `of` says: that is what is photographed.
-    """
+    A seed that stands for a shape is drawn as that shape, whatever `of` says: that is
+    what is photographed."""
     if seed.shape is not None:
         mesh = seed.mesh(level)
-        return Mesh(mesh.vertices_m * np.sqrt(seed.shape.area_m2 / area(mesh)), mesh.faces, mesh.normals)
+        return Mesh(
+            mesh.vertices_m * np.sqrt(seed.shape.area_m2 / area(mesh)),
+            mesh.faces,
+            mesh.normals,
+        )
     mesh, exact = seed.mesh(level, of=of), seed.mesh(5, of=of)
     scale = np.sqrt(area(exact) / area(mesh))
     normals = mesh.normals
-    if seed.dimensions_m is not None:  # lit as the smooth seed that the balls stand for: their seams are no part of a bean
+    # lit as the smooth seed that the balls stand for: their seams are no part of a bean
+    if seed.dimensions_m is not None:
         normals = mesh.vertices_m / seed.dimensions_m**2
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     return Mesh(mesh.vertices_m * scale, mesh.faces, normals)
@@ -45,4 +60,8 @@ def flat(mesh: Mesh) -> Mesh:
     corners = mesh.vertices_m[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
-    return Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), np.repeat(normals, 3, axis=0))
+    return Mesh(
+        corners.reshape(-1, 3),
+        np.arange(3 * len(corners)).reshape(-1, 3),
+        np.repeat(normals, 3, axis=0),
+    )

@@ -1,7 +1,8 @@
-"""Poses of seeds and parts a little before or after a frame's moment, for the sub-frames of an exposure.
+"""Poses of seeds and parts a little before or after a frame's moment, for the
+sub-frames of an exposure.
 
-A seed that is not there has NaN for its pose. SciPy's rotations refuse NaN, so quaternions are multiplied here.
-"""
+A seed that is not there has NaN for its pose. SciPy's rotations refuse NaN, so
+quaternions are multiplied here."""
 
 import numpy as np
 
@@ -11,14 +12,17 @@ Array = np.ndarray
 
 
 def poses_at(motion: Motion, frame: int, later_s: float) -> tuple[Array, Array]:
-    """Positions (n, 3) [m] and unit quaternions (n, 4) of the seeds, then the parts, at t[frame] + later_s.
+    """Positions (n, 3) [m] and unit quaternions (n, 4) of the seeds, then the parts, at
+    t[frame] + later_s.
 
-    Seeds: p + v τ and exp(ω τ/2) q, with the frame's velocities and spins. Parts: interpolated between neighbouring frames.
-    """
+    Seeds: p + v τ and exp(ω τ/2) q, with the frame's velocities and spins. Parts:
+    interpolated between neighbouring frames."""
     places, turns = [motion.positions_m[frame]], [motion.orientations[frame]]
     if later_s:
         places[0] = places[0] + later_s * motion.velocities_m_s[frame]
-        turns[0] = product(from_rotation_vector(later_s * motion.spins_rad_s[frame]), turns[0])
+        turns[0] = product(
+            from_rotation_vector(later_s * motion.spins_rad_s[frame]), turns[0]
+        )
     for part in motion.parts:
         pose = _part_pose(motion, part, frame, later_s)
         places.append(pose[None, :3])
@@ -37,9 +41,13 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
         return pose
     share = later_s / (motion.t_s[last] - motion.t_s[first])
     step = part.poses[last] - part.poses[first] * np.where(
-        np.arange(7) < 3, 1.0, np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0
+        np.arange(7) < 3,
+        1.0,
+        np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0,
     )
-    pose = pose + share * step  # over a fraction of a frame a turn is small: the chord will do
+    pose = (
+        pose + share * step
+    )  # over a fraction of a frame a turn is small: the chord will do
     return np.r_[pose[:3], pose[3:] / np.linalg.norm(pose[3:])]
 
 
@@ -52,15 +60,27 @@ def from_rotation_vector(angles_rad: Array) -> Array:
 def product(a: Array, b: Array) -> Array:
     """Quaternion products a b (n, 4): first b, then a."""
     scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
-    return np.hstack([scalar, a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])])
+    return np.hstack(
+        [
+            scalar,
+            a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:]),
+        ]
+    )
 
 
 def matrices(places_m: Array, turns: Array) -> Array:
-    """Homogeneous matrices (n, 4, 4) of positions (n, 3) and unit quaternions (n, 4)."""
+    """Homogeneous matrices (n, 4, 4) of positions (n, 3) and unit quaternions (n,
+    4)."""
     w, x, y, z = turns.T
     out = np.zeros((len(turns), 4, 4))
-    out[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1)
-    out[:, 1, :3] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1)
-    out[:, 2, :3] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+    out[:, 0, :3] = np.stack(
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=1
+    )
+    out[:, 1, :3] = np.stack(
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=1
+    )
+    out[:, 2, :3] = np.stack(
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1
+    )
     out[:, :3, 3], out[:, 3, 3] = places_m, 1.0
     return out

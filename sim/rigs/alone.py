@@ -1,4 +1,5 @@
-"""One body on its rig (drop, slide, roll): what computes its way while observers look on and end it."""
+"""One body on its rig (drop, slide, roll): what computes its way while observers look
+on and end it."""
 
 from collections.abc import Callable, Sequence
 
@@ -11,6 +12,8 @@ Engine = Callable[[World, np.random.Generator, float, Sequence[Every]], None]
 """Computes a world until an observer ends it, or for so many seconds."""
 
 
-def our_engine(world: World, rng: np.random.Generator, longest_s: float, observers: Sequence[Every]) -> None:
+def our_engine(
+    world: World, rng: np.random.Generator, longest_s: float, observers: Sequence[Every]
+) -> None:
     """The engine of `sim.engine`."""
     run(world, init(world, rng), longest_s, list(observers))

@@ -1,4 +1,5 @@
-"""What the four rigs of one bench share: seeds, steel, what happens where they touch, air, gravity, and how it is computed."""
+"""What the four rigs of one bench share: seeds, steel, what happens where they touch,
+air, gravity, and how it is computed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +19,8 @@ from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from sim.seed.sizes import Sizes
 
 GRAVITY_M_S2 = 9.80665
-DIFFERENT = 100  # sizes in a heap: as many as callipers measured; each is meshed once for the picture
+# sizes in a heap: as many as callipers measured; each is meshed once for the picture
+DIFFERENT = 100
 
 Watch = Callable[[str, float], None]  # (stage, share of it that is done)
 
@@ -27,14 +29,15 @@ Watch = Callable[[str, float], None]  # (stage, share of it that is done)
 class Bench:
     """One pair of materials on a bench.
 
-    sizes: how the sizes of ellipsoids scatter (`sim.seed.sizes.Sizes`), one (length, width, thickness) [m] for every seed, or a
-    lot measured seed by seed (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in `Seed.from_dimensions`;
-    density_kg_m3 of the seeds. shear_modulus_pa: what the seeds' modulus is softened to, None for the real one. inertia_factor:
-    I/(m r²) as the seed rolls across its length, r its mean half width, where it is not that of a solid one (a shell: 2/3); the
-    other moments go with it. air_density_kg_m3: 0 leaves the air out. laws: plug-
-    ins besides the contacts' own and drag. rayleigh_fraction, pull_at_end, share_damping, cap_damped: as in `World`. sleep: so too, of
-    heaps.
-    """
+    sizes: how the sizes of ellipsoids scatter (`sim.seed.sizes.Sizes`), one (length,
+    width, thickness) [m] for every seed, or a lot measured seed by seed
+    (`sim.seed.lot.Lot`). spheres, arrangement, mass_of: of ellipsoids, as in
+    `Seed.from_dimensions`; density_kg_m3 of the seeds. shear_modulus_pa: what the
+    seeds' modulus is softened to, None for the real one. inertia_factor: I/(m r²) as
+    the seed rolls across its length, r its mean half width, where it is not that of a
+    solid one (a shell: 2/3); the other moments go with it. air_density_kg_m3: 0 leaves
+    the air out. laws: plug- ins besides the contacts' own and drag. rayleigh_fraction,
+    pull_at_end, share_damping, cap_damped: as in `World`. sleep: so too, of heaps."""
 
     seed_wall: Contact = SOYBEAN_Q235
     seed_seed: Contact = SOYBEAN_SOYBEAN
@@ -58,20 +61,31 @@ class Bench:
     @property
     def grain(self) -> Material:
         """The seeds' material as it is computed with."""
-        if self.shear_modulus_pa is None or self.shear_modulus_pa >= self.seed.shear_modulus_pa:
+        if (
+            self.shear_modulus_pa is None
+            or self.shear_modulus_pa >= self.seed.shear_modulus_pa
+        ):
             return self.seed
         return self.seed.softened(self.shear_modulus_pa)
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
-        """`count` seeds, of at most DIFFERENT sizes unless a lot has more: seeds of one size are one object."""
+        """`count` seeds, of at most DIFFERENT sizes unless a lot has more: seeds of one
+        size are one object."""
         if isinstance(self.sizes, Lot):
-            return Lot(tuple(self._hollow(seed) for seed in self.sizes.seeds)).draw(rng, count)
+            return Lot(tuple(self._hollow(seed) for seed in self.sizes.seeds)).draw(
+                rng, count
+            )
         how: dict[str, Any] = {
-            "spheres": self.spheres, "density_kg_m3": self.seed.density_kg_m3, "arrangement": self.arrangement,
+            "spheres": self.spheres,
+            "density_kg_m3": self.seed.density_kg_m3,
+            "arrangement": self.arrangement,
             "mass_of": self.mass_of,
-        }  # fmt: skip
+        }
         if isinstance(self.sizes, Sizes):
-            lot = [self._hollow(seed) for seed in self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)]
+            lot = [
+                self._hollow(seed)
+                for seed in self.sizes.sample_batch(rng, min(count, DIFFERENT), **how)
+            ]
             return [lot[k % len(lot)] for k in range(count)]
         return [self._hollow(Seed.from_dimensions(*self.sizes, **how))] * count
 
@@ -79,9 +93,15 @@ class Bench:
     def mean_dimensions_m(self) -> tuple[float, float, float]:
         """Mean length, width and thickness of the seeds [m]."""
         if isinstance(self.sizes, Sizes):
-            return self.sizes.length.mean_m, self.sizes.width.mean_m, self.sizes.thickness.mean_m
+            return (
+                self.sizes.length.mean_m,
+                self.sizes.width.mean_m,
+                self.sizes.thickness.mean_m,
+            )
         if isinstance(self.sizes, Lot):
-            length, width, thickness = (float(v) for v in self.sizes.dimensions_m.mean(axis=0))
+            length, width, thickness = (
+                float(v) for v in self.sizes.dimensions_m.mean(axis=0)
+            )
             return length, width, thickness
         return self.sizes
 
@@ -89,34 +109,64 @@ class Bench:
         """A seed of the mean dimensions; of a lot, the one nearest to them."""
         if isinstance(self.sizes, Lot):
             return self._hollow(self.sizes.typical())
-        return replace(self, sizes=self.mean_dimensions_m).draw(np.random.default_rng(0), 1)[0]
+        return replace(self, sizes=self.mean_dimensions_m).draw(
+            np.random.default_rng(0), 1
+        )[0]
 
     def _hollow(self, seed: Seed) -> Seed:
         """The seed with the stated inertia."""
         if self.inertia_factor is None or seed.dimensions_m is None:
             return seed
-        wanted = self.inertia_factor * seed.mass_kg * float(seed.dimensions_m[1:].mean() / 2) ** 2
-        return replace(seed, inertia_kg_m2=seed.inertia_kg_m2 * wanted / seed.inertia_kg_m2[0])
+        wanted = (
+            self.inertia_factor
+            * seed.mass_kg
+            * float(seed.dimensions_m[1:].mean() / 2) ** 2
+        )
+        return replace(
+            seed, inertia_kg_m2=seed.inertia_kg_m2 * wanted / seed.inertia_kg_m2[0]
+        )
 
     def world(
-        self, seeds: Placed | Scattered, walls: Sequence[Wall], *, domain: tuple[Vector, Vector] | None = None,
-        contacts: Sequence[Contact] = (), **options: Any,
-    ) -> World:  # fmt: skip
+        self,
+        seeds: Placed | Scattered,
+        walls: Sequence[Wall],
+        *,
+        domain: tuple[Vector, Vector] | None = None,
+        contacts: Sequence[Contact] = (),
+        **options: Any,
+    ) -> World:
         """Seeds and walls under this bench's gravity, air, contacts and laws.
 
-        Where no wall moves, the first is given a law by which it stands: the step loop is compiled (half a minute) for a set of
-        laws, and so it is the same for all rigs.
-        """
+        Where no wall moves, the first is given a law by which it stands: the step loop
+        is compiled (half a minute) for a set of laws, and so it is the same for all
+        rigs."""
         laws, walls = self.laws, list(walls)
         if not any(wall.moves for wall in walls):
-            walls[0] = replace(walls[0], moves=(Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),))
+            walls[0] = replace(
+                walls[0],
+                moves=(Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),),
+            )
         if self.air_density_kg_m3 > 0 and not any(c.law.name == "drag" for c in laws):
-            laws = (LAWS["drag"].use(air_density=self.air_density_kg_m3, viscosity=self.air_viscosity_pa_s), *laws)
+            laws = (
+                LAWS["drag"].use(
+                    air_density=self.air_density_kg_m3,
+                    viscosity=self.air_viscosity_pa_s,
+                ),
+                *laws,
+            )
         return World(
-            (seeds,), tuple(walls), (self.seed_wall, self.seed_seed, *contacts), laws, (0.0, 0.0, -GRAVITY_M_S2), domain,
-            rayleigh_fraction=self.rayleigh_fraction, pull_at_end=self.pull_at_end, share_damping=self.share_damping,
-            cap_damped=self.cap_damped, **options,
-        )  # fmt: skip
+            (seeds,),
+            tuple(walls),
+            (self.seed_wall, self.seed_seed, *contacts),
+            laws,
+            (0.0, 0.0, -GRAVITY_M_S2),
+            domain,
+            rayleigh_fraction=self.rayleigh_fraction,
+            pull_at_end=self.pull_at_end,
+            share_damping=self.share_damping,
+            cap_damped=self.cap_damped,
+            **options,
+        )
 
 
 def no_watch(stage: str, share: float) -> None:
@@ -134,10 +184,11 @@ class Columns(TypedDict):
 
 
 class Frames:
-    """An observer for `Every(1/fps, …)`: where the seeds are at multiples of 1/fps [s], in the order of `init`.
+    """An observer for `Every(1/fps, …)`: where the seeds are at multiples of 1/fps [s],
+    in the order of `init`.
 
-    The engine looks at the nearest step; the rest of the way, at most half a step, is made up for at the seed's own speed.
-    """
+    The engine looks at the nearest step; the rest of the way, at most half a step, is
+    made up for at the seed's own speed."""
 
     def __init__(self, count: int, fps: float, begin_s: float = 0.0) -> None:
         self.count, self.fps, self.begin_s = count, fps, begin_s
@@ -152,7 +203,12 @@ class Frames:
         self.t_s.append(exact - self.begin_s)
         row = [np.full((self.count, width), np.nan) for width in (3, 4, 3, 3)]
         which = np.sort(state.ids)
-        values = (state.positions + (exact - state.time_s) * state.velocities, state.orientations, state.velocities, state.spins)
+        values = (
+            state.positions + (exact - state.time_s) * state.velocities,
+            state.orientations,
+            state.velocities,
+            state.spins,
+        )
         for column, value in zip(row, values, strict=True):
             column[which] = value
         self.rows.append(tuple(row))
@@ -160,7 +216,13 @@ class Frames:
     def columns(self) -> Columns:
         """All that was kept."""
         x, q, v, w = (np.stack(column) for column in zip(*self.rows, strict=True))
-        return Columns(t_s=np.array(self.t_s), positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w)
+        return Columns(
+            t_s=np.array(self.t_s),
+            positions_m=x,
+            orientations=q,
+            velocities_m_s=v,
+            spins_rad_s=w,
+        )
 
 
 def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -173,12 +235,19 @@ def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """Quaternion of the turn q followed by the turn p."""
     a, b = np.asarray(p, float), np.asarray(q, float)
-    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+    return np.concatenate(
+        [
+            [a[0] * b[0] - a[1:] @ b[1:]],
+            a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]),
+        ]
+    )
 
 
 def about(axis: ArrayLike, angle_rad: float) -> np.ndarray:
     """Quaternion of a right-handed turn about a unit axis."""
-    return np.concatenate([[np.cos(angle_rad / 2)], np.sin(angle_rad / 2) * np.asarray(axis, float)])
+    return np.concatenate(
+        [[np.cos(angle_rad / 2)], np.sin(angle_rad / 2) * np.asarray(axis, float)]
+    )
 
 
 def any_turn(rng: np.random.Generator) -> np.ndarray:
@@ -188,5 +257,8 @@ def any_turn(rng: np.random.Generator) -> np.ndarray:
 
 
 def reach(seed: Seed, q: np.ndarray, direction: ArrayLike) -> float:
-    """How far [m] the turned seed's balls reach from its centre of mass along a unit direction."""
-    return float(np.max(turned(q, seed.centres_m) @ np.asarray(direction, float) + seed.radii_m))
+    """How far [m] the turned seed's balls reach from its centre of mass along a unit
+    direction."""
+    return float(
+        np.max(turned(q, seed.centres_m) @ np.asarray(direction, float) + seed.radii_m)
+    )

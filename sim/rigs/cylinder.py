@@ -1,4 +1,5 @@
-"""Lifting cylinder: an open tube full of seeds is lifted off a plate, and a heap with slopes all round is left."""
+"""Lifting cylinder: an open tube full of seeds is lifted off a plate, and a heap with
+slopes all round is left."""
 
 from dataclasses import dataclass
 
@@ -17,8 +18,9 @@ THICKNESS_M = 3e-3
 
 @dataclass(frozen=True)
 class LiftedCylinder:
-    """cylinder_m: inside diameter and height; fill_height_m: where the seeds are struck off; plate_m: length and width of the
-    plate; gate_speed_m_s: how fast the cylinder goes up; photo_s: when the picture is taken, as for the box."""
+    """cylinder_m: inside diameter and height; fill_height_m: where the seeds are struck
+    off; plate_m: length and width of the plate; gate_speed_m_s: how fast the cylinder
+    goes up; photo_s: when the picture is taken, as for the box."""
 
     cylinder_m: tuple[float, float] = (0.070, 0.150)
     plate_m: tuple[float, float] = (0.300, 0.300)
@@ -27,33 +29,74 @@ class LiftedCylinder:
     photo_s: float | None = None
 
     def __post_init__(self) -> None:
-        if not all(v > 0 for v in (*self.cylinder_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s)):
+        if not all(
+            v > 0
+            for v in (
+                *self.cylinder_m,
+                *self.plate_m,
+                self.fill_height_m,
+                self.gate_speed_m_s,
+            )
+        ):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.cylinder_m[1]:
-            raise ValueError(f"fill_height_m = {self.fill_height_m:g}: the cylinder is only {self.cylinder_m[1]:g} m high")
+            raise ValueError(
+                f"fill_height_m = {self.fill_height_m:g}: the cylinder is only"
+                f" {self.cylinder_m[1]:g} m high"
+            )
         if min(self.plate_m) <= self.cylinder_m[0]:
-            raise ValueError(f"plate_m = {self.plate_m}: the cylinder ({self.cylinder_m[0]:g} m) must stand on it")
+            raise ValueError(
+                f"plate_m = {self.plate_m}: the cylinder ({self.cylinder_m[0]:g} m)"
+                " must stand on it"
+            )
 
 
-def run_cylinder(rig: LiftedCylinder, bench: Bench, rng: np.random.Generator, *, fps: float = 0.0, watch: Watch = no_watch,
-                 threads: int = 2, filled: Filled | None = None, engine: Engine | None = None) -> Motion:  # fmt: skip
+def run_cylinder(
+    rig: LiftedCylinder,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float = 0.0,
+    watch: Watch = no_watch,
+    threads: int = 2,
+    filled: Filled | None = None,
+    engine: Engine | None = None,
+) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
-    inside = radius / np.sqrt(2.0)  # half the side of the square in which the rain starts
+    inside = radius / np.sqrt(
+        2.0
+    )  # half the side of the square in which the rain starts
     vessel = Vessel(
-        low=(-inside, -inside, 0.0), high=(inside, inside, rig.cylinder_m[1]), volume_m3=np.pi * radius**2 * rig.fill_height_m,
-        fill_height_m=rig.fill_height_m, lift_m_s=rig.gate_speed_m_s, lift_m=rig.cylinder_m[1], photo_s=rig.photo_s,
-        walls=lambda tall, lift: _walls(rig, bench, tall, lift), domain=((-x - 0.1, -y - 0.1, -0.03), (x + 0.1, y + 0.1, 2.0)),
-        opening_m=2 * radius, parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
-    )  # fmt: skip
+        low=(-inside, -inside, 0.0),
+        high=(inside, inside, rig.cylinder_m[1]),
+        volume_m3=np.pi * radius**2 * rig.fill_height_m,
+        fill_height_m=rig.fill_height_m,
+        lift_m_s=rig.gate_speed_m_s,
+        lift_m=rig.cylinder_m[1],
+        photo_s=rig.photo_s,
+        walls=lambda tall, lift: _walls(rig, bench, tall, lift),
+        domain=((-x - 0.1, -y - 0.1, -0.03), (x + 0.1, y + 0.1, 2.0)),
+        opening_m=2 * radius,
+        parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
+    )
     if engine is not None:
         return engine(vessel, bench, rng, fps=fps, watch=watch)
-    return run_heap(vessel, bench, rng, fps=fps, watch=watch, threads=threads, filled=filled)
+    return run_heap(
+        vessel, bench, rng, fps=fps, watch=watch, threads=threads, filled=filled
+    )
 
 
 def _walls(rig: LiftedCylinder, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
     x, y, high = rig.plate_m[0] / 2, rig.plate_m[1] / 2, max(tall, rig.cylinder_m[1])
     return [
         Rectangle("plate", bench.wall, (-x, -y, 0), (2 * x, 0, 0), (0, 2 * y, 0)),
-        Cylinder("cylinder", bench.wall, (0, 0, 0), (0, 0, high), rig.cylinder_m[0] / 2, (Slide(lift, (0, 0, 1)),)),
+        Cylinder(
+            "cylinder",
+            bench.wall,
+            (0, 0, 0),
+            (0, 0, high),
+            rig.cylinder_m[0] / 2,
+            (Slide(lift, (0, 0, 1)),),
+        ),
     ]

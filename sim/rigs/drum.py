@@ -1,4 +1,5 @@
-"""Rotating drum: seeds flow down in a drum that turns, and their surface stands at the dynamic angle of repose."""
+"""Rotating drum: seeds flow down in a drum that turns, and their surface stands at the
+dynamic angle of repose."""
 
 from dataclasses import dataclass
 
@@ -17,16 +18,19 @@ from sim.rigs.parts import ring
 from sim.rigs.pile import GLASS
 from sim.rigs.profile import balls
 
-WINDOW = (0.25, 0.75)  # of the surface from wall to wall: between these the line is fitted, as in the picture
+# of the surface from wall to wall: between these the line is fitted, as in the picture
+WINDOW = (0.25, 0.75)
 FACETS = 96  # of the trough in which the drum is filled: within 0.03 % of its radius
 CORNER = 0.7  # of the radius: half the square, within the drum, into which seeds rain
 
 
 @dataclass(frozen=True)
 class Drum:
-    """drum_m: inside diameter and width; its ends are smooth, a slice out of a long drum. fill_share: of its cross-section, before it
-    turns. speed_rpm: turns a minute, clockwise as the camera sees it: the surface falls towards +x. lining_friction: static
-    friction of its inside, None: that of the plate. wait_s: how long it turns before the film begins; film_s: how long that is."""
+    """drum_m: inside diameter and width; its ends are smooth, a slice out of a long
+    drum. fill_share: of its cross-section, before it turns. speed_rpm: turns a minute,
+    clockwise as the camera sees it: the surface falls towards +x. lining_friction:
+    static friction of its inside, None: that of the plate. wait_s: how long it turns
+    before the film begins; film_s: how long that is."""
 
     drum_m: tuple[float, float] = (0.120, 0.030)
     fill_share: float = 0.40
@@ -36,20 +40,38 @@ class Drum:
     film_s: float = 3.0
 
     def __post_init__(self) -> None:
-        if not all(v > 0 for v in (*self.drum_m, self.speed_rpm, self.wait_s, self.film_s)):
+        if not all(
+            v > 0 for v in (*self.drum_m, self.speed_rpm, self.wait_s, self.film_s)
+        ):
             raise ValueError(f"every length, speed and time must be above 0 in {self}")
         if not 0.1 <= self.fill_share <= 0.6:
             raise ValueError(f"fill_share = {self.fill_share:g}: must be 0.1 to 0.6")
         if (2 * np.pi * self.speed_rpm / 60) ** 2 * self.drum_m[0] / 2 >= 9.81:
-            raise ValueError(f"speed_rpm = {self.speed_rpm:g}: the seeds would be thrown round with the drum")
+            raise ValueError(
+                f"speed_rpm = {self.speed_rpm:g}: the seeds would be thrown round with"
+                " the drum"
+            )
 
 
-def run_drum(rig: Drum, bench: Bench, rng: np.random.Generator, *, fps: float = 25.0, watch: Watch = no_watch,
-             threads: int = 2) -> Motion:  # fmt: skip
-    """Fill the drum, let it turn, film it. Truth: flowing_angle_deg, the mean over the film."""
+def run_drum(
+    rig: Drum,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float = 25.0,
+    watch: Watch = no_watch,
+    threads: int = 2,
+) -> Motion:
+    """Fill the drum, let it turn, film it. Truth: flowing_angle_deg, the mean over the
+    film."""
     filled = _fill(rig, bench, rng, threads, watch)
-    world = bench.world(filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench))
-    frames, whole = Frames(len(filled.shape_of), fps, rig.wait_s), rig.wait_s + rig.film_s
+    world = bench.world(
+        filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench)
+    )
+    frames, whole = (
+        Frames(len(filled.shape_of), fps, rig.wait_s),
+        rig.wait_s + rig.film_s,
+    )
 
     def report(world: World, state) -> None:
         watch("turning", min(state.time_s / whole, 0.99))
@@ -58,73 +80,149 @@ def run_drum(rig: Drum, bench: Bench, rng: np.random.Generator, *, fps: float = 
         if state.time_s >= rig.wait_s - 0.5 / fps:
             frames(world, state)
 
-    run(world, init(world, rng, allowed_overlap=0.2), whole, [Every(1 / fps, seen), Every(0.05, report)], threads=threads)
-    motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=(_rim(rig),), **frames.columns())
-    motion.truth["flowing_angle_deg"] = float(np.mean([flowing_angle(motion, rig.drum_m[0] / 2, k) for k in range(motion.frames)]))
+    run(
+        world,
+        init(world, rng, allowed_overlap=0.2),
+        whole,
+        [Every(1 / fps, seen), Every(0.05, report)],
+        threads=threads,
+    )
+    motion = Motion(
+        shapes=filled.shapes,
+        shape_of=filled.shape_of,
+        parts=(_rim(rig),),
+        **frames.columns(),
+    )
+    motion.truth["flowing_angle_deg"] = float(
+        np.mean(
+            [flowing_angle(motion, rig.drum_m[0] / 2, k) for k in range(motion.frames)]
+        )
+    )
     return motion
 
 
 def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
-    """Inclination [deg] of the least-squares line through the surface in the middle of its way from wall to wall, falling to +x."""
+    """Inclination [deg] of the least-squares line through the surface in the middle of
+    its way from wall to wall, falling to +x."""
     centres, radii = balls(motion, frame)
     x = np.arange(-radius_m, radius_m, 2e-4)
     height = np.full(len(x), -np.inf)
     for c, r in zip(centres, radii):
         a, b = np.searchsorted(x, (c[0] - r, c[0] + r))
-        np.maximum(height[a:b], c[2] + np.sqrt(np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)), out=height[a:b])
+        np.maximum(
+            height[a:b],
+            c[2] + np.sqrt(np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)),
+            out=height[a:b],
+        )
     there = np.flatnonzero(np.isfinite(height))
     first, last = x[there[0]], x[there[-1]]
-    inside = there[(x[there] >= first + WINDOW[0] * (last - first)) & (x[there] <= first + WINDOW[1] * (last - first))]
+    inside = there[
+        (x[there] >= first + WINDOW[0] * (last - first))
+        & (x[there] <= first + WINDOW[1] * (last - first))
+    ]
     return float(-np.degrees(np.arctan(np.polyfit(x[inside], height[inside], 1)[0])))
 
 
-def _fill(rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch: Watch) -> Filled:
+def _fill(
+    rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch: Watch
+) -> Filled:
     """Seeds at rest in the drum's lower part, up to the level of `fill_share`."""
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
     level = _level(rig.fill_share) * radius
     seeds = count_for(bench, rng, rig.fill_share * np.pi * radius**2 * width)
-    low, high = (-CORNER * radius, -width / 2, -CORNER * radius), (CORNER * radius, width / 2, radius)
+    low, high = (
+        (-CORNER * radius, -width / 2, -CORNER * radius),
+        (CORNER * radius, width / 2, radius),
+    )
     tall = chute_height(seeds, low, high)
     walls = [_trough(rig, bench, tall), *_ends(rig, tall)]
 
     def standing(placed: Placed) -> World:
-        return bench.world(placed, walls, contacts=_contacts(rig, bench), most_overlap=RAIN_OVERLAP)
+        return bench.world(
+            placed, walls, contacts=_contacts(rig, bench), most_overlap=RAIN_OVERLAP
+        )
 
     def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
-        state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
+        state = settle(
+            world,
+            init(world, rng),
+            "filling",
+            threads=threads,
+            watch=watch,
+            quiet=POURED,
+        )
         return state.positions, state.orientations
 
     return rain(bench, rng, seeds, low, high, standing, level, lay)
 
 
 def _level(share: float) -> float:
-    """Height over the axis, in radii, below which a share of a circle's area lies: (π/2 + h √(1 - h²) + asin h)/π, by Newton."""
+    """Height over the axis, in radii, below which a share of a circle's area lies: (π/2
+    + h √(1 - h²) + asin h)/π, by Newton."""
     h = 0.0
     for _ in range(30):
-        h += (share - (np.pi / 2 + h * np.sqrt(1 - h * h) + np.arcsin(h)) / np.pi) * np.pi / (2 * np.sqrt(1 - h * h))
+        h += (
+            (share - (np.pi / 2 + h * np.sqrt(1 - h * h) + np.arcsin(h)) / np.pi)
+            * np.pi
+            / (2 * np.sqrt(1 - h * h))
+        )
     return float(h)
 
 
 def _lining(rig: Drum, bench: Bench) -> Material:
-    """What the drum is lined with: as hard as the plate, under a name of its own where its friction is."""
+    """What the drum is lined with: as hard as the plate, under a name of its own where
+    its friction is."""
     if rig.lining_friction is None:
         return bench.wall
     of = bench.wall
-    return Material("lining", of.density_kg_m3, of.shear_modulus_pa, of.poisson_ratio, "the drum's inside, as the plate but for friction")
+    return Material(
+        "lining",
+        of.density_kg_m3,
+        of.shear_modulus_pa,
+        of.poisson_ratio,
+        "the drum's inside, as the plate but for friction",
+    )
 
 
 def _contacts(rig: Drum, bench: Bench) -> tuple[Contact, ...]:
     on = bench.seed_wall
-    made = [Contact((bench.seed.name, GLASS.name), on.restitution, 0.0, 0.0, on.rolling_convention)]
+    made = [
+        Contact(
+            (bench.seed.name, GLASS.name),
+            on.restitution,
+            0.0,
+            0.0,
+            on.rolling_convention,
+        )
+    ]
     if rig.lining_friction is not None:
-        made.append(Contact((bench.seed.name, "lining"), on.restitution, rig.lining_friction, on.rolling_friction, on.rolling_convention))
+        made.append(
+            Contact(
+                (bench.seed.name, "lining"),
+                on.restitution,
+                rig.lining_friction,
+                on.rolling_friction,
+                on.rolling_convention,
+            )
+        )
     return tuple(made)
 
 
 def _walls(rig: Drum, bench: Bench) -> list[Wall]:
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
-    turn = Turn(LAWS["motion_steady"].use(rate=2 * np.pi * rig.speed_rpm / 60), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    drum = Cylinder("drum", _lining(rig, bench), (0.0, -width / 2, 0.0), (0.0, width / 2, 0.0), radius, (turn,))
+    turn = Turn(
+        LAWS["motion_steady"].use(rate=2 * np.pi * rig.speed_rpm / 60),
+        (0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0),
+    )
+    drum = Cylinder(
+        "drum",
+        _lining(rig, bench),
+        (0.0, -width / 2, 0.0),
+        (0.0, width / 2, 0.0),
+        radius,
+        (turn,),
+    )
     return [drum, *_ends(rig, radius)]
 
 
@@ -132,7 +230,10 @@ def _ends(rig: Drum, tall: float) -> list[Wall]:
     """Smooth ends, so that the slice is as one out of a long drum."""
     radius, y = rig.drum_m[0] / 2, rig.drum_m[1] / 2
     across, up = (2 * radius, 0.0, 0.0), (0.0, 0.0, radius + tall)
-    return [Rectangle(name, GLASS, (-radius, where, -radius), across, up) for name, where in (("near end", -y), ("far end", y))]
+    return [
+        Rectangle(name, GLASS, (-radius, where, -radius), across, up)
+        for name, where in (("near end", -y), ("far end", y))
+    ]
 
 
 def _trough(rig: Drum, bench: Bench, tall: float) -> Mesh:
@@ -141,9 +242,13 @@ def _trough(rig: Drum, bench: Bench, tall: float) -> Mesh:
     turn = np.linspace(np.pi, 2 * np.pi, FACETS // 2 + 1)
     x = np.concatenate([[-radius], radius * np.cos(turn), [radius]])
     z = np.concatenate([[tall], radius * np.sin(turn), [tall]])
-    vertices = np.concatenate([np.column_stack([x, np.full(len(x), side), z]) for side in (-y, y)])
+    vertices = np.concatenate(
+        [np.column_stack([x, np.full(len(x), side), z]) for side in (-y, y)]
+    )
     n = len(x)
-    faces = [(k, k + 1, n + k) for k in range(n - 1)] + [(k + 1, n + k + 1, n + k) for k in range(n - 1)]
+    faces = [(k, k + 1, n + k) for k in range(n - 1)] + [
+        (k + 1, n + k + 1, n + k) for k in range(n - 1)
+    ]
     return Mesh("trough", _lining(rig, bench), vertices, np.array(faces))
 
 

@@ -1,4 +1,5 @@
-"""The way of every heap: a vessel is filled, part of it is lifted, the seeds flow, come to rest and are looked at."""
+"""The way of every heap: a vessel is filled, part of it is lifted, the seeds flow, come
+to rest and are looked at."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,18 +18,21 @@ from sim.rigs.bench import Bench, Frames, Watch
 from sim.rigs.filling import POURED, Filled, Lay, chute_height, count_for, rain, settle
 from sim.rigs.profile import centroid_angle, outline, slope_angle
 
-RAIN_OVERLAP = 0.25  # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
+# of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
+RAIN_OVERLAP = 0.25
 LONGEST_S = 6.0
 REST = {"window_s": 0.05, "displacement": 1e-2, "kinetic": 1e-5}
 
 
 @dataclass(frozen=True)
 class Vessel:
-    """low, high: corners of what is filled [m]; volume_m3 up to fill_height_m. lift_m_s: how fast the part that moves goes up;
-    lift_m: how far. photo_s: when the picture is taken after the lift began, None: when all lie still. walls(tall, lift): the
-    vessel with walls up to `tall` [m] and its moving part under the law `lift`. domain: what leaves it is gone. opening_m: the
-    narrowest way out. parts: what the camera sees at the end. wall_m: where the wall stands (x) that the heap leans on, None: it
-    has two slopes."""
+    """low, high: corners of what is filled [m]; volume_m3 up to fill_height_m.
+    lift_m_s: how fast the part that moves goes up; lift_m: how far. photo_s: when the
+    picture is taken after the lift began, None: when all lie still. walls(tall, lift):
+    the vessel with walls up to `tall` [m] and its moving part under the law `lift`.
+    domain: what leaves it is gone. opening_m: the narrowest way out. parts: what the
+    camera sees at the end. wall_m: where the wall stands (x) that the heap leans on,
+    None: it has two slopes."""
 
     low: Vector
     high: Vector
@@ -45,68 +49,145 @@ class Vessel:
     wall_m: float | None = None
 
     def lift(self, begin_s: float | None) -> Chosen:
-        """The law of the lift; None: it stands (by the same law, which then need not be compiled twice)."""
+        """The law of the lift; None: it stands (by the same law, which then need not be
+        compiled twice)."""
         rate = 0.0 if begin_s is None else self.lift_m_s
-        return LAWS["motion_steady"].use(rate=rate, start=begin_s or 0.0, duration=self.lift_m / self.lift_m_s)
+        return LAWS["motion_steady"].use(
+            rate=rate, start=begin_s or 0.0, duration=self.lift_m / self.lift_m_s
+        )
 
 
-Engine = Callable[..., Motion]  # what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+Engine = Callable[
+    ..., Motion
+]  # what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
 
 
-def fill(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, threads: int, watch: Watch) -> Filled:
-    """Rain seeds into the standing vessel and strike them off at the fill height; ValueError where they would jam."""
+def fill(
+    vessel: Vessel,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    threads: int,
+    watch: Watch,
+) -> Filled:
+    """Rain seeds into the standing vessel and strike them off at the fill height;
+    ValueError where they would jam."""
 
     def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
-        state = settle(world, init(world, rng), "filling", threads=threads, watch=watch, quiet=POURED)
+        state = settle(
+            world,
+            init(world, rng),
+            "filling",
+            threads=threads,
+            watch=watch,
+            quiet=POURED,
+        )
         return state.positions, state.orientations
 
     return fill_with(vessel, bench, rng, lay)
 
 
-def fill_with(vessel: Vessel, bench: Bench, rng: np.random.Generator, lay: Lay) -> Filled:
+def fill_with(
+    vessel: Vessel, bench: Bench, rng: np.random.Generator, lay: Lay
+) -> Filled:
     """The same, whichever engine lets the seeds fall."""
     seeds = count_for(bench, rng, vessel.volume_m3)
     widest = max(2 * float(s.radii_m.max()) for s in seeds)
     if vessel.opening_m < 1.5 * widest:
-        raise ValueError(f"seeds {1e3 * widest:.1f} mm wide jam in an opening of {1e3 * vessel.opening_m:g} mm")
+        raise ValueError(
+            f"seeds {1e3 * widest:.1f} mm wide jam in an opening of"
+            f" {1e3 * vessel.opening_m:g} mm"
+        )
     tall = chute_height(seeds, vessel.low, vessel.high)
 
     def standing(placed: Placed) -> World:
         walls = vessel.walls(tall, vessel.lift(None))
-        return bench.world(placed, walls, contacts=vessel.contacts, most_overlap=RAIN_OVERLAP, sleep=bench.sleep)
+        return bench.world(
+            placed,
+            walls,
+            contacts=vessel.contacts,
+            most_overlap=RAIN_OVERLAP,
+            sleep=bench.sleep,
+        )
 
-    return rain(bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, lay)
+    return rain(
+        bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, lay
+    )
 
 
-def run_heap(vessel: Vessel, bench: Bench, rng: np.random.Generator, *, fps: float, watch: Watch, threads: int,
-             filled: Filled | None) -> Motion:  # fmt: skip
-    """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the frames before the photo are its film."""
+def run_heap(
+    vessel: Vessel,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float,
+    watch: Watch,
+    threads: int,
+    filled: Filled | None,
+) -> Motion:
+    """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
+    frames before the photo are its film."""
     filled = filled or fill(vessel, bench, rng, threads=threads, watch=watch)
 
     def world(begin_s: float | None) -> World:
         walls = vessel.walls(0.0, vessel.lift(begin_s))
-        return bench.world(filled.placed(bench), walls, domain=vessel.domain, contacts=vessel.contacts, sleep=bench.sleep)
+        return bench.world(
+            filled.placed(bench),
+            walls,
+            domain=vessel.domain,
+            contacts=vessel.contacts,
+            sleep=bench.sleep,
+        )
 
     still = world(None)
-    state = settle(still, init(still, rng, allowed_overlap=0.2), "coming to rest", threads=threads, watch=watch)
+    state = settle(
+        still,
+        init(still, rng, allowed_overlap=0.2),
+        "coming to rest",
+        threads=threads,
+        watch=watch,
+    )
     begin = state.time_s
-    frames, flow = Frames(len(filled.shape_of), fps or 1.0, begin), Flow(vessel, begin, watch)
-    state = run(world(begin), state, flow, [Every(1 / fps, frames)] if fps > 0 else [], threads=threads, every_s=0.01)
+    frames, flow = (
+        Frames(len(filled.shape_of), fps or 1.0, begin),
+        Flow(vessel, begin, watch),
+    )
+    state = run(
+        world(begin),
+        state,
+        flow,
+        [Every(1 / fps, frames)] if fps > 0 else [],
+        threads=threads,
+        every_s=0.01,
+    )
     frames.take(state, state.time_s)
-    motion = Motion(shapes=filled.shapes, shape_of=filled.shape_of, parts=vessel.parts, **frames.columns())
+    motion = Motion(
+        shapes=filled.shapes,
+        shape_of=filled.shape_of,
+        parts=vessel.parts,
+        **frames.columns(),
+    )
     tell(motion, vessel, filled, still=flow.still)
     return motion
 
 
 def tell(motion: Motion, vessel: Vessel, filled: Filled, *, still: bool) -> None:
-    """Add what the simulation knows of the heap's outcome to its truth. still: whether it lay still at the end."""
+    """Add what the simulation knows of the heap's outcome to its truth. still: whether
+    it lay still at the end."""
     retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
-    motion.truth.update(_truth(motion, vessel.wall_m) | {"lies_still": float(still), "retained_seeds": retained})
+    motion.truth.update(
+        _truth(motion, vessel.wall_m)
+        | {
+            "lies_still": float(still),
+            "retained_seeds": retained,
+        }
+    )
     motion.truth.update(_weights(motion, filled))
 
 
 class Flow:
-    """An observer that ends the run at the time of the photo, or when nothing moves any more behind the lift."""
+    """An observer that ends the run at the time of the photo, or when nothing moves any
+    more behind the lift."""
 
     def __init__(self, vessel: Vessel, begin_s: float, watch: Watch) -> None:
         self.vessel, self.begin_s, self.watch = vessel, begin_s, watch
@@ -116,7 +197,11 @@ class Flow:
     def __call__(self, world: World, state: State) -> bool:
         since = state.time_s - self.begin_s
         lifting = since < self.out_s
-        stage, share = ("lifting", since / self.out_s) if lifting else ("settling", (since - self.out_s) / 1.0)
+        stage, share = (
+            ("lifting", since / self.out_s)
+            if lifting
+            else ("settling", (since - self.out_s) / 1.0)
+        )
         self.watch(stage, min(share, 0.99))
         self.still = self.settled(world, state)
         if self.vessel.photo_s is not None:
@@ -125,20 +210,36 @@ class Flow:
 
 
 def _weights(motion: Motion, filled: Filled) -> dict[str, float]:
-    """Mass of what was filled in, and of what lies there at the end: a bench weighs both."""
+    """Mass of what was filled in, and of what lies there at the end: a bench weighs
+    both."""
     grams = 1e3 * np.array([seed.mass_kg for seed in filled.shapes])[filled.shape_of]
     there = np.isfinite(motion.positions_m[-1]).all(axis=1)
-    return {"filled_mass_g": float(grams.sum()), "retained_mass_g": float(grams[there].sum())}
+    return {
+        "filled_mass_g": float(grams.sum()),
+        "retained_mass_g": float(grams[there].sum()),
+    }
 
 
 def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
-    """Angle of repose (mean of both flanks where there are two), centroid's angle and crest's height of the true outline, and
-    when it was read."""
+    """Angle of repose (mean of both flanks where there are two), centroid's angle and
+    crest's height of the true outline, and when it was read."""
     places = motion.positions_m[-1, :, 0]
-    x = np.arange(np.nanmin(places) - 0.01 if wall_m is None else wall_m, np.nanmax(places) + 0.01, 1e-4)
+    x = np.arange(
+        np.nanmin(places) - 0.01 if wall_m is None else wall_m,
+        np.nanmax(places) + 0.01,
+        1e-4,
+    )
     height = outline(motion, x)
     flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
     there = flanks[np.isfinite(flanks)]
-    angle, crest = float(there.mean()) if len(there) else float("nan"), 1e3 * float(height.max())
+    angle, crest = (
+        float(there.mean()) if len(there) else float("nan"),
+        1e3 * float(height.max()),
+    )
     of_centroid = centroid_angle(x, height, wall_m)
-    return {"repose_angle_deg": angle, "centroid_angle_deg": of_centroid, "crest_mm": crest, "photo_s": float(motion.t_s[-1])}
+    return {
+        "repose_angle_deg": angle,
+        "centroid_angle_deg": of_centroid,
+        "crest_mm": crest,
+        "photo_s": float(motion.t_s[-1]),
+    }

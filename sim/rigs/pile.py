@@ -1,4 +1,5 @@
-"""Pile: a box of seeds whose gate is lifted; they run out over a plate and its edges, and what is left has an angle of repose."""
+"""Pile: a box of seeds whose gate is lifted; they run out over a plate and its edges,
+and what is left has an angle of repose."""
 
 from dataclasses import dataclass
 
@@ -14,18 +15,26 @@ from sim.rigs.heap import Engine, Vessel, fill, run_heap
 from sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
-GLASS = Material("glass", 2500.0, 2.5e10, 0.22, "sides of a slab: nothing but their smoothness matters")
+GLASS = Material(
+    "glass",
+    2500.0,
+    2.5e10,
+    0.22,
+    "sides of a slab: nothing but their smoothness matters",
+)
 
 
 @dataclass(frozen=True)
 class Pile:
-    """box_m: inside length (x, gate side at +x), width (y), height (z). gate_m: the sliding plate's width and height; what is
-    left of that side of the box, right and left of it, stays. plate_m: length (x, from the box's back) and width (y) of the
-    bottom plate. fill_height_m: the seeds are struck off there. gate_speed_m_s: straight up, until the gate is out of the seeds.
-    photo_s: when the picture is taken, from when the gate begins to move; None: when all seeds lie still (`heap.LONGEST_S`).
-    side_walls_in_view: whether the box's front and back (y) sides stand in the camera's way, or are of glass.
-    slab: sides without friction all along a plate as narrow as the box, a slice out of a pile that is very wide.
-    """
+    """box_m: inside length (x, gate side at +x), width (y), height (z). gate_m: the
+    sliding plate's width and height; what is left of that side of the box, right and
+    left of it, stays. plate_m: length (x, from the box's back) and width (y) of the
+    bottom plate. fill_height_m: the seeds are struck off there. gate_speed_m_s:
+    straight up, until the gate is out of the seeds. photo_s: when the picture is taken,
+    from when the gate begins to move; None: when all seeds lie still
+    (`heap.LONGEST_S`). side_walls_in_view: whether the box's front and back (y) sides
+    stand in the camera's way, or are of glass. slab: sides without friction all along a
+    plate as narrow as the box, a slice out of a pile that is very wide."""
 
     box_m: tuple[float, float, float] = (0.105, 0.105, 0.200)
     gate_m: tuple[float, float] = (0.100, 0.200)
@@ -37,29 +46,76 @@ class Pile:
     slab: bool = False
 
     def __post_init__(self) -> None:
-        if not all(v > 0 for v in (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m, self.gate_speed_m_s)):
+        if not all(
+            v > 0
+            for v in (
+                *self.box_m,
+                *self.gate_m,
+                *self.plate_m,
+                self.fill_height_m,
+                self.gate_speed_m_s,
+            )
+        ):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.box_m[2]:
-            raise ValueError(f"fill_height_m = {self.fill_height_m:g}: the box is only {self.box_m[2]:g} m high")
+            raise ValueError(
+                f"fill_height_m = {self.fill_height_m:g}: the box is only"
+                f" {self.box_m[2]:g} m high"
+            )
         if self.gate_m[0] > self.box_m[1] and not self.slab:
-            raise ValueError(f"gate_m = {self.gate_m[0]:g} wide: the box's side is only {self.box_m[1]:g} m wide")
+            raise ValueError(
+                f"gate_m = {self.gate_m[0]:g} wide: the box's side is only"
+                f" {self.box_m[1]:g} m wide"
+            )
         if self.gate_m[1] < self.fill_height_m:
-            raise ValueError(f"gate_m = {self.gate_m[1]:g} high: seeds lie up to {self.fill_height_m:g} m behind it")
-        if self.plate_m[0] <= self.box_m[0] or (self.plate_m[1] < self.box_m[1] and not self.slab):
-            raise ValueError(f"plate_m = {self.plate_m}: the box ({self.box_m[0]:g} × {self.box_m[1]:g} m) must stand on it")
+            raise ValueError(
+                f"gate_m = {self.gate_m[1]:g} high: seeds lie up to"
+                f" {self.fill_height_m:g} m behind it"
+            )
+        if self.plate_m[0] <= self.box_m[0] or (
+            self.plate_m[1] < self.box_m[1] and not self.slab
+        ):
+            raise ValueError(
+                f"plate_m = {self.plate_m}: the box ({self.box_m[0]:g} ×"
+                f" {self.box_m[1]:g} m) must stand on it"
+            )
 
 
-def run_pile(rig: Pile, bench: Bench, rng: np.random.Generator, *, fps: float = 0.0, watch: Watch = no_watch, threads: int = 2,
-             filled: Filled | None = None, engine: Engine | None = None) -> Motion:  # fmt: skip
-    """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps > 0 the frames before it are the film.
-    filled: a filling to use in place of a new one (the same packing for other parameters).
-    engine: None for our own."""
+def run_pile(
+    rig: Pile,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float = 0.0,
+    watch: Watch = no_watch,
+    threads: int = 2,
+    filled: Filled | None = None,
+    engine: Engine | None = None,
+) -> Motion:
+    """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps >
+    0 the frames before it are the film. filled: a filling to use in place of a new one
+    (the same packing for other parameters). engine: None for our own."""
     if engine is not None:
         return engine(vessel(rig, bench), bench, rng, fps=fps, watch=watch)
-    return run_heap(vessel(rig, bench), bench, rng, fps=fps, watch=watch, threads=threads, filled=filled)
+    return run_heap(
+        vessel(rig, bench),
+        bench,
+        rng,
+        fps=fps,
+        watch=watch,
+        threads=threads,
+        filled=filled,
+    )
 
 
-def fill_pile(rig: Pile, bench: Bench, rng: np.random.Generator, *, watch: Watch = no_watch, threads: int = 2) -> Filled:
+def fill_pile(
+    rig: Pile,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    watch: Watch = no_watch,
+    threads: int = 2,
+) -> Filled:
     """The filling alone, for several runs from one packing."""
     return fill(vessel(rig, bench), bench, rng, threads=threads, watch=watch)
 
@@ -67,14 +123,28 @@ def fill_pile(rig: Pile, bench: Bench, rng: np.random.Generator, *, watch: Watch
 def vessel(rig: Pile, bench: Bench) -> Vessel:
     """The box as something that is filled and lifted."""
     x, y, z = rig.box_m
-    smooth = Contact((bench.seed.name, GLASS.name), bench.seed_seed.restitution, 0.0, 0.0, bench.seed_seed.rolling_convention)
+    smooth = Contact(
+        (bench.seed.name, GLASS.name),
+        bench.seed_seed.restitution,
+        0.0,
+        0.0,
+        bench.seed_seed.rolling_convention,
+    )
     return Vessel(
-        low=(0.0, -y / 2, 0.0), high=(x, y / 2, z), volume_m3=x * y * rig.fill_height_m, fill_height_m=rig.fill_height_m,
-        lift_m_s=rig.gate_speed_m_s, lift_m=rig.gate_m[1], photo_s=rig.photo_s,
+        low=(0.0, -y / 2, 0.0),
+        high=(x, y / 2, z),
+        volume_m3=x * y * rig.fill_height_m,
+        fill_height_m=rig.fill_height_m,
+        lift_m_s=rig.gate_speed_m_s,
+        lift_m=rig.gate_m[1],
+        photo_s=rig.photo_s,
         walls=lambda tall, lift: _walls(rig, bench, tall, lift),
-        domain=((-0.05, -0.5, -0.03), (rig.plate_m[0] + 0.1, 0.5, 1.5)), opening_m=y if rig.slab else rig.gate_m[0],
-        parts=_parts(rig), contacts=(smooth,) if rig.slab else (), wall_m=0.0,
-    )  # fmt: skip
+        domain=((-0.05, -0.5, -0.03), (rig.plate_m[0] + 0.1, 0.5, 1.5)),
+        opening_m=y if rig.slab else rig.gate_m[0],
+        parts=_parts(rig),
+        contacts=(smooth,) if rig.slab else (),
+        wall_m=0.0,
+    )
 
 
 def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
@@ -86,11 +156,20 @@ def _walls(rig: Pile, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
     gap = 0.0 if rig.slab else (width - rig.gate_m[0]) / 2
     up = (0.0, 0.0, high)
     made: list[Wall] = [
-        Rectangle("plate", bench.wall, (0, -deep, 0), (rig.plate_m[0], 0, 0), (0, 2 * deep, 0)),
+        Rectangle(
+            "plate", bench.wall, (0, -deep, 0), (rig.plate_m[0], 0, 0), (0, 2 * deep, 0)
+        ),
         Rectangle("back", bench.wall, (0, -y, 0), (0, width, 0), up),
         Rectangle("near side", side, (0, -y, 0), (along, 0, 0), up),
         Rectangle("far side", side, (0, y, 0), (along, 0, 0), up),
-        Rectangle("gate", bench.wall, (x, -y + gap, 0), (0, width - 2 * gap, 0), up, (Slide(lift, (0, 0, 1)),)),
+        Rectangle(
+            "gate",
+            bench.wall,
+            (x, -y + gap, 0),
+            (0, width - 2 * gap, 0),
+            up,
+            (Slide(lift, (0, 0, 1)),),
+        ),
     ]
     if gap > 0:
         made += [
@@ -105,7 +184,13 @@ def _parts(rig: Pile):
     x, width, z = rig.box_m
     y, t = width / 2, THICKNESS_M
     deep = width / 2 if rig.slab else rig.plate_m[1] / 2
-    parts = [slab("plate", (-t, -deep, -2 * t), (rig.plate_m[0], deep, 0.0)), slab("back", (-t, -y - t, 0.0), (0.0, y + t, z))]
+    parts = [
+        slab("plate", (-t, -deep, -2 * t), (rig.plate_m[0], deep, 0.0)),
+        slab("back", (-t, -y - t, 0.0), (0.0, y + t, z)),
+    ]
     if rig.side_walls_in_view:
-        parts += [slab("near side", (0, -y - t, 0), (x, -y, z)), slab("far side", (0, y, 0), (x, y + t, z))]
+        parts += [
+            slab("near side", (0, -y - t, 0), (x, -y, z)),
+            slab("far side", (0, y, 0), (x, y + t, z)),
+        ]
     return tuple(parts)

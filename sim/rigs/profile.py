@@ -1,4 +1,5 @@
-"""The true outline of a heap of seeds, from their balls: what a distant camera at table height would see."""
+"""The true outline of a heap of seeds, from their balls: what a distant camera at table
+height would see."""
 
 from collections.abc import Sequence
 
@@ -8,14 +9,25 @@ from scipy.ndimage import uniform_filter1d
 from sim.motion import Motion
 from sim.rigs.bench import turned
 
-FOOT, TOE, GAP_M = 0.1, 0.02, 5e-3  # of the crest's height: what is lower does not count for the centroid, and where a pile ends
-WINDOW = (0.2, 0.8)  # of the crest's height: between these the line is fitted, as in the picture
+# of the crest's height: what is lower does not count for the centroid, and where a pile
+# ends
+FOOT, TOE, GAP_M = (
+    0.1,
+    0.02,
+    5e-3,
+)
+WINDOW = (
+    0.2,
+    0.8,
+)  # of the crest's height: between these the line is fitted, as in the picture
 
 
 def balls(motion: Motion, frame: int = -1) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 3) and radii (n,) [m] of every ball of every seed that is there."""
     centres, radii = [], []
-    for x, q, k in zip(motion.positions_m[frame], motion.orientations[frame], motion.shape_of):
+    for x, q, k in zip(
+        motion.positions_m[frame], motion.orientations[frame], motion.shape_of
+    ):
         if np.isfinite(x).all():
             seed = motion.shapes[k]
             centres.append(x + turned(q, seed.centres_m))
@@ -24,33 +36,54 @@ def balls(motion: Motion, frame: int = -1) -> tuple[np.ndarray, np.ndarray]:
 
 
 def outline(motion: Motion, x_m: np.ndarray, frame: int = -1) -> np.ndarray:
-    """Height [m] of the highest point of any seed over each x [m], whatever its depth y; 0 where there is none."""
+    """Height [m] of the highest point of any seed over each x [m], whatever its depth
+    y; 0 where there is none."""
     centres, radii = balls(motion, frame)
     height = np.zeros(len(x_m))
-    order = np.searchsorted(x_m, centres[:, 0] - radii), np.searchsorted(x_m, centres[:, 0] + radii)
+    order = (
+        np.searchsorted(x_m, centres[:, 0] - radii),
+        np.searchsorted(x_m, centres[:, 0] + radii),
+    )
     for c, r, a, b in zip(centres, radii, *order, strict=True):
         across = x_m[a:b] - c[0]
-        np.maximum(height[a:b], c[2] + np.sqrt(np.maximum(r * r - across * across, 0.0)), out=height[a:b])
+        np.maximum(
+            height[a:b],
+            c[2] + np.sqrt(np.maximum(r * r - across * across, 0.0)),
+            out=height[a:b],
+        )
     return height
 
 
-def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] = WINDOW) -> float:
-    """Inclination [deg] of the least-squares line through an outline that falls towards +x, between two shares of its crest's
-    height; NaN without such a slope.
+def slope_angle(
+    x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] = WINDOW
+) -> float:
+    """Inclination [deg] of the least-squares line through an outline that falls towards
+    +x, between two shares of its crest's height; NaN without such a slope.
 
-    The stretch is where a cubic through the slope lies between these heights, found by repeated fitting: points picked by their
-    own height would cut the bumps off at both ends and flatten the line.
-    """
+    The stretch is where a cubic through the slope lies between these heights, found by
+    repeated fitting: points picked by their own height would cut the bumps off at both
+    ends and flatten the line."""
     top = float(height_m.max())
-    side = np.arange(len(x_m)) >= int(np.argmax(uniform_filter1d(height_m, max(3, len(x_m) // 50))))
+    side = np.arange(len(x_m)) >= int(
+        np.argmax(uniform_filter1d(height_m, max(3, len(x_m) // 50)))
+    )
     side &= np.cumsum(height_m[::-1] > 0.02 * top)[::-1] > 0
     low, high = window[0] * top, window[1] * top
-    inside, wider = (side & (height_m > low - m * top) & (height_m < high + m * top) for m in (0.0, 0.1))
+    inside, wider = (
+        side & (height_m > low - m * top) & (height_m < high + m * top)
+        for m in (0.0, 0.1)
+    )
     for _ in range(5):
         if inside.sum() < 12 or wider.sum() < 12:
             return float("nan")
         cubic = np.polynomial.Polynomial.fit(x_m[wider], height_m[wider], 3)(x_m)
-        chosen = np.flatnonzero(side & (x_m >= x_m[wider].min()) & (x_m <= x_m[wider].max()) & (cubic > low) & (cubic < high))
+        chosen = np.flatnonzero(
+            side
+            & (x_m >= x_m[wider].min())
+            & (x_m <= x_m[wider].max())
+            & (cubic > low)
+            & (cubic < high)
+        )
         if len(chosen) < 12:
             return float("nan")
         first, last = x_m[chosen[0]], x_m[chosen[-1]]
@@ -60,20 +93,27 @@ def slope_angle(x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] =
         if (fitted == inside).all():
             break
         inside = fitted
-    angle = float(-np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0])))
+    angle = float(
+        -np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0]))
+    )
     return angle if angle > 0 else float("nan")  # a heap of a layer or two has no slope
 
 
-def centroid_angle(x_m: np.ndarray, height_m: np.ndarray, wall_m: float | None = None) -> float:
-    """Inclination [deg] of the straight pile whose centroid lies where this one's does: atan(z̄ / x̄) of what stands higher than
-    FOOT of the crest, z̄ from there, x̄ from the wall that the pile leans on, or without a wall the mean distance from the
-    heap's own axis. NaN for nothing.
+def centroid_angle(
+    x_m: np.ndarray, height_m: np.ndarray, wall_m: float | None = None
+) -> float:
+    """Inclination [deg] of the straight pile whose centroid lies where this one's does:
+    atan(z̄ / x̄) of what stands higher than FOOT of the crest, z̄ from there, x̄ from
+    the wall that the pile leans on, or without a wall the mean distance from the heap's
+    own axis. NaN for nothing.
 
-    All of the outline from toe to toe counts, so that no single seed decides. A toe is where, outwards from the crest, the
-    outline averaged over GAP_M first falls below TOE of the crest: seeds that rolled farther do not count.
-    """
+    All of the outline from toe to toe counts, so that no single seed decides. A toe is
+    where, outwards from the crest, the outline averaged over GAP_M first falls below
+    TOE of the crest: seeds that rolled farther do not count."""
     top, crest = float(height_m.max()), int(np.argmax(height_m))
-    bare = uniform_filter1d(height_m, max(1, round(GAP_M / (x_m[1] - x_m[0])))) < TOE * top
+    bare = (
+        uniform_filter1d(height_m, max(1, round(GAP_M / (x_m[1] - x_m[0])))) < TOE * top
+    )
     right = np.cumsum(bare[crest:]) == 0
     left = (np.cumsum(bare[crest::-1]) == 0)[::-1]
     above = np.clip(height_m - FOOT * top, 0.0, None) * np.r_[left[:-1], right]

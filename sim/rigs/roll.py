@@ -1,4 +1,5 @@
-"""Roll: one seed let go on an incline, and how far it runs out on the level plate behind it."""
+"""Roll: one seed let go on an incline, and how far it runs out on the level plate
+behind it."""
 
 from dataclasses import dataclass
 
@@ -10,7 +11,16 @@ from sim.engine.walls import Rectangle
 from sim.engine.world import Placed, World
 from sim.motion import Motion
 from sim.rigs.alone import Engine, our_engine
-from sim.rigs.bench import Bench, Frames, Watch, about, any_turn, no_watch, product, reach
+from sim.rigs.bench import (
+    Bench,
+    Frames,
+    Watch,
+    about,
+    any_turn,
+    no_watch,
+    product,
+    reach,
+)
 from sim.rigs.parts import prism
 from sim.seed import Seed
 
@@ -23,10 +33,12 @@ LONGEST_S = 30.0
 
 @dataclass(frozen=True)
 class Roll:
-    """incline_deg: the incline's slope. incline_length_m: way from the release to the junction, of the point that touches.
-    direction: "+x" or "-x", the same plate run the other way. plate_m: length of the level plate and width of both.
-    orientation: "across", the long axis level and across the way, off by angles that are normal with axis_sd_deg; or "any".
-    slope_deg: how far the level plate itself falls towards +x (0: level), which is a fault of the bench, not of the seed."""
+    """incline_deg: the incline's slope. incline_length_m: way from the release to the
+    junction, of the point that touches. direction: "+x" or "-x", the same plate run the
+    other way. plate_m: length of the level plate and width of both. orientation:
+    "across", the long axis level and across the way, off by angles that are normal with
+    axis_sd_deg; or "any". slope_deg: how far the level plate itself falls towards +x
+    (0: level), which is a fault of the bench, not of the seed."""
 
     incline_deg: float = 15.0
     incline_length_m: float = 0.010
@@ -42,25 +54,54 @@ class Roll:
         if self.orientation not in ("across", "any"):
             raise ValueError(f"orientation = {self.orientation!r}: 'across' or 'any'")
         if not 0 < self.incline_deg < 60 or not abs(self.slope_deg) < 5:
-            raise ValueError(f"incline_deg = {self.incline_deg:g} must be 0 to 60, slope_deg = {self.slope_deg:g} -5 to 5")
-        if not self.incline_length_m > 0 or not min(self.plate_m) > 0 or not self.axis_sd_deg >= 0:
-            raise ValueError("incline_length_m, plate_m and axis_sd_deg must not be negative")
+            raise ValueError(
+                f"incline_deg = {self.incline_deg:g} must be 0 to 60, slope_deg ="
+                f" {self.slope_deg:g} -5 to 5"
+            )
+        if (
+            not self.incline_length_m > 0
+            or not min(self.plate_m) > 0
+            or not self.axis_sd_deg >= 0
+        ):
+            raise ValueError(
+                "incline_length_m, plate_m and axis_sd_deg must not be negative"
+            )
 
 
 def run_roll(
-    rig: Roll, bench: Bench, rng: np.random.Generator, *, fps: float = 200.0, watch: Watch = no_watch,
+    rig: Roll,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float = 200.0,
+    watch: Watch = no_watch,
     engine: Engine = our_engine,
-) -> Motion:  # fmt: skip
-    """Let one seed of the lot roll down and run out; over when it lies still or has left the plate."""
+) -> Motion:
+    """Let one seed of the lot roll down and run out; over when it lies still or has
+    left the plate."""
     (seed,) = bench.draw(rng, 1)
     sign = 1.0 if rig.direction == "+x" else -1.0
     beta, level = np.radians(rig.incline_deg), np.radians(rig.slope_deg) * sign
-    down, across = np.array([sign * np.cos(beta), 0, -np.sin(beta)]), np.array([0, rig.plate_m[1], 0.0])
-    normal, ahead = np.array([sign * np.sin(beta), 0, np.cos(beta)]), np.array([sign * np.cos(level), 0, -np.sin(level)])
+    down, across = (
+        np.array([sign * np.cos(beta), 0, -np.sin(beta)]),
+        np.array([0, rig.plate_m[1], 0.0]),
+    )
+    normal, ahead = (
+        np.array([sign * np.sin(beta), 0, np.cos(beta)]),
+        np.array([sign * np.cos(level), 0, -np.sin(level)]),
+    )
     ramp = -(rig.incline_length_m + RAMP_BEYOND_M) * down
     walls = [
-        Rectangle("incline", bench.wall, tuple(-across / 2), tuple(ramp), tuple(across)),
-        Rectangle("plate", bench.wall, tuple(-across / 2), tuple(rig.plate_m[0] * ahead), tuple(across)),
+        Rectangle(
+            "incline", bench.wall, tuple(-across / 2), tuple(ramp), tuple(across)
+        ),
+        Rectangle(
+            "plate",
+            bench.wall,
+            tuple(-across / 2),
+            tuple(rig.plate_m[0] * ahead),
+            tuple(across),
+        ),
     ]
     q = _orientation(rig, rng, beta * sign)
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal
@@ -71,39 +112,60 @@ def run_roll(
     foot, leap = _foot(columns["positions_m"][:, 0], normal, down, ahead)
     series = {"travel_mm": 1e3 * (rig.incline_length_m + foot + leap)}
     truth = {"run_out_mm": 1e3 * float(foot[-1])} if over.rested else {}
-    return Motion(shapes=(seed,), shape_of=np.zeros(1, int), parts=_parts(rig, sign), truth=truth, series=series, **columns)
+    return Motion(
+        shapes=(seed,),
+        shape_of=np.zeros(1, int),
+        parts=_parts(rig, sign),
+        truth=truth,
+        series=series,
+        **columns,
+    )
 
 
 def _orientation(rig: Roll, rng: np.random.Generator, beta: float) -> np.ndarray:
-    """Long axis (x of the principal frame) across the way, not quite; the seed turned about it by any angle."""
+    """Long axis (x of the principal frame) across the way, not quite; the seed turned
+    about it by any angle."""
     if rig.orientation == "any":
         return any_turn(rng)
     yaw, tip = np.radians(rig.axis_sd_deg) * rng.normal(size=2)
     own = about((1, 0, 0), rng.uniform(0, 2 * np.pi))
-    lying = product(about((0, 0, 1), np.pi / 2 + yaw), product(about((0, 1, 0), tip), own))
+    lying = product(
+        about((0, 0, 1), np.pi / 2 + yaw), product(about((0, 1, 0), tip), own)
+    )
     return product(about((0, 1, 0), beta), lying)
 
 
-def _foot(x: np.ndarray, normal: np.ndarray, down: np.ndarray, ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Way [m] past the junction of the point that touches (frames,), negative on the incline; and what makes it the centre's.
+def _foot(
+    x: np.ndarray, normal: np.ndarray, down: np.ndarray, ahead: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Way [m] past the junction of the point that touches (frames,), negative on the
+    incline; and what makes it the centre's.
 
-    In the corner a ball touches both plates: the place of touch leaps by 2 r tan(β/2), and its centre, which a camera follows,
-    does not. With that added on the incline the way has no leap, and the junction stays where it is.
-    """
+    In the corner a ball touches both plates: the place of touch leaps by 2 r tan(β/2),
+    and its centre, which a camera follows, does not. With that added on the incline the
+    way has no leap, and the junction stays where it is."""
     up = np.array([-ahead[2], 0.0, ahead[0]]) * np.sign(ahead[0])
     on_level = x @ up <= x @ normal
     foot = np.where(on_level, x @ ahead, x @ down)
     if not on_level.any():
         return foot, np.zeros(len(foot))
     radius = float(x[np.argmax(on_level)] @ up)
-    return foot, np.where(on_level, 0.0, 2 * radius * np.tan(np.arccos(np.clip(down @ ahead, -1, 1)) / 2))
+    return foot, np.where(
+        on_level, 0.0, 2 * radius * np.tan(np.arccos(np.clip(down @ ahead, -1, 1)) / 2)
+    )
 
 
 class Rest:
-    """An observer: true once the seed has lain still for REST_S, or has left the plate."""
+    """An observer: true once the seed has lain still for REST_S, or has left the
+    plate."""
 
     def __init__(self, rig: Roll, seed: Seed, ahead: np.ndarray, watch: Watch) -> None:
-        self.rig, self.still, self.ahead, self.watch = rig, REST_WAY * 2 * seed.radii_m.max(), ahead, watch
+        self.rig, self.still, self.ahead, self.watch = (
+            rig,
+            REST_WAY * 2 * seed.radii_m.max(),
+            ahead,
+            watch,
+        )
         self.place: np.ndarray | None = None
         self.rested = False
 
@@ -111,17 +173,33 @@ class Rest:
         before, self.place = self.place, state.positions[0]
         way = self.place @ self.ahead
         self.watch("rolling", min(state.time_s / LONGEST_S, 0.99))
-        gone = way > self.rig.plate_m[0] or abs(self.place[1]) > self.rig.plate_m[1] / 2 or self.place[2] < -0.05
-        self.rested = before is not None and not gone and bool(np.linalg.norm(self.place - before) < self.still)
+        gone = (
+            way > self.rig.plate_m[0]
+            or abs(self.place[1]) > self.rig.plate_m[1] / 2
+            or self.place[2] < -0.05
+        )
+        self.rested = (
+            before is not None
+            and not gone
+            and bool(np.linalg.norm(self.place - before) < self.still)
+        )
         return gone or self.rested
 
 
 def _parts(rig: Roll, sign: float):
-    """The wedge and the level plate, seen from the side, sharing the junction's edge."""
+    """The wedge and the level plate, seen from the side, sharing the junction's
+    edge."""
     beta, slope = np.radians(rig.incline_deg), np.radians(rig.slope_deg)
-    length, thick, half = rig.incline_length_m + RAMP_BEYOND_M, PLATE_THICKNESS_M, rig.plate_m[1] / 2
+    length, thick, half = (
+        rig.incline_length_m + RAMP_BEYOND_M,
+        PLATE_THICKNESS_M,
+        rig.plate_m[1] / 2,
+    )
     top = (-sign * length * np.cos(beta), length * np.sin(beta))
-    far = (sign * rig.plate_m[0] * np.cos(slope), -rig.plate_m[0] * np.sin(slope) * sign)
+    far = (
+        sign * rig.plate_m[0] * np.cos(slope),
+        -rig.plate_m[0] * np.sin(slope) * sign,
+    )
     outline = [top, (top[0], -thick), (0.0, -thick), (0.0, 0.0)]
     level = [(0.0, 0.0), (0.0, -thick), (far[0], far[1] - thick), far]
     if sign < 0:

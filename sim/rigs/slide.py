@@ -1,4 +1,5 @@
-"""Slide: seeds taped together on a plate that is tilted about its hinge until they slide."""
+"""Slide: seeds taped together on a plate that is tilted about its hinge until they
+slide."""
 
 from dataclasses import dataclass
 
@@ -18,17 +19,27 @@ from sim.seed import MOST_SPHERES, Seed
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
-PULLED = (0.01, 0.03, 0.06, 0.10, 0.15)  # of a seed's size: how far neighbours are pulled into each other
-TIPPED_DEG = 20.0  # turned by more against the plate, the block rolls and does not slide
+PULLED = (
+    0.01,
+    0.03,
+    0.06,
+    0.10,
+    0.15,
+)  # of a seed's size: how far neighbours are pulled into each other
+TIPPED_DEG = (
+    20.0  # turned by more against the plate, the block rolls and does not slide
+)
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
 
 @dataclass(frozen=True)
 class Slide:
-    """tilt_rate_deg_s: how fast the plate is raised. travel_m: how far the block slides before the recording ends. plate_m:
-    length from the hinge and width. start_m: from the hinge to the block's middle. count: seeds taped together, 1, 2 or 4, side
-    by side and end to end, long axes along the plate. start_deg: where the tilting begins."""
+    """tilt_rate_deg_s: how fast the plate is raised. travel_m: how far the block slides
+    before the recording ends. plate_m: length from the hinge and width. start_m: from
+    the hinge to the block's middle. count: seeds taped together, 1, 2 or 4, side by
+    side and end to end, long axes along the plate. start_deg: where the tilting
+    begins."""
 
     tilt_rate_deg_s: float = 2.0
     travel_m: float = 0.080
@@ -39,31 +50,65 @@ class Slide:
 
     def __post_init__(self) -> None:
         if self.count not in (1, 2, 4):
-            raise ValueError(f"count = {self.count}: 1, 2 or 4 seeds can be taped together")
+            raise ValueError(
+                f"count = {self.count}: 1, 2 or 4 seeds can be taped together"
+            )
         if not 0 < self.tilt_rate_deg_s <= 90:
-            raise ValueError(f"tilt_rate_deg_s = {self.tilt_rate_deg_s:g}: must be above 0 and at most 90")
+            raise ValueError(
+                f"tilt_rate_deg_s = {self.tilt_rate_deg_s:g}: must be above 0 and at"
+                " most 90"
+            )
         if not 0 <= self.start_deg < 80:
             raise ValueError(f"start_deg = {self.start_deg:g}: must be 0 to 80")
         if not 0 < self.travel_m < self.start_m < self.plate_m[0]:
             given = f"{self.travel_m:g}, {self.start_m:g}, {self.plate_m[0]:g}"
-            raise ValueError(f"0 < travel_m < start_m < the plate's length is needed, not {given}")
+            raise ValueError(
+                f"0 < travel_m < start_m < the plate's length is needed, not {given}"
+            )
 
 
 def run_slide(
-    rig: Slide, bench: Bench, rng: np.random.Generator, *, fps: float = 100.0, watch: Watch = no_watch,
+    rig: Slide,
+    bench: Bench,
+    rng: np.random.Generator,
+    *,
+    fps: float = 100.0,
+    watch: Watch = no_watch,
     engine: Engine = our_engine,
-) -> Motion:  # fmt: skip
-    """Tilt the plate until the block has slid its travel; ValueError when it tips over, or has not slid by 80°."""
+) -> Motion:
+    """Tilt the plate until the block has slid its travel; ValueError when it tips over,
+    or has not slid by 80°."""
     block = taped(bench.draw(rng, rig.count))
     rate, first = np.radians(rig.tilt_rate_deg_s), np.radians(rig.start_deg)
     steady = LAWS["motion_steady"].use(rate=rate, start=LIE_S)
     width = rig.plate_m[1]
-    along, up = np.array([np.cos(first), 0, np.sin(first)]), np.array([-np.sin(first), 0, np.cos(first)])
+    along, up = (
+        np.array([np.cos(first), 0, np.sin(first)]),
+        np.array([-np.sin(first), 0, np.cos(first)]),
+    )
     lift = Turn(steady, (0.0, 0.0, 0.0), (0.0, -1.0, 0.0))  # the far end rises
-    plate = Rectangle("plate", bench.wall, (0, -width / 2, 0), tuple(rig.plate_m[0] * along), (0, width, 0), (lift,))
-    lying = Rotation.from_matrix(block.axes).as_quat(scalar_first=True)  # as on the table where it was taped
-    start = (rig.start_m + block.origin_m[0]) * along + block.origin_m[2] * up + (0, block.origin_m[1], 0)
-    placed = Placed((block,), bench.grain, start[None], product(about((0, -1, 0), first), lying)[None])
+    plate = Rectangle(
+        "plate",
+        bench.wall,
+        (0, -width / 2, 0),
+        tuple(rig.plate_m[0] * along),
+        (0, width, 0),
+        (lift,),
+    )
+    lying = Rotation.from_matrix(block.axes).as_quat(
+        scalar_first=True
+    )  # as on the table where it was taped
+    start = (
+        (rig.start_m + block.origin_m[0]) * along
+        + block.origin_m[2] * up
+        + (0, block.origin_m[1], 0)
+    )
+    placed = Placed(
+        (block,),
+        bench.grain,
+        start[None],
+        product(about((0, -1, 0), first), lying)[None],
+    )
     world = bench.world(placed, [plate])
     frames = Frames(1, fps)
     end = LIE_S + (np.radians(80.0) - first) / rate
@@ -71,23 +116,49 @@ def run_slide(
     engine(world, rng, end, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
     if over.travel_m[-1] < rig.travel_m:
         friction = bench.seed_wall.static_friction
-        raise ValueError(f"the block has not slid {1e3 * rig.travel_m:g} mm by 80°: static_friction = {friction:g}")
+        raise ValueError(
+            f"the block has not slid {1e3 * rig.travel_m:g} mm by 80°: static_friction"
+            f" = {friction:g}"
+        )
     columns = frames.columns()
     tilt = first + rate * np.clip(columns["t_s"] - LIE_S, 0, None)
     poses = np.array([[0, 0, 0, *about((0, -1, 0), angle)] for angle in tilt])
-    parts = (Part("plate", slab("", (0, -width / 2, -PLATE_THICKNESS_M), (rig.plate_m[0], width / 2, 0)).mesh, "steel", poses),)
-    series = {"tilt_deg": np.degrees(tilt), "travel_mm": 1e3 * _travel(columns["positions_m"][:, 0], tilt)}
-    return Motion(shapes=(block,), shape_of=np.zeros(1, int), parts=parts, series=series, truth=over.truth(), **columns)
+    parts = (
+        Part(
+            "plate",
+            slab(
+                "", (0, -width / 2, -PLATE_THICKNESS_M), (rig.plate_m[0], width / 2, 0)
+            ).mesh,
+            "steel",
+            poses,
+        ),
+    )
+    series = {
+        "tilt_deg": np.degrees(tilt),
+        "travel_mm": 1e3 * _travel(columns["positions_m"][:, 0], tilt),
+    }
+    return Motion(
+        shapes=(block,),
+        shape_of=np.zeros(1, int),
+        parts=parts,
+        series=series,
+        truth=over.truth(),
+        **columns,
+    )
 
 
 def taped(seeds: list[Seed]) -> Seed:
-    """Seeds side by side and end to end on a level table, as one rigid body; its underside is level, so all of them touch.
+    """Seeds side by side and end to end on a level table, as one rigid body; its
+    underside is level, so all of them touch.
 
-    The tape pulls them together until they are one piece: unequal seeds need more of it. ValueError when PULLED[-1] does not do.
-    """
+    The tape pulls them together until they are one piece: unequal seeds need more of
+    it. ValueError when PULLED[-1] does not do."""
     balls = sum(len(seed.radii_m) for seed in seeds)
     if balls > MOST_SPHERES:
-        raise ValueError(f"spheres: {len(seeds)} taped seeds have {balls} balls; {MOST_SPHERES} at most")
+        raise ValueError(
+            f"spheres: {len(seeds)} taped seeds have {balls} balls; {MOST_SPHERES} at"
+            " most"
+        )
     for pull in PULLED:
         try:
             return _pulled_together(seeds, pull)
@@ -97,16 +168,26 @@ def taped(seeds: list[Seed]) -> Seed:
 
 
 def _pulled_together(seeds: list[Seed], pull: float) -> Seed:
-    """The block with its seeds nearer by a share `pull` of their size than where equal ones would just touch."""
+    """The block with its seeds nearer by a share `pull` of their size than where equal
+    ones would just touch."""
     centres = []
     for k, seed in enumerate(seeds):
         row, column = divmod(k, 2)
-        half_width, half_length = seed.radii_m.max(), reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0))
-        side = (1 - pull) * half_width * (1 if column else -1) if len(seeds) > 1 else 0.0
+        half_width, half_length = (
+            seed.radii_m.max(),
+            reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0)),
+        )
+        side = (
+            (1 - pull) * half_width * (1 if column else -1) if len(seeds) > 1 else 0.0
+        )
         ahead = (1 - pull) * half_length * (1 if row else -1) if len(seeds) > 2 else 0.0
         low = float(np.min(seed.centres_m[:, 2] - seed.radii_m))
         centres.append(seed.centres_m + np.array([ahead, side, -low]))
-    return Seed.from_spheres(np.vstack(centres), np.concatenate([s.radii_m for s in seeds]), seeds[0].density_kg_m3)
+    return Seed.from_spheres(
+        np.vstack(centres),
+        np.concatenate([s.radii_m for s in seeds]),
+        seeds[0].density_kg_m3,
+    )
 
 
 def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
@@ -116,10 +197,19 @@ def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
 
 
 class Sliding:
-    """An observer of the way down the plate: ends the run once the block has slid far enough, and finds when it let go."""
+    """An observer of the way down the plate: ends the run once the block has slid far
+    enough, and finds when it let go."""
 
-    def __init__(self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch) -> None:
-        self.rig, self.end_s, self.rate, self.first, self.watch = rig, end_s, rate, first, watch
+    def __init__(
+        self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch
+    ) -> None:
+        self.rig, self.end_s, self.rate, self.first, self.watch = (
+            rig,
+            end_s,
+            rate,
+            first,
+            watch,
+        )
         self.t_s: list[float] = []
         self.place: list[np.ndarray] = []
         self.travel_m: list[float] = []
@@ -129,30 +219,54 @@ class Sliding:
         self.t_s.append(state.time_s)
         self.place.append(state.positions[0])
         ends = np.array([self.place[0], self.place[-1]])
-        self.travel_m.append(float(_travel(ends, self._tilt(np.array([0.0, state.time_s])))[1]))
+        self.travel_m.append(
+            float(_travel(ends, self._tilt(np.array([0.0, state.time_s])))[1])
+        )
         tilt = float(self._tilt(np.array(state.time_s)))
-        normal = turned(state.orientations[0] * (1, -1, -1, -1), np.array([-np.sin(tilt), 0.0, np.cos(tilt)]))  # in its own axes
+        normal = turned(
+            state.orientations[0] * (1, -1, -1, -1),
+            np.array([-np.sin(tilt), 0.0, np.cos(tilt)]),
+        )  # in its own axes
         self.upright = normal if self.upright is None else self.upright
         if normal @ self.upright < np.cos(np.radians(TIPPED_DEG)):
-            raise ValueError(f"the block tips over at {np.degrees(tilt):.1f}° before it slides {1e3 * self.rig.travel_m:g} mm")
+            raise ValueError(
+                f"the block tips over at {np.degrees(tilt):.1f}° before it slides"
+                f" {1e3 * self.rig.travel_m:g} mm"
+            )
         if len(self.t_s) % 200 == 0:
-            self.watch("tilting until they slide", max(state.time_s / self.end_s, self.travel_m[-1] / self.rig.travel_m))
+            self.watch(
+                "tilting until they slide",
+                max(state.time_s / self.end_s, self.travel_m[-1] / self.rig.travel_m),
+            )
         return self.travel_m[-1] >= self.rig.travel_m
 
     def _tilt(self, t_s: np.ndarray) -> np.ndarray:
         return self.first + self.rate * np.clip(t_s - LIE_S, 0, None)
 
     def truth(self) -> dict[str, float]:
-        """The plate's angle when sliding began. From then on the speed grows as (t − t₀)², so its root, a straight line in t
-        while the block is slow, is continued back to zero."""
+        """The plate's angle when sliding began. From then on the speed grows as (t −
+        t₀)², so its root, a straight line in t while the block is slow, is continued
+        back to zero."""
         t, travel = np.array(self.t_s), np.array(self.travel_m)
         speed = np.gradient(travel, t)
         lying = t <= LIE_S
         if speed[lying].max() > SLIDES_M_S:
-            raise ValueError(f"the block slides from the start: start_deg = {self.rig.start_deg:g} is too steep for its friction")
+            raise ValueError(
+                f"the block slides from the start: start_deg = {self.rig.start_deg:g}"
+                " is too steep for its friction"
+            )
         crawling = np.flatnonzero(speed < SLIDES_M_S / 4)[-1]
-        slow = slice(crawling + 1, crawling + 1 + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3))
+        slow = slice(
+            crawling + 1,
+            crawling
+            + 1
+            + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3),
+        )
         slope, offset = np.polyfit(t[slow], np.sqrt(np.clip(speed[slow], 0, None)), 1)
         angle = float(np.degrees(self._tilt(-offset / slope)))
         seen = float(np.degrees(self._tilt(t[np.argmax(travel >= SEEN_M)])))
-        return {"slide_angle_deg": angle, "static_friction": float(np.tan(np.radians(angle))), "angle_at_5_mm_deg": seen}
+        return {
+            "slide_angle_deg": angle,
+            "static_friction": float(np.tan(np.radians(angle))),
+            "angle_at_5_mm_deg": seen,
+        }

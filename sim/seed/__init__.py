@@ -10,18 +10,21 @@ from sim.seed.shape import Shape
 Array = np.ndarray
 
 MOST_SPHERES = 20
-SOYBEAN_DENSITY = 1250.0  # [kg/m3] at 12.5 % moisture, the soybean calibration paper, "Test materials"
+# [kg/m3] at 12.5 % moisture, the soybean calibration paper, "Test materials"
+SOYBEAN_DENSITY = 1250.0
 
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """One rigid clump in its principal frame: origin at the centre of mass, axes along the principal moments of inertia.
+    """One rigid clump in its principal frame: origin at the centre of mass, axes along
+    the principal moments of inertia.
 
-    centres_m (n, 3), radii_m (n,): its balls. mass_kg; inertia_kg_m2 (3,): principal moments. density_kg_m3.
-    dimensions_m (3,): intended length, width, thickness along x, y, z, or None for a clump given ball by ball.
-    axes (3, 3), origin_m (3,): a point p of the frame in which the balls were given is at (p - origin_m) @ axes.
-    shape: what the balls stand for, in the principal frame, if it is not an ellipsoid; mass and inertia are then the shape's.
-    """
+    centres_m (n, 3), radii_m (n,): its balls. mass_kg; inertia_kg_m2 (3,): principal
+    moments. density_kg_m3. dimensions_m (3,): intended length, width, thickness along
+    x, y, z, or None for a clump given ball by ball. axes (3, 3), origin_m (3,): a point
+    p of the frame in which the balls were given is at (p - origin_m) @ axes. shape:
+    what the balls stand for, in the principal frame, if it is not an ellipsoid; mass
+    and inertia are then the shape's."""
 
     centres_m: Array
     radii_m: Array
@@ -45,44 +48,65 @@ class Seed:
         arrangement: str = "axial",
         mass_of: str = "union",
     ) -> "Seed":
-        """An ellipsoidal seed, length ≥ width ≥ thickness [m], each within 0.05 mm to 3 m, of 1 to 20 balls.
+        """An ellipsoidal seed, length ≥ width ≥ thickness [m], each within 0.05 mm to 3
+        m, of 1 to 20 balls.
 
-        arrangement: "axial", the paper's row of balls along the long axis (`arrange.axial`; width and thickness become
-        their geometric mean), or "planar" (`arrange.planar`; keeps the two apart, 6, 7 or 8 balls).
-        mass_of: "union", what the balls enclose, or "ellipsoid", the closed form π ρ L W T/6, m (b² + c²)/5.
-        `clump_error.clump_error` gives what the choice costs. Raises ValueError naming the parameter and its range.
+        arrangement: "axial", the paper's row of balls along the long axis
+        (`arrange.axial`; width and thickness become their geometric mean), or "planar"
+        (`arrange.planar`; keeps the two apart, 6, 7 or 8 balls). mass_of: "union", what
+        the balls enclose, or "ellipsoid", the closed form π ρ L W T/6, m (b² + c²)/5.
+        `clump_error.clump_error` gives what the choice costs. Raises ValueError naming
+        the parameter and its range.
 
         >>> seed = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
-        >>> len(seed.radii_m), round(1e3 * 2 * seed.bounding_radius_m, 3), round(1e6 * seed.mass_kg)
-        (5, 8.72, 227)
+        >>> len(seed.radii_m), round(1e3 * 2 * seed.bounding_radius_m, 3)
+        (5, 8.72)
+        >>> round(1e6 * seed.mass_kg)
+        227
         """
         sizes = np.array([length_m, width_m, thickness_m], dtype=float)
         for name, value in zip(("length_m", "width_m", "thickness_m"), sizes):
             _within(name, value, 5e-5, 3.0, "m")
         if not length_m >= width_m >= thickness_m:
-            raise ValueError(f"length_m ≥ width_m ≥ thickness_m is needed, not {length_m:g}, {width_m:g}, {thickness_m:g}")
+            raise ValueError(
+                f"length_m ≥ width_m ≥ thickness_m is needed, not {length_m:g},"
+                f" {width_m:g}, {thickness_m:g}"
+            )
         if not 1 <= spheres <= MOST_SPHERES:
             raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_SPHERES}")
         if mass_of not in ("union", "ellipsoid"):
             raise ValueError(f"mass_of = {mass_of!r}: must be 'union' or 'ellipsoid'")
         if arrangement not in ARRANGEMENTS:
-            raise ValueError(f"arrangement = {arrangement!r}: must be one of {', '.join(ARRANGEMENTS)}")
-        centres, radii = ARRANGEMENTS[arrangement](length_m, width_m, thickness_m, spheres)
-        seed = replace(cls.from_spheres(centres, radii, density_kg_m3), dimensions_m=sizes)
+            raise ValueError(
+                f"arrangement = {arrangement!r}: must be one of"
+                f" {', '.join(ARRANGEMENTS)}"
+            )
+        centres, radii = ARRANGEMENTS[arrangement](
+            length_m, width_m, thickness_m, spheres
+        )
+        seed = replace(
+            cls.from_spheres(centres, radii, density_kg_m3), dimensions_m=sizes
+        )
         if mass_of == "union":
             return seed
         whole = solid.ellipsoid(*sizes)
         moments = np.diag(whole.inertia(density_kg_m3)).copy()
-        return replace(seed, mass_kg=density_kg_m3 * whole.volume_m3, inertia_kg_m2=moments)
+        return replace(
+            seed, mass_kg=density_kg_m3 * whole.volume_m3, inertia_kg_m2=moments
+        )
 
     @classmethod
-    def from_spheres(cls, centres_m: Array, radii_m: Array, density_kg_m3: float = SOYBEAN_DENSITY) -> "Seed":
-        """A clump of any 1 to 20 connected balls, centres (n, 3) and radii (n,) [m]; mass and inertia of their union.
+    def from_spheres(
+        cls, centres_m: Array, radii_m: Array, density_kg_m3: float = SOYBEAN_DENSITY
+    ) -> "Seed":
+        """A clump of any 1 to 20 connected balls, centres (n, 3) and radii (n,) [m];
+        mass and inertia of their union.
 
-        Axes: those of the list where they are principal already, else the principal axes nearest to them.
-        Raises ValueError for shapes that do not fit, values that are not finite, radii outside 1 µm to 10 m, a ball wholly
-        inside another (it would never be touched alone but stiffen every contact there), and balls that are not connected.
-        """
+        Axes: those of the list where they are principal already, else the principal
+        axes nearest to them. Raises ValueError for shapes that do not fit, values that
+        are not finite, radii outside 1 µm to 10 m, a ball wholly inside another (it
+        would never be touched alone but stiffen every contact there), and balls that
+        are not connected."""
         centres = np.array(centres_m, dtype=float).reshape(-1, 3)
         radii = np.atleast_1d(np.array(radii_m, dtype=float))
         _check_balls(centres, radii)
@@ -91,15 +115,25 @@ class Seed:
         moments, axes = solid.principal(whole.inertia(density_kg_m3))
         local = (centres - whole.centre_m) @ axes
         local[np.abs(local) < 1e-12 * radii.max()] = 0.0
-        return cls(local, radii, density_kg_m3 * whole.volume_m3, moments, density_kg_m3, None, axes, whole.centre_m)
+        return cls(
+            local,
+            radii,
+            density_kg_m3 * whole.volume_m3,
+            moments,
+            density_kg_m3,
+            None,
+            axes,
+            whole.centre_m,
+        )
 
     @classmethod
     def from_shape(cls, shape: Shape, spheres: int, density_kg_m3: float) -> "Seed":
-        """Any closed shape as a clump of 1 to 20 balls fitted to its surface (`clump.fit_clump`), which are what touches.
+        """Any closed shape as a clump of 1 to 20 balls fitted to its surface
+        (`clump.fit_clump`), which are what touches.
 
-        Mass, centre of mass and inertia are the shape's own, not the clump's; so are the dimensions: its extents along the
-        principal axes, longest first. Fewer balls where there is no place for more. Raises ValueError as `from_spheres` does.
-        """
+        Mass, centre of mass and inertia are the shape's own, not the clump's; so are
+        the dimensions: its extents along the principal axes, longest first. Fewer balls
+        where there is no place for more. Raises ValueError as `from_spheres` does."""
         if not 1 <= spheres <= MOST_SPHERES:
             raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_SPHERES}")
         _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
@@ -107,8 +141,21 @@ class Seed:
         own, axes, origin = shape.principal()
         centres = (centres - origin) @ axes
         _check_balls(centres, radii)
-        sizes, moments = np.ptp(own.vertices_m, axis=0), np.diag(own.solid.inertia(density_kg_m3)).copy()
-        return cls(centres, radii, density_kg_m3 * own.volume_m3, moments, density_kg_m3, sizes, axes, origin, own)
+        sizes, moments = (
+            np.ptp(own.vertices_m, axis=0),
+            np.diag(own.solid.inertia(density_kg_m3)).copy(),
+        )
+        return cls(
+            centres,
+            radii,
+            density_kg_m3 * own.volume_m3,
+            moments,
+            density_kg_m3,
+            sizes,
+            axes,
+            origin,
+            own,
+        )
 
     @property
     def bounding_radius_m(self) -> float:
@@ -121,11 +168,12 @@ class Seed:
         return self.mass_kg / self.density_kg_m3
 
     def mesh(self, level: int = 2, of: str = "ellipsoid") -> surface.Mesh:
-        """Triangle mesh in the principal frame, 20·4^level faces: of the intended "ellipsoid", or of the "union" of the balls.
+        """Triangle mesh in the principal frame, 20·4^level faces: of the intended
+        "ellipsoid", or of the "union" of the balls.
 
-        A seed from a shape has that instead of the ellipsoid, in at most so many faces; a clump given ball by ball has neither:
-        its union is drawn. Raises ValueError for another `of` or level.
-        """
+        A seed from a shape has that instead of the ellipsoid, in at most so many faces;
+        a clump given ball by ball has neither: its union is drawn. Raises ValueError
+        for another `of` or level."""
         if of not in ("ellipsoid", "union"):
             raise ValueError(f"of = {of!r}: must be 'ellipsoid' or 'union'")
         if of == "ellipsoid" and self.shape is not None:
@@ -138,7 +186,10 @@ class Seed:
 def _check_balls(centres: Array, radii: Array) -> None:
     n = len(radii)
     if len(centres) != n or radii.ndim != 1:
-        raise ValueError(f"centres_m has {len(centres)} rows, radii_m {radii.shape}: one centre and one radius a ball")
+        raise ValueError(
+            f"centres_m has {len(centres)} rows, radii_m {radii.shape}: one centre and"
+            " one radius a ball"
+        )
     if not 1 <= n <= MOST_SPHERES:
         raise ValueError(f"{n} balls: a seed has 1 to {MOST_SPHERES}")
     if not np.isfinite(centres).all():
@@ -156,12 +207,17 @@ def _check_balls(centres: Array, radii: Array) -> None:
     for _ in range(n):
         met = touch[met].any(axis=0)
     if not met.all():
-        raise ValueError(f"ball {int(np.argmin(met))} touches none of those connected to ball 0: a seed is one piece")
+        raise ValueError(
+            f"ball {int(np.argmin(met))} touches none of those connected to ball 0: a"
+            " seed is one piece"
+        )
 
 
 def _within(name: str, value: float, low: float, high: float, unit: str) -> None:
     if not low <= value <= high:  # also refuses NaN
-        raise ValueError(f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}")
+        raise ValueError(
+            f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}"
+        )
 
 
 ARRANGEMENTS = {"axial": arrange.axial, "planar": arrange.planar}

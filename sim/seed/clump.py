@@ -1,11 +1,14 @@
-"""Fits n overlapping balls to a closed shape: by its distance map, by its medial axis, or by least squares to its surface.
+"""Fits n overlapping balls to a closed shape: by its distance map, by its medial axis,
+or by least squares to its surface.
 
-Sources. distance-map: Angelidakis, Nadimi, Otsubo, Utili, SoftwareX 15 (2021) 100735 (CLUMP). medial-axis: balls that touch
-the surface from inside, found by shrinking (Ma, Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell,
-Granular Matter 12 (2010) 459-467 choose theirs, to cover the surface. least-squares: surface correspondence of balls and mesh as
-Price, Murariu, Morrison, Proc. Discrete Element Methods (2007) have it, by alternating which ball each point belongs to and
-each ball's own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are least missed.
-"""
+Sources. distance-map: Angelidakis, Nadimi, Otsubo, Utili, SoftwareX 15 (2021) 100735
+(CLUMP). medial-axis: balls that touch the surface from inside, found by shrinking (Ma,
+Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell, Granular Matter
+12 (2010) 459-467 choose theirs, to cover the surface. least-squares: surface
+correspondence of balls and mesh as Price, Murariu, Morrison, Proc. Discrete Element
+Methods (2007) have it, by alternating which ball each point belongs to and each ball's
+own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are
+least missed."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -20,18 +23,28 @@ METHODS = ("distance-map", "medial-axis", "least-squares")
 MOST_BALLS = 100
 POINTS_A_BALL, LEAST_POINTS = 60, 900  # of the surface, to which balls are fitted
 VOXELS = 40  # of the distance map along the longest extent
-KEPT_SHARE = 0.5  # of a ball's radius, taken out of the distance map when it is chosen: the later ones may overlap the rest
+# of a ball's radius, taken out of the distance map when it is chosen: the later ones
+# may overlap the rest
+KEPT_SHARE = 0.5
 LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
-SAME_SIDE_DEG = 40.0  # a point this near, seen from a ball's centre, is a facet beside the one it touches: not another side
+# a point this near, seen from a ball's centre, is a facet beside the one it touches:
+# not another side
+SAME_SIDE_DEG = 40.0
 STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
-STARTS, BEST_STARTS = 24, 3  # fits from balls drawn at random, and how many of the best are improved
+STARTS, BEST_STARTS = (
+    24,
+    3,
+)  # fits from balls drawn at random, and how many of the best are improved
 
 
-def fit_clump(shape: Shape, spheres: int, *, method: str = "least-squares") -> tuple[Array, Array, ClumpError]:
-    """Centres (n, 3) [m] and radii (n,) [m] in the shape's own frame, 1 to 100 of them, and their error; always the same ones.
+def fit_clump(
+    shape: Shape, spheres: int, *, method: str = "least-squares"
+) -> tuple[Array, Array, ClumpError]:
+    """Centres (n, 3) [m] and radii (n,) [m] in the shape's own frame, 1 to 100 of them,
+    and their error; always the same ones.
 
-    Fewer than `spheres` come back where the method finds no place for more. Raises ValueError for an unknown method, or a number
-    of balls that do not make one piece.
+    Fewer than `spheres` come back where the method finds no place for more. Raises
+    ValueError for an unknown method, or a number of balls that do not make one piece.
     """
     if method not in METHODS:
         raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
@@ -41,16 +54,25 @@ def fit_clump(shape: Shape, spheres: int, *, method: str = "least-squares") -> t
     unit = own.scaled(1.0 / own.mean_radius_m)
     centres, radii = _BY[method](unit, spheres)
     if not connected(centres, radii):
-        raise ValueError(f"{spheres} balls for this shape do not touch each other: take more")
+        raise ValueError(
+            f"{spheres} balls for this shape do not touch each other: take more"
+        )
     error = clump_error(unit, centres, radii)
-    return origin + own.mean_radius_m * centres @ axes.T, own.mean_radius_m * radii, error
+    return (
+        origin + own.mean_radius_m * centres @ axes.T,
+        own.mean_radius_m * radii,
+        error,
+    )
 
 
-def spheres_for(shape: Shape, tolerance: float, most: int, *, method: str = "least-squares") -> tuple[int, list[ClumpError | None]]:
-    """The fewest balls whose rms surface error is within `tolerance` (of the mean radius), and the errors of 1, 2, … so many.
+def spheres_for(
+    shape: Shape, tolerance: float, most: int, *, method: str = "least-squares"
+) -> tuple[int, list[ClumpError | None]]:
+    """The fewest balls whose rms surface error is within `tolerance` (of the mean
+    radius), and the errors of 1, 2, … so many.
 
-    None stands for balls that do not make one piece. Raises ValueError where `most` do not suffice; it says what they reach.
-    """
+    None stands for balls that do not make one piece. Raises ValueError where `most` do
+    not suffice; it says what they reach."""
     errors: list[ClumpError | None] = []
     best = np.inf
     for n in range(1, most + 1):
@@ -63,7 +85,10 @@ def spheres_for(shape: Shape, tolerance: float, most: int, *, method: str = "lea
         best = min(best, error.surface_rms)
         if best <= tolerance:
             return n, errors
-    raise ValueError(f"tolerance = {100 * tolerance:g} %: {most} balls reach {100 * best:.2g} % of the mean radius, not less")
+    raise ValueError(
+        f"tolerance = {100 * tolerance:g} %: {most} balls reach {100 * best:.2g} % of"
+        " the mean radius, not less"
+    )
 
 
 def connected(centres: Array, radii: Array) -> bool:
@@ -77,7 +102,8 @@ def connected(centres: Array, radii: Array) -> bool:
 
 
 def _distance_map(shape: Shape, spheres: int) -> Balls:
-    """Repeatedly the largest inscribed ball; its inner part is removed before the next is sought."""
+    """Repeatedly the largest inscribed ball; its inner part is removed before the next
+    is sought."""
     low, high = shape.vertices_m.min(axis=0), shape.vertices_m.max(axis=0)
     pitch = float((high - low).max()) / VOXELS
     grid = [np.arange(a + pitch / 2, b, pitch) for a, b in zip(low, high)]
@@ -91,25 +117,32 @@ def _distance_map(shape: Shape, spheres: int) -> Balls:
             break
         centres.append(at[best])
         radii.append(left[best])
-        left = np.minimum(left, np.linalg.norm(at - at[best], axis=1) - KEPT_SHARE * left[best])
+        left = np.minimum(
+            left, np.linalg.norm(at - at[best], axis=1) - KEPT_SHARE * left[best]
+        )
     return np.array(centres), np.array(radii)
 
 
 def _depth(shape: Shape, at: Array) -> Array:
-    """How deep below the surface (k, 3) lies, negative outside: to the tangent of the nearest of many points on it."""
+    """How deep below the surface (k, 3) lies, negative outside: to the tangent of the
+    nearest of many points on it."""
     points, normals = shape.points(6 * CHECKED_POINTS)
     far, nearest = cKDTree(points).query(at)
-    return np.where(np.einsum("ki,ki->k", points[nearest] - at, normals[nearest]) > 0, far, -far)
+    return np.where(
+        np.einsum("ki,ki->k", points[nearest] - at, normals[nearest]) > 0, far, -far
+    )
 
 
 def _medial_axis(shape: Shape, spheres: int) -> Balls:
-    """Balls of the medial axis, each time the one that leaves the least square distance between surface and balls."""
+    """Balls of the medial axis, each time the one that leaves the least square distance
+    between surface and balls."""
     points, _ = shape.points(_point_count(spheres))
     return _choose_greedily(points, *_medial_balls(shape), spheres)
 
 
 def _medial_balls(shape: Shape) -> Balls:
-    """Balls inside that touch the surface at two points and more, one for each of some points on it, by shrinking."""
+    """Balls inside that touch the surface at two points and more, one for each of some
+    points on it, by shrinking."""
     points, normals = shape.points(CHECKED_POINTS // 4)
     around, _ = shape.points(CHECKED_POINTS)
     tree, same = cKDTree(around), np.cos(np.radians(SAME_SIDE_DEG))
@@ -120,8 +153,15 @@ def _medial_balls(shape: Shape) -> Balls:
         chord = points - around[nearest]
         depth = np.einsum("ki,ki->k", chord, normals)
         smaller = np.sum(chord**2, axis=1) / np.maximum(2.0 * depth, 1e-12)
-        beside = 1.0 - depth / np.maximum(smaller, 1e-12) > same  # cosine of the angle in which the smaller ball sees the two
-        shrinks = (far < radii * (1 - 1e-3)) & (smaller < radii * (1 - 1e-3)) & (depth > 0) & ~beside
+        beside = (
+            1.0 - depth / np.maximum(smaller, 1e-12) > same
+        )  # cosine of the angle in which the smaller ball sees the two
+        shrinks = (
+            (far < radii * (1 - 1e-3))
+            & (smaller < radii * (1 - 1e-3))
+            & (depth > 0)
+            & ~beside
+        )
         if not shrinks.any():
             break
         radii = np.where(shrinks, smaller, radii)
@@ -129,8 +169,12 @@ def _medial_balls(shape: Shape) -> Balls:
     return (points - radii[:, None] * normals)[keep], radii[keep]
 
 
-def _choose_greedily(points: Array, centres: Array, radii: Array, spheres: int) -> Balls:
-    gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]  # (candidates, points)
+def _choose_greedily(
+    points: Array, centres: Array, radii: Array, spheres: int
+) -> Balls:
+    gap = (
+        np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]
+    )  # (candidates, points)
     least = np.full(len(points), np.inf)
     chosen: list[int] = []
     for _ in range(min(spheres, len(radii))):
@@ -146,15 +190,27 @@ def _point_count(spheres: int) -> int:
 
 
 def _least_squares(shape: Shape, spheres: int) -> Balls:
-    """The best of fits that start from the medial axis' balls, and from others of its balls; from the best, balls are moved."""
+    """The best of fits that start from the medial axis' balls, and from others of its
+    balls; from the best, balls are moved."""
     points, _ = shape.points(_point_count(spheres))
     candidates = _medial_balls(shape)
-    gaps = np.linalg.norm(points - candidates[0][:, None], axis=2) - candidates[1][:, None]
+    gaps = (
+        np.linalg.norm(points - candidates[0][:, None], axis=2) - candidates[1][:, None]
+    )
     rng = np.random.default_rng(0)  # the same starts each time
     drawn = [rng.permutation(len(candidates[1]))[:spheres] for _ in range(STARTS)]
-    starts = [_choose_greedily(points, *candidates, spheres), *((candidates[0][k], candidates[1][k]) for k in drawn)]
-    fits = [_fit_balls(points, *_add_balls(points, start, candidates, gaps, spheres)) for start in starts]
-    fits = [_improve(points, fit, candidates, gaps) for fit in sorted(fits, key=_cost)[:BEST_STARTS]]
+    starts = [
+        _choose_greedily(points, *candidates, spheres),
+        *((candidates[0][k], candidates[1][k]) for k in drawn),
+    ]
+    fits = [
+        _fit_balls(points, *_add_balls(points, start, candidates, gaps, spheres))
+        for start in starts
+    ]
+    fits = [
+        _improve(points, fit, candidates, gaps)
+        for fit in sorted(fits, key=_cost)[:BEST_STARTS]
+    ]
     best = min(fits, key=_cost)
     return _drop_hidden(best[0], best[1])
 
@@ -168,7 +224,8 @@ def _cost(fit: Fit) -> float:
 
 
 def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
-    """Move one ball at a time as long as the cost falls; at most MOVES times the number of balls."""
+    """Move one ball at a time as long as the cost falls; at most MOVES times the number
+    of balls."""
     for _ in range(MOVES * len(fit[1])):
         moved = _move_one_ball(points, fit, candidates, gaps)
         if _cost(moved) >= _cost(fit) * (1 - 1e-4):
@@ -177,18 +234,25 @@ def _improve(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
     return fit
 
 
-def _add_balls(points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int) -> Balls:
-    """Add candidate balls, each time the one that lowers the cost most, until there are `spheres`."""
+def _add_balls(
+    points: Array, balls: Balls, candidates: Balls, gaps: Array, spheres: int
+) -> Balls:
+    """Add candidate balls, each time the one that lowers the cost most, until there are
+    `spheres`."""
     centres, radii = balls
     while len(radii) < spheres:
         least = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
         new = int(np.argmin(np.sum(np.minimum(gaps, least) ** 2, axis=1)))
-        centres, radii = np.vstack([centres, candidates[0][new]]), np.append(radii, candidates[1][new])
+        centres, radii = (
+            np.vstack([centres, candidates[0][new]]),
+            np.append(radii, candidates[1][new]),
+        )
     return centres, radii
 
 
 def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> Fit:
-    """Remove one of the three least needed balls and add the best candidate; the best of the three tries."""
+    """Remove one of the three least needed balls and add the best candidate; the best
+    of the three tries."""
     centres, radii, _ = fit
     n = len(radii)
     if n < 2:
@@ -206,22 +270,33 @@ def _move_one_ball(points: Array, fit: Fit, candidates: Balls, gaps: Array) -> F
 
 
 def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
-    """Least-squares balls (damped Gauss–Newton); each point belongs to the ball that it is deepest in."""
+    """Least-squares balls (damped Gauss–Newton); each point belongs to the ball that it
+    is deepest in."""
     n, damping = len(radii), 1e-3
     gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
     for _ in range(STEPS):
-        row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)  # minus the gap's derivative
+        row = np.concatenate(
+            [toward, np.ones((len(points), 1))], axis=1
+        )  # minus the gap's derivative
         mine = (ball[:, None] == np.arange(n)).astype(float)  # (points, n)
-        normal = (mine.T @ (row[:, :, None] * row[:, None, :]).reshape(-1, 16)).reshape(n, 4, 4)
+        normal = (mine.T @ (row[:, :, None] * row[:, None, :]).reshape(-1, 16)).reshape(
+            n, 4, 4
+        )
         right = mine.T @ (row * gap[:, None])
         weight = np.trace(normal, axis1=1, axis2=2)[:, None, None] + 1e-9
-        step = np.linalg.solve(normal + damping * weight * np.eye(4), right[:, :, None])[:, :, 0]
+        step = np.linalg.solve(
+            normal + damping * weight * np.eye(4), right[:, :, None]
+        )[:, :, 0]
         new = centres + step[:, :3], np.maximum(radii + step[:, 3], LEAST_RADIUS)
         found = _assign_points(points, *new)
         lower = float(found[0] @ found[0])
         if lower < cost:
-            (centres, radii), (gap, toward, ball), damping = new, found, max(damping / 3, 1e-9)
+            (centres, radii), (gap, toward, ball), damping = (
+                new,
+                found,
+                max(damping / 3, 1e-9),
+            )
             if lower > cost * (1 - 1e-5):
                 break
             cost = lower
@@ -232,22 +307,35 @@ def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
     return centres, radii, cost
 
 
-def _assign_points(points: Array, centres: Array, radii: Array) -> tuple[Array, Array, Array]:
-    """Of each point: gap to its ball, direction from the ball's centre, and number of the ball."""
+def _assign_points(
+    points: Array, centres: Array, radii: Array
+) -> tuple[Array, Array, Array]:
+    """Of each point: gap to its ball, direction from the ball's centre, and number of
+    the ball."""
     offset = points[:, None] - centres
     far = np.sqrt(np.einsum("kij,kij->ki", offset, offset))
     ball = np.argmin(far - radii, axis=1)
     k = np.arange(len(points))
-    return far[k, ball] - radii[ball], offset[k, ball] / np.maximum(far[k, ball], 1e-12)[:, None], ball
+    return (
+        far[k, ball] - radii[ball],
+        offset[k, ball] / np.maximum(far[k, ball], 1e-12)[:, None],
+        ball,
+    )
 
 
 def _drop_hidden(centres: Array, radii: Array) -> Balls:
     """The balls, largest first, without those wholly inside another."""
     order = np.argsort(-radii, kind="stable")
     centres, radii = centres[order], radii[order]
-    inside = np.linalg.norm(centres[:, None] - centres, axis=2) + radii[:, None] <= radii * (1 + 1e-9)
+    inside = np.linalg.norm(centres[:, None] - centres, axis=2) + radii[
+        :, None
+    ] <= radii * (1 + 1e-9)
     keep = ~(inside & np.tri(len(radii), k=-1, dtype=bool)).any(axis=1)
     return centres[keep], radii[keep]
 
 
-_BY = {"distance-map": _distance_map, "medial-axis": _medial_axis, "least-squares": _least_squares}
+_BY = {
+    "distance-map": _distance_map,
+    "medial-axis": _medial_axis,
+    "least-squares": _least_squares,
+}

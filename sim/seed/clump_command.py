@@ -1,4 +1,5 @@
-"""`benchtwin clump`: fits overlapping balls to a mesh or to voxels of one seed, for several DEM codes."""
+"""`benchtwin clump`: fits overlapping balls to a mesh or to voxels of one seed, for
+several DEM codes."""
 
 import sys
 from pathlib import Path
@@ -18,25 +19,41 @@ SIDE, GREY, INK = 420, 205, (160, 60, 30)
 
 
 def clump_command(
-    source: Path, out: Path, spheres: int | None, tolerance: float | None, unit: str | None, voxel_mm: float | None,
-    density_kg_m3: float, overwrite: bool, quiet: bool,
-) -> int:  # fmt: skip
-    """Fit the balls and write `out`; returns the exit code. spheres: so many; else the fewest within `tolerance`."""
+    source: Path,
+    out: Path,
+    spheres: int | None,
+    tolerance: float | None,
+    unit: str | None,
+    voxel_mm: float | None,
+    density_kg_m3: float,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Fit the balls and write `out`; returns the exit code. spheres: so many; else the
+    fewest within `tolerance`."""
     try:
         if spheres is not None and tolerance is not None:
             raise ValueError("--spheres and --tolerance: give one of them")
         if tolerance is not None and not 0.0 < tolerance < 1.0:
-            raise ValueError(f"--tolerance {tolerance:g}: must be above 0 and below 1, a share of the mean radius")
+            raise ValueError(
+                f"--tolerance {tolerance:g}: must be above 0 and below 1, a share of"
+                " the mean radius"
+            )
         shape = read_shape(source, unit, voxel_mm)
         tried: list[ClumpError | None] = []
         if spheres is None:
-            spheres, tried = spheres_for(shape, tolerance or USUAL_TOLERANCE, MOST_SPHERES)
+            spheres, tried = spheres_for(
+                shape, tolerance or USUAL_TOLERANCE, MOST_SPHERES
+            )
         seed = Seed.from_shape(shape, spheres, density_kg_m3)
         own = shape.principal()[0]
         texts = files(seed, source.name)
         there = [name for name in (*texts, "clump.png") if (out / name).exists()]
         if there and not overwrite:
-            raise ValueError(f"{out / there[0]}: exists already; choose another --out, or say --overwrite")
+            raise ValueError(
+                f"{out / there[0]}: exists already; choose another --out, or say"
+                " --overwrite"
+            )
         out.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
             (out / name).write_text(text, encoding="utf8")
@@ -46,23 +63,40 @@ def clump_command(
         print(f"benchtwin clump: {error}", file=sys.stderr)
         return MISUSED
     if not quiet:
-        print("\n".join([*_summary(own, seed, clump_error(own, seed.centres_m, seed.radii_m), tried), *shape.notes]))
-        print(f"Files for LAMMPS, LIGGGHTS, YADE and EDEM: {out}; look at {out / 'clump.png'}")
+        print(
+            "\n".join(
+                [
+                    *_summary(
+                        own, seed, clump_error(own, seed.centres_m, seed.radii_m), tried
+                    ),
+                    *shape.notes,
+                ]
+            )
+        )
+        print(
+            f"Files for LAMMPS, LIGGGHTS, YADE and EDEM: {out}; look at"
+            f" {out / 'clump.png'}"
+        )
     return DONE
 
 
 def read_shape(source: Path, unit: str | None, voxel_mm: float | None) -> Shape:
-    """A mesh file, or the voxels of a `.npy` array (i, j, k), non-zero where the seed is. ValueError names file and option."""
+    """A mesh file, or the voxels of a `.npy` array (i, j, k), non-zero where the seed
+    is. ValueError names file and option."""
     if source.suffix.lower() != ".npy":
         if voxel_mm is not None:
-            raise ValueError(f"--voxel-mm: {source} is no .npy array of voxels; a mesh takes --unit")
+            raise ValueError(
+                f"--voxel-mm: {source} is no .npy array of voxels; a mesh takes --unit"
+            )
         return Shape.from_mesh_file(source, unit)
     if voxel_mm is None or not voxel_mm > 0:
         raise ValueError(f"{source}: say the side of a voxel with --voxel-mm")
     try:
         filled = np.load(source, allow_pickle=False)
     except (OSError, ValueError) as error:
-        raise ValueError(f"{source}: not an array that can be read ({error})") from error
+        raise ValueError(
+            f"{source}: not an array that can be read ({error})"
+        ) from error
     if filled.ndim != 3:
         raise ValueError(f"{source}: has {filled.ndim} dimensions; voxels have 3")
     try:
@@ -71,28 +105,46 @@ def read_shape(source: Path, unit: str | None, voxel_mm: float | None) -> Shape:
         raise ValueError(f"{source}: {error}") from error
 
 
-def _summary(shape: Shape, seed: Seed, error: ClumpError, tried: list[ClumpError | None]) -> list[str]:
+def _summary(
+    shape: Shape, seed: Seed, error: ClumpError, tried: list[ClumpError | None]
+) -> list[str]:
     length, width, thickness = 1e3 * np.ptp(shape.vertices_m, axis=0)
     lines = [
-        f"{len(seed.radii_m)} balls: surface {100 * error.surface_rms:.2f} % rms, {100 * error.surface_max:.1f} % at most, "
-        "of the mean radius",
-        f"shape: {length:.3f} x {width:.3f} x {thickness:.3f} mm, {1e9 * shape.volume_m3:.4g} mm3, "
-        f"{1e3 * seed.mass_kg:.4g} g at {seed.density_kg_m3:g} kg/m3",
-        f"the balls' union has {100 * error.volume:+.2f} % of its volume and "
-        f"{', '.join(f'{100 * m:+.1f}' for m in error.moments)} % of its moments; the files state the shape's own",
+        (
+            f"{len(seed.radii_m)} balls: surface {100 * error.surface_rms:.2f} % rms,"
+            f" {100 * error.surface_max:.1f} % at most, of the mean radius"
+        ),
+        (
+            f"shape: {length:.3f} x {width:.3f} x {thickness:.3f} mm,"
+            f" {1e9 * shape.volume_m3:.4g} mm3, {1e3 * seed.mass_kg:.4g} g at"
+            f" {seed.density_kg_m3:g} kg/m3"
+        ),
+        (
+            f"the balls' union has {100 * error.volume:+.2f} % of its volume and"
+            f" {', '.join(f'{100 * m:+.1f}' for m in error.moments)} % of its moments;"
+            " the files state the shape's own"
+        ),
     ]
     if len(tried) > 1:
-        found = (f"{n}: {'not one piece' if e is None else f'{100 * e.surface_rms:.1f} %'}" for n, e in enumerate(tried, 1))
+        found = (
+            f"{n}: {'not one piece' if e is None else f'{100 * e.surface_rms:.1f} %'}"
+            for n, e in enumerate(tried, 1)
+        )
         lines.append("rms surface error with fewer balls: " + ", ".join(found))
     return lines
 
 
 def picture(shape: Shape, seed: Seed) -> np.ndarray:
-    """The shape (grey) and the balls' outlines (blue) along its three principal axes; a bar of 1 mm. uint8 BGR."""
+    """The shape (grey) and the balls' outlines (blue) along its three principal axes; a
+    bar of 1 mm. uint8 BGR."""
     reach = np.abs(shape.vertices_m).max()
     scale = 0.43 * SIDE / reach
     panels = []
-    for across, up, name in ((0, 1, "from above"), (0, 2, "from the side"), (1, 2, "along its length")):
+    for across, up, name in (
+        (0, 1, "from above"),
+        (0, 2, "from the side"),
+        (1, 2, "along its length"),
+    ):
         panel = np.full((SIDE, SIDE, 3), 255, np.uint8)
         corners = SIDE / 2 + scale * shape.vertices_m[:, [across, up]] * [1, -1]
         filled = np.zeros((SIDE, SIDE), np.uint8)
@@ -101,9 +153,41 @@ def picture(shape: Shape, seed: Seed) -> np.ndarray:
         panel[filled > 0] = GREY
         for centre, radius in zip(seed.centres_m, seed.radii_m):
             x, y = SIDE / 2 + scale * centre[[across, up]] * [1, -1]
-            cv2.circle(panel, (round(16 * x), round(16 * y)), round(16 * scale * radius), INK[::-1], 2, cv2.LINE_AA, 4)
-        cv2.putText(panel, name, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (60, 60, 60), 1, cv2.LINE_AA)
+            cv2.circle(
+                panel,
+                (round(16 * x), round(16 * y)),
+                round(16 * scale * radius),
+                INK[::-1],
+                2,
+                cv2.LINE_AA,
+                4,
+            )
+        cv2.putText(
+            panel,
+            name,
+            (12, 24),
+            cv2.FONT_HERSHEY_SIMPLEX,
+            0.6,
+            (60, 60, 60),
+            1,
+            cv2.LINE_AA,
+        )
         panels.append(panel)
-    cv2.line(panels[0], (12, SIDE - 14), (12 + round(1e-3 * scale), SIDE - 14), (60, 60, 60), 3)
-    cv2.putText(panels[0], "1 mm", (12, SIDE - 22), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (60, 60, 60), 1, cv2.LINE_AA)
+    cv2.line(
+        panels[0],
+        (12, SIDE - 14),
+        (12 + round(1e-3 * scale), SIDE - 14),
+        (60, 60, 60),
+        3,
+    )
+    cv2.putText(
+        panels[0],
+        "1 mm",
+        (12, SIDE - 22),
+        cv2.FONT_HERSHEY_SIMPLEX,
+        0.5,
+        (60, 60, 60),
+        1,
+        cv2.LINE_AA,
+    )
     return np.hstack(panels)

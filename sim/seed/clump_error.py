@@ -1,4 +1,5 @@
-"""How far a clump of balls is from the shape that it stands for: surface, volume, moments of inertia."""
+"""How far a clump of balls is from the shape that it stands for: surface, volume,
+moments of inertia."""
 
 from dataclasses import dataclass
 
@@ -15,11 +16,12 @@ CHECKED_POINTS = 4000  # of the surface, where the error is taken
 class ClumpError:
     """How far a clump's surface and solid are from the shape's, all without dimension.
 
-    surface_rms, surface_max: distance between the surfaces over the shape's area, over its mean radius; surface_mean: positive
-    where the balls stand out. Where they do it is the way out along the shape's normal, elsewhere the shortest way to a ball.
-    volume: of the union over the shape's, less 1; moments (3,): principal moments likewise, in the shape's axes; centre: distance
-    of the centres of mass over the mean radius. The last three are what is put right by giving the seed the shape's own.
-    """
+    surface_rms, surface_max: distance between the surfaces over the shape's area, over
+    its mean radius; surface_mean: positive where the balls stand out. Where they do it
+    is the way out along the shape's normal, elsewhere the shortest way to a ball.
+    volume: of the union over the shape's, less 1; moments (3,): principal moments
+    likewise, in the shape's axes; centre: distance of the centres of mass over the mean
+    radius. The last three are what is put right by giving the seed the shape's own."""
 
     surface_rms: float
     surface_mean: float
@@ -37,14 +39,19 @@ def clump_error(shape: Shape, centres_m: Array, radii_m: Array) -> ClumpError:
     axes = shape.principal()[1]
     moments = [np.diag(axes.T @ body.inertia(1.0) @ axes) for body in (balls, whole)]
     return ClumpError(
-        surface_rms=float(np.sqrt(np.mean(gap**2))), surface_mean=float(gap.mean()), surface_max=float(np.abs(gap).max()),
-        volume=balls.volume_m3 / whole.volume_m3 - 1.0, moments=moments[0] / moments[1] - 1.0,
-        centre=float(np.linalg.norm(balls.centre_m - whole.centre_m)) / shape.mean_radius_m,
-    )  # fmt: skip
+        surface_rms=float(np.sqrt(np.mean(gap**2))),
+        surface_mean=float(gap.mean()),
+        surface_max=float(np.abs(gap).max()),
+        volume=balls.volume_m3 / whole.volume_m3 - 1.0,
+        moments=moments[0] / moments[1] - 1.0,
+        centre=float(np.linalg.norm(balls.centre_m - whole.centre_m))
+        / shape.mean_radius_m,
+    )
 
 
 def surface_gap(points: Array, normals: Array, centres: Array, radii: Array) -> Array:
-    """How far points (k, 3) lie outside the balls; inside, minus the way out along their normals (k, 3), through ball after ball."""
+    """How far points (k, 3) lie outside the balls; inside, minus the way out along
+    their normals (k, 3), through ball after ball."""
     outside = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
     out = np.zeros(len(points))
     inside = np.flatnonzero(outside < 0.0)

@@ -25,12 +25,19 @@ class Lot:
         return np.array([seed.dimensions_m for seed in self.seeds])
 
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
-        """`count` seeds in random order, each of the lot equally often (± 1): means and covariances of the lot are kept."""
-        order = np.concatenate([rng.permutation(len(self.seeds)) for _ in range(-(-count // len(self.seeds)))])
+        """`count` seeds in random order, each of the lot equally often (± 1): means and
+        covariances of the lot are kept."""
+        order = np.concatenate(
+            [
+                rng.permutation(len(self.seeds))
+                for _ in range(-(-count // len(self.seeds)))
+            ]
+        )
         return [self.seeds[k] for k in order[:count]]
 
     def nearest(self, dimensions_m: np.ndarray) -> Seed:
-        """The seed whose length, width and thickness are nearest to those given, by the sum of squared logarithms."""
+        """The seed whose length, width and thickness are nearest to those given, by the
+        sum of squared logarithms."""
         off = np.log(self.dimensions_m / np.asarray(dimensions_m, float))
         return self.seeds[int((off**2).sum(axis=1).argmin())]
 

@@ -1,4 +1,5 @@
-"""Reads a seed's mesh from STL, PLY or OBJ: unit stated, small holes closed, faces thinned; open meshes are refused."""
+"""Reads a seed's mesh from STL, PLY or OBJ: unit stated, small holes closed, faces
+thinned; open meshes are refused."""
 
 from pathlib import Path
 from typing import Any
@@ -21,22 +22,28 @@ LARGEST_HOLE = 0.05  # of the surface
 
 
 def read_mesh(file: Path | str, unit: str | None) -> Shape:
-    """The closed shape in a file whose coordinates are in `unit`: "mm", "cm", "m" or "inch".
+    """The closed shape in a file whose coordinates are in `unit`: "mm", "cm", "m" or
+    "inch".
 
-    Its notes say what was done to it. Raises ValueError, naming the file, where the unit is missing (with the sizes that each
-    would mean), and for what is no mesh, open wider than 5 % of its surface, self-intersecting, or of no seed's size.
-    """
+    Its notes say what was done to it. Raises ValueError, naming the file, where the
+    unit is missing (with the sizes that each would mean), and for what is no mesh, open
+    wider than 5 % of its surface, self-intersecting, or of no seed's size."""
     file = Path(file)
     if unit is not None and unit not in UNITS_M:
-        raise ValueError(f"{file}: unit = {unit!r}: must be one of {', '.join(UNITS_M)}")
+        raise ValueError(
+            f"{file}: unit = {unit!r}: must be one of {', '.join(UNITS_M)}"
+        )
     vertices, faces = _load(file)
     size = float(np.ptp(vertices, axis=0).max())
     if unit is None:
-        raise ValueError(f"{file}: {size:.4g} long, in no unit; say which with --unit: {_choices(size)}")
+        raise ValueError(
+            f"{file}: {size:.4g} long, in no unit; say which with --unit:"
+            f" {_choices(size)}"
+        )
     if not LEAST_M <= size * UNITS_M[unit] <= MOST_M:
         raise ValueError(
-            f"{file}: {1e3 * size * UNITS_M[unit]:.4g} mm long if in {unit}: must be {1e3 * LEAST_M:g} to {1e3 * MOST_M:g} mm; "
-            f"{_choices(size)}"
+            f"{file}: {1e3 * size * UNITS_M[unit]:.4g} mm long if in {unit}: must be"
+            f" {1e3 * LEAST_M:g} to {1e3 * MOST_M:g} mm; {_choices(size)}"
         )
     try:
         vertices, faces, notes = _repair(vertices, faces)
@@ -47,8 +54,12 @@ def read_mesh(file: Path | str, unit: str | None) -> Shape:
 
 def _choices(size: float) -> str:
     """What each unit would make of the size; those of a seed's size first."""
-    usual = sorted(UNITS_M, key=lambda unit: not USUAL_M[0] <= size * UNITS_M[unit] <= USUAL_M[1])
-    return ", ".join(f"{unit} makes it {1e3 * size * UNITS_M[unit]:.4g} mm" for unit in usual)
+    usual = sorted(
+        UNITS_M, key=lambda unit: not USUAL_M[0] <= size * UNITS_M[unit] <= USUAL_M[1]
+    )
+    return ", ".join(
+        f"{unit} makes it {1e3 * size * UNITS_M[unit]:.4g} mm" for unit in usual
+    )
 
 
 def _load(file: Path) -> tuple[Array, Array]:
@@ -62,12 +73,19 @@ def _load(file: Path) -> tuple[Array, Array]:
         mesh: Any = trimesh.load(file, force="mesh", process=False)
         vertices, faces = np.array(mesh.vertices, float), np.array(mesh.faces, np.int64)
     except Exception as error:  # every reader of trimesh fails in its own way
-        raise ValueError(f"{file}: not readable as {file.suffix[1:].upper()}: {error or type(error).__name__}") from error
+        raise ValueError(
+            f"{file}: not readable as {file.suffix[1:].upper()}:"
+            f" {error or type(error).__name__}"
+        ) from error
     if not len(faces):
         raise ValueError(f"{file}: holds no triangles")
     if faces.max() >= len(vertices) or faces.min() < 0:
         raise ValueError(f"{file}: a face names a vertex that is not there")
-    vertices = vertices[: int(faces.max()) + 1] if not np.isfinite(vertices).all() else vertices
+    vertices = (
+        vertices[: int(faces.max()) + 1]
+        if not np.isfinite(vertices).all()
+        else vertices
+    )
     if not np.isfinite(vertices).all():
         raise ValueError(f"{file}: a vertex is not finite")
     return vertices, faces
@@ -86,13 +104,17 @@ def _repair(vertices: Array, faces: Array) -> tuple[Array, Array, list[str]]:
         faces = _orient_faces(vertices, faces, notes)
         vertices, faces = _close_holes(vertices, faces, notes)
     if open_edges(faces):
-        raise ValueError(f"the surface is not closed: {open_edges(faces)} edges do not lie between two faces that agree")
+        raise ValueError(
+            f"the surface is not closed: {open_edges(faces)} edges do not lie between"
+            " two faces that agree"
+        )
     crossing = crossing_faces(vertices, faces)
     if len(crossing):
         where = vertices[faces[crossing[0, 0]]].mean(axis=0)
         raise ValueError(
-            f"the surface intersects itself: {len(crossing)} pairs of faces cross, one at "
-            f"({', '.join(f'{v:.4g}' for v in where)}) in the file's unit; mend it where it was made"
+            f"the surface intersects itself: {len(crossing)} pairs of faces cross, one"
+            f" at ({', '.join(f'{v:.4g}' for v in where)}) in the file's unit; mend it"
+            " where it was made"
         )
     return vertices, faces, notes
 
@@ -102,9 +124,18 @@ def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
     size = float(np.ptp(vertices, axis=0).max())
     if not size > 0:
         raise ValueError("all its vertices are at one place")
-    _, first, back = np.unique(np.round(vertices / (SAME_PLACE * size)), axis=0, return_index=True, return_inverse=True)
+    _, first, back = np.unique(
+        np.round(vertices / (SAME_PLACE * size)),
+        axis=0,
+        return_index=True,
+        return_inverse=True,
+    )
     faces = back.reshape(-1)[faces]
-    faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])]
+    faces = faces[
+        (faces[:, 0] != faces[:, 1])
+        & (faces[:, 1] != faces[:, 2])
+        & (faces[:, 2] != faces[:, 0])
+    ]
     _, once = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
     faces = faces[np.sort(once)]
     if not len(faces):
@@ -113,25 +144,41 @@ def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
     return vertices[first[used]], renamed.reshape(-1, 3)
 
 
-def _largest_piece(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array, Array]:
-    """Of several separate surfaces the one of the largest extent: a void inside is filled, dust left out."""
+def _largest_piece(
+    vertices: Array, faces: Array, notes: list[str]
+) -> tuple[Array, Array]:
+    """Of several separate surfaces the one of the largest extent: a void inside is
+    filled, dust left out."""
     links = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
     graph = coo_matrix((np.ones(len(links)), links.T), (len(vertices), len(vertices)))
     pieces, label = connected_components(graph, directed=False)
     if pieces == 1:
         return vertices, faces
-    extent = [float(np.prod(np.ptp(vertices[label == k], axis=0))) for k in range(pieces)]
+    extent = [
+        float(np.prod(np.ptp(vertices[label == k], axis=0))) for k in range(pieces)
+    ]
     order = np.argsort(extent)[::-1]
-    if extent[order[1]] > 0.2 * extent[order[0]] and not _contains(vertices[label == order[0]], vertices[label == order[1]]):
-        raise ValueError(f"it holds {pieces} separate surfaces, two of them nearly as large: give each seed a file of its own")
-    notes.append(f"the largest of {pieces} separate surfaces was taken: voids and dust are left out")
+    if extent[order[1]] > 0.2 * extent[order[0]] and not _contains(
+        vertices[label == order[0]], vertices[label == order[1]]
+    ):
+        raise ValueError(
+            f"it holds {pieces} separate surfaces, two of them nearly as large: give"
+            " each seed a file of its own"
+        )
+    notes.append(
+        f"the largest of {pieces} separate surfaces was taken: voids and dust are"
+        " left out"
+    )
     faces = faces[label[faces[:, 0]] == order[0]]
     used, renamed = np.unique(faces, return_inverse=True)
     return vertices[used], renamed.reshape(-1, 3)
 
 
 def _contains(outer: Array, inner: Array) -> bool:
-    return bool((inner.min(axis=0) >= outer.min(axis=0)).all() and (inner.max(axis=0) <= outer.max(axis=0)).all())
+    return bool(
+        (inner.min(axis=0) >= outer.min(axis=0)).all()
+        and (inner.max(axis=0) <= outer.max(axis=0)).all()
+    )
 
 
 def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
@@ -142,12 +189,18 @@ def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
     trimesh.repair.fix_winding(mesh)
     turned = int((mesh.faces != faces).any(axis=1).sum())
     if turned:
-        notes.append(f"{min(turned, len(faces) - turned)} faces turned to agree with their neighbours")
+        notes.append(
+            f"{min(turned, len(faces) - turned)} faces turned to agree with their"
+            " neighbours"
+        )
     return np.array(mesh.faces, np.int64)
 
 
-def _close_holes(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array, Array]:
-    """Close every small hole by a fan of triangles to its middle; ValueError for a large one."""
+def _close_holes(
+    vertices: Array, faces: Array, notes: list[str]
+) -> tuple[Array, Array]:
+    """Close every small hole by a fan of triangles to its middle; ValueError for a
+    large one."""
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     codes = ends @ [len(vertices), 1]
     single = ends[~np.isin(codes, ends @ [1, len(vertices)])]
@@ -163,7 +216,8 @@ def _close_holes(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array
         share = _area(np.vstack([vertices, middles]), fan) / area
         if share > LARGEST_HOLE:
             raise ValueError(
-                f"the surface is open: a hole of {100 * share:.0f} % of it; up to {100 * LARGEST_HOLE:g} % is closed"
+                f"the surface is open: a hole of {100 * share:.0f} % of it; up to"
+                f" {100 * LARGEST_HOLE:g} % is closed"
             )
         added.append(fan)
     notes.append(f"{len(added)} hole{'s' * (len(added) > 1)} closed")
@@ -171,7 +225,8 @@ def _close_holes(vertices: Array, faces: Array, notes: list[str]) -> tuple[Array
 
 
 def _rings(edges: Array) -> list[list[int]]:
-    """Directed edges (n, 2) put together to rings of vertices, none of which passes a vertex twice."""
+    """Directed edges (n, 2) put together to rings of vertices, none of which passes a
+    vertex twice."""
     following: dict[int, list[int]] = {}
     for a, b in edges.tolist():
         following.setdefault(a, []).append(b)
@@ -181,7 +236,10 @@ def _rings(edges: Array) -> list[list[int]]:
         way = way or [next(iter(following))]
         ends = following.get(way[-1])
         if not ends:
-            raise ValueError("the surface is not closed, and the edge of a hole does not run round it: mend it where it was made")
+            raise ValueError(
+                "the surface is not closed, and the edge of a hole does not run round"
+                " it: mend it where it was made"
+            )
         at = ends.pop()
         if not ends:
             del following[way[-1]]
@@ -199,14 +257,19 @@ def _area(vertices: Array, faces: Array) -> float:
 
 
 def crossing_faces(vertices: Array, faces: Array) -> Array:
-    """Pairs of faces (n, 2) without a common vertex of which an edge of one passes through the other.
+    """Pairs of faces (n, 2) without a common vertex of which an edge of one passes
+    through the other.
 
-    The vertices are shifted by a millionth of the size at random, so that an edge which meets an edge is seen too.
-    """
+    The vertices are shifted by a millionth of the size at random, so that an edge which
+    meets an edge is seen too."""
     size = float(np.ptp(vertices, axis=0).max())
-    vertices = vertices + 1e-6 * size * np.random.default_rng(0).uniform(-1.0, 1.0, vertices.shape)
+    vertices = vertices + 1e-6 * size * np.random.default_rng(0).uniform(
+        -1.0, 1.0, vertices.shape
+    )
     pairs = _near_pairs(vertices, faces)
-    shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None, :]).any(axis=(1, 2))
+    shared = (faces[pairs[:, 0]][:, :, None] == faces[pairs[:, 1]][:, None, :]).any(
+        axis=(1, 2)
+    )
     pairs = pairs[~shared]
     hit = np.zeros(len(pairs), bool)
     for one, other in ((0, 1), (1, 0)):
@@ -218,15 +281,29 @@ def crossing_faces(vertices: Array, faces: Array) -> Array:
 
 
 def _near_pairs(vertices: Array, faces: Array) -> Array:
-    """Pairs of faces whose boxes overlap, found through cells of the size of most boxes."""
+    """Pairs of faces whose boxes overlap, found through cells of the size of most
+    boxes."""
     low, high = vertices[faces].min(axis=1), vertices[faces].max(axis=1)
-    cell = max(float(np.quantile((high - low).max(axis=1), 0.9)), float(np.ptp(vertices, axis=0).max()) / 200.0)
-    first, last = (np.floor((corner - vertices.min(axis=0)) / cell).astype(np.int64) for corner in (low, high))
+    cell = max(
+        float(np.quantile((high - low).max(axis=1), 0.9)),
+        float(np.ptp(vertices, axis=0).max()) / 200.0,
+    )
+    first, last = (
+        np.floor((corner - vertices.min(axis=0)) / cell).astype(np.int64)
+        for corner in (low, high)
+    )
     counts = np.prod(last - first + 1, axis=1)
     face = np.repeat(np.arange(len(faces)), counts)
     number = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
     spans = (last - first + 1)[face]
-    at = first[face] + np.stack([number // (spans[:, 1] * spans[:, 2]), number // spans[:, 2] % spans[:, 1], number % spans[:, 2]], 1)
+    at = first[face] + np.stack(
+        [
+            number // (spans[:, 1] * spans[:, 2]),
+            number // spans[:, 2] % spans[:, 1],
+            number % spans[:, 2],
+        ],
+        1,
+    )
     most = int(last.max()) + 1
     code = at @ [most * most, most, 1]
     order = np.argsort(code, kind="stable")
@@ -244,13 +321,24 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
 
 
 def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Array:
-    """Whether segments (n, 3) to (n, 3) pass through triangles (n, 3, 3) (Möller & Trumbore 1997)."""
-    a, u, v = triangle[:, 0], triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    """Whether segments (n, 3) to (n, 3) pass through triangles (n, 3, 3) (Möller &
+    Trumbore 1997)."""
+    a, u, v = (
+        triangle[:, 0],
+        triangle[:, 1] - triangle[:, 0],
+        triangle[:, 2] - triangle[:, 0],
+    )
     along = end - start
     p = np.cross(along, v)
     volume = np.einsum("ij,ij->i", u, p)
-    scale = np.linalg.norm(along, axis=1) * np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
-    safe = np.where(np.abs(volume) > 1e-9 * scale, volume, np.nan)  # parallel ones pass nowhere
+    scale = (
+        np.linalg.norm(along, axis=1)
+        * np.linalg.norm(u, axis=1)
+        * np.linalg.norm(v, axis=1)
+    )
+    safe = np.where(
+        np.abs(volume) > 1e-9 * scale, volume, np.nan
+    )  # parallel ones pass nowhere
     offset = start - a
     s = np.einsum("ij,ij->i", offset, p) / safe
     q = np.cross(offset, u)

@@ -1,4 +1,5 @@
-"""A closed triangle mesh as the shape of a seed: volume, centre and inertia by exact integrals over what it encloses."""
+"""A closed triangle mesh as the shape of a seed: volume, centre and inertia by exact
+integrals over what it encloses."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,22 +16,36 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Vertices (v, 3) [m] and faces (f, 3), vertex numbers counter-clockwise from outside, of one closed surface in any frame.
+    """Vertices (v, 3) [m] and faces (f, 3), vertex numbers counter-clockwise from
+    outside, of one closed surface in any frame.
 
-    notes: what was done to a mesh that was read (holes closed, faces left out), a sentence each. Faces that all look inwards
-    are turned. Raises ValueError for a surface that is not closed, encloses nothing, or has values that are not finite.
-    """
+    notes: what was done to a mesh that was read (holes closed, faces left out), a
+    sentence each. Faces that all look inwards are turned. Raises ValueError for a
+    surface that is not closed, encloses nothing, or has values that are not finite."""
 
     vertices_m: Array
     faces: Array
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        vertices, faces = np.array(self.vertices_m, float).reshape(-1, 3), np.array(self.faces, np.int64).reshape(-1, 3)
-        if not len(faces) or not np.isfinite(vertices).all() or faces.min() < 0 or faces.max() >= len(vertices):
-            raise ValueError("vertices_m must be finite and faces must name three of them each")
+        vertices, faces = (
+            np.array(self.vertices_m, float).reshape(-1, 3),
+            np.array(self.faces, np.int64).reshape(-1, 3),
+        )
+        if (
+            not len(faces)
+            or not np.isfinite(vertices).all()
+            or faces.min() < 0
+            or faces.max() >= len(vertices)
+        ):
+            raise ValueError(
+                "vertices_m must be finite and faces must name three of them each"
+            )
         if open_edges(faces):
-            raise ValueError(f"the surface is not closed: {open_edges(faces)} edges do not lie between two faces that agree")
+            raise ValueError(
+                f"the surface is not closed: {open_edges(faces)} edges do not lie"
+                " between two faces that agree"
+            )
         object.__setattr__(self, "vertices_m", vertices)
         object.__setattr__(self, "faces", faces)
         size = float(np.ptp(vertices, axis=0).max())
@@ -50,71 +65,107 @@ class Shape:
         return cls(*forms.ellipsoid(length_m, width_m, thickness_m))
 
     @classmethod
-    def flattened_ellipsoid(cls, length_m: float, width_m: float, thickness_m: float, flat_at: float) -> "Shape":
-        """An ellipsoid cut off below z = -flat_at · thickness/2, 0 < flat_at < 1: a bean with a flat side.
+    def flattened_ellipsoid(
+        cls, length_m: float, width_m: float, thickness_m: float, flat_at: float
+    ) -> "Shape":
+        """An ellipsoid cut off below z = -flat_at · thickness/2, 0 < flat_at < 1: a
+        bean with a flat side.
 
-        thickness_m [m] is that of the whole ellipsoid. V = a b c π (2/3 + f - f³/3), f = flat_at, a, b, c the half axes.
-        """
+        thickness_m [m] is that of the whole ellipsoid. V = a b c π (2/3 + f - f³/3), f
+        = flat_at, a, b, c the half axes."""
         return cls(*forms.flattened_ellipsoid(length_m, width_m, thickness_m, flat_at))
 
     @classmethod
     def superquadric(
-        cls, length_m: float, width_m: float, thickness_m: float, *, across: float, along: float, taper: float = 0.0
+        cls,
+        length_m: float,
+        width_m: float,
+        thickness_m: float,
+        *,
+        across: float,
+        along: float,
+        taper: float = 0.0,
     ) -> "Shape":
-        """(|x/a|^(2/along) + |y/b|^(2/along))^(along/across) + |z/c|^(2/across) = 1, the width times 1 + taper·x/a.
+        """(|x/a|^(2/along) + |y/b|^(2/along))^(along/across) + |z/c|^(2/across) = 1,
+        the width times 1 + taper·x/a.
 
-        Exponents 0.1 to 2: along shapes the outline in x and y, across the section; 1, 1 is the ellipsoid, towards 0 a box.
-        taper, -0.9 to 0.9, makes a wedge: the width of its two ends is as 1 - taper to 1 + taper (Barr 1984).
-        V = 2 a b c e1 e2 B(e1/2 + 1, e1) B(e2/2, e2/2) with e1 = across, e2 = along (Jaklič et al. 2000), whatever the taper.
-        """
-        return cls(*forms.superquadric(length_m, width_m, thickness_m, across, along, taper))
+        Exponents 0.1 to 2: along shapes the outline in x and y, across the section; 1,
+        1 is the ellipsoid, towards 0 a box. taper, -0.9 to 0.9, makes a wedge: the
+        width of its two ends is as 1 - taper to 1 + taper (Barr 1984). V = 2 a b c e1
+        e2 B(e1/2 + 1, e1) B(e2/2, e2/2) with e1 = across, e2 = along (Jaklič et al.
+        2000), whatever the taper."""
+        return cls(
+            *forms.superquadric(length_m, width_m, thickness_m, across, along, taper)
+        )
 
     @classmethod
     def creased_ellipsoid(
-        cls, length_m: float, width_m: float, thickness_m: float, *, depth: float, half_width_deg: float
+        cls,
+        length_m: float,
+        width_m: float,
+        thickness_m: float,
+        *,
+        depth: float,
+        half_width_deg: float,
     ) -> "Shape":
-        """An ellipsoid with a furrow along its length on the side -z, as a grain of wheat has it.
+        """An ellipsoid with a furrow along its length on the side -z, as a grain of
+        wheat has it.
 
-        In the ellipsoid's own units the radius is 1 - depth sin²θ exp(-ψ²/2w²): θ from the long axis, ψ about it from -z,
-        w = half_width_deg (a standard deviation, 3 to 40), depth 0 to 0.6 of the half thickness.
-        """
-        return cls(*forms.creased_ellipsoid(length_m, width_m, thickness_m, depth, half_width_deg))
+        In the ellipsoid's own units the radius is 1 - depth sin²θ exp(-ψ²/2w²): θ from
+        the long axis, ψ about it from -z, w = half_width_deg (a standard deviation, 3
+        to 40), depth 0 to 0.6 of the half thickness."""
+        return cls(
+            *forms.creased_ellipsoid(
+                length_m, width_m, thickness_m, depth, half_width_deg
+            )
+        )
 
     @classmethod
     def from_outline(cls, outline_m: Array, thickness_m: float) -> "Shape":
-        """The body over an outline (n, 2) [m], x and y in order round it: z = ±T/2 √(1 - ρ²), ρ the way out from the centre.
+        """The body over an outline (n, 2) [m], x and y in order round it: z = ±T/2 √(1
+        - ρ²), ρ the way out from the centre.
 
-        The centre is the outline's centroid, ρ the fraction of the way to the outline: an ellipse gives the ellipsoid.
-        V = 2/3 × area × T. ValueError for fewer than 8 points, or an outline that a ray from the centre crosses twice.
-        """
+        The centre is the outline's centroid, ρ the fraction of the way to the outline:
+        an ellipse gives the ellipsoid. V = 2/3 × area × T. ValueError for fewer than 8
+        points, or an outline that a ray from the centre crosses twice."""
         return cls(*forms.over_outline(np.asarray(outline_m, float), thickness_m))
 
     @classmethod
     def from_mesh_file(cls, file: Path, unit: str | None) -> "Shape":
-        """An STL, PLY or OBJ file in "mm", "cm", "m" or "inch" (`sim.seed.mesh_file.read_mesh`)."""
+        """An STL, PLY or OBJ file in "mm", "cm", "m" or "inch"
+        (`sim.seed.mesh_file.read_mesh`)."""
         from sim.seed.mesh_file import read_mesh
 
         return read_mesh(file, unit)
 
     @classmethod
     def from_voxels(cls, filled: Array, pitch_m: float) -> "Shape":
-        """The largest piece of voxels (i, j, k) of bool, cubes of side pitch_m [m] (`sim.seed.voxels.closed_surface`)."""
+        """The largest piece of voxels (i, j, k) of bool, cubes of side pitch_m [m]
+        (`sim.seed.voxels.closed_surface`)."""
         from sim.seed.voxels import closed_surface
 
         return cls(*closed_surface(filled, pitch_m))
 
     @cached_property
     def solid(self) -> Solid:
-        """Volume, centre and second moment by exact integrals over the mesh: of a tetrahedron from a point to each face."""
+        """Volume, centre and second moment by exact integrals over the mesh: of a
+        tetrahedron from a point to each face."""
         origin = self.vertices_m.mean(axis=0)
         a, b, c = (self.vertices_m[self.faces[:, k]] - origin for k in range(3))
-        six = np.einsum("ij,ij->i", a, np.cross(b, c))  # six times the tetrahedron's volume
+        six = np.einsum(
+            "ij,ij->i", a, np.cross(b, c)
+        )  # six times the tetrahedron's volume
         volume, all_three = float(six.sum() / 6.0), a + b + c
         if volume == 0.0:
             return Solid(0.0, origin, np.zeros((3, 3)))
         centre = six @ all_three / 24.0 / volume
-        second = sum(np.einsum("i,ij,ik->jk", six, v, v) for v in (a, b, c, all_three)) / 120.0
-        return Solid(volume, origin + centre, second - volume * np.outer(centre, centre))
+        second = (
+            sum(np.einsum("i,ij,ik->jk", six, v, v) for v in (a, b, c, all_three))
+            / 120.0
+        )
+        return Solid(
+            volume, origin + centre, second - volume * np.outer(centre, centre)
+        )
 
     @property
     def volume_m3(self) -> float:
@@ -138,7 +189,9 @@ class Shape:
 
     def moved(self, turn: Array, shift_m: Array) -> "Shape":
         """The shape turned by a rotation matrix (3, 3) and then shifted (3,) [m]."""
-        return replace(self, vertices_m=self.vertices_m @ np.asarray(turn, float).T + shift_m)
+        return replace(
+            self, vertices_m=self.vertices_m @ np.asarray(turn, float).T + shift_m
+        )
 
     def scaled(self, factors: float | Array) -> "Shape":
         """The shape times one factor, or one each along x, y, z (3,), all positive."""
@@ -148,38 +201,51 @@ class Shape:
         return replace(self, vertices_m=self.vertices_m * scale)
 
     def principal(self) -> tuple["Shape", Array, Array]:
-        """The shape about its centre of mass along its principal axes, the longest extent along x, the shortest along z.
+        """The shape about its centre of mass along its principal axes, the longest
+        extent along x, the shortest along z.
 
-        Also the axes (3, 3) and the origin (3,): a point p of the given frame is at (p - origin) @ axes.
-        """
+        Also the axes (3, 3) and the origin (3,): a point p of the given frame is at (p
+        - origin) @ axes."""
         axes = principal(self.solid.inertia(1.0))[1]
         local = (self.vertices_m - self.solid.centre_m) @ axes
         extent = np.ptp(local, axis=0)
-        order = np.lexsort((np.arange(3), -np.round(extent / extent.max(), 6)))  # ties stay as they were given
+        order = np.lexsort(
+            (np.arange(3), -np.round(extent / extent.max(), 6))
+        )  # ties stay as they were given
         axes = axes[:, order]
         if np.linalg.det(axes) < 0:
             axes[:, 2] *= -1.0
-        return replace(self, vertices_m=(self.vertices_m - self.solid.centre_m) @ axes), axes, self.solid.centre_m
+        return (
+            replace(self, vertices_m=(self.vertices_m - self.solid.centre_m) @ axes),
+            axes,
+            self.solid.centre_m,
+        )
 
     @property
     def dimensions_m(self) -> Array:
-        """Extent along each principal axis, longest first (3,) [m]: length, width, thickness."""
+        """Extent along each principal axis, longest first (3,) [m]: length, width,
+        thickness."""
         return np.ptp(self.principal()[0].vertices_m, axis=0)
 
     def points(self, count: int) -> tuple[Array, Array]:
-        """`count` points, each for the same share of the surface, and the normals of their faces: (count, 3) [m], (count, 3)."""
+        """`count` points, each for the same share of the surface, and the normals of
+        their faces: (count, 3) [m], (count, 3)."""
         crosses = self._crosses
         area = np.linalg.norm(crosses, axis=1)
         share = np.cumsum(area)
         face = np.searchsorted(share, (np.arange(count) + 0.5) / count * share[-1])
         a, b, c = (self.vertices_m[self.faces[face, k]] for k in range(3))
-        s, t = np.mod(0.5 + np.outer([0.7548776662466927, 0.5698402909980532], np.arange(count)), 1.0)  # R2 sequence
+        s, t = np.mod(
+            0.5 + np.outer([0.7548776662466927, 0.5698402909980532], np.arange(count)),
+            1.0,
+        )  # R2 sequence
         root = np.sqrt(s)[:, None]
         at = (1 - root) * a + root * (1 - t[:, None]) * b + root * t[:, None] * c
         return at, crosses[face] / area[face][:, None]
 
     def mesh(self, most_faces: int) -> Mesh:
-        """What is drawn: the surface in at most so many faces where they do, with smooth normals; as it is if it has fewer."""
+        """What is drawn: the surface in at most so many faces where they do, with
+        smooth normals; as it is if it has fewer."""
         vertices, faces = self.vertices_m, self.faces
         if len(faces) > most_faces:
             vertices, faces = thinned(vertices, faces, most_faces)
@@ -187,25 +253,38 @@ class Shape:
         normals = np.zeros_like(vertices)
         for k in range(3):
             np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
-        return Mesh(vertices, faces.astype(np.int32), normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None])
+        return Mesh(
+            vertices,
+            faces.astype(np.int32),
+            normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None],
+        )
 
 
 def open_edges(faces: Array) -> int:
-    """How many edges do not lie between exactly two faces that run along them in opposite directions."""
+    """How many edges do not lie between exactly two faces that run along them in
+    opposite directions."""
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     most = int(faces.max()) + 1
-    there, back = np.unique(ends @ [most, 1], return_counts=True), np.unique(ends @ [1, most], return_counts=True)
+    there, back = (
+        np.unique(ends @ [most, 1], return_counts=True),
+        np.unique(ends @ [1, most], return_counts=True),
+    )
     once = there[0][there[1] == 1], back[0][back[1] == 1]
     return len(np.setxor1d(*once)) + int((there[1] > 1).sum())
 
 
 def thinned(vertices_m: Array, faces: Array, most_faces: int) -> tuple[Array, Array]:
-    """A mesh of about `most_faces` faces by quadric error collapse (Garland & Heckbert 1997), of the same volume."""
+    """A mesh of about `most_faces` faces by quadric error collapse (Garland & Heckbert
+    1997), of the same volume."""
     import fast_simplification
 
     centre, size = vertices_m.mean(axis=0), float(np.ptp(vertices_m, axis=0).max())
     share = 1.0 - most_faces / len(faces)
-    points, kept = fast_simplification.simplify(((vertices_m - centre) / size).astype(np.float32), faces.astype(np.int32), share)
+    points, kept = fast_simplification.simplify(
+        ((vertices_m - centre) / size).astype(np.float32), faces.astype(np.int32), share
+    )
     points, kept = points.astype(float) * size, np.asarray(kept, np.int64)
-    before, after = (enclosed_volume(v, f) for v, f in ((vertices_m - centre, faces), (points, kept)))
+    before, after = (
+        enclosed_volume(v, f) for v, f in ((vertices_m - centre, faces), (points, kept))
+    )
     return centre + points * (before / after) ** (1 / 3), kept

@@ -1,8 +1,9 @@
-"""Drops made by other means than the solver's: a rigid ellipsoid in 3-D, fixed-step Runge–Kutta, impulses at its lowest point.
+"""Drops made by other means than the solver's: a rigid ellipsoid in 3-D, fixed-step
+Runge–Kutta, impulses at its lowest point.
 
-Air by Abraham (1970), impacts by Coulomb's impulse with a given restitution of the point of contact, a camera with a clock,
-scale, roll and trapezoid of its own, and noise that is drawn frame by frame. Shares no formula with diagnose.
-"""
+Air by Abraham (1970), impacts by Coulomb's impulse with a given restitution of the
+point of contact, a camera with a clock, scale, roll and trapezoid of its own, and noise
+that is drawn frame by frame. Shares no formula with diagnose."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,12 @@ from functools import lru_cache
 import numpy as np
 
 G, PIXEL_MM = 9.80665, 0.25
-STATED = {"length_mm": 8.72, "width_mm": 6.84, "thickness_mm": 5.98, "density_kg_m3": 1250.0}
+STATED = {
+    "length_mm": 8.72,
+    "width_mm": 6.84,
+    "thickness_mm": 5.98,
+    "density_kg_m3": 1250.0,
+}
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,9 @@ class Bench:
     shape_drag: float = 1.0  # C_d over Abraham's
     lift: float = 0.0  # C of the Magnus law
     wind: float = 0.0
-    lifted: float = 0.0  # 1/s: an upward pull that grows with the speed, which is on nobody's list
+    lifted: float = (
+        0.0  # 1/s: an upward pull that grows with the speed, which is on nobody's list
+    )
     spin: float = 0.0  # about the viewing axis at release
     tip_deg: float = 6.0  # sd of how far from flat a seed is let go
     bounces: int = 3
@@ -38,7 +46,9 @@ class Bench:
     clock: float = 0.0
     roll_deg: float = 0.0
     keystone: float = 0.0  # 1/m
-    away: float = math.inf  # distance of a pinhole from the plane in which the seed is let go
+    away: float = (
+        math.inf
+    )  # distance of a pinhole from the plane in which the seed is let go
     wobble_mm: float = 0.0
     lock_mm: float = 0.0  # by which places are read too far towards whole pixels
     noise_mm: float = 0.05
@@ -59,7 +69,9 @@ def pull(bench: Bench, v, w) -> tuple[float, float, float]:
     drag = 0.0
     if bench.air:
         re = bench.air * speed * 2 * radius / 1.81e-5
-        coefficient = bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
+        coefficient = (
+            bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
+        )
         drag = 0.5 * bench.air * coefficient * math.pi * radius**2 * speed / mass
     lift = bench.lift * 1.2 * math.pi * radius**3 / (2 * mass)
     return (
@@ -70,7 +82,8 @@ def pull(bench: Bench, v, w) -> tuple[float, float, float]:
 
 
 def fly(state, bench: Bench, dt: float):
-    """One Runge–Kutta step of (position, velocity, rotation matrix, spin): 3-D, tumbling free of torque (spin kept)."""
+    """One Runge–Kutta step of (position, velocity, rotation matrix, spin): 3-D,
+    tumbling free of torque (spin kept)."""
     p, v, turn, w = state
     speed, spin = v.tolist(), w.tolist()
 
@@ -110,7 +123,8 @@ def lowest(turn, axes, normal):
 
 
 def bounce(state, bench: Bench, normal, count):
-    """Impulse at the point of contact: restitution along the normal, stick if Coulomb allows, else sliding."""
+    """Impulse at the point of contact: restitution along the normal, stick if Coulomb
+    allows, else sliding."""
     p, v, turn, w = state
     mass = bench.density * 4 / 3 * math.pi * np.prod(bench.axes)
     a, b, c = np.square(bench.axes)
@@ -127,11 +141,17 @@ def bounce(state, bench: Bench, normal, count):
         slip = before - (before @ normal) * normal
         away = normal - bench.friction * slip / (np.linalg.norm(slip) + 1e-12)
         impulse = (1 + e) * closing / (normal @ give @ away) * away
-    return p, v + impulse / mass, turn, w + np.linalg.solve(inertia, np.cross(arm, impulse))
+    return (
+        p,
+        v + impulse / mass,
+        turn,
+        w + np.linalg.solve(inertia, np.cross(arm, impulse)),
+    )
 
 
 def motion(bench: Bench, rng):
-    """t, x, z, angle in the picture, y away from the camera, and the times of contact, one row a frame."""
+    """t, x, z, angle in the picture, y away from the camera, and the times of contact,
+    one row a frame."""
     tip = np.radians(bench.tip_deg) * rng.normal()
     turn = (
         rotation(np.array([0, 0, rng.uniform(0, 2 * math.pi)]))
@@ -141,7 +161,8 @@ def motion(bench: Bench, rng):
     tilt = math.radians(bench.tilt_deg)
     normal = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
     state = (
-        np.array([0, 0, bench.height]) - lowest(turn, bench.axes, np.array([0, 0, 1.0])),
+        np.array([0, 0, bench.height])
+        - lowest(turn, bench.axes, np.array([0, 0, 1.0])),
         np.zeros(3),
         turn,
         np.array([0.0, -bench.spin, 0.0]),
@@ -159,9 +180,16 @@ def motion(bench: Bench, rng):
                 for _ in range(40):
                     mid = (low + high) / 2
                     there = fly(state, bench, mid)
-                    low, high = (mid, high) if (there[0] + lowest(there[2], bench.axes, normal)) @ normal > 0 else (low, mid)
+                    low, high = (
+                        (mid, high)
+                        if (there[0] + lowest(there[2], bench.axes, normal)) @ normal
+                        > 0
+                        else (low, mid)
+                    )
                 there = fly(state, bench, low)
-                if (there[1] + np.cross(there[3], lowest(there[2], bench.axes, normal))) @ normal < 0:
+                if (
+                    there[1] + np.cross(there[3], lowest(there[2], bench.axes, normal))
+                ) @ normal < 0:
                     if not hits or t + low - hits[-1] > 0.01:
                         hits.append(t + low)
                     there = bounce(there, bench, normal, len(hits))
@@ -178,9 +206,13 @@ def noise(n, bench: Bench, rng):
     """White plus first-order correlated noise [mm], frame by frame."""
     slow, out = rng.normal(), np.empty(n)
     for i in range(n):
-        slow = bench.rho * slow + math.sqrt(1 - bench.rho**2) * rng.normal() if i else slow
+        slow = (
+            bench.rho * slow + math.sqrt(1 - bench.rho**2) * rng.normal() if i else slow
+        )
         out[i] = slow
-    return bench.noise_mm * (math.sqrt(1 - bench.white) * out + math.sqrt(bench.white) * rng.normal(size=n))
+    return bench.noise_mm * (
+        math.sqrt(1 - bench.white) * out + math.sqrt(bench.white) * rng.normal(size=n)
+    )
 
 
 def film(bench: Bench, rng):
@@ -189,13 +221,22 @@ def film(bench: Bench, rng):
     t, x, z, angle, y = rows.T
     smaller = bench.away / (bench.away + y) if bench.away < math.inf else 1.0
     x, z = x * smaller, bench.height / 3 + (z - bench.height / 3) * smaller
-    x, z = 1e3 * x + bench.wobble_mm * np.cos(2 * angle), 1e3 * z + bench.wobble_mm * np.sin(2 * angle)
+    x, z = (
+        1e3 * x + bench.wobble_mm * np.cos(2 * angle),
+        1e3 * z + bench.wobble_mm * np.sin(2 * angle),
+    )
     middle = 500 * bench.height
     roll = math.radians(bench.roll_deg)
-    x, z = x * math.cos(roll) + (z - middle) * math.sin(roll), middle + (z - middle) * math.cos(roll) - x * math.sin(roll)
+    x, z = (
+        x * math.cos(roll) + (z - middle) * math.sin(roll),
+        middle + (z - middle) * math.cos(roll) - x * math.sin(roll),
+    )
     shrink = (1 + bench.scale) * (1 + bench.keystone * (z - middle) / 1000)
     x, z = x / shrink, z / shrink
-    x, z = (place + bench.lock_mm * np.sin(2 * math.pi * place / PIXEL_MM) for place in (x, z))
+    x, z = (
+        place + bench.lock_mm * np.sin(2 * math.pi * place / PIXEL_MM)
+        for place in (x, z)
+    )
     x, z = x + noise(len(t), bench, rng), z + noise(len(t), bench, rng)
     keep = rng.random(len(t)) >= bench.lost
     return (
@@ -221,14 +262,25 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
         here = replace(bench, height=heights[i % len(heights)]) if heights else bench
         t, x, z, angle, frame = film(here, rng)
         camera = Camera(
-            fps=bench.fps, mm_per_px=PIXEL_MM, mm_per_px_sd=0.0002, plumb_deg=0.0, plumb_sd_deg=0.05,
+            fps=bench.fps,
+            mm_per_px=PIXEL_MM,
+            mm_per_px_sd=0.0002,
+            plumb_deg=0.0,
+            plumb_sd_deg=0.05,
             distance_mm=bench.stated_away_mm,
-        )  # fmt: skip
+        )
         seed, air = Seed(**STATED), Air(density_kg_m3=bench.stated_air)
         told = Recording(
-            f"drop-{i:02d}", Path(), "drop", "track.csv", (), seed=seed, camera=camera, air=air,
+            f"drop-{i:02d}",
+            Path(),
+            "drop",
+            "track.csv",
+            (),
+            seed=seed,
+            camera=camera,
+            air=air,
             drop=Drop(height_mm=1e3 * here.height),
-        )  # fmt: skip
+        )
         seen = {"angle_deg": angle} if bench.angle else {}
         out.append(drop_of(make_track(t, x, z, frame=frame, **seen), told))
     return out

@@ -1,8 +1,8 @@
-"""Slides made by other means than the solver's: polar coordinates about the hinge, fixed small steps, sticking and slipping.
+"""Slides made by other means than the solver's: polar coordinates about the hinge,
+fixed small steps, sticking and slipping.
 
-A camera with a scale, lens and trapezoid of its own, a tilt sensor with noise, offset and clock, noise that is drawn frame by
-frame. Shares no formula with diagnose.
-"""
+A camera with a scale, lens and trapezoid of its own, a tilt sensor with noise, offset
+and clock, noise that is drawn frame by frame. Shares no formula with diagnose."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -18,7 +18,8 @@ SEED = {"length_mm": 8.72, "width_mm": 6.84, "thickness_mm": 5.98, "mass_g": 0.2
 
 @dataclass(frozen=True)
 class Bench:
-    """What is true, and what is stated. friction(v [m/s], x [m]) is added to μ; static: excess at rest; pull [N] on the block."""
+    """What is true, and what is stated. friction(v [m/s], x [m]) is added to μ; static:
+    excess at rest; pull [N] on the block."""
 
     mu: float = 0.40
     mu_sd: float = 0.003
@@ -39,7 +40,9 @@ class Bench:
     offset_sd_deg: float = 0.05
     hinge_mm: float = 150.0
     hinge_stated: bool = True
-    turns: bool = True  # the plate; False: the weight turns about a plate that stands still
+    turns: bool = (
+        True  # the plate; False: the weight turns about a plate that stands still
+    )
     scale_sd: float = 8e-4
     air: float = 0.05  # 1/m, of a block of four: C_d of 0.7 among themselves
     stated_air: float = 1.2
@@ -47,10 +50,14 @@ class Bench:
     rho: float = 0.8
     white: float = 0.3
     mm_per_px: float = 0.1
-    lock_px: float = 0.0  # a place is read so much too far towards the middle of its pixel
+    lock_px: float = (
+        0.0  # a place is read so much too far towards the middle of its pixel
+    )
     tilt_noise_deg: float = 0.03
     tilt_column: bool = True
-    start_stated: bool = True  # where there is no column: that the plate was level at t = 0; False: the film begins just before
+    # where there is no column: that the plate was level at t = 0; False: the film
+    # begins just before
+    start_stated: bool = True
     lost: float = 0.02
     stray: float = 0.0  # share of rows that lie anywhere within 20 mm
     sign: float = 1.0
@@ -58,23 +65,35 @@ class Bench:
 
 
 LIGHT = Bench(fps=120.0, rest_s=1.0)
-AIRLESS = replace(LIGHT, air=0.0, stated_air=0.0)  # what beside a plate is not known of air hides a little viscous friction
+AIRLESS = replace(
+    LIGHT, air=0.0, stated_air=0.0
+)  # what beside a plate is not known of air hides a little viscous friction
 
 
 def slide(bench: Bench, mu: float, rate: float, mass: float, rng):
-    """t since the plate was level, x [m], true tilt [rad] a frame, from rest_s before the onset until travel_mm."""
+    """t since the plate was level, x [m], true tilt [rad] a frame, from rest_s before
+    the onset until travel_mm."""
     omega, dt, r0 = math.radians(rate), 2.5e-4, 1e-3 * bench.hinge_mm
     amplitude, hertz = bench.shake
     wave = rng.uniform(0, 2 * math.pi)
     step = math.radians(bench.step_deg)
 
     def plate(t):
-        return (math.floor(omega * t / step) * step, 0.0) if step else (omega * t, omega * bench.turns)
+        return (
+            (math.floor(omega * t / step) * step, 0.0)
+            if step
+            else (omega * t, omega * bench.turns)
+        )
 
     def pulls(t, r, speed):
-        """Pull down the plate and normal force, over mass, of a block at r from the hinge that moves down at `speed`."""
+        """Pull down the plate and normal force, over mass, of a block at r from the
+        hinge that moves down at `speed`."""
         angle, turn = plate(t)
-        along = G * math.sin(angle) - turn * turn * r + amplitude * math.sin(2 * math.pi * hertz * t + wave)
+        along = (
+            G * math.sin(angle)
+            - turn * turn * r
+            + amplitude * math.sin(2 * math.pi * hertz * t + wave)
+        )
         return along, G * math.cos(angle) - 2 * turn * speed + bench.pull / mass
 
     def rise(t, r, speed):
@@ -94,7 +113,9 @@ def slide(bench: Bench, mu: float, rate: float, mass: float, rng):
         if moving:
             k1 = rise(t, r, speed)
             k2 = rise(t + dt / 2, r - dt / 2 * speed, speed + dt / 2 * k1)
-            k3 = rise(t + dt / 2, r - dt / 2 * speed - dt * dt / 4 * k1, speed + dt / 2 * k2)
+            k3 = rise(
+                t + dt / 2, r - dt / 2 * speed - dt * dt / 4 * k1, speed + dt / 2 * k2
+            )
             k4 = rise(t + dt, r - dt * speed - dt * dt / 2 * k2, speed + dt * k3)
             r -= dt * speed + dt * dt / 6 * (k1 + k2 + k3)
             speed += dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
@@ -103,7 +124,9 @@ def slide(bench: Bench, mu: float, rate: float, mass: float, rng):
         t += dt
         times.append(t)
         places.append(r0 - r)
-    frames = np.arange(begun - bench.rest_s + rng.uniform(0, 1 / bench.fps), t, 1 / bench.fps)
+    frames = np.arange(
+        begun - bench.rest_s + rng.uniform(0, 1 / bench.fps), t, 1 / bench.fps
+    )
     x = np.interp(frames, times, places, left=0.0)
     return frames, x, np.array([plate(max(s - bench.clock_s, 0.0))[0] for s in frames])
 
@@ -126,16 +149,33 @@ def slides(bench: Bench, count: int, rng):
 
     out = []
     offset = bench.offset_deg + rng.normal(0, bench.offset_sd_deg)
-    scale, lens, keystone = rng.normal(0, bench.scale_sd), rng.normal(0, 2e-4), rng.normal(0, 1e-3)
+    scale, lens, keystone = (
+        rng.normal(0, bench.scale_sd),
+        rng.normal(0, 2e-4),
+        rng.normal(0, 1e-3),
+    )
     for i in range(count):
-        rate, seeds = bench.rates[i % len(bench.rates)], bench.counts[i % len(bench.counts)]
-        t, x, tilt = slide(bench, bench.mu + rng.normal(0, bench.mu_sd), rate, 0.234e-3 * seeds, rng)
+        rate, seeds = (
+            bench.rates[i % len(bench.rates)],
+            bench.counts[i % len(bench.counts)],
+        )
+        t, x, tilt = slide(
+            bench, bench.mu + rng.normal(0, bench.mu_sd), rate, 0.234e-3 * seeds, rng
+        )
         x = 1e3 * x
         half = bench.travel_mm / 2
         off = x - half
-        x = half + off * (1 - scale) * (1 + lens * (off / half) ** 2 + keystone * off / 1000) + rng.normal(0, 20)
-        ripple = bench.lock_px * bench.mm_per_px * np.sin(2 * math.pi * x / bench.mm_per_px)
-        x = bench.sign * (x + ripple + noise(len(x), bench.noise_mm, bench.rho, bench.white, rng))
+        x = (
+            half
+            + off * (1 - scale) * (1 + lens * (off / half) ** 2 + keystone * off / 1000)
+            + rng.normal(0, 20)
+        )
+        ripple = (
+            bench.lock_px * bench.mm_per_px * np.sin(2 * math.pi * x / bench.mm_per_px)
+        )
+        x = bench.sign * (
+            x + ripple + noise(len(x), bench.noise_mm, bench.rho, bench.white, rng)
+        )
         seen = np.degrees(tilt)
         if bench.rounded_deg:
             seen = np.ceil(seen / bench.rounded_deg) * bench.rounded_deg
@@ -146,30 +186,55 @@ def slides(bench: Bench, count: int, rng):
         keep = rng.random(len(t)) >= bench.lost
         column = {"tilt_deg": seen[keep]} if bench.tilt_column else {}
         begun = 0.0 if bench.start_stated else t[keep][0]
-        track = make_track(t[keep] - begun, x[keep], 0 * x[keep], frame=np.arange(len(t))[keep], **column)
+        track = make_track(
+            t[keep] - begun,
+            x[keep],
+            0 * x[keep],
+            frame=np.arange(len(t))[keep],
+            **column,
+        )
         told = Recording(
-            f"slide-{i:02d}", Path(), "slide", "track.csv", (), seed=Seed(**SEED, count=seeds),
+            f"slide-{i:02d}",
+            Path(),
+            "slide",
+            "track.csv",
+            (),
+            seed=Seed(**SEED, count=seeds),
             air=Air(density_kg_m3=bench.stated_air),
-            camera=Camera(fps=bench.fps, mm_per_px=bench.mm_per_px, mm_per_px_sd=bench.mm_per_px * bench.scale_sd),
+            camera=Camera(
+                fps=bench.fps,
+                mm_per_px=bench.mm_per_px,
+                mm_per_px_sd=bench.mm_per_px * bench.scale_sd,
+            ),
             slide=Slide(
-                tilt_rate_deg_s=rate, travel_mm=bench.travel_mm, start_mm=bench.hinge_mm if bench.hinge_stated else None,
+                tilt_rate_deg_s=rate,
+                travel_mm=bench.travel_mm,
+                start_mm=bench.hinge_mm if bench.hinge_stated else None,
                 start_deg=None if bench.tilt_column or not bench.start_stated else 0.0,
             ),
-        )  # fmt: skip
+        )
         out.append(slide_of(track, told))
     return out
 
 
 def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True):
-    """One recording a (rate, count): `repeats` angles [deg] by angles_of(rate, count, rng)."""
+    """One recording a (rate, count): `repeats` angles [deg] by angles_of(rate, count,
+    rng)."""
     from twin.slides import SeenSlide
 
     none, out = np.zeros(0), []
     for i, (rate, count) in enumerate(zip(rates, counts, strict=True)):
         angles = np.array([angles_of(rate, count, rng) for _ in range(repeats)])
         seed = {"mass_g": 0.234, "count": count} if masses else {}
-        told = {"seed": seed, "camera": {"scale_sd": 0.01}, "air": {"density_kg_m3": 1.2}, "slide": {"tilt_rate_deg_s": rate}}
-        out.append(SeenSlide(f"slide-{i:02d}", "", none, none, none, none, None, angles, told))
+        told = {
+            "seed": seed,
+            "camera": {"scale_sd": 0.01},
+            "air": {"density_kg_m3": 1.2},
+            "slide": {"tilt_rate_deg_s": rate},
+        }
+        out.append(
+            SeenSlide(f"slide-{i:02d}", "", none, none, none, none, None, angles, told)
+        )
     return out
 
 
@@ -177,4 +242,6 @@ def found(bench: Bench, seed: int, count: int = 3):
     """The finding on `count` slides of this bench."""
     from diagnose.rigs.slide.diagnose import diagnose_slide
 
-    return diagnose_slide(slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0))
+    return diagnose_slide(
+        slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0)
+    )

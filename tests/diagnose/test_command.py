@@ -1,4 +1,5 @@
-"""`benchtwin diagnose` as it is typed: folders in, diagnosis.json and report.html out, mistakes in one clear line."""
+"""`benchtwin diagnose` as it is typed: folders in, diagnosis.json and report.html out,
+mistakes in one clear line."""
 
 import json
 import re
@@ -14,27 +15,54 @@ from typer.testing import CliRunner
 
 from benchtwin.command_line import app
 
-SEED = "length_mm = 8.72\nwidth_mm = 6.84\nthickness_mm = 5.98\ndensity_kg_m3 = 1250.0\n"
-CAMERA = "fps = 1000.0\nmm_per_px = 0.25\nmm_per_px_sd = 0.0002\nplumb_deg = 0.0\nplumb_sd_deg = 0.05\ndistance_mm = 20000.0\n"
+SEED = (
+    "length_mm = 8.72\nwidth_mm = 6.84\nthickness_mm = 5.98\ndensity_kg_m3 = 1250.0\n"
+)
+CAMERA = (
+    "fps = 1000.0\nmm_per_px = 0.25\nmm_per_px_sd = 0.0002\nplumb_deg ="
+    " 0.0\nplumb_sd_deg = 0.05\ndistance_mm = 20000.0\n"
+)
 AIRLESS = falling.Bench(stated_air=0.0, bounces=1)
 KEYS = {
-    "alarm", "p_global", "sectors", "window", "verdict", "names", "ln_bayes_baseline", "ln_bayes_runner_up", "parameters", "law",
-    "held_out", "next_record", "explanations", "effects", "contact_parameters", "matters", "p_verdict",
-}  # fmt: skip
+    "alarm",
+    "p_global",
+    "sectors",
+    "window",
+    "verdict",
+    "names",
+    "ln_bayes_baseline",
+    "ln_bayes_runner_up",
+    "parameters",
+    "law",
+    "held_out",
+    "next_record",
+    "explanations",
+    "effects",
+    "contact_parameters",
+    "matters",
+    "p_verdict",
+}
 
 
 def write(folder: Path, bench: falling.Bench, count: int, seed: int) -> Path:
     """`count` drops as a bench folder."""
     rng = np.random.default_rng(seed)
     for k in range(count):
-        t, x, z, angle, _ = falling.film(replace(bench, height=(0.31, 0.45)[k % 2]), rng)
+        t, x, z, angle, _ = falling.film(
+            replace(bench, height=(0.31, 0.45)[k % 2]), rng
+        )
         one = folder / f"drop-{k + 1}"
         one.mkdir(parents=True)
         table = pd.DataFrame({"t_s": t, "x_mm": x, "y_mm": z, "angle_deg": angle})
         table.to_csv(one / "track.csv", index=False, float_format="%.6g")
         height = 1000 * (0.31, 0.45)[k % 2]
-        told = f'rig = "drop"\n[drop]\nheight_mm = {height}\n[seed]\n{SEED}[air]\ndensity_kg_m3 = {bench.stated_air}\n'
-        (one / "recording.toml").write_text(f"{told}[camera]\n{CAMERA}", encoding="utf8")
+        told = (
+            'rig = "drop"\n[drop]\nheight_mm ='
+            f" {height}\n[seed]\n{SEED}[air]\ndensity_kg_m3 = {bench.stated_air}\n"
+        )
+        (one / "recording.toml").write_text(
+            f"{told}[camera]\n{CAMERA}", encoding="utf8"
+        )
     return folder
 
 
@@ -52,7 +80,8 @@ def airless(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def again(airless):
-    """The same drops diagnosed with the twin, into a folder with a stopped diagnosis' film."""
+    """The same drops diagnosed with the twin, into a folder with a stopped diagnosis'
+    film."""
     out = airless[1].parent / "again"
     (out / "twin" / "drop-9-old").mkdir(parents=True)
     return out, diagnose(airless[0], out, "--quick")
@@ -61,14 +90,28 @@ def again(airless):
 def test_the_verdict_is_printed_and_written(airless):
     _, out, result = airless
     assert result.exit_code == 0, result.output
-    assert re.search(r"drop: air drag is missing \([\d.> ]+ %\): 0.0", result.output) and "of the weight at 2 m/s" in result.output
+    assert (
+        re.search(r"drop: air drag is missing \([\d.> ]+ %\): 0.0", result.output)
+        and "of the weight at 2 m/s" in result.output
+    )
     found = json.loads((out / "diagnosis.json").read_text())
     assert found["schema"] == 1 and set(found["rigs"]) == {"drop"}
     drop = found["rigs"]["drop"]
-    assert set(drop) >= KEYS and drop["alarm"] and (drop["verdict"], drop["names"]) == ("name", ["drag"])
+    assert (
+        set(drop) >= KEYS
+        and drop["alarm"]
+        and (drop["verdict"], drop["names"]) == ("name", ["drag"])
+    )
     value = drop["parameters"]["drag"]
-    assert value["unit"] == "1" and value["low95"] < 0.0185 * 1.15 and value["high95"] > 0.0185 * 0.9
-    assert drop["sectors"][0]["name"] == "flight" and drop["held_out"]["removed_fraction"] > 0.5
+    assert (
+        value["unit"] == "1"
+        and value["low95"] < 0.0185 * 1.15
+        and value["high95"] > 0.0185 * 0.9
+    )
+    assert (
+        drop["sectors"][0]["name"] == "flight"
+        and drop["held_out"]["removed_fraction"] > 0.5
+    )
     assert {p.name for p in out.iterdir()} == {"diagnosis.json", "report.html"}
 
 
@@ -81,7 +124,11 @@ def test_equal_seeds_give_equal_numbers(airless, again):
 def test_results_are_not_overwritten(airless):
     bench, out, _ = airless
     refused = diagnose(bench, out, "--no-twin")
-    assert refused.exit_code == 2 and "--overwrite" in refused.output and refused.output.count("\n") == 1
+    assert (
+        refused.exit_code == 2
+        and "--overwrite" in refused.output
+        and refused.output.count("\n") == 1
+    )
 
 
 def test_the_twin_with_the_effect_is_nearer_and_leftovers_are_replaced(again):
@@ -89,8 +136,15 @@ def test_the_twin_with_the_effect_is_nearer_and_leftovers_are_replaced(again):
     assert result.exit_code == 0, result.output
     assert not (out / "twin" / "drop-9-old").exists()
     twin = json.loads((out / "diagnosis.json").read_text())["rigs"]["drop"]["twin"]
-    assert twin["rmse_after"] < twin["rmse_before"] and twin["effects"] == ["drag"] and twin["held_out"]
-    assert "run again so that the air's drag law is on" in result.output and "the twin is off by" in result.output
+    assert (
+        twin["rmse_after"] < twin["rmse_before"]
+        and twin["effects"] == ["drag"]
+        and twin["held_out"]
+    )
+    assert (
+        "run again so that the air's drag law is on" in result.output
+        and "the twin is off by" in result.output
+    )
 
 
 @pytest.mark.parametrize(
@@ -100,7 +154,10 @@ def test_the_twin_with_the_effect_is_nearer_and_leftovers_are_replaced(again):
         (["bench", "--out", "bench/out"], "lies within the bench folder"),
         (["bench", "--out", "taken"], "holds letter.txt, which no diagnosis wrote"),
         (["bench", "--out", "file"], "is a file"),
-        (["bench", "--out", "out", "--rig", "dorp"], "no such rig; there are drop, slide, roll, pile"),
+        (
+            ["bench", "--out", "out", "--rig", "dorp"],
+            "no such rig; there are drop, slide, roll, pile",
+        ),
     ],
 )
 def test_a_mistake_is_one_clear_line(arguments, says, tmp_path, monkeypatch):
@@ -110,52 +167,90 @@ def test_a_mistake_is_one_clear_line(arguments, says, tmp_path, monkeypatch):
     Path("taken/letter.txt").write_text("dear reader")
     Path("file").write_text("")
     result = CliRunner().invoke(app, ["diagnose", *arguments])
-    assert result.exit_code == 2 and says in result.output and result.output.count("\n") == 1
+    assert (
+        result.exit_code == 2
+        and says in result.output
+        and result.output.count("\n") == 1
+    )
     assert not Path("out").exists()
 
 
 def test_a_negative_seed_of_random_numbers_is_refused(tmp_path):
-    result = CliRunner().invoke(app, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out"), "--rng", "-1"])
-    assert result.exit_code == 2 and "greater than or equal to 0" in result.output and not (tmp_path / "out").exists()
+    result = CliRunner().invoke(
+        app, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out"), "--rng", "-1"]
+    )
+    assert (
+        result.exit_code == 2
+        and "greater than or equal to 0" in result.output
+        and not (tmp_path / "out").exists()
+    )
 
 
 def test_unusable_recordings_are_reported_and_others_diagnosed(tmp_path):
     bench = write(tmp_path / "bench", replace(AIRLESS, stated_air=1.2), 1, 2)
     for name, toml, track in (
         ("odd", 'rig = "drop"\n[camera]\nfsp = 3\n', "t_s,x_mm,y_mm\n0,0,0\n"),
-        ("still", 'rig = "drop"\n', "t_s,x_mm,y_mm\n" + "".join(f"{k / 1000},0,0\n" for k in range(50))),
-        ("tilted", 'rig = "slide"\n', "t_s,x_mm,y_mm\n" + "".join(f"{k / 100},{k},0\n" for k in range(50))),
+        (
+            "still",
+            'rig = "drop"\n',
+            "t_s,x_mm,y_mm\n" + "".join(f"{k / 1000},0,0\n" for k in range(50)),
+        ),
+        (
+            "tilted",
+            'rig = "slide"\n',
+            "t_s,x_mm,y_mm\n" + "".join(f"{k / 100},{k},0\n" for k in range(50)),
+        ),
     ):
         (bench / name).mkdir()
         (bench / name / "recording.toml").write_text(toml)
         (bench / name / "track.csv").write_text(track)
     result = diagnose(bench, tmp_path / "out")
     assert result.exit_code == 0, result.output
-    for line in ("did you mean fps?", "still: nothing falls", "slide: not diagnosed", "tilt_deg", "nothing could be held out"):
+    for line in (
+        "did you mean fps?",
+        "still: nothing falls",
+        "slide: not diagnosed",
+        "tilt_deg",
+        "nothing could be held out",
+    ):
         assert line in result.output, line
     assert result.output.count("did you mean fps?") == 1
     found = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert list(found["rigs"]) == ["drop"] and "slide" in found["refused"]
     assert {t["recording"] for t in found["trouble"]} == {"odd", "still", "tilted"}
-    assert found["rigs"]["drop"]["held_out"] == {"rmse_ratio": None, "removed_fraction": None}
+    assert found["rigs"]["drop"]["held_out"] == {
+        "rmse_ratio": None,
+        "removed_fraction": None,
+    }
     page = (tmp_path / "out" / "report.html").read_text()
     assert "did you mean fps?" in page and "nothing could be held out" in page
 
 
 def test_a_drop_without_a_usable_flight_is_left_out(airless, tmp_path):
-    """It is left out, and nothing stumbles over it; asked to be quiet, the command says nothing."""
+    """It is left out, and nothing stumbles over it; asked to be quiet, the command says
+    nothing."""
     import shutil
 
     bench = shutil.copytree(airless[0], tmp_path / "bench")
     rows = pd.read_csv(bench / "drop-1" / "track.csv")
     (bench / "drop-0").mkdir()
     shutil.copy(bench / "drop-1" / "recording.toml", bench / "drop-0")
-    rows.iloc[::32].to_csv(bench / "drop-0" / "track.csv", index=False)  # too slow a film: 8 rows a flight, contacts included
+    rows.iloc[::32].to_csv(
+        bench / "drop-0" / "track.csv", index=False
+    )  # too slow a film: 8 rows a flight, contacts included
     result = diagnose(bench, tmp_path / "out", "--quick", "--quiet")
     assert (result.exit_code, result.output) == (0, "")
     drop = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]
-    assert drop["names"] == ["drag"] and drop["recordings"] == ["drop-1", "drop-2", "drop-3"], result.output
-    assert {r["recording"] for r in drop["twin"]["recordings"]} == {"drop-1", "drop-2", "drop-3"}
+    assert drop["names"] == ["drag"] and drop["recordings"] == [
+        "drop-1",
+        "drop-2",
+        "drop-3",
+    ], result.output
+    assert {r["recording"] for r in drop["twin"]["recordings"]} == {
+        "drop-1",
+        "drop-2",
+        "drop-3",
+    }
 
 
 def test_an_empty_folder_is_no_diagnosis(tmp_path):
@@ -169,28 +264,49 @@ def test_drops_in_pixels_have_their_scale_from_gravity(tmp_path):
     for one in bench.iterdir():
         table = pd.read_csv(one / "track.csv")
         frame = np.round(1000 * table.t_s).astype(int)
-        pixels = pd.DataFrame({"frame": frame, "x_px": 4 * table.x_mm, "y_px": 4 * table.y_mm})
+        pixels = pd.DataFrame(
+            {"frame": frame, "x_px": 4 * table.x_mm, "y_px": 4 * table.y_mm}
+        )
         pixels.to_csv(one / "track.csv", index=False)
-        toml = (one / "recording.toml").read_text().replace("mm_per_px = 0.25\nmm_per_px_sd = 0.0002\n", "")
+        toml = (
+            (one / "recording.toml")
+            .read_text()
+            .replace("mm_per_px = 0.25\nmm_per_px_sd = 0.0002\n", "")
+        )
         (one / "recording.toml").write_text(toml)
     result = diagnose(bench, tmp_path / "out", "--no-twin")
     drop = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]
-    assert drop["names"] == ["drag"] and drop["verdict"] in ("name", "class"), result.output
+    assert drop["names"] == ["drag"] and drop["verdict"] in (
+        "name",
+        "class",
+    ), result.output
     assert "scale-error" not in drop["names"]
 
 
 def test_a_ball_in_free_flight_needs_no_plate(tmp_path):
     """50 g, 70 mm, 20 m down with C_d = 0.47 all the way: v = v_e tanh(g t/v_e)."""
-    rng, end = np.random.default_rng(4), np.sqrt(2 * 0.05 * 9.81 / (1.2 * 0.47 * np.pi * 0.035**2))
+    rng, end = (
+        np.random.default_rng(4),
+        np.sqrt(2 * 0.05 * 9.81 / (1.2 * 0.47 * np.pi * 0.035**2)),
+    )
     time = np.arange(0, 1.9, 1 / 60)
     for k in range(3):
         one = tmp_path / "bench" / f"ball-{k}"
         one.mkdir(parents=True)
         down = end**2 / 9.81 * np.log(np.cosh(9.81 * time / end))
-        columns = {"t_s": time, "x_mm": rng.normal(0, 5, len(time)), "y_mm": -1000 * down + rng.normal(0, 5, len(time))}
+        columns = {
+            "t_s": time,
+            "x_mm": rng.normal(0, 5, len(time)),
+            "y_mm": -1000 * down + rng.normal(0, 5, len(time)),
+        }
         pd.DataFrame(columns).to_csv(one / "track.csv", index=False)
-        camera = "[camera]\nfps = 60.0\nmm_per_px = 10.0\nmm_per_px_sd = 0.05\n[air]\ndensity_kg_m3 = 0.0\n"
-        (one / "recording.toml").write_text(f'rig = "drop"\n[seed]\nlength_mm = 70.0\nmass_g = 50.0\n{camera}')
+        camera = (
+            "[camera]\nfps = 60.0\nmm_per_px = 10.0\nmm_per_px_sd ="
+            " 0.05\n[air]\ndensity_kg_m3 = 0.0\n"
+        )
+        (one / "recording.toml").write_text(
+            f'rig = "drop"\n[seed]\nlength_mm = 70.0\nmass_g = 50.0\n{camera}'
+        )
     result = diagnose(tmp_path / "bench", tmp_path / "out", "--no-twin")
     drop = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]
     assert drop["alarm"] and "drag" in drop["names"], result.output
@@ -209,8 +325,11 @@ def test_no_engine_is_imported_for_a_verdict(airless):
     import subprocess
 
     code = (
-        "import sys; from diagnose import bench; import diagnose.rigs.drop.diagnose; "
-        "print([m for m in ('sim.engine', 'pyrender', 'plotly', 'distributed') if m in sys.modules])"
+        "import sys; from diagnose import bench; import diagnose.rigs.drop.diagnose;"
+        " print([m for m in ('sim.engine', 'pyrender', 'plotly', 'distributed') if m in"
+        " sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "[]"

@@ -1,4 +1,5 @@
-"""docs/diagnose.md lists every effect with its unit and sign, and no effect that is not there."""
+"""docs/diagnose.md lists every effect with its unit and sign, and no effect that is not
+there."""
 
 import re
 from pathlib import Path
@@ -8,7 +9,12 @@ import pytest
 from diagnose.effects import drop, pile, roll, slide
 
 TEXT = (Path(__file__).parents[2] / "docs" / "diagnose.md").read_text(encoding="utf8")
-OF_RIG = {"drop": drop.EFFECTS, "slide": slide.EFFECTS, "roll": roll.EFFECTS, "pile": pile.EFFECTS}
+OF_RIG = {
+    "drop": drop.EFFECTS,
+    "slide": slide.EFFECTS,
+    "roll": roll.EFFECTS,
+    "pile": pile.EFFECTS,
+}
 
 
 @pytest.mark.parametrize("rig", OF_RIG)

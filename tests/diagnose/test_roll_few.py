@@ -1,4 +1,5 @@
-"""Diagnosis of rolls past a few gates and of tracks of a few rows: clean ones raise no alarm, a leaning apparatus is named."""
+"""Diagnosis of rolls past a few gates and of tracks of a few rows: clean ones raise no
+alarm, a leaning apparatus is named."""
 
 import math
 
@@ -13,9 +14,16 @@ SEED = {"length_mm": 15.0, "width_mm": 15.0, "thickness_mm": 15.0, "mass_g": 13.
 GATES = np.array([180.0, 360, 540, 720, 900])
 
 
-def runs(slope_deg: float, count: int, rng: np.random.Generator, *, camera: int = 0, level: bool = False) -> list[SeenRoll]:
-    """`count` runs in either direction of a ball on an apparatus that leans by `slope_deg`, rising along +x; camera: rows of its
-    tracks, 0: past gates."""
+def runs(
+    slope_deg: float,
+    count: int,
+    rng: np.random.Generator,
+    *,
+    camera: int = 0,
+    level: bool = False,
+) -> list[SeenRoll]:
+    """`count` runs in either direction of a ball on an apparatus that leans by
+    `slope_deg`, rising along +x; camera: rows of its tracks, 0: past gates."""
     out, place = [], 0.2e-3 * rng.standard_normal(len(GATES))
     for direction, sign in (("+x", 1.0), ("-x", -1.0)):
         for k in range(count):
@@ -24,28 +32,70 @@ def runs(slope_deg: float, count: int, rng: np.random.Generator, *, camera: int 
             ball = Ball(beta, mu, 1.4, 0.0012, length=0.15 if level else np.inf)
             fine, x = way(ball, rng.uniform(0.02, 0.05), 6.0 if level else 2.0)
             if camera or level:
-                stop = fine[np.argmax(x > 0.95)] if not level else fine[np.argmax(x >= x[-1] - 1e-6)]
+                stop = (
+                    fine[np.argmax(x > 0.95)]
+                    if not level
+                    else fine[np.argmax(x >= x[-1] - 1e-6)]
+                )
                 time = np.linspace(0.02, stop, camera or 10)
-                seen = 1000 * np.interp(time, fine, x) + 0.3 * rng.standard_normal(len(time))
+                seen = 1000 * np.interp(time, fine, x) + 0.3 * rng.standard_normal(
+                    len(time)
+                )
             else:
-                time, seen = np.interp(GATES / 1000 + place, x, fine) + 2e-5 * rng.standard_normal(len(GATES)), GATES
-            roll = {"incline_deg": 12.0, "direction": direction} | ({"incline_length_mm": 150.0} if level else {"level": False})
-            told = {"seed": SEED, "camera": {"scale_sd": 1e-3}, "air": {"density_kg_m3": 1.2, "viscosity_pa_s": 1.8e-5}, "roll": roll}
+                time, seen = (
+                    np.interp(GATES / 1000 + place, x, fine)
+                    + 2e-5 * rng.standard_normal(len(GATES)),
+                    GATES,
+                )
+            roll = {"incline_deg": 12.0, "direction": direction} | (
+                {"incline_length_mm": 150.0} if level else {"level": False}
+            )
+            told = {
+                "seed": SEED,
+                "camera": {"scale_sd": 1e-3},
+                "air": {"density_kg_m3": 1.2, "viscosity_pa_s": 1.8e-5},
+                "roll": roll,
+            }
             name = f"{direction}-{k}"
             gates = not (camera or level)
             sd = np.full(len(seen), np.nan)
-            out.append(SeenRoll(name, "", np.arange(len(seen)), time, seen, None, told, sd_mm=sd, gates=gates))
+            out.append(
+                SeenRoll(
+                    name,
+                    "",
+                    np.arange(len(seen)),
+                    time,
+                    seen,
+                    None,
+                    told,
+                    sd_mm=sd,
+                    gates=gates,
+                )
+            )
     return out
 
 
-@pytest.mark.parametrize(("camera", "slope"), [
-    (0, -0.3), (10, 0.3), (120, -0.3),
-    *(pytest.param(*case, marks=pytest.mark.slow) for case in [(0, 0.3), (10, -0.3), (120, 0.3)]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("camera", "slope"),
+    [
+        (0, -0.3),
+        (10, 0.3),
+        (120, -0.3),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in [(0, 0.3), (10, -0.3), (120, 0.3)]
+        ),
+    ],
+)
 def test_an_apparatus_that_leans_is_named_from_both_directions(camera, slope):
-    found = diagnose_roll(runs(slope, 8, np.random.default_rng(4), camera=camera), np.random.default_rng(0))
+    found = diagnose_roll(
+        runs(slope, 8, np.random.default_rng(4), camera=camera),
+        np.random.default_rng(0),
+    )
     assert found.alarm and "slope" in found.names
-    assert found.verdict == "class" or found.parameters["slope"].value == pytest.approx(slope, abs=0.1)
+    assert found.verdict == "class" or found.parameters["slope"].value == pytest.approx(
+        slope, abs=0.1
+    )
 
 
 @pytest.mark.parametrize("camera", [0, 10])
@@ -58,5 +108,7 @@ def test_a_level_apparatus_raises_no_alarm(camera):
 
 
 def test_few_rows_on_both_legs_are_diagnosed():
-    found = diagnose_roll(runs(0.0, 4, np.random.default_rng(2), level=True), np.random.default_rng(0))
+    found = diagnose_roll(
+        runs(0.0, 4, np.random.default_rng(2), level=True), np.random.default_rng(0)
+    )
     assert not found.alarm

@@ -16,10 +16,15 @@ LEVEL = Way(0.0, 0.0, 0.03, G / 1.4, np.sin(BETA), np.cos(BETA), 0.02)
 
 
 def test_rolling_without_more_has_its_closed_form():
-    """Run-out S (sin β − μ cos β)/μ, whatever the inertia; speed at the corner √(2 F (sin β − μ cos β) S)."""
+    """Run-out S (sin β − μ cos β)/μ, whatever the inertia; speed at the corner √(2 F
+    (sin β − μ cos β) S)."""
     end, speed = travel(np.array([0.1, 20.0]), LEVEL)
-    assert end[1] == pytest.approx(0.03 + 0.03 * (np.sin(BETA) - 0.02 * np.cos(BETA)) / 0.02, abs=1e-9)
-    assert speed[0] == pytest.approx(G / 1.4 * (np.sin(BETA) - 0.02 * np.cos(BETA)) * 0.1, rel=1e-9)
+    assert end[1] == pytest.approx(
+        0.03 + 0.03 * (np.sin(BETA) - 0.02 * np.cos(BETA)) / 0.02, abs=1e-9
+    )
+    assert speed[0] == pytest.approx(
+        G / 1.4 * (np.sin(BETA) - 0.02 * np.cos(BETA)) * 0.1, rel=1e-9
+    )
     assert speed[1] == 0
 
 
@@ -29,13 +34,26 @@ def test_resistance_that_grows_with_speed_has_its_closed_form():
     times = np.linspace(0.3, 0.5, 7)
     speed = travel(times, LEVEL, Table(0.0, grid[1], k * grid))[1]
     later = (speed[0] + 0.02 / k) * np.exp(-G / 1.4 * k * (times - times[0])) - 0.02 / k
-    assert travel(times, LEVEL, Table(0.0, grid[1], k * grid))[0][0] > 0.031  # behind the corner
+    assert (
+        travel(times, LEVEL, Table(0.0, grid[1], k * grid))[0][0] > 0.031
+    )  # behind the corner
     np.testing.assert_allclose(speed, later, atol=1e-7)
 
 
 def test_a_seed_that_climbs_over_itself_keeps_its_energy_and_stops_in_a_trough():
-    """v²/2F + h(x) falls by μ dx on the level; at rest the slope of h is less than μ."""
-    way = Way(0.0, 0.0, 0.03, G / 1.4, np.sin(BETA), np.cos(BETA), 0.02, ripple=(1e-4, 0.0), turn=2 / 3.2e-3)
+    """v²/2F + h(x) falls by μ dx on the level; at rest the slope of h is less than
+    μ."""
+    way = Way(
+        0.0,
+        0.0,
+        0.03,
+        G / 1.4,
+        np.sin(BETA),
+        np.cos(BETA),
+        0.02,
+        ripple=(1e-4, 0.0),
+        turn=2 / 3.2e-3,
+    )
     x, v = travel(np.array([0.4, 0.6, 30.0]), way)
     energy = v**2 / (2 * G / 1.4) + 0.5e-4 * np.cos(way.turn * x)
     assert energy[0] - energy[1] == pytest.approx(0.02 * (x[1] - x[0]), rel=1e-4)
@@ -43,9 +61,21 @@ def test_a_seed_that_climbs_over_itself_keeps_its_energy_and_stops_in_a_trough()
 
 
 def test_an_oval_seed_turns_more_slowly_where_its_centre_is_high():
-    """Without friction (v² − F/o) exp(−2 o h) is kept: d(v²)/dx = −2 F h' + 2 o v² h'."""
+    """Without friction (v² − F/o) exp(−2 o h) is kept: d(v²)/dx = −2 F h' + 2 o v²
+    h'."""
     o = 0.4 / 1.4 / 3.2e-3
-    way = Way(0.0, 0.0, 0.03, G / 1.4, np.sin(BETA), np.cos(BETA), 0.0, ripple=(2e-4, 1e-4), turn=2 / 3.2e-3, oval=o)
+    way = Way(
+        0.0,
+        0.0,
+        0.03,
+        G / 1.4,
+        np.sin(BETA),
+        np.cos(BETA),
+        0.0,
+        ripple=(2e-4, 1e-4),
+        turn=2 / 3.2e-3,
+        oval=o,
+    )
     x, v = travel(np.linspace(0.4, 0.5, 9), way)
     height = 0.5 * (2e-4 * np.cos(way.turn * x) + 1e-4 * np.sin(way.turn * x))
     kept = (v**2 - G / 1.4 / o) * np.exp(-2 * o * height)

@@ -1,4 +1,5 @@
-"""Diagnosis of slides past light gates on a plate that tilts: none refused, clean ones raise no alarm; a plate that stands is told."""
+"""Diagnosis of slides past light gates on a plate that tilts: none refused, clean ones
+raise no alarm; a plate that stands is told."""
 
 import numpy as np
 import pytest
@@ -14,17 +15,27 @@ RATE, START = 3.0, 10.0
 def bench(folder, rng, rate: float) -> None:
     folder.mkdir()
     camera = "[camera]\nmm_per_px = 1.0\nmm_per_px_sd = 0.001\n"
-    plate = f"[slide]\nstart_deg = {START}\n" + (f"tilt_rate_deg_s = {rate}\n" if rate else "")
-    (folder / "bench.toml").write_text(f'rig = "slide"\n{camera}{plate}[air]\ndensity_kg_m3 = 0.0\n')
+    plate = f"[slide]\nstart_deg = {START}\n" + (
+        f"tilt_rate_deg_s = {rate}\n" if rate else ""
+    )
+    (folder / "bench.toml").write_text(
+        f'rig = "slide"\n{camera}{plate}[air]\ndensity_kg_m3 = 0.0\n'
+    )
     for k in range(10):
         angle = np.degrees(np.arctan(0.35 + 0.002 * rng.standard_normal()))
         onset = (angle - START) / RATE
         t, x = way(angle, RATE, float(np.tan(np.radians(angle))))
-        time = onset + np.interp(GATES / 1000, x, t) + 1e-4 * rng.standard_normal(len(GATES))
+        time = (
+            onset
+            + np.interp(GATES / 1000, x, t)
+            + 1e-4 * rng.standard_normal(len(GATES))
+        )
         run = folder / f"s-{k}"
         run.mkdir()
         (run / "recording.toml").write_text("")
-        (run / "gates.csv").write_text("x_mm,t_s\n" + "".join(f"{g},{s:.6f}\n" for g, s in zip(GATES, time)))
+        (run / "gates.csv").write_text(
+            "x_mm,t_s\n" + "".join(f"{g},{s:.6f}\n" for g, s in zip(GATES, time))
+        )
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -36,4 +47,6 @@ def test_slides_past_gates_are_diagnosed(tmp_path, seed):
 
 def test_a_plate_that_stands_still_is_told_from_one_of_unknown_angle(tmp_path):
     bench(tmp_path / "a", np.random.default_rng(1), 0.0)
-    assert all("tilt_rate_deg_s" in seen.trouble for seen in read_slides(tmp_path / "a"))
+    assert all(
+        "tilt_rate_deg_s" in seen.trouble for seen in read_slides(tmp_path / "a")
+    )

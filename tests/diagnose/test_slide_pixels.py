@@ -1,4 +1,5 @@
-"""Places that a tracker reads too far towards pixel centres: no news, and no vibration of the plate."""
+"""Places that a tracker reads too far towards pixel centres: no news, and no vibration
+of the plate."""
 
 from dataclasses import replace
 
@@ -12,7 +13,16 @@ from diagnose.rigs.slide.model import ACTING
 from diagnose.rigs.slide.problem import prepare
 from diagnose.rigs.slide.session import assemble
 
-SHARP = replace(LIGHT, fps=240.0, rates=(1.0,), noise_mm=0.008, rho=0.0, white=1.0, mm_per_px=0.2, travel_mm=40.0)
+SHARP = replace(
+    LIGHT,
+    fps=240.0,
+    rates=(1.0,),
+    noise_mm=0.008,
+    rho=0.0,
+    white=1.0,
+    mm_per_px=0.2,
+    travel_mm=40.0,
+)
 
 
 def fit_of(seen):
@@ -28,9 +38,17 @@ def test_slides_with_a_pixel_lock_are_clean(sign):
 
 @pytest.mark.parametrize("lock_px", [0.0, 0.05])
 def test_the_lock_is_measured_wherever_a_recording_counts_its_places_from(lock_px):
-    """Three runs, counted from where the first pixel is cut in the middle, at its edge, and at a quarter."""
+    """Three runs, counted from where the first pixel is cut in the middle, at its edge,
+    and at a quarter."""
     seen = slides(replace(SHARP, lock_px=lock_px), 3, np.random.default_rng(3))
     from_px = np.array([0.0, 0.5, 0.25])
-    base = fit_of([replace(s, x_mm=s.x_mm + SHARP.mm_per_px * part) for s, part in zip(seen, from_px, strict=True)])
+    base = fit_of(
+        [
+            replace(s, x_mm=s.x_mm + SHARP.mm_per_px * part)
+            for s, part in zip(seen, from_px, strict=True)
+        ]
+    )
     waves = base.starts[:, ACTING.stop :] @ [1.0, 1j]  # A + iB, of A sin φ + B cos φ
-    np.testing.assert_allclose(waves * np.exp(2j * np.pi * from_px), lock_px, atol=0.01)  # sds of .003 each way
+    np.testing.assert_allclose(
+        waves * np.exp(2j * np.pi * from_px), lock_px, atol=0.01
+    )  # sds of .003 each way

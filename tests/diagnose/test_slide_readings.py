@@ -1,4 +1,5 @@
-"""Angles that somebody read off, and stairs of the tilt that a column or readings show by themselves."""
+"""Angles that somebody read off, and stairs of the tilt that a column or readings show
+by themselves."""
 
 import math
 from dataclasses import replace
@@ -12,7 +13,8 @@ from diagnose.rigs.slide.tilt import seen_tilt
 
 
 def test_a_stepped_plate_is_separated_from_a_rounded_column():
-    """The block moves evenly between climbs; as a control it moves as on an even climb, and the column alone is on a grid."""
+    """The block moves evenly between climbs; as a control it moves as on an even climb,
+    and the column alone is on a grid."""
     climbs = found(replace(LIGHT, step_deg=0.5), 1)
     assert climbs.names == ("stepped-tilt",) and climbs.sectors[0].name == "measurement"
     assert climbs.parameters["stepped-tilt"].value == pytest.approx(0.5, abs=0.01)
@@ -25,14 +27,21 @@ def test_a_noisy_or_finely_resolved_column_is_no_staircase():
     noisy = ramp + np.random.default_rng(1).normal(0, 0.1, len(t))
     assert seen_tilt(t, noisy, 3.0, 4.0).grid_deg == 0
     assert seen_tilt(t, np.round(ramp, 1), 3.0, 4.0).grid_deg == 0
-    assert seen_tilt(t, np.ceil(ramp / 0.4) * 0.4, 3.0, 4.0).grid_deg == pytest.approx(0.4, rel=0.01)
+    assert seen_tilt(t, np.ceil(ramp / 0.4) * 0.4, 3.0, 4.0).grid_deg == pytest.approx(
+        0.4, rel=0.01
+    )
 
 
 def angle_read(delay_mm=0.0, clock_s=0.0, pull=0.0, grid=0.0):
     """Reader of an angle: small steps until the block has moved by `delay_mm`."""
 
     def read(rate, count, rng):
-        mu, omega, weight, dt = 0.4 + rng.normal(0, 0.003), math.radians(rate), 0.234e-3 * count, 2e-3
+        mu, omega, weight, dt = (
+            0.4 + rng.normal(0, 0.003),
+            math.radians(rate),
+            0.234e-3 * count,
+            2e-3,
+        )
         t, x, v = 0.3 / omega, 0.0, 0.0
         while x <= 1e-3 * delay_mm:
             a = G * math.sin(omega * t) - mu * (G * math.cos(omega * t) + pull / weight)
@@ -60,12 +69,16 @@ def test_readings_of_several_rates_and_loads():
     size = late.effects["reading-delay"].size
     assert size.low95 < 5 < size.high95
     assert late.sectors[0].name == "measurement"
-    soon = told(angle_read(delay_mm=0.2), (0.5, 2, 5), (4, 4, 4))  # the overshoot's slope has no bound at a travel of nil
+    soon = told(
+        angle_read(delay_mm=0.2), (0.5, 2, 5), (4, 4, 4)
+    )  # the overshoot's slope has no bound at a travel of nil
     assert soon.verdict in ("name", "class") and "reading-delay" in soon.names
     off = told(angle_read(clock_s=-0.2), (1, 3, 10), (4, 4, 4))
     assert "clock-offset" in off.names and off.verdict in ("name", "class")
     pulled = told(angle_read(pull=0.3e-3), (2, 2, 2), (1, 2, 4))
-    assert pulled.names == ("adhesion",) and pulled.parameters["adhesion"].value == pytest.approx(0.3, abs=0.05)
+    assert pulled.names == ("adhesion",) and pulled.parameters[
+        "adhesion"
+    ].value == pytest.approx(0.3, abs=0.05)
     assert told(angle_read(), (1, 3, 10), (1, 2, 4)).verdict == "none"
     grid = told(angle_read(grid=0.5), (2, 2, 2), (4, 4, 4))
     assert grid.verdict == "none" and any("read to 0.5°" in note for note in grid.notes)
@@ -75,4 +88,7 @@ def test_one_rate_or_one_load_names_neither_delay_nor_pull():
     """Exact twins of friction itself."""
     assert told(angle_read(delay_mm=5.0), (2, 2, 2), (4, 4, 4)).verdict == "none"
     assert told(angle_read(pull=0.3e-3), (2, 2, 2), (4, 4, 4)).verdict == "none"
-    assert told(angle_read(pull=0.3e-3), (2, 2, 2), (1, 2, 4), masses=False).verdict != "name"
+    assert (
+        told(angle_read(pull=0.3e-3), (2, 2, 2), (1, 2, 4), masses=False).verdict
+        != "name"
+    )

@@ -18,8 +18,10 @@ def served(folder: Path) -> Iterator[str]:
     """The address of the page on `folder`, once it answers."""
     server = subprocess.Popen(
         [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-    )  # fmt: skip
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
     try:
         assert server.stdout is not None
         said = ""

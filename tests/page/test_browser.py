@@ -1,4 +1,5 @@
-"""The page in a real browser: adding files, corrections, keys, runs, results. Skipped where there is no Chromium with its driver."""
+"""The page in a real browser: adding files, corrections, keys, runs, results. Skipped
+where there is no Chromium with its driver."""
 
 import io
 import json
@@ -21,11 +22,19 @@ from vision.motion.drop_sound import impacts_in_sound
 from vision.pile.repose import measure_repose
 from vision.recording import read_recording
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
+    None,
+)
 DRIVER = shutil.which("chromedriver")
-pytestmark = pytest.mark.skipif(not (BROWSER and DRIVER), reason="no Chromium with chromedriver on this machine")
+pytestmark = pytest.mark.skipif(
+    not (BROWSER and DRIVER), reason="no Chromium with chromedriver on this machine"
+)
 ANGLE = 30.0
-SURFACE, FITTED = (0x2F, 0xD0, 0x6B), (0xFF, 0x4D, 0x4D)  # the drawn surface; the fitted line lies over it
+SURFACE, FITTED = (
+    (0x2F, 0xD0, 0x6B),
+    (0xFF, 0x4D, 0x4D),
+)  # the drawn surface; the fitted line lies over it
 
 
 class Window:
@@ -37,7 +46,13 @@ class Window:
 
         options = webdriver.ChromeOptions()
         options.binary_location = str(BROWSER)
-        for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,900"):
+        for argument in (
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-dev-shm-usage",
+            "--window-size=1280,900",
+        ):
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
@@ -61,15 +76,27 @@ class Window:
     def until(self, condition, seconds: float = 30.0):
         end = time.time() + seconds
         while not (found := condition()):
-            assert time.time() < end, f"not within {seconds} s; the page says:\n{self.text()}"
+            assert time.time() < end, (
+                f"not within {seconds} s; the page says:\n{self.text()}"
+            )
             time.sleep(0.05)
         return found
 
     def press(self, label: str, selector: str = "button, .q-tab") -> None:
         def there():
-            return next((e for e in self.all(selector) if e.text.strip().lower() == label.lower()), None)
+            return next(
+                (
+                    e
+                    for e in self.all(selector)
+                    if e.text.strip().lower() == label.lower()
+                ),
+                None,
+            )
 
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'}); arguments[0].click()", self.until(there))
+        self.driver.execute_script(
+            "arguments[0].scrollIntoView({block: 'center'}); arguments[0].click()",
+            self.until(there),
+        )
 
     def add_files(self, *files) -> None:
         entry = self.until(lambda: self.all("input[type=file]"))[0]
@@ -77,8 +104,19 @@ class Window:
         entry.send_keys("\n".join(map(str, files)))
 
     def type(self, label: str, text: str) -> None:
-        field = self.until(lambda: next((e for e in self.all(f'input[aria-label="{label}"]') if e.is_displayed()), None))
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", field)
+        field = self.until(
+            lambda: next(
+                (
+                    e
+                    for e in self.all(f'input[aria-label="{label}"]')
+                    if e.is_displayed()
+                ),
+                None,
+            )
+        )
+        self.driver.execute_script(
+            "arguments[0].scrollIntoView({block: 'center'})", field
+        )
         field.send_keys("\ue009a\ue000", text)  # Ctrl+A, then what replaces it
         time.sleep(0.3)
 
@@ -86,10 +124,16 @@ class Window:
         from selenium.webdriver import ActionChains
 
         place = self.until(lambda: self.all(f'[data-handle="{handle}"]'))[0]
-        ActionChains(self.driver, duration=30).move_to_element(place).click_and_hold().move_by_offset(dx, dy).release().perform()
+        ActionChains(self.driver, duration=30).move_to_element(
+            place
+        ).click_and_hold().move_by_offset(dx, dy).release().perform()
 
     def troubles(self) -> list[str]:
-        return [e["message"] for e in self.driver.get_log("browser") if e["level"] == "SEVERE" and "favicon" not in e["message"]]
+        return [
+            e["message"]
+            for e in self.driver.get_log("browser")
+            if e["level"] == "SEVERE" and "favicon" not in e["message"]
+        ]
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +147,10 @@ def window(serve, tmp_path_factory):
 
 @pytest.fixture
 def photo(tmp_path):
-    picture = draw_pile(PileScene(angle_deg=ANGLE, size=(900, 600), pile_height=180), np.random.default_rng(0))
+    picture = draw_pile(
+        PileScene(angle_deg=ANGLE, size=(900, 600), pile_height=180),
+        np.random.default_rng(0),
+    )
     file = tmp_path / "heap <b>&amp;.png"
     Image.fromarray(picture).save(file)
     return file
@@ -126,9 +173,17 @@ def test_a_dropped_photo_is_measured_and_corrected(window, photo):
 
     window.until(lambda: window.all(".look image"))
     time.sleep(0.5)
-    drawn = Image.open(io.BytesIO(window.all(".look svg")[0].screenshot_as_png)).convert("RGB")
+    drawn = Image.open(
+        io.BytesIO(window.all(".look svg")[0].screenshot_as_png)
+    ).convert("RGB")
     assert surface_share(drawn, photo) > 0.8
-    assert surface_share(drawn.transform(drawn.size, Image.Transform.AFFINE, (1, 0, 0, 0, 1, 25)), photo) < 0.4  # the control
+    assert (
+        surface_share(
+            drawn.transform(drawn.size, Image.Transform.AFFINE, (1, 0, 0, 0, 1, 25)),
+            photo,
+        )
+        < 0.4
+    )  # the control
 
     window.press("Base line")
     window.drag("base-left", 0, -12)
@@ -136,26 +191,50 @@ def test_a_dropped_photo_is_measured_and_corrected(window, photo):
     both = numbers(window, "repose angle")
     assert both[1] == pytest.approx(ANGLE, abs=0.1) and both[0] != both[1]
     text = (window.folder / "pile-01" / "recording.toml").read_text()
-    assert "set by hand" in text and len(tomllib.loads(text)["pile"]["baseline_px"]) == 4
+    assert (
+        "set by hand" in text and len(tomllib.loads(text)["pile"]["baseline_px"]) == 4
+    )
     window.press("Automatic again")
     window.until(lambda: len(numbers(window, "repose angle")) == 1)
-    assert "baseline_px" not in (window.folder / "pile-01" / "recording.toml").read_text()
+    assert (
+        "baseline_px" not in (window.folder / "pile-01" / "recording.toml").read_text()
+    )
     assert not window.troubles()
 
 
 def surface_share(drawn: Image.Image, photo) -> float:
-    """How much of the surface, as measured apart from the page, is drawn in the page's picture (within 4 px)."""
+    """How much of the surface, as measured apart from the page, is drawn in the page's
+    picture (within 4 px)."""
     image = np.asarray(Image.open(photo))
     surface = measure_repose(image).surface
     scale = min(drawn.width / image.shape[1], drawn.height / image.shape[0])
-    left, top = (drawn.width - scale * image.shape[1]) / 2, (drawn.height - scale * image.shape[0]) / 2
-    line = np.logical_or(*(np.abs(np.asarray(drawn).astype(int) - colour).sum(axis=2) < 150 for colour in (SURFACE, FITTED)))
+    left, top = (
+        (drawn.width - scale * image.shape[1]) / 2,
+        (drawn.height - scale * image.shape[0]) / 2,
+    )
+    line = np.logical_or(
+        *(
+            np.abs(np.asarray(drawn).astype(int) - colour).sum(axis=2) < 150
+            for colour in (SURFACE, FITTED)
+        )
+    )
     columns = np.flatnonzero(np.isfinite(surface))[5:-5:7]
-    places = [(round(left + scale * c), round(top + scale * surface[c])) for c in columns]
-    return float(np.mean([line[max(0, y - 4) : y + 5, max(0, x - 3) : x + 4].any() for x, y in places]))
+    places = [
+        (round(left + scale * c), round(top + scale * surface[c])) for c in columns
+    ]
+    return float(
+        np.mean(
+            [
+                line[max(0, y - 4) : y + 5, max(0, x - 3) : x + 4].any()
+                for x, y in places
+            ]
+        )
+    )
 
 
-def readings(folder, name: str, text: str = 'rig = "drop"  # of the grey plate\n') -> None:
+def readings(
+    folder, name: str, text: str = 'rig = "drop"  # of the grey plate\n'
+) -> None:
     (folder / name).mkdir(parents=True, exist_ok=True)
     (folder / name / "recording.toml").write_text(text)
     (folder / name / "readings.csv").write_text("rebound_height_mm\n70\n72\n71\n")
@@ -180,11 +259,15 @@ def test_a_second_page_does_not_overwrite_the_first_one_s_change(window):
     readings(window.folder, "drop-02")
     window.go("/recording?r=drop-02")
     window.until(lambda: "needed: Release" in window.text())
-    (window.folder / "drop-02" / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 200\n')  # the other page
+    (window.folder / "drop-02" / "recording.toml").write_text(
+        'rig = "drop"\n[drop]\nheight_mm = 200\n'
+    )  # the other page
     window.type("height_mm [mm]", "310")
     window.press("Save")
     window.until(lambda: "was changed meanwhile" in window.text())
-    assert "height_mm = 200" in (window.folder / "drop-02" / "recording.toml").read_text()
+    assert (
+        "height_mm = 200" in (window.folder / "drop-02" / "recording.toml").read_text()
+    )
 
 
 def test_a_run_is_followed_and_its_results_stand_in_a_frame(window):
@@ -195,7 +278,12 @@ def test_a_run_is_followed_and_its_results_stand_in_a_frame(window):
     window.press("Measure")
     window.until(lambda: "1. measure" in window.text() and "done" in window.text(), 60)
     window.press("Results")
-    window.until(lambda: "Means over repeats" in window.text() and "restitution" in window.text(".q-table"))
+    window.until(
+        lambda: (
+            "Means over repeats" in window.text()
+            and "restitution" in window.text(".q-table")
+        )
+    )
     assert "as one zip" in window.text()
     assert not window.troubles()
 
@@ -206,7 +294,11 @@ def test_unreadable_files_are_named_and_the_others_added(window, tmp_path):
     good.write_text("t_s\n0.25\n0.5\n0.7\n")
     window.go("/")
     window.add_files(bad, good)
-    window.until(lambda: "<i>x.exe: not something that benchtwin reads" in window.text("#refused"))  # it shows as itself
+    window.until(
+        lambda: (
+            "<i>x.exe: not something that benchtwin reads" in window.text("#refused")
+        )
+    )  # it shows as itself
     assert (window.folder / "drop 9" / "impacts.csv").read_text() == good.read_text()
 
 
@@ -214,15 +306,26 @@ def test_unreadable_files_are_named_and_the_others_added(window, tmp_path):
     ("name", "reason"),
     [("nowhere", "no longer there"), ("../../etc", "not a name inside this folder")],
 )
-def test_a_recording_that_cannot_be_opened_gives_the_reason_and_no_form(window, name, reason):
-    """A form would write keys of a recording that is not there, or outside the folder."""
+def test_a_recording_that_cannot_be_opened_gives_the_reason_and_no_form(
+    window, name, reason
+):
+    """A form would write keys of a recording that is not there, or outside the
+    folder."""
     window.go(f"/recording?r={name}")
     window.until(lambda: "cannot be opened" in window.text())
     assert reason in window.text(".failed")
     assert "save" not in window.text("button").lower() and not window.all(".numbers")
 
 
-@pytest.mark.parametrize("path", ["/", "/photo?r=pile-01", "/_nicegui_ws/socket.io/?EIO=4&transport=polling", "/static/page.js"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/photo?r=pile-01",
+        "/_nicegui_ws/socket.io/?EIO=4&transport=polling",
+        "/static/page.js",
+    ],
+)
 def test_without_the_key_nothing_answers(window, path):
     with pytest.raises(urllib.error.HTTPError) as refused:
         urllib.request.urlopen(window.root + path, timeout=10)
@@ -237,16 +340,26 @@ def test_a_wrong_place_in_a_film_is_struck_out(window):
     window.until(lambda: window.all(".dot"), 60)
     window.press("Strike out")
     dot = window.all(".dot")[30]
-    window.driver.execute_script("arguments[0].dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}))", dot)
+    window.driver.execute_script(
+        "arguments[0].dispatchEvent(new PointerEvent('pointerdown', {bubbles: true}))",
+        dot,
+    )
     keys = window.folder / "film" / "recording.toml"
     window.until(lambda: "left_out_frames" in keys.read_text())
     (frame,) = tomllib.loads(keys.read_text())["track"]["left_out_frames"]
-    window.until(lambda: any(f"frame {frame}, left out" in e.get_attribute("textContent") for e in window.all(".dot")), 60)
+    window.until(
+        lambda: any(
+            f"frame {frame}, left out" in e.get_attribute("textContent")
+            for e in window.all(".dot")
+        ),
+        60,
+    )
     assert not window.troubles()
 
 
 def test_impacts_are_struck_out_and_added_on_the_waveform(window):
-    """A click on an impact, arrows and Enter on another sound; keys in the file, both values side by side, the command line alike."""
+    """A click on an impact, arrows and Enter on another sound; keys in the file, both
+    values side by side, the command line alike."""
     from selenium.webdriver import ActionChains
 
     sample = Path(__file__).parents[2] / "samples" / "heard-drop" / "drop-01"
@@ -255,17 +368,38 @@ def test_impacts_are_struck_out_and_added_on_the_waveform(window):
     keys.write_text('rig = "drop"\n[drop]\nheight_mm = 310  # to the plate\n')
     window.troubles()
     window.go("/recording?r=heard")
-    window.until(lambda: len(window.all("[data-impact]")) == 5 and numbers(window, "restitution"))
+    window.until(
+        lambda: len(window.all("[data-impact]")) == 5 and numbers(window, "restitution")
+    )
     wave = window.all(".wave svg")[0]
     last = window.all("[data-impact]")[-1]
     at = float(last.get_attribute("data-impact"))
-    right = last.rect["x"] + last.rect["width"] / 2 - wave.rect["x"] - wave.rect["width"] / 2
-    ActionChains(window.driver, duration=20).move_to_element_with_offset(wave, round(right), 0).click().perform()
-    window.until(lambda: len(window.all("[data-impact]")) == 4 and len(numbers(window, "restitution")) == 2)
+    right = (
+        last.rect["x"]
+        + last.rect["width"] / 2
+        - wave.rect["x"]
+        - wave.rect["width"] / 2
+    )
+    ActionChains(window.driver, duration=20).move_to_element_with_offset(
+        wave, round(right), 0
+    ).click().perform()
+    window.until(
+        lambda: (
+            len(window.all("[data-impact]")) == 4
+            and len(numbers(window, "restitution")) == 2
+        )
+    )
     written = tomllib.loads(keys.read_text())["drop"]
     assert written["impacts_struck_s"] == [pytest.approx(at, abs=1e-3)]
     assert "# to the plate" in keys.read_text() and "set by hand" in keys.read_text()
-    assert len(impacts_in_sound(sample / "sound.ogg", read_recording(window.folder / "heard")).times) == 4
+    assert (
+        len(
+            impacts_in_sound(
+                sample / "sound.ogg", read_recording(window.folder / "heard")
+            ).times
+        )
+        == 4
+    )
 
     window.driver.execute_script("document.querySelector('.wave').focus()")
     for key in ("\ue014", "\ue007"):  # to the first sudden sound, Enter
@@ -273,31 +407,62 @@ def test_impacts_are_struck_out_and_added_on_the_waveform(window):
     window.until(lambda: len(window.all(".impact.added")) == 1)
     assert len(tomllib.loads(keys.read_text())["drop"]["impacts_added_s"]) == 1
     window.press("Automatic again")
-    window.until(lambda: len(window.all("[data-impact]")) == 5 and len(numbers(window, "restitution")) == 1)
+    window.until(
+        lambda: (
+            len(window.all("[data-impact]")) == 5
+            and len(numbers(window, "restitution")) == 1
+        )
+    )
     assert "impacts" not in keys.read_text()
     assert not window.troubles()
 
 
 @pytest.fixture(scope="module")
 def calibrated(window, tmp_path_factory):
-    """A bench in the served folder, with a calibration's and a diagnosis' results; back to what was there afterwards."""
+    """A bench in the served folder, with a calibration's and a diagnosis' results; back
+    to what was there afterwards."""
     samples = Path(__file__).parents[2] / "samples"
     left = window.folder / "results"
     out = tmp_path_factory.mktemp("calibrated") / "calibrated"
-    command = [sys.executable, "-m", "benchtwin", "calibrate", str(samples / "soybean-paper"), "--tables", "--out", str(out), "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "benchtwin",
+        "calibrate",
+        str(samples / "soybean-paper"),
+        "--tables",
+        "--out",
+        str(out),
+        "--quiet",
+    ]
     assert subprocess.run(command, timeout=120).returncode == 0
     left.mkdir(exist_ok=True)
     (left / ".results").touch()
     shutil.copytree(out, left / "calibrated")
     shutil.copytree(samples / "drawn-bench" / "drop-phone", window.folder / "twinned")
-    shutil.copytree(samples / "drawn-bench" / "drop-phone", left / "calibrated" / "twin" / "drop" / "key")
+    shutil.copytree(
+        samples / "drawn-bench" / "drop-phone",
+        left / "calibrated" / "twin" / "drop" / "key",
+    )
     file = left / "calibrated" / "result.json"
-    pair = {"rig": "drop", "recording": "drop-phone", "alike": True, "twin": "twin/drop/key"}
+    pair = {
+        "rig": "drop",
+        "recording": "drop-phone",
+        "alike": True,
+        "twin": "twin/drop/key",
+    }
     file.write_text(json.dumps(json.loads(file.read_text()) | {"pairs": [pair]}))
     (left / "diagnosed").mkdir()
-    one = {"verdict": "name", "p_global": 1e-6, "matters": True, "next_record": "a drop from twice the height",
-           "explanations": [{"effects": ["drag"], "probability": 0.93}]}  # fmt: skip
-    (left / "diagnosed" / "diagnosis.json").write_text(json.dumps({"rigs": {"drop": one}}))
+    one = {
+        "verdict": "name",
+        "p_global": 1e-6,
+        "matters": True,
+        "next_record": "a drop from twice the height",
+        "explanations": [{"effects": ["drag"], "probability": 0.93}],
+    }
+    (left / "diagnosed" / "diagnosis.json").write_text(
+        json.dumps({"rigs": {"drop": one}})
+    )
     window.troubles()
     yield left
     shutil.rmtree(left / "calibrated")
@@ -315,13 +480,21 @@ def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrate
     slider.send_keys("\ue014" * 40)
     window.until(lambda: window.text(".beside-words") != before)
     later = [e.get_attribute("src") for e in window.all(".beside img")]
-    assert all(int(b.rpartition("=")[2]) > int(a.rpartition("=")[2]) for a, b in zip(pictures, later))
-    loaded = "return [...document.querySelectorAll('.beside img')].every(e => e.complete && e.naturalWidth > 100)"
+    assert all(
+        int(b.rpartition("=")[2]) > int(a.rpartition("=")[2])
+        for a, b in zip(pictures, later)
+    )
+    loaded = (
+        "return [...document.querySelectorAll('.beside img')].every(e => e.complete &&"
+        " e.naturalWidth > 100)"
+    )
     window.until(lambda: window.driver.execute_script(loaded))
     assert not window.troubles()
 
 
-def test_the_posterior_turns_and_explanations_have_their_probabilities(window, calibrated):
+def test_the_posterior_turns_and_explanations_have_their_probabilities(
+    window, calibrated
+):
     window.go("/bench?b=.&tab=Results")
     window.press("Posterior")
     canvas = window.until(lambda: window.all(".cloud canvas"))[0]
@@ -330,11 +503,16 @@ def test_the_posterior_turns_and_explanations_have_their_probabilities(window, c
     before = window.driver.execute_script(drawn, canvas)
     canvas.send_keys("\ue014\ue014")
     window.until(lambda: window.driver.execute_script(drawn, canvas) != before)
-    chosen = "const s = document.querySelectorAll('.cloud select')[2]; s.value = -1; s.dispatchEvent(new Event('change'))"
+    chosen = (
+        "const s = document.querySelectorAll('.cloud select')[2]; s.value = -1;"
+        " s.dispatchEvent(new Event('change'))"
+    )
     window.driver.execute_script(chosen)
     window.until(lambda: "turn it" not in window.text(".cloud"))
     window.press("Explanations")
-    window.until(lambda: "93 %" in window.text() and "air drag is missing" in window.text())
+    window.until(
+        lambda: "93 %" in window.text() and "air drag is missing" in window.text()
+    )
     assert not window.troubles()
 
 
@@ -345,7 +523,10 @@ def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
     (window.folder / "linked" / "recording.toml").write_text('rig = "drop"\n')
     (window.folder / "linked" / "sound.wav").symlink_to(secret)
     window.go("/")
-    fetched = "const done = arguments[0]; fetch('/sound?r=linked').then(async r => done([r.status, await r.text()]))"
+    fetched = (
+        "const done = arguments[0]; fetch('/sound?r=linked').then(async r =>"
+        " done([r.status, await r.text()]))"
+    )
     status, said = window.driver.execute_async_script(fetched)
     assert status == 422 and "leads out of this folder" in said
     shutil.rmtree(window.folder / "linked")
@@ -354,9 +535,17 @@ def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
 
 def test_the_list_of_what_to_record_and_the_cards_are_downloaded(window, calibrated):
     fetched = """const done = arguments[arguments.length - 1];
-        fetch(arguments[0]).then(async r => done([r.status, (await r.arrayBuffer()).byteLength, r.headers.get('content-disposition')]))"""
+        fetch(arguments[0]).then(async r => done([
+            r.status,
+            (await r.arrayBuffer()).byteLength,
+            r.headers.get('content-disposition')]))"""
     window.go("/bench?b=.&tab=Results")
-    links = window.until(lambda: [e.get_attribute("href") for e in window.all("a[href*='/cards'], a[href*='/zip']")])
+    links = window.until(
+        lambda: [
+            e.get_attribute("href")
+            for e in window.all("a[href*='/cards'], a[href*='/zip']")
+        ]
+    )
     assert len(links) == 6
     for link in links:
         status, size, kept = window.driver.execute_async_script(fetched, link)
@@ -375,17 +564,28 @@ def test_a_film_without_a_rig_asks_what_was_done(window):
     sample = Path(__file__).parents[2] / "samples" / "drawn-bench" / "drop-phone"
     (window.folder / "unnamed").mkdir()
     shutil.copy(sample / "video.mp4", window.folder / "unnamed")
-    (window.folder / "unnamed" / "recording.toml").write_text('# rig = "drop"             # drop, slide, roll or pile\n')
+    (window.folder / "unnamed" / "recording.toml").write_text(
+        '# rig = "drop"             # drop, slide, roll or pile\n'
+    )
     window.troubles()
     window.go("/recording?r=unnamed")
-    window.until(lambda: "What was done?" in window.text() and "needed: What was done" in window.text())
+    window.until(
+        lambda: (
+            "What was done?" in window.text()
+            and "needed: What was done" in window.text()
+        )
+    )
     window.press("drop: a seed falls on a plate")
     window.until(lambda: numbers(window, "restitution normal"), 60)
-    assert tomllib.loads((window.folder / "unnamed" / "recording.toml").read_text()) == {"rig": "drop"}
+    assert tomllib.loads(
+        (window.folder / "unnamed" / "recording.toml").read_text()
+    ) == {"rig": "drop"}
     assert "What was done?" not in window.text() and not window.troubles()
 
 
-def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(serve, tmp_path):
+def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(
+    serve, tmp_path
+):
     for name in ("one", "two"):
         readings(tmp_path / name, "drop-01")
     with serve(tmp_path) as address:
@@ -397,7 +597,10 @@ def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(serve, t
             window.type("name", "mung beans")
             window.press("New bench")
             window.until(lambda: "Nothing here yet" in window.text())
-            assert tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text()) is not None
+            assert (
+                tomllib.loads((tmp_path / "mung beans" / "bench.toml").read_text())
+                is not None
+            )
             assert not window.troubles()
         finally:
             window.driver.quit()

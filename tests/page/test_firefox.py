@@ -1,7 +1,8 @@
-"""The page in Firefox: a photo is measured, its base line dragged, an impact struck out by click and by key.
+"""The page in Firefox: a photo is measured, its base line dragged, an impact struck out
+by click and by key.
 
-Firefox is driven by its own Marionette protocol: length-prefixed JSON over a socket. Skipped where there is no Firefox.
-"""
+Firefox is driven by its own Marionette protocol: length-prefixed JSON over a socket.
+Skipped where there is no Firefox."""
 
 import json
 import shutil
@@ -19,11 +20,14 @@ from synthetic.piles import PileScene, draw_pile
 
 BROWSER = next(filter(None, map(shutil.which, ("firefox", "firefox-esr"))), None)
 pytestmark = pytest.mark.skipif(not BROWSER, reason="no Firefox on this machine")
-NUMBERS = """return [...document.querySelectorAll('.numbers tr')].map(r => r.innerText.replace(/\\s+/g, ' '))
+NUMBERS = """return [...document.querySelectorAll('.numbers tr')]
+    .map(r => r.innerText.replace(/\\s+/g, ' '))
     .find(t => t.startsWith(arguments[0])) || ''"""
-MIDDLE = """const r = [...document.querySelectorAll(arguments[0])].at(-1).getBoundingClientRect();
+MIDDLE = """const found = [...document.querySelectorAll(arguments[0])];
+    const r = found.at(-1).getBoundingClientRect();
     return [r.x + r.width / 2, r.y + r.height / 2]"""
-ELEMENT = "element-6066-11e4-a52e-4f735466cecf"  # the name of an element's reference in the WebDriver protocol
+# the name of an element's reference in the WebDriver protocol
+ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 
 
 class Firefox:
@@ -33,16 +37,30 @@ class Firefox:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
-        (profile / "user.js").write_text(f'user_pref("marionette.port", {port});\nuser_pref("browser.shell.checkDefaultBrowser", false);\n')
-        command = [str(BROWSER), "--headless", "--marionette", "--no-remote", "--profile", str(profile)]
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        (profile / "user.js").write_text(
+            'user_pref("marionette.port",'
+            f' {port});\nuser_pref("browser.shell.checkDefaultBrowser", false);\n'
+        )
+        command = [
+            str(BROWSER),
+            "--headless",
+            "--marionette",
+            "--no-remote",
+            "--profile",
+            str(profile),
+        ]
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
         self.number, end = 0, time.time() + 60
         while True:
             try:
                 self.stream = socket.create_connection(("127.0.0.1", port), timeout=60)
                 break
             except OSError:
-                assert time.time() < end and self.process.poll() is None, "Firefox does not start"
+                assert time.time() < end and self.process.poll() is None, (
+                    "Firefox does not start"
+                )
                 time.sleep(0.2)
         self._read()  # its greeting
         self.ask("WebDriver:NewSession", {"capabilities": {}})
@@ -70,28 +88,47 @@ class Firefox:
         self.ask("WebDriver:Navigate", {"url": address})
 
     def run(self, script: str, *arguments: Any) -> Any:
-        return self.ask("WebDriver:ExecuteScript", {"script": script, "args": list(arguments)})["value"]
+        return self.ask(
+            "WebDriver:ExecuteScript", {"script": script, "args": list(arguments)}
+        )["value"]
 
     def until(self, script: str, *arguments: Any, seconds: float = 60.0) -> Any:
         end = time.time() + seconds
         while not (found := self.run(script, *arguments)):
-            assert time.time() < end, f"{script}: not within {seconds} s; the page says:\n{self.run('return document.body.innerText')}"
+            assert time.time() < end, (
+                f"{script}: not within {seconds} s; the page"
+                f" says:\n{self.run('return document.body.innerText')}"
+            )
             time.sleep(0.1)
         return found
 
     def element(self, selector: str) -> str:
-        return self.ask("WebDriver:FindElement", {"using": "css selector", "value": selector})["value"][ELEMENT]
+        return self.ask(
+            "WebDriver:FindElement", {"using": "css selector", "value": selector}
+        )["value"][ELEMENT]
 
     def type(self, selector: str, text: str) -> None:
-        self.ask("WebDriver:ElementSendKeys", {"id": self.element(selector), "text": text})
+        self.ask(
+            "WebDriver:ElementSendKeys", {"id": self.element(selector), "text": text}
+        )
 
     def press(self, label: str) -> None:
-        find = "[...document.querySelectorAll('button')].find(b => b.innerText.trim() == arguments[0])"
+        find = (
+            "[...document.querySelectorAll('button')].find(b => b.innerText.trim() =="
+            " arguments[0])"
+        )
         self.until(f"return !!{find}", label)
         self.run(f"{find}.click()", label)
 
     def pointer(self, *moves: dict) -> None:
-        actions = [{"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": list(moves)}]
+        actions = [
+            {
+                "type": "pointer",
+                "id": "mouse",
+                "parameters": {"pointerType": "mouse"},
+                "actions": list(moves),
+            }
+        ]
         self.ask("WebDriver:PerformActions", {"actions": actions})
 
     def close(self) -> None:
@@ -127,7 +164,10 @@ def middle(window: Firefox, selector: str) -> tuple[float, float]:
 
 def test_a_photo_is_measured_and_its_base_line_dragged(window, tmp_path):
     firefox, folder, _ = window
-    picture = draw_pile(PileScene(angle_deg=30, size=(900, 600), pile_height=180), np.random.default_rng(0))
+    picture = draw_pile(
+        PileScene(angle_deg=30, size=(900, 600), pile_height=180),
+        np.random.default_rng(0),
+    )
     Image.fromarray(picture).save(tmp_path / "heap.png")
     firefox.until("return !!document.querySelector('input[type=file]')")
     firefox.run("document.querySelector('input[type=file]').style.display = 'block'")
@@ -136,22 +176,35 @@ def test_a_photo_is_measured_and_its_base_line_dragged(window, tmp_path):
     firefox.press("Base line")
     x, y = middle(firefox, "[data-handle=base-left]")
     firefox.pointer(to(x, y), DOWN, to(x, y - 12), UP)
-    firefox.until("return document.querySelector('.numbers').innerText.includes('corrected')")
-    assert len(tomllib.loads((folder / "pile-01" / "recording.toml").read_text())["pile"]["baseline_px"]) == 4
+    firefox.until(
+        "return document.querySelector('.numbers').innerText.includes('corrected')"
+    )
+    assert (
+        len(
+            tomllib.loads((folder / "pile-01" / "recording.toml").read_text())["pile"][
+                "baseline_px"
+            ]
+        )
+        == 4
+    )
 
 
 def test_impacts_are_struck_out_by_click_and_by_key(window):
     firefox, folder, root = window
     sample = Path(__file__).parents[2] / "samples" / "heard-drop" / "drop-01"
     shutil.copytree(sample, folder / "heard")
-    (folder / "heard" / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310\n')
+    (folder / "heard" / "recording.toml").write_text(
+        'rig = "drop"\n[drop]\nheight_mm = 310\n'
+    )
     firefox.go(f"{root}/recording?r=heard")
     firefox.until("return document.querySelectorAll('[data-impact]').length == 5")
     x, y = middle(firefox, "[data-impact]")
     firefox.pointer(to(x, y), DOWN, UP)
     firefox.until("return document.querySelectorAll('[data-impact]').length == 4")
     firefox.run("document.querySelector('.wave').focus()")
-    firefox.type(".wave", "\ue012\ue014\ue014")  # left does nothing at the beginning; the second sudden sound
+    firefox.type(
+        ".wave", "\ue012\ue014\ue014"
+    )  # left does nothing at the beginning; the second sudden sound
     firefox.type(".wave", "\ue007")
     firefox.until("return document.querySelectorAll('.impact.added').length == 1")
     keys = tomllib.loads((folder / "heard" / "recording.toml").read_text())["drop"]

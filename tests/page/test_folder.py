@@ -1,17 +1,44 @@
-"""Nothing outside the opened folder is reached, by no name and by no link; files appear whole or not at all."""
+"""Nothing outside the opened folder is reached, by no name and by no link; files appear
+whole or not at all."""
 
 import itertools
 import os
 
 import pytest
 
-from page.folder import MARK, RESULTS, Folder, Refused, clean_name, whole_folder, write_whole
+from page.folder import (
+    MARK,
+    RESULTS,
+    Folder,
+    Refused,
+    clean_name,
+    whole_folder,
+    write_whole,
+)
 
 OUT = (
-    "..", "../x", "a/../../x", "/etc/passwd", "//x", "~/x", "~root", "C:/x", "C:\\x", "..\\x", "a\\..\\..\\x", "a/..", "a//b", "",
-    "/", "a\0b",
-)  # fmt: skip
-NESTED = tuple("/".join(parts) for parts in itertools.product(("a", "..", "link"), repeat=4) if ".." in parts or parts[0] == "link")
+    "..",
+    "../x",
+    "a/../../x",
+    "/etc/passwd",
+    "//x",
+    "~/x",
+    "~root",
+    "C:/x",
+    "C:\\x",
+    "..\\x",
+    "a\\..\\..\\x",
+    "a/..",
+    "a//b",
+    "",
+    "/",
+    "a\0b",
+)
+NESTED = tuple(
+    "/".join(parts)
+    for parts in itertools.product(("a", "..", "link"), repeat=4)
+    if ".." in parts or parts[0] == "link"
+)
 
 
 @pytest.fixture
@@ -26,14 +53,23 @@ def folder(tmp_path):
 
 
 def test_a_hundred_names_that_lead_out_are_refused(folder):
-    names = [*OUT, *NESTED, *(f"{'../' * n}etc/passwd" for n in range(1, 12)), "link/x", "a/link", "a/" + "b" * 5000]
+    names = [
+        *OUT,
+        *NESTED,
+        *(f"{'../' * n}etc/passwd" for n in range(1, 12)),
+        "link/x",
+        "a/link",
+        "a/" + "b" * 5000,
+    ]
     assert len(names) > 90
     for name in names:
         with pytest.raises(Refused):
             folder.inside(name)
 
 
-@pytest.mark.parametrize("name", ["a", "a/b.txt", "<script>alert(1)</script>.png", "ä ö [1].jpg", "."])
+@pytest.mark.parametrize(
+    "name", ["a", "a/b.txt", "<script>alert(1)</script>.png", "ä ö [1].jpg", "."]
+)
 def test_names_within_are_found(folder, name):
     path = folder.inside(name)
     assert path.is_relative_to(folder.root)
@@ -42,15 +78,25 @@ def test_names_within_are_found(folder, name):
 
 @pytest.mark.parametrize(
     ("name", "clean"),
-    [("../../etc/passwd", "passwd"), ("C:\\photos\\a.jpg", "a.jpg"), (".bashrc", "bashrc"), ("", "file"), ("a\x1b[31m.png", "a[31m.png"),
-     ("<script>.png", "<script>.png"), ("x" * 500 + ".jpeg", "x" * 95 + ".jpeg")],
-)  # fmt: skip
+    [
+        ("../../etc/passwd", "passwd"),
+        ("C:\\photos\\a.jpg", "a.jpg"),
+        (".bashrc", "bashrc"),
+        ("", "file"),
+        ("a\x1b[31m.png", "a[31m.png"),
+        ("<script>.png", "<script>.png"),
+        ("x" * 500 + ".jpeg", "x" * 95 + ".jpeg"),
+    ],
+)
 def test_clean_names(name, clean):
     assert clean_name(name) == clean
 
 
 def test_a_folder_that_is_interrupted_never_appears(folder):
-    with pytest.raises(RuntimeError), whole_folder(folder.root / "new", folder.root) as part:
+    with (
+        pytest.raises(RuntimeError),
+        whole_folder(folder.root / "new", folder.root) as part,
+    ):
         (part / "file").write_text("half")
         raise RuntimeError
     assert not (folder.root / "new").exists()

@@ -1,4 +1,5 @@
-"""The form shows every key of the model with unit and help, and reads what people type."""
+"""The form shows every key of the model with unit and help, and reads what people
+type."""
 
 import pytest
 
@@ -9,30 +10,48 @@ from vision.recording import RIGS
 
 
 def fields(rig):
-    return {(f.section, f.key): f for s in form(rig, {"seed": {"length_mm": 8.7}}, {"seed": {"mass_g": 0.2}}) for f in s.fields}
+    return {
+        (f.section, f.key): f
+        for s in form(rig, {"seed": {"length_mm": 8.7}}, {"seed": {"mass_g": 0.2}})
+        for f in s.fields
+    }
 
 
 @pytest.mark.parametrize("rig", RIGS)
 def test_every_key_of_a_rig_has_its_words(rig):
     found = fields(rig)
-    assert {key for section, key in found if section == rig} == set(Keys.model_fields[rig].annotation.model_fields)
+    assert {key for section, key in found if section == rig} == set(
+        Keys.model_fields[rig].annotation.model_fields
+    )
     assert all(f.help or f.kind == "conditions" for f in found.values())
-    assert all(f.unit for f in found.values() if f.key.endswith(("_mm", "_deg", "_s", "_g", "_px", "_sd")))
+    assert all(
+        f.unit
+        for f in found.values()
+        if f.key.endswith(("_mm", "_deg", "_s", "_g", "_px", "_sd"))
+    )
 
 
 def test_values_and_what_is_inherited():
     found = fields("drop")
-    assert (found["seed", "length_mm"].value, found["seed", "mass_g"].inherited) == (8.7, 0.2)
+    assert (found["seed", "length_mm"].value, found["seed", "mass_g"].inherited) == (
+        8.7,
+        0.2,
+    )
     assert found["seed", "length_mm"].bounds.startswith("0.05 to")
 
 
 @pytest.mark.parametrize(
     ("key", "typed", "value"),
-    [(("seed", "length_mm"), "8,72", 8.72), (("seed", "length_mm"), " 8.72 mm", 8.72), (("seed", "count"), "4", 4),
-     (("seed", "mass_g"), "", None), (("pile", "box_mm"), "105, 105, 200", [105, 105, 200]),
-     (("pile", "box_mm"), "105,5 105 200", [105.5, 105, 200]),
-     (("", "session"), " a day ", "a day")],
-)  # fmt: skip
+    [
+        (("seed", "length_mm"), "8,72", 8.72),
+        (("seed", "length_mm"), " 8.72 mm", 8.72),
+        (("seed", "count"), "4", 4),
+        (("seed", "mass_g"), "", None),
+        (("pile", "box_mm"), "105, 105, 200", [105, 105, 200]),
+        (("pile", "box_mm"), "105,5 105 200", [105.5, 105, 200]),
+        (("", "session"), " a day ", "a day"),
+    ],
+)
 def test_what_people_type_is_read(key, typed, value):
     assert fields("pile")[key].read(typed) == value
 
@@ -43,6 +62,13 @@ def test_words_in_the_place_of_a_number_are_refused():
 
 
 def test_keys_that_measuring_asked_for():
-    assert needed(["a/recording.toml: [drop] height_mm is missing; without it", "[camera] mm_per_px is needed", "in [brackets] only"]) == {
-        ("drop", "height_mm"), ("camera", "mm_per_px"),
-    }  # fmt: skip
+    assert needed(
+        [
+            "a/recording.toml: [drop] height_mm is missing; without it",
+            "[camera] mm_per_px is needed",
+            "in [brackets] only",
+        ]
+    ) == {
+        ("drop", "height_mm"),
+        ("camera", "mm_per_px"),
+    }

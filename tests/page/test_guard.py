@@ -1,4 +1,5 @@
-"""Only this page, on this machine, with the key of its address: everything else is turned away, sockets too."""
+"""Only this page, on this machine, with the key of its address: everything else is
+turned away, sockets too."""
 
 import asyncio
 
@@ -11,8 +12,11 @@ HOST = (b"host", b"127.0.0.1:8123")
 COOKIE = (b"cookie", f"benchtwin_{PORT}={TOKEN}".encode())
 
 
-def ask(kind="http", headers: tuple = (HOST, COOKIE), query=b"", method="GET", path="/x") -> tuple[bool, dict]:
-    """Whether the application behind the guard was reached, and the first message that came back."""
+def ask(
+    kind="http", headers: tuple = (HOST, COOKIE), query=b"", method="GET", path="/x"
+) -> tuple[bool, dict]:
+    """Whether the application behind the guard was reached, and the first message that
+    came back."""
     reached, sent = [], []
 
     async def inner(scope, receive, send):
@@ -26,7 +30,13 @@ def ask(kind="http", headers: tuple = (HOST, COOKIE), query=b"", method="GET", p
     async def send(message):
         sent.append(message)
 
-    scope = {"type": kind, "method": method, "path": path, "headers": list(headers), "query_string": query}
+    scope = {
+        "type": kind,
+        "method": method,
+        "path": path,
+        "headers": list(headers),
+        "query_string": query,
+    }
     asyncio.run(Guard(inner, PORT, TOKEN)(scope, receive, send))
     return bool(reached), sent[0] if sent else {}
 
@@ -62,11 +72,16 @@ def test_all_else_is_turned_away(kind, headers):
 
 
 def test_the_address_with_the_token_sets_the_cookie_and_hides_the_token():
-    reached, answer = ask("http", (HOST,), f"tab=Run&token={TOKEN}".encode(), path="//evil.example")
+    reached, answer = ask(
+        "http", (HOST,), f"tab=Run&token={TOKEN}".encode(), path="//evil.example"
+    )
     headers = dict(answer["headers"])
     assert not reached and answer["status"] == 303
     assert headers[b"location"] == b"/evil.example?tab=Run"  # never another host
-    assert all(word in headers[b"set-cookie"] for word in (TOKEN.encode(), b"HttpOnly", b"SameSite=Strict"))
+    assert all(
+        word in headers[b"set-cookie"]
+        for word in (TOKEN.encode(), b"HttpOnly", b"SameSite=Strict")
+    )
 
 
 @pytest.mark.parametrize(("kind", "method"), [("http", "POST"), ("websocket", "GET")])
@@ -76,4 +91,7 @@ def test_the_token_in_an_address_opens_nothing_else(kind, method):
 
 def test_every_answer_forbids_being_framed_or_sniffed():
     headers = dict(ask()[1]["headers"])
-    assert headers[b"x-frame-options"] == b"SAMEORIGIN" and headers[b"x-content-type-options"] == b"nosniff"
+    assert (
+        headers[b"x-frame-options"] == b"SAMEORIGIN"
+        and headers[b"x-content-type-options"] == b"nosniff"
+    )

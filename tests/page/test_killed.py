@@ -14,12 +14,15 @@ LARGE = b"x" * 200_000
 
 
 def save_forever(root: Path, start: int, told) -> None:
-    """Change bench.toml and bring a recording, again and again, telling each number that is saved."""
+    """Change bench.toml and bring a recording, again and again, telling each number
+    that is saved."""
     incoming = root / INCOMING
     incoming.mkdir(exist_ok=True)
     for n in range(start, 10**9):
         keys = toml_file.read(root / "bench.toml")
-        toml_file.change(keys, {("", "session"): str(n) * 2000, ("conditions", "count"): n})
+        toml_file.change(
+            keys, {("", "session"): str(n) * 2000, ("conditions", "count"): n}
+        )
         told.send(n)
         arrived = [ReceivedFile("run/recording.toml", incoming / "0")]
         (incoming / "0").write_text('rig = "pile"\n')
@@ -50,8 +53,14 @@ def test_nothing_saved_is_lost_and_nothing_is_half(tmp_path):
         last = int(keys["conditions"]["count"])
         assert last >= saved and keys["session"] == str(last) * 2000
         for made in tmp_path.glob("run*"):
-            assert sorted(p.name for p in made.iterdir()) == ["a.jpg", "b.jpg", "recording.toml"]
+            assert sorted(p.name for p in made.iterdir()) == [
+                "a.jpg",
+                "b.jpg",
+                "recording.toml",
+            ]
             assert all(p.stat().st_size == len(LARGE) for p in made.glob("*.jpg"))
-    assert len(list(tmp_path.glob("run*"))) > KILLS / 5  # it did not stop before the work began
+    assert (
+        len(list(tmp_path.glob("run*"))) > KILLS / 5
+    )  # it did not stop before the work began
     Folder(tmp_path).clear_incoming()
     assert not (tmp_path / INCOMING).exists()

@@ -1,4 +1,5 @@
-"""Results as the page shows them: explanations, posterior, what to record next, cards, the zip, recordings beside their twins."""
+"""Results as the page shows them: explanations, posterior, what to record next, cards,
+the zip, recordings beside their twins."""
 
 import json
 import shutil
@@ -24,7 +25,22 @@ SAMPLES = Path(__file__).parents[2] / "samples"
 def calibrated(tmp_path_factory) -> Path:
     """What a calibration on a paper's tables leaves."""
     out = tmp_path_factory.mktemp("calibrated") / "calibrated"
-    assert CliRunner().invoke(app, ["calibrate", str(SAMPLES / "soybean-paper"), "--tables", "--out", str(out), "--quiet"]).exit_code == 0
+    assert (
+        CliRunner()
+        .invoke(
+            app,
+            [
+                "calibrate",
+                str(SAMPLES / "soybean-paper"),
+                "--tables",
+                "--out",
+                str(out),
+                "--quiet",
+            ],
+        )
+        .exit_code
+        == 0
+    )
     return out
 
 
@@ -40,70 +56,128 @@ def bench(tmp_path, calibrated) -> Path:
 
 def diagnosis(left: Path, **more) -> None:
     found = {
-        "verdict": "class", "p_global": 1e-7, "matters": True, "next_record": "a drop from twice the height",
-        "explanations": [{"effects": ["drag"], "probability": 0.7}, {"effects": ["drag", "plate-tilt"], "probability": 0.2},
-                         {"effects": [], "probability": 0.001}],
-    }  # fmt: skip
+        "verdict": "class",
+        "p_global": 1e-7,
+        "matters": True,
+        "next_record": "a drop from twice the height",
+        "explanations": [
+            {"effects": ["drag"], "probability": 0.7},
+            {"effects": ["drag", "plate-tilt"], "probability": 0.2},
+            {"effects": [], "probability": 0.001},
+        ],
+    }
     (left / "diagnosed").mkdir()
-    (left / "diagnosed" / "diagnosis.json").write_text(json.dumps({"rigs": {"drop": found | more}}))
+    (left / "diagnosed" / "diagnosis.json").write_text(
+        json.dumps({"rigs": {"drop": found | more}})
+    )
 
 
 def test_explanations_come_in_words_and_without_the_hopeless(bench):
     diagnosis(bench / "results")
     (drop,) = results.explained(bench / "results")
     assert [(e.effects, e.probability) for e in drop.explanations] == [
-        (("air drag is missing",), 0.7), (("air drag is missing", "the plate is tilted"), 0.2),
-    ]  # fmt: skip
+        (("air drag is missing",), 0.7),
+        (("air drag is missing", "the plate is tilted"), 0.2),
+    ]
 
 
 def test_what_to_record_next_is_gathered_and_escaped_on_paper(bench):
     left = bench / "results"
     diagnosis(left)
     (left / "measured").mkdir()
-    failed = [("<b>drop</b>", "failed", "no impact"), ("<b>drop</b>", "failed", "no impact"), ("drop-2", "good", "")]
-    pd.DataFrame(failed, columns=["recording", "quality", "reason"]).to_csv(left / "measured" / "measurements.csv", index=False)
+    failed = [
+        ("<b>drop</b>", "failed", "no impact"),
+        ("<b>drop</b>", "failed", "no impact"),
+        ("drop-2", "good", ""),
+    ]
+    pd.DataFrame(failed, columns=["recording", "quality", "reason"]).to_csv(
+        left / "measured" / "measurements.csv", index=False
+    )
     told = results.next_recordings(left)
     assert told["To record again"] == [results.ToRecord("<b>drop</b>", "no impact")]
-    assert told["To tell explanations apart"] == [results.ToRecord("drop: a drop from twice the height", results.SETTLES)]
-    table = pd.read_csv(left / "calibrated" / "tables" / "narrowing.csv").sort_values("pick")
+    assert told["To tell explanations apart"] == [
+        results.ToRecord("drop: a drop from twice the height", results.SETTLES)
+    ]
+    table = pd.read_csv(left / "calibrated" / "tables" / "narrowing.csv").sort_values(
+        "pick"
+    )
     assert told["To narrow the parameters"][0].what == table["candidate"].iloc[0]
     page = sheet("be<nch", told)
-    assert "<b>drop" not in page and "&lt;b&gt;drop&lt;/b&gt;" in page and "be&lt;nch" in page and "print()" in page
+    assert (
+        "<b>drop" not in page
+        and "&lt;b&gt;drop&lt;/b&gt;" in page
+        and "be&lt;nch" in page
+        and "print()" in page
+    )
 
 
 def test_a_candidate_that_gains_nothing_is_not_asked_for(tmp_path):
     (tmp_path / "calibrated" / "tables").mkdir(parents=True)
-    rows = {"candidate": ["b", "a", "c"], "pick": [2, 1, 3], "variance_left_after": [0.1, 0.4, 0.0999]}
-    pd.DataFrame(rows).to_csv(tmp_path / "calibrated" / "tables" / "narrowing.csv", index=False)
-    assert [row.what for row in results.next_recordings(tmp_path)["To narrow the parameters"]] == ["a", "b"]
+    rows = {
+        "candidate": ["b", "a", "c"],
+        "pick": [2, 1, 3],
+        "variance_left_after": [0.1, 0.4, 0.0999],
+    }
+    pd.DataFrame(rows).to_csv(
+        tmp_path / "calibrated" / "tables" / "narrowing.csv", index=False
+    )
+    assert [
+        row.what
+        for row in results.next_recordings(tmp_path)["To narrow the parameters"]
+    ] == ["a", "b"]
 
 
 def test_what_was_not_calibrated_is_listed_with_its_reason(tmp_path):
     (tmp_path / "calibrated").mkdir()
-    why = {"drop": "no drop was measured: /home/me/drop/recording.toml: [camera] mm_per_px is missing"}
-    (tmp_path / "calibrated" / "result.json").write_text(json.dumps({"not_calibrated": why}))
+    why = {
+        "drop": (
+            "no drop was measured: /home/me/drop/recording.toml: [camera] mm_per_px is"
+            " missing"
+        )
+    }
+    (tmp_path / "calibrated" / "result.json").write_text(
+        json.dumps({"not_calibrated": why})
+    )
     (row,) = results.next_recordings(tmp_path)["Not calibrated yet"]
-    assert (row.what, row.why) == ("drop", "no drop was measured: recording.toml: [camera] mm_per_px is missing")
+    assert (row.what, row.why) == (
+        "drop",
+        "no drop was measured: recording.toml: [camera] mm_per_px is missing",
+    )
 
 
 def test_the_posterior_has_its_draws(bench):
     cloud = results.posterior(bench / "results")
     whole = pd.read_csv(bench / "results" / "calibrated" / "tables" / "posterior.csv")
-    assert len(cloud.names) == whole.shape[1] and 0 < len(cloud.draws) <= 2 * results.MOST_DRAWS
+    assert (
+        len(cloud.names) == whole.shape[1]
+        and 0 < len(cloud.draws) <= 2 * results.MOST_DRAWS
+    )
     assert np.allclose(cloud.draws.mean(axis=0), whole.mean(), rtol=0.05)
 
 
 def test_cards_are_those_of_the_command(bench, tmp_path):
     left, out = bench / "results", tmp_path / "cards"
-    command = ["export", str(left / "calibrated"), "--to", "lammps", "--out", str(out), "--quiet"]
+    command = [
+        "export",
+        str(left / "calibrated"),
+        "--to",
+        "lammps",
+        "--out",
+        str(out),
+        "--quiet",
+    ]
     assert CliRunner().invoke(app, command).exit_code == 0
-    assert downloads.card_files(left, "lammps") == {p.name: p.read_text() for p in out.iterdir()}
+    assert downloads.card_files(left, "lammps") == {
+        p.name: p.read_text() for p in out.iterdir()
+    }
     shutil.rmtree(bench / "results" / "calibrated")
     with pytest.raises(Refused, match="nothing is calibrated yet"):
         downloads.card_files(bench / "results", "lammps")
 
 
-def test_the_unpacked_zip_is_the_bench_and_its_results_are_no_recordings(bench, tmp_path):
+def test_the_unpacked_zip_is_the_bench_and_its_results_are_no_recordings(
+    bench, tmp_path
+):
     left = bench / "results" / "calibrated"
     shutil.copytree(bench / "drop-phone", left / "twin" / "drop" / "key")
     file = packed_bench(bench, Folder(tmp_path))
@@ -111,22 +185,46 @@ def test_the_unpacked_zip_is_the_bench_and_its_results_are_no_recordings(bench, 
         pack.extractall(tmp_path / "elsewhere")
     there = tmp_path / "elsewhere" / "bench"
     assert [r.path for r in find_recordings(there)] == [there / "drop-phone"]
-    assert (there / "results" / "calibrated" / "export" / "yade" / "seed_contact.py").is_file()
+    assert (
+        there / "results" / "calibrated" / "export" / "yade" / "seed_contact.py"
+    ).is_file()
     assert (there / "results" / "calibrated" / "report.html").is_file()
 
 
 def test_pairs_are_found_and_laid_over_each_other(bench, tmp_path):
     left = bench / "results"
     shutil.copytree(bench / "drop-phone", left / "calibrated" / "twin" / "drop" / "key")
-    shutil.copytree(bench / "drop-phone", left / "diagnosed" / "twin" / "drop-phone-new")
+    shutil.copytree(
+        bench / "drop-phone", left / "diagnosed" / "twin" / "drop-phone-new"
+    )
     result = json.loads((left / "calibrated" / "result.json").read_text())
-    pairs = [{"rig": "drop", "recording": "drop-phone", "alike": True, "twin": "twin/drop/key"},
-             {"rig": "drop", "recording": "gone", "alike": True, "twin": "twin/drop/key"},
-             {"rig": "drop", "recording": "drop-phone", "alike": True, "twin": "../../../../../etc"}]  # fmt: skip
-    (left / "calibrated" / "result.json").write_text(json.dumps(result | {"pairs": pairs}))
+    pairs = [
+        {
+            "rig": "drop",
+            "recording": "drop-phone",
+            "alike": True,
+            "twin": "twin/drop/key",
+        },
+        {"rig": "drop", "recording": "gone", "alike": True, "twin": "twin/drop/key"},
+        {
+            "rig": "drop",
+            "recording": "drop-phone",
+            "alike": True,
+            "twin": "../../../../../etc",
+        },
+    ]
+    (left / "calibrated" / "result.json").write_text(
+        json.dumps(result | {"pairs": pairs})
+    )
     folder = Folder(tmp_path)
     found = pairs_of(bench, folder)
-    assert [b.title for b in found] == ["Calibration: drop-phone", "Diagnosis: drop-phone, new twin"]
+    assert [b.title for b in found] == [
+        "Calibration: drop-phone",
+        "Diagnosis: drop-phone, new twin",
+    ]
     shown = browser_data(found[0], read_pair(found[0]), folder)
-    assert shown["bench"] == pytest.approx(shown["twin"], abs=1e-6) and shown["frames"][0] == shown["frames"][1]
+    assert (
+        shown["bench"] == pytest.approx(shown["twin"], abs=1e-6)
+        and shown["frames"][0] == shown["frames"][1]
+    )
     assert np.all(np.diff(shown["frames"][0]) >= 0) and shown["xname"] == "time (s)"

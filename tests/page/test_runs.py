@@ -1,4 +1,5 @@
-"""Runs are queued one at a time, outlive the page, show progress, stop, go on, and are found again as they were left."""
+"""Runs are queued one at a time, outlive the page, show progress, stop, go on, and are
+found again as they were left."""
 
 import json
 import os
@@ -17,7 +18,8 @@ from vision.find_recordings import find_recordings
 
 SLEEPER = """
 import signal, sys, time, pathlib
-signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in the background ignore it
+# tests in the background ignore it
+signal.signal(signal.SIGINT, signal.default_int_handler)
 done = pathlib.Path(sys.argv[1])
 try:
     for i in range(100):
@@ -50,7 +52,9 @@ def sleeper(bench, folder, number: int):
     place = folder.results(bench) / "runs" / f"{number:04d}-measure"
     place.mkdir(parents=True)
     arguments = [sys.executable, "-c", SLEEPER, str(bench / "done")]
-    (place / "job.json").write_text(json.dumps({"command": "measure", "options": [], "arguments": arguments}))
+    (place / "job.json").write_text(
+        json.dumps({"command": "measure", "options": [], "arguments": arguments})
+    )
     return place
 
 
@@ -66,10 +70,16 @@ def test_one_at_a_time_with_progress_and_log(bench, folder):
     runs.advance(bench, folder)
     until(lambda: "/100" in runs.read_run(first).progress)
     runs.advance(bench, folder)
-    assert (runs.read_run(first).status, runs.read_run(second).status) == (runs.RUNNING, runs.WAITING)
+    assert (runs.read_run(first).status, runs.read_run(second).status) == (
+        runs.RUNNING,
+        runs.WAITING,
+    )
     (bench / "done").touch()
     until(lambda: runs.read_run(first).status == runs.DONE)
-    assert runs.read_run(first).log == "part" + runs.read_run(first).log[4:] and "finished" in runs.read_run(first).log
+    assert (
+        runs.read_run(first).log == "part" + runs.read_run(first).log[4:]
+        and "finished" in runs.read_run(first).log
+    )
     runs.advance(bench, folder)
     until(lambda: runs.read_run(second).status == runs.DONE)
     assert [r.number for r in runs.all_runs(bench, folder)] == [2, 1]
@@ -92,7 +102,9 @@ def test_the_next_run_begins_though_no_page_is_open(bench, folder):
     runs.advance(bench, folder)
     (bench / "done").touch()
     until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
-    before, after = (json.loads((place / "state.json").read_text()) for place in (first, second))
+    before, after = (
+        json.loads((place / "state.json").read_text()) for place in (first, second)
+    )
     assert before["code"] == 0 and before["ended"] <= after["started"]
     assert "finished" in runs.read_run(second).log
 
@@ -103,7 +115,10 @@ def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     runs.stop(runs.read_run(second))
     (bench / "done").touch()
     until(lambda: runs.read_run(first).status == runs.DONE)
-    assert (runs.read_run(second).status, runs.read_run(second).log) == (runs.STOPPED, "")
+    assert (runs.read_run(second).status, runs.read_run(second).log) == (
+        runs.STOPPED,
+        "",
+    )
 
 
 def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
@@ -124,10 +139,14 @@ def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
 
 def test_an_ordinary_command_runs(bench, folder):
     (bench / "drop-01").mkdir()
-    (bench / "drop-01" / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310\n')
+    (bench / "drop-01" / "recording.toml").write_text(
+        'rig = "drop"\n[drop]\nheight_mm = 310\n'
+    )
     (bench / "drop-01" / "readings.csv").write_text("rebound_height_mm\n70\n72\n")
     run = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 60)
+    until(
+        lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 60
+    )
     assert runs.read_run(run.folder).status == runs.DONE
     assert (bench / "results" / "measured" / "summary.csv").is_file()
     with pytest.raises(Refused):
@@ -135,11 +154,15 @@ def test_an_ordinary_command_runs(bench, folder):
 
 
 def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):
-    """A run of the page writes below the bench: the command takes the folder, and finds no recordings in it the next time."""
+    """A run of the page writes below the bench: the command takes the folder, and finds
+    no recordings in it the next time."""
     bench, folder = tmp_path / "bench", Folder(tmp_path)
     shutil.copytree(Path(__file__).parents[2] / "samples" / "heard-drop", bench)
     run = runs.enqueue(bench, "diagnose", ("--quick",), folder)
-    until(lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 120)
+    until(
+        lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING),
+        120,
+    )
     assert runs.read_run(run.folder).status == runs.DONE, runs.read_run(run.folder).log
     left = bench / "results" / "diagnosed"
     assert (left / "report.html").is_file()

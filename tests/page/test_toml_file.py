@@ -1,4 +1,5 @@
-"""TOML as people write it stays so: comments kept, values checked, two writers do not lose each other's edits."""
+"""TOML as people write it stays so: comments kept, values checked, two writers do not
+lose each other's edits."""
 
 import tomllib
 
@@ -24,12 +25,25 @@ def file(tmp_path):
 
 
 def test_comments_and_order_are_kept(file):
-    toml_file.change(toml_file.read(file), {("seed", "length_mm"): 8.9, ("drop", "height_mm"): 310, ("seed", "mass_g"): None})
-    assert file.read_text() == TEXT.replace("8.7", "8.9").replace("mass_g = 0.23\n", "") + "\n[drop]\nheight_mm = 310\n"
+    toml_file.change(
+        toml_file.read(file),
+        {
+            ("seed", "length_mm"): 8.9,
+            ("drop", "height_mm"): 310,
+            ("seed", "mass_g"): None,
+        },
+    )
+    assert (
+        file.read_text()
+        == TEXT.replace("8.7", "8.9").replace("mass_g = 0.23\n", "")
+        + "\n[drop]\nheight_mm = 310\n"
+    )
 
 
 def test_by_hand_is_marked_and_a_table_left_empty_goes(file):
-    keys = toml_file.change(toml_file.read(file), {("pile", "roi_px"): [1, 2, 30, 40]}, by_hand=True)
+    keys = toml_file.change(
+        toml_file.read(file), {("pile", "roi_px"): [1, 2, 30, 40]}, by_hand=True
+    )
     assert "roi_px = [1, 2, 30, 40] # set by hand on the page" in file.read_text()
     toml_file.change(keys, {("pile", "roi_px"): None})
     assert tomllib.loads(file.read_text()) == tomllib.loads(TEXT)
@@ -43,7 +57,15 @@ def test_a_second_page_does_not_overwrite_the_first_one_s_change(file):
     assert tomllib.loads(file.read_text())["drop"]["height_mm"] == 310
 
 
-@pytest.mark.parametrize("change", [{("seed", "length_mm"): -1}, {("drop", "height"): 3}, {("", "rig"): "fall"}, {("seed", "mass_g"): "x"}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {("seed", "length_mm"): -1},
+        {("drop", "height"): 3},
+        {("", "rig"): "fall"},
+        {("seed", "mass_g"): "x"},
+    ],
+)
 def test_what_is_not_valid_is_not_written(file, change):
     with pytest.raises(Refused):
         toml_file.change(toml_file.read(file), change)

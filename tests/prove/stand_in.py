@@ -1,4 +1,5 @@
-"""Stand-in solvers: `python stand_in.py MODE BENCH OUT` writes the same diagnosis whatever the bench, or breaks down."""
+"""Stand-in solvers: `python stand_in.py MODE BENCH OUT` writes the same diagnosis
+whatever the bench, or breaks down."""
 
 import json
 import sys
@@ -17,10 +18,23 @@ def main(mode: str, bench: str, out: str) -> int:
         return 3
     rig = next(Path(bench).glob("*/recording.toml")).parent.name.split("-")[0]
     verdict, names = MODES[mode]
-    rig_diagnosis = {"alarm": verdict != "none", "verdict": verdict, "names": names, "sectors": [], "parameters": {}, "held_out": {}}
+    rig_diagnosis = {
+        "alarm": verdict != "none",
+        "verdict": verdict,
+        "names": names,
+        "sectors": [],
+        "parameters": {},
+        "held_out": {},
+    }
     if mode == "sure":
-        rig_diagnosis |= {"p_verdict": 0.995, "explanations": [{"effects": [], "probability": 0.995}], "matters": False}
-    (Path(out) / "diagnosis.json").write_text(json.dumps({"schema": 1, "rigs": {rig: rig_diagnosis}}))
+        rig_diagnosis |= {
+            "p_verdict": 0.995,
+            "explanations": [{"effects": [], "probability": 0.995}],
+            "matters": False,
+        }
+    (Path(out) / "diagnosis.json").write_text(
+        json.dumps({"schema": 1, "rigs": {rig: rig_diagnosis}})
+    )
     return 0
 
 

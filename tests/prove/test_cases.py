@@ -1,4 +1,5 @@
-"""Recording cases: read and measured by the measuring code, near the SNR that was asked for, and the same from the same seed."""
+"""Recording cases: read and measured by the measuring code, near the SNR that was asked
+for, and the same from the same seed."""
 
 from dataclasses import replace
 
@@ -13,15 +14,33 @@ from prove.cases.roll import travel
 from prove.cases.snr import Visibility
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import RIGS, make, sized
-from prove.plan import CONDITIONS, CONFOUNDED_EFFECTS, PAIRS, SEPARABLE_EFFECTS, SINGLES, UNLISTED_EFFECTS, Spec
+from prove.plan import (
+    CONDITIONS,
+    CONFOUNDED_EFFECTS,
+    PAIRS,
+    SEPARABLE_EFFECTS,
+    SINGLES,
+    UNLISTED_EFFECTS,
+    Spec,
+)
 from vision.batch import find_all
 from vision.evidence.frames import open_frames
 from vision.motion.track_seed import track_seed
 from vision.recording import Recording
 
 
-def spec(rig, *effects, kind="single", snr=15.0, separated=None, rendered=False) -> Spec:
-    return Spec(1, rig, kind if effects else "clean", effects, (snr,) * len(effects), separated, rendered)
+def spec(
+    rig, *effects, kind="single", snr=15.0, separated=None, rendered=False
+) -> Spec:
+    return Spec(
+        1,
+        rig,
+        kind if effects else "clean",
+        effects,
+        (snr,) * len(effects),
+        separated,
+        rendered,
+    )
 
 
 def test_the_vocabulary_is_the_one_that_is_planned_and_made():
@@ -38,16 +57,31 @@ def test_the_vocabulary_is_the_one_that_is_planned_and_made():
         }
         assert planned <= set(made.ranges)
         unmade = set(EFFECTS[rig]) - planned
-        assert unmade <= {"restitution-falls-with-speed", "angle-offset"}  # a class; and what friction hides
+        assert unmade <= {
+            "restitution-falls-with-speed",
+            "angle-offset",
+        }  # a class; and what friction hides
 
 
-@pytest.mark.parametrize(("rig", "effect", "separated"), [
-    ("drop", "drag", None), ("drop", "camera-roll", None), ("drop", "plate-tilt", None),
-    ("drop", "follows", None), ("slide", "follows", None), ("slide", "stepped-tilt", None), ("roll", "follows", None),
-    ("roll", "order-drift", None), ("slide", "viscous-sliding", None),
-    ("slide", "adhesion", True), ("roll", "slope", True), ("roll", "shape-barrier", None), ("pile", "camera-roll", None),
-    ("pile", "base-vibration", None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rig", "effect", "separated"),
+    [
+        ("drop", "drag", None),
+        ("drop", "camera-roll", None),
+        ("drop", "plate-tilt", None),
+        ("drop", "follows", None),
+        ("slide", "follows", None),
+        ("slide", "stepped-tilt", None),
+        ("roll", "follows", None),
+        ("roll", "order-drift", None),
+        ("slide", "viscous-sliding", None),
+        ("slide", "adhesion", True),
+        ("roll", "slope", True),
+        ("roll", "shape-barrier", None),
+        ("pile", "camera-roll", None),
+        ("pile", "base-vibration", None),
+    ],
+)
 def test_an_effect_is_made_as_visible_as_was_asked_for(rig, effect, separated):
     _, key = make(spec(rig, effect, separated=separated, snr=10.0), 3)
     assert key.effects[0].snr == pytest.approx(10.0, rel=0.25)
@@ -57,37 +91,51 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
     """It is rolling friction then, but for the incline, where it does not act."""
     seen = []
     for separated in (True, False):
-        scene = RIGS["roll"].draw(Request(("slope",), separated), np.random.default_rng(4))
+        scene = RIGS["roll"].draw(
+            Request(("slope",), separated), np.random.default_rng(4)
+        )
         seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope").snr)
     assert seen[1] < 0.2 * seen[0]
 
 
 def test_one_kind_of_heap_hardly_tells_of_its_gate():
-    """Angle, size, crest and toe of a heap are its material's first; between photos of one heap only what goes on changes."""
+    """Angle, size, crest and toe of a heap are its material's first; between photos of
+    one heap only what goes on changes."""
     seen = {}
     for name, separated in (("gate-speed", False), ("base-vibration", None)):
         scene = RIGS["pile"].draw(Request((name,), separated), np.random.default_rng(1))
-        seen[name] = [RIGS["pile"].visibility(scene, {name: mm}, name).snr for mm in (1.5, 6.0)]
+        seen[name] = [
+            RIGS["pile"].visibility(scene, {name: mm}, name).snr for mm in (1.5, 6.0)
+        ]
     assert max(seen["gate-speed"]) < 2.5 and min(seen["base-vibration"]) > 2.5
 
 
 def test_photos_of_one_heap_show_one_skin_with_a_noise_of_their_own():
     scene = RIGS["pile"].draw(Request(), np.random.default_rng(2))
     one, other = (photograph(scene, scene.runs[0], {}, k).astype(float) for k in (0, 1))
-    assert 1.0 < (one - other).std() < 6.0  # in grey levels: grains that lie elsewhere would differ by tens
+    assert (
+        1.0 < (one - other).std() < 6.0
+    )  # in grey levels: grains that lie elsewhere would differ by tens
 
 
 def test_the_corner_is_met_exactly_so_that_an_snr_may_ask_for_slopes():
-    """A hundredth of a millimetre more on the incline: L + S goes on in proportion to S."""
+    """A hundredth of a millimetre more on the incline: L + S goes on in proportion to
+    S."""
     scene = RIGS["roll"].draw(Request(("slope",), True), np.random.default_rng(4))
     run = scene.runs[0]
     way = scene.way_mm + run.start_off_mm
-    end, later = (travel(scene, replace(run, start_off_mm=run.start_off_mm + m), {})[1][-1] for m in (0.0, 0.01))
+    end, later = (
+        travel(scene, replace(run, start_off_mm=run.start_off_mm + m), {})[1][-1]
+        for m in (0.0, 0.01)
+    )
     assert (later - end) / 0.01 == pytest.approx(end / way, rel=0.02)
 
 
 def test_the_same_seed_makes_the_same_case():
-    (one, key), (two, again) = make(spec("drop", "drag"), 3), make(spec("drop", "drag"), 3)
+    (one, key), (two, again) = (
+        make(spec("drop", "drag"), 3),
+        make(spec("drop", "drag"), 3),
+    )
     assert key == again
     assert one.recordings[0].track.equals(two.recordings[0].track)
 
@@ -117,15 +165,29 @@ def test_baselines_answer_in_the_schema(tmp_path):
     bench, _ = make(spec("drop", "drag", snr=40.0), 3)
     write_bench(bench, tmp_path / "case")
     drops = read_drops(tmp_path / "case")
-    assert len(drops) == len(bench.recordings) and len(bounces(drops)) > 3 * len(drops) / 2
+    assert (
+        len(drops) == len(bench.recordings) and len(bounces(drops)) > 3 * len(drops) / 2
+    )
     for method in METHODS:
         said = diagnose(tmp_path / "case", method)["rigs"]["drop"]
-        assert said["verdict"] in ("none", "name", "unknown") and isinstance(said["alarm"], bool)
+        assert said["verdict"] in ("none", "name", "unknown") and isinstance(
+            said["alarm"], bool
+        )
     assert diagnose(tmp_path, "GP discrepancy") is None
 
 
 def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():
-    """Of a corner that takes 0.024 by itself nothing is seen, then 1,000 for each more."""
-    rig = replace(RIGS["roll"], visibility=lambda scene, sizes, name: Visibility(1000 * max(sizes[name] - 0.024, 0.0)))
-    sizes, seen = sized(rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0))
-    assert seen[0].snr == pytest.approx(12.0, rel=0.08) and sizes["corner-loss"] == pytest.approx(0.036, rel=0.03)
+    """Of a corner that takes 0.024 by itself nothing is seen, then 1,000 for each
+    more."""
+    rig = replace(
+        RIGS["roll"],
+        visibility=lambda scene, sizes, name: Visibility(
+            1000 * max(sizes[name] - 0.024, 0.0)
+        ),
+    )
+    sizes, seen = sized(
+        rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0)
+    )
+    assert seen[0].snr == pytest.approx(12.0, rel=0.08) and sizes[
+        "corner-loss"
+    ] == pytest.approx(0.036, rel=0.03)

@@ -1,4 +1,5 @@
-"""Conditions that matter, and those that do not; drifts; whether an effect moves a contact parameter."""
+"""Conditions that matter, and those that do not; drifts; whether an effect moves a
+contact parameter."""
 
 from dataclasses import replace
 
@@ -19,12 +20,22 @@ RNG = np.random.default_rng
 
 
 def following(index: int, rig: str = "drop", effect: str = "follows") -> tuple:
-    return Spec(index, rig, "condition" if effect == "follows" else "outside", (effect,), (20.0,), None, False), 3
+    return Spec(
+        index,
+        rig,
+        "condition" if effect == "follows" else "outside",
+        (effect,),
+        (20.0,),
+        None,
+        False,
+    ), 3
 
 
 def restitution(made) -> np.ndarray:
     """The law's mean restitution of each drop."""
-    return np.array([d.log[:, E_LAW].mean() for d in drop.fly_all(made.scene, made.sizes)])
+    return np.array(
+        [d.log[:, E_LAW].mean() for d in drop.fly_all(made.scene, made.sizes)]
+    )
 
 
 def test_restitution_follows_the_condition_with_the_slope_of_the_key():
@@ -32,25 +43,34 @@ def test_restitution_follows_the_condition_with_the_slope_of_the_key():
     for index in range(1, 9):
         made, key = conceal(*following(index))
         condition, (effect,) = made.conditions[0], key.effects
-        assert effect.name == f"restitution-follows-{condition.name}" and key.sectors == ("impact",)
+        assert (
+            effect.name == f"restitution-follows-{condition.name}"
+            and key.sectors == ("impact",)
+        )
         if condition.name in WORDS:
             assert effect.unit is None and not effect.scored
             continue
         numbers += 1
         assert effect.scored and effect.unit == f"1/{condition.name.rsplit('_', 1)[1]}"
         plain = restitution(replace(made, sizes={}))
-        slope = np.polyfit(np.array(condition.values, float), restitution(made) - plain, 1)[0]
+        slope = np.polyfit(
+            np.array(condition.values, float), restitution(made) - plain, 1
+        )[0]
         assert slope == pytest.approx(effect.value, rel=0.02)
     assert numbers > 2
 
 
 @pytest.mark.parametrize("rig", ["drop", "slide", "roll"])
-def test_a_condition_that_matters_is_stated_everywhere_and_does_not_follow_the_order(rig):
+def test_a_condition_that_matters_is_stated_everywhere_and_does_not_follow_the_order(
+    rig,
+):
     for index in range(1, 7):
         made, key = conceal(*following(index, rig))
         bench, _ = make(*following(index, rig))
         name = made.conditions[0].name
-        assert all(name in recording.toml["conditions"] for recording in bench.recordings)
+        assert all(
+            name in recording.toml["conditions"] for recording in bench.recordings
+        )
         order = np.arange(len(bench.recordings))
         assert abs(np.corrcoef(made.conditions[0].follows, order)[0, 1]) < 0.6
         assert key.conditions[0] == name
@@ -63,7 +83,15 @@ def test_clean_benches_state_conditions_that_are_constant_ordered_partial_or_mix
         stated += bool(conditions)
         for c in conditions:
             values = [v for v in c.values if v is not None]
-            kinds.add("part" if len(values) < 8 else "one" if len(set(values)) == 1 else "order" if values == sorted(values) else "mixed")
+            kinds.add(
+                "part"
+                if len(values) < 8
+                else "one"
+                if len(set(values)) == 1
+                else "order"
+                if values == sorted(values)
+                else "mixed"
+            )
     assert kinds == {"part", "one", "order", "mixed"} and 0.35 < stated / 400 < 0.55
 
 
@@ -78,13 +106,25 @@ def test_conditions_of_clean_benches_change_no_run():
 
 def test_a_drift_with_the_order_is_scored_as_unknown():
     made, key = conceal(*following(2, "drop", "order-drift"))
-    assert np.polyfit(np.linspace(-1, 1, len(made.scene.runs)), restitution(made) - restitution(replace(made, sizes={})), 1)[
-        0
-    ] == pytest.approx(key.effects[0].value, rel=0.02)
-    said = {"alarm": True, "verdict": "unknown", "sectors": [{"name": "impact", "explained": 0.9}], "p_verdict": 0.9,
-            "explanations": [{"effects": ["(unlisted) impact"], "probability": 0.8}]}  # fmt: skip
+    assert np.polyfit(
+        np.linspace(-1, 1, len(made.scene.runs)),
+        restitution(made) - restitution(replace(made, sizes={})),
+        1,
+    )[0] == pytest.approx(key.effects[0].value, rel=0.02)
+    said = {
+        "alarm": True,
+        "verdict": "unknown",
+        "sectors": [{"name": "impact", "explained": 0.9}],
+        "p_verdict": 0.9,
+        "explanations": [{"effects": ["(unlisted) impact"], "probability": 0.8}],
+    }
     judged = judge(key, {"rigs": {"drop": said}}, None)
-    assert judged.unknown and judged.as_said and judged.sector_right and judged.p_truth == 0.8
+    assert (
+        judged.unknown
+        and judged.as_said
+        and judged.sector_right
+        and judged.p_truth == 0.8
+    )
 
 
 def test_a_key_survives_writing_and_reading():
@@ -93,31 +133,57 @@ def test_a_key_survives_writing_and_reading():
 
 
 def test_a_slope_that_no_second_direction_shows_is_taken_for_rolling_friction():
-    """The shift is the slope itself, its sd the runs' scatter; with both directions it moves the mean by little."""
+    """The shift is the slope itself, its sd the runs' scatter; with both directions it
+    moves the mean by little."""
     size, moved = 0.1, {}
     for both in (False, True):
         scene = RIGS["roll"].draw(Request(("slope",), both), RNG(4))
         moved[both] = RIGS["roll"].visibility(scene, {"slope": size}, "slope").moved
         if not both:
-            expected = np.radians(size) / (scene.mu * roll.RUN_SD / np.sqrt(len(scene.runs)))
+            expected = np.radians(size) / (
+                scene.mu * roll.RUN_SD / np.sqrt(len(scene.runs))
+            )
             assert moved[both] == pytest.approx(expected, rel=0.25)
     assert abs(moved[True]) < 0.3 * abs(moved[False])
 
 
 def test_what_moves_friction_matters_and_a_draught_does_not():
     values = {}
-    for rig, name in (("slide", "adhesion"), ("drop", "draught"), ("drop", "camera-roll"), ("drop", "viscoelastic-restitution")):
-        values[name] = conceal(Spec(3, rig, "single", (name,), (15.0,), True, False), 5)[1].matters
-    assert values == {"adhesion": True, "draught": False, "camera-roll": None, "viscoelastic-restitution": None}
+    for rig, name in (
+        ("slide", "adhesion"),
+        ("drop", "draught"),
+        ("drop", "camera-roll"),
+        ("drop", "viscoelastic-restitution"),
+    ):
+        values[name] = conceal(
+            Spec(3, rig, "single", (name,), (15.0,), True, False), 5
+        )[1].matters
+    assert values == {
+        "adhesion": True,
+        "draught": False,
+        "camera-roll": None,
+        "viscoelastic-restitution": None,
+    }
 
 
 @pytest.mark.parametrize(
     ("truth", "said", "right"),
-    [(True, True, True), (True, False, False), (False, True, False), (None, True, None), (True, None, None)],
+    [
+        (True, True, True),
+        (True, False, False),
+        (False, True, False),
+        (None, True, None),
+        (True, None, None),
+    ],
 )
 def test_matters_is_scored_where_the_truth_is_known(truth, said, right):
-    key = replace(conceal(Spec(3, "roll", "single", ("slope",), (15.0,), True, False), 5)[1], matters=truth)
-    answer = {"alarm": True, "verdict": "name", "names": ["slope"]} | ({} if said is None else {"matters": said})
+    key = replace(
+        conceal(Spec(3, "roll", "single", ("slope",), (15.0,), True, False), 5)[1],
+        matters=truth,
+    )
+    answer = {"alarm": True, "verdict": "name", "names": ["slope"]} | (
+        {} if said is None else {"matters": said}
+    )
     judged = judge(key, {"rigs": {"roll": answer}}, None)
     assert judged.matters is right
     rows = {r.score: r for r in table([judged], RNG(0)) if r.rig == "all"}
@@ -139,7 +205,13 @@ def test_drag_left_out_moves_restitution_as_straight_lines_through_its_flights_d
         for k, row in enumerate(flown.log):
             e.append(-row[VZ_OUT] / row[VZ_IN])
             if {k, k + 1} <= set(lines):
-                off.append(-(lines[k + 1] - G_M_S2 * row[T_END]) / (lines[k] - G_M_S2 * row[T_BEGIN]) - e[-1])
+                off.append(
+                    -(lines[k + 1] - G_M_S2 * row[T_END])
+                    / (lines[k] - G_M_S2 * row[T_BEGIN])
+                    - e[-1]
+                )
     expected = np.mean(off) / np.std(e) * np.sqrt(len(e))
     moved = drop_snr.visibility(scene, {"drag": 0.1}, "drag").moved
-    assert (moved is None and seed in (0, 1, 2)) or moved == pytest.approx(expected, rel=0.1)
+    assert (moved is None and seed in (0, 1, 2)) or moved == pytest.approx(
+        expected, rel=0.1
+    )

@@ -4,7 +4,10 @@ import pytest
 
 from prove.keys import KeyMismatch, hashed, salt_of, verify
 
-KEYS = {"case-0001": {"effects": [{"name": "drag", "value": 0.0123}], "rig": "drop"}, "case-0002": {"effects": [], "rig": "roll"}}
+KEYS = {
+    "case-0001": {"effects": [{"name": "drag", "value": 0.0123}], "rig": "drop"},
+    "case-0002": {"effects": [], "rig": "roll"},
+}
 SALTS = {case: salt_of(7, case) for case in KEYS}
 
 
@@ -19,4 +22,7 @@ def test_a_hash_needs_its_salt_and_its_key():
 
 
 def test_salts_differ_by_case_and_by_proof():
-    assert len({salt_of(7, "case-0001"), salt_of(7, "case-0002"), salt_of(8, "case-0001")}) == 3
+    assert (
+        len({salt_of(7, "case-0001"), salt_of(7, "case-0002"), salt_of(8, "case-0001")})
+        == 3
+    )

@@ -1,4 +1,5 @@
-"""What benches leave out, how people read, plates that climb in stairs, cameras near and far."""
+"""What benches leave out, how people read, plates that climb in stairs, cameras near
+and far."""
 
 from dataclasses import replace
 
@@ -9,7 +10,16 @@ from prove.cases import drop, drop_bench, drop_snr, slide
 from prove.cases import ground_motion as ground
 from prove.cases.bench import Request
 from prove.cases.camera import Camera, project
-from prove.cases.stated import DISTANCE_M, GRIDS_DEG, NEEDED, SHARES, Reading, draw_absent_keys, draw_distance_mm, draw_reading
+from prove.cases.stated import (
+    DISTANCE_M,
+    GRIDS_DEG,
+    NEEDED,
+    SHARES,
+    Reading,
+    draw_absent_keys,
+    draw_distance_mm,
+    draw_reading,
+)
 from prove.effects import EFFECTS, OUTSIDE
 from prove.make import make
 from prove.plan import Spec
@@ -22,11 +32,17 @@ def test_every_key_is_left_out_sometimes_unless_an_effect_needs_it():
     drawn = [draw_absent_keys((), rng) for _ in range(600)]
     for key, share in SHARES.items():
         share_absent = sum(key in absent for absent in drawn) / len(drawn)
-        assert abs(share_absent - share) < 0.1 + 0.1 * (key == "camera.plumb_sd_deg"), key  # it goes with plumb
+        assert abs(share_absent - share) < 0.1 + 0.1 * (key == "camera.plumb_sd_deg"), (
+            key
+        )  # it goes with plumb
     for name, keys in NEEDED.items():
-        assert name == "follows" or any(name in listed[rig] for listed in (EFFECTS, OUTSIDE) for rig in listed)
+        assert name == "follows" or any(
+            name in listed[rig] for listed in (EFFECTS, OUTSIDE) for rig in listed
+        )
         assert not any(set(keys) & draw_absent_keys((name,), rng) for _ in range(50))
-    assert not any({"track.tilt_deg", "slide.tilt_rate_deg_s"} <= absent for absent in drawn)
+    assert not any(
+        {"track.tilt_deg", "slide.tilt_rate_deg_s"} <= absent for absent in drawn
+    )
 
 
 def test_a_bench_states_all_keys_but_its_absent_ones():
@@ -35,28 +51,53 @@ def test_a_bench_states_all_keys_but_its_absent_ones():
         bench, key = make(Spec(index, "drop", "clean", (), (), None, False), 5)
         tomls = [bench.toml, *(made.toml for made in bench.recordings)]
         found = {
-            f"{section}.{name}" for toml in tomls for section, keys in toml.items() if isinstance(keys, dict) for name in keys
+            f"{section}.{name}"
+            for toml in tomls
+            for section, keys in toml.items()
+            if isinstance(keys, dict)
+            for name in keys
         }
         assert not found & set(key.absent)
-        assert ("sd_mm" in bench.recordings[0].track) == ("track.sd_mm" not in key.absent)
-        assert ("camera.distance_mm" in found) == ("camera.distance_mm" not in key.absent)
+        assert ("sd_mm" in bench.recordings[0].track) == (
+            "track.sd_mm" not in key.absent
+        )
+        assert ("camera.distance_mm" in found) == (
+            "camera.distance_mm" not in key.absent
+        )
         stated |= found
-    assert {"camera.distance_mm", "camera.plumb_deg", "seed.mass_g", "drop.height_mm"} <= stated
+    assert {
+        "camera.distance_mm",
+        "camera.plumb_deg",
+        "seed.mass_g",
+        "drop.height_mm",
+    } <= stated
 
 
 def test_a_key_that_differs_between_recordings_is_always_stated():
     for index in range(1, 9):
-        bench, _ = make(Spec(index, "roll", "single", ("slope",), (10.0,), True, False), 5)
-        assert {made.toml["roll"]["direction"] for made in bench.recordings} == {"+x", "-x"}
+        bench, _ = make(
+            Spec(index, "roll", "single", ("slope",), (10.0,), True, False), 5
+        )
+        assert {made.toml["roll"]["direction"] for made in bench.recordings} == {
+            "+x",
+            "-x",
+        }
 
 
-@pytest.mark.parametrize(("key", "effect", "size"), [
-    ("camera.plumb_deg", "camera-roll", 0.5), ("camera.mm_per_px_sd", "scale-error", 0.01), ("seed.sizes", "updraught", 1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("key", "effect", "size"),
+    [
+        ("camera.plumb_deg", "camera-roll", 0.5),
+        ("camera.mm_per_px_sd", "scale-error", 0.01),
+        ("seed.sizes", "updraught", 1.0),
+    ],
+)
 def test_an_absent_key_makes_its_effect_less_visible(key, effect, size):
     scene = drop.draw(Request((effect,)), RNG(7))
     bare = replace(scene, request=replace(scene.request, absent=frozenset({key})))
-    known, unknown = (drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare))
+    known, unknown = (
+        drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare)
+    )
     assert unknown < 0.99 * known
 
 
@@ -70,17 +111,25 @@ def test_readings_lie_on_their_grid_by_their_way(grid):
     assert bias == pytest.approx({"nearest": 0.0, "cut": -0.5, "upward": 0.5}, abs=0.03)
 
 
-@pytest.mark.parametrize(("grid", "scatter"), [(0.1, 0.15), (0.5, 0.15), (1.0, 0.15), (0.5, 0.02)])
+@pytest.mark.parametrize(
+    ("grid", "scatter"), [(0.1, 0.15), (0.5, 0.15), (1.0, 0.15), (0.5, 0.02)]
+)
 def test_the_mean_of_readings_is_known_as_told(grid, scatter):
     rng, reading = RNG(3), Reading(grid, "nearest")
     true = rng.uniform(20, 25, 4000)
-    means = reading.of(true[:, None] + scatter * rng.standard_normal((4000, 12))).mean(axis=1)
-    assert np.std(means - true) == pytest.approx(reading.mean_sd_deg(scatter, 12), rel=0.15)
+    means = reading.of(true[:, None] + scatter * rng.standard_normal((4000, 12))).mean(
+        axis=1
+    )
+    assert np.std(means - true) == pytest.approx(
+        reading.mean_sd_deg(scatter, 12), rel=0.15
+    )
 
 
 def test_people_read_in_all_these_ways():
     drawn = [draw_reading(RNG(k)) for k in range(300)]
-    assert {r.grid_deg for r in drawn} == set(GRIDS_DEG) and len({r.way for r in drawn}) == 3
+    assert {r.grid_deg for r in drawn} == set(GRIDS_DEG) and len(
+        {r.way for r in drawn}
+    ) == 3
 
 
 def filmed(seed: int, **more) -> slide.Scene:
@@ -96,11 +145,18 @@ def test_a_plate_that_climbs_in_stairs_moves_the_block_in_stairs():
     part = (run.start_deg + t[np.argmax(x > 0)]) / stair % 1
     assert part > 1 - ground.JOG - 0.05 or part < 0.05
     coarse = replace(scene, column_grid_deg=0.5)
-    assert np.array_equal(slide.travel(coarse, run, {})[1], slide.travel(scene, run, {})[1])
+    assert np.array_equal(
+        slide.travel(coarse, run, {})[1], slide.travel(scene, run, {})[1]
+    )
     tilt = slide._column(scene, run, {"stepped-tilt": stair}, t, RNG(0))
     standing = np.abs(tilt / stair - np.round(tilt / stair)) * stair < 0.03
     assert np.mean(standing) == pytest.approx(1 - ground.JOG, abs=0.1)
-    assert np.mean(np.abs(slide._column(scene, run, {}, t, RNG(0)) / stair % 1 - 0.5) > 0.46) < 0.15
+    assert (
+        np.mean(
+            np.abs(slide._column(scene, run, {}, t, RNG(0)) / stair % 1 - 0.5) > 0.46
+        )
+        < 0.15
+    )
 
 
 def test_a_recorded_tilt_on_a_grid_is_a_smooth_plate():
@@ -108,7 +164,10 @@ def test_a_recorded_tilt_on_a_grid_is_a_smooth_plate():
     t = slide.times(scene, scene.runs[0])
     column = slide._column(scene, scene.runs[0], {}, t, RNG(0))
     np.testing.assert_allclose(column / 0.5, np.round(column / 0.5), atol=1e-6)
-    assert np.abs(column - scene.runs[0].start_deg - scene.runs[0].rate_deg_s * t).max() < 0.3
+    assert (
+        np.abs(column - scene.runs[0].start_deg - scene.runs[0].rate_deg_s * t).max()
+        < 0.3
+    )
 
 
 def test_camera_distances_span_their_range():
@@ -120,22 +179,33 @@ def test_camera_distances_span_their_range():
 
 def test_perspective_acts_whether_or_not_the_distance_is_stated():
     near = Camera((0.0, 0.0), 100.0, distance_mm=500.0)
-    x, _ = project(near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0]))
+    x, _ = project(
+        near, np.array([40.0]), np.array([0.0]), np.zeros(1), np.array([-20.0])
+    )
     assert x[0] == pytest.approx(40 / (1 - 20 / 500))
     scene = drop.draw(Request(), RNG(9))
-    scene = replace(scene, cameras=tuple(replace(c, distance_mm=400.0) for c in scene.cameras))
-    far = replace(scene, cameras=tuple(replace(c, distance_mm=np.inf) for c in scene.cameras))
+    scene = replace(
+        scene, cameras=tuple(replace(c, distance_mm=400.0) for c in scene.cameras)
+    )
+    far = replace(
+        scene, cameras=tuple(replace(c, distance_mm=np.inf) for c in scene.cameras)
+    )
     moved = [
-        np.abs(a.track.x_mm - b.track.x_mm).max() for a, b in zip(*(drop_bench.bench(s, {}).recordings for s in (scene, far)))
+        np.abs(a.track.x_mm - b.track.x_mm).max()
+        for a, b in zip(*(drop_bench.bench(s, {}).recordings for s in (scene, far)))
     ]
     assert np.median(moved) > 3 * scene.noise.sd
 
 
 def test_a_near_camera_hides_a_force_that_a_far_one_shows():
-    """A seed that may come nearer by itself is a nuisance, the more the nearer the camera."""
+    """A seed that may come nearer by itself is a nuisance, the more the nearer the
+    camera."""
     scene = drop.draw(Request(("updraught",)), RNG(11))
     snr = []
     for distance in (400.0, 2e4):
-        moved = replace(scene, cameras=tuple(replace(c, distance_mm=distance) for c in scene.cameras))
+        moved = replace(
+            scene,
+            cameras=tuple(replace(c, distance_mm=distance) for c in scene.cameras),
+        )
         snr.append(drop_snr.visibility(moved, {"updraught": 3.0}, "updraught").snr)
     assert snr[0] < 0.95 * snr[1]

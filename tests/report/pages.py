@@ -19,7 +19,11 @@ class Tags(HTMLParser):
     def handle_starttag(self, tag, attrs):
         told = dict(attrs)
         self.ids += [told["id"]] if "id" in told else []
-        self.loads += [told[k] for k in ("src", "href") if k in told and not told[k].startswith(("#", "data:"))]
+        self.loads += [
+            told[k]
+            for k in ("src", "href")
+            if k in told and not told[k].startswith(("#", "data:"))
+        ]
         if tag not in self.VOID:
             self.open.append(tag)
 

@@ -1,4 +1,5 @@
-"""report.html: opens with the answer, carries every figure and nothing from a network, survives any name."""
+"""report.html: opens with the answer, carries every figure and nothing from a network,
+survives any name."""
 
 import json
 import re
@@ -35,13 +36,31 @@ def test_every_element_is_closed_and_nothing_is_loaded(page):
 def test_the_answer_stands_first(page):
     text = re.sub(r"<[^>]+>", " ", own(page).split("</style>")[1])
     first = text.index("0.540 (0.497 to 0.581)")
-    assert first < 1200 and first < text.index("not resolved") < text.index("Analysis of variance") < text.index("SHA-256")
+    assert first < 1200 and first < text.index("not resolved") < text.index(
+        "Analysis of variance"
+    ) < text.index("SHA-256")
 
 
 def test_every_figure_has_its_place_and_finite_numbers(page):
-    drawn = json.loads(re.search(r"const drawn = (\{.*?\});\nfor", page, re.DOTALL)[1].replace("<\\/", "</"))
-    assert {"steel-drop", "steel-slide", "steel-roll", "path", "residuals", "sheet", "posterior"} <= set(drawn)
-    assert sum(k.startswith("surface-") for k in drawn) == sum(k.startswith("contour-") for k in drawn) == 3
+    drawn = json.loads(
+        re.search(r"const drawn = (\{.*?\});\nfor", page, re.DOTALL)[1].replace(
+            "<\\/", "</"
+        )
+    )
+    assert {
+        "steel-drop",
+        "steel-slide",
+        "steel-roll",
+        "path",
+        "residuals",
+        "sheet",
+        "posterior",
+    } <= set(drawn)
+    assert (
+        sum(k.startswith("surface-") for k in drawn)
+        == sum(k.startswith("contour-") for k in drawn)
+        == 3
+    )
     places = set(re.findall(r'id="fig-([\w-]+)"', page))
     assert set(drawn) == places
     lines = [t.get("name", "") for t in drawn["steel-drop"]["data"]]
@@ -56,16 +75,35 @@ def test_what_does_not_follow_stands_beside_what_was_printed(page):
 
 def test_names_from_outside_are_text_only(paper):
     name = "<script>alert(1)</script>"
-    page = render(replace(paper, title=name, refused={"pile": name}, findings=(f"finding {name}",)))
+    page = render(
+        replace(
+            paper, title=name, refused={"pile": name}, findings=(f"finding {name}",)
+        )
+    )
     assert name not in page and "&lt;script&gt;alert(1)" in page
 
 
 def test_a_calibration_without_a_pile_is_a_page_too(paper):
-    page = render(replace(paper, pile=None, joint=None, refused={"pile": "no pile recording"}, finished=False))
-    assert "no pile recording" in page and "still running" in page and 'id="pile"' not in page
+    page = render(
+        replace(
+            paper,
+            pile=None,
+            joint=None,
+            refused={"pile": "no pile recording"},
+            finished=False,
+        )
+    )
+    assert (
+        "no pile recording" in page
+        and "still running" in page
+        and 'id="pile"' not in page
+    )
 
 
 def test_numbers_carry_the_digits_their_error_bears():
     assert with_interval(0.5397671, 0.4967, 0.5806) == "0.540 (0.497 to 0.581)"
     assert digits(float("nan")) == 4 and digits(12.0) == 0
-    assert sentence("seed_restitution 0.6, run_out_mm 3") == "Restitution seed–seed 0.6, run-out 3."
+    assert (
+        sentence("seed_restitution 0.6, run_out_mm 3")
+        == "Restitution seed–seed 0.6, run-out 3."
+    )

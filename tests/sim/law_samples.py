@@ -1,4 +1,5 @@
-"""Arguments for every force law, spread over its range with the ends included; used by the tests of laws."""
+"""Arguments for every force law, spread over its range with the ends included; used by
+the tests of laws."""
 
 import inspect
 import math
@@ -7,16 +8,36 @@ import numpy as np
 
 from sim.laws import LAWS, hertz_mindlin
 
-# Fixed arguments of each kind: (low, high); positive ones are spread evenly in their logarithm.
-SPEED, FORCE, RADIUS, MODULUS, SPIN = (0.0, 50.0), (0.0, 100.0), (1e-4, 0.05), (1e6, 1e11), (0.0, 500.0)
-EITHER_SPEED, EITHER_SPIN, DIAMETER, MU = (-20.0, 20.0), (-300.0, 300.0), (1e-4, 0.1), (0.0, 1.5)
+# Fixed arguments of each kind: (low, high); positive ones are spread evenly in their
+# logarithm.
+SPEED, FORCE, RADIUS, MODULUS, SPIN = (
+    (0.0, 50.0),
+    (0.0, 100.0),
+    (1e-4, 0.05),
+    (1e6, 1e11),
+    (0.0, 500.0),
+)
+EITHER_SPEED, EITHER_SPIN, DIAMETER, MU = (
+    (-20.0, 20.0),
+    (-300.0, 300.0),
+    (1e-4, 0.1),
+    (0.0, 1.5),
+)
 FIXED = {
     "restitution": [SPEED, (0.05, 1.0)],
     "friction": [SPEED, MU],
     "normal": [(-1e-4, 1e-3), EITHER_SPEED, RADIUS, MODULUS],
     "rolling_spin": [FORCE, SPIN, RADIUS, MU],
     "rolling_relative": [FORCE, SPIN, RADIUS, MU],
-    "rolling_spring": [*[(-1e-3, 1e-3)] * 6, (1e-7, 1e-4), (1e2, 1e8), FORCE, RADIUS, (1e-12, 1e-3), MU],
+    "rolling_spring": [
+        *[(-1e-3, 1e-3)] * 6,
+        (1e-7, 1e-4),
+        (1e2, 1e8),
+        FORCE,
+        RADIUS,
+        (1e-12, 1e-3),
+        MU,
+    ],
     "body": [*[EITHER_SPEED] * 3, *[EITHER_SPIN] * 3, DIAMETER],
     "motion": [(0.0, 100.0)],
 }
@@ -24,7 +45,13 @@ FIXED = {
 CORE = {
     hertz_mindlin.damping_factor: [(0.0, 1.0)],
     hertz_mindlin.normal_stiffness: [(0.0, 1e-3), RADIUS, MODULUS],
-    hertz_mindlin.normal_force: [(0.0, 1e9), (0.0, 1e-3), EITHER_SPEED, (1e-9, 10.0), (0.0, 1.83)],
+    hertz_mindlin.normal_force: [
+        (0.0, 1e9),
+        (0.0, 1e-3),
+        EITHER_SPEED,
+        (1e-9, 10.0),
+        (0.0, 1.83),
+    ],
     hertz_mindlin.tangential_force: [
         *[(-1e-4, 1e-4)] * 3,
         *[(0.57735, 0.57736)] * 3,
@@ -39,7 +66,8 @@ CORE = {
 
 
 def functions() -> list[tuple[str, object, list[tuple[float, float]]]]:
-    """Every scalar function that a kernel may call: (name, function, a range for each argument)."""
+    """Every scalar function that a kernel may call: (name, function, a range for each
+    argument)."""
     rows = [(f.__name__, f, ranges) for f, ranges in CORE.items()]
     for law in LAWS.values():
         own = [(p.low, p.high) for p in law.parameters]
@@ -49,8 +77,11 @@ def functions() -> list[tuple[str, object, list[tuple[float, float]]]]:
     return rows
 
 
-def samples(ranges: list[tuple[float, float]], n: int, rng: np.random.Generator) -> np.ndarray:
-    """Rows of arguments (n, len(ranges)): all lows, all highs, the rest at random, a tenth of the values at an end."""
+def samples(
+    ranges: list[tuple[float, float]], n: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Rows of arguments (n, len(ranges)): all lows, all highs, the rest at random, a
+    tenth of the values at an end."""
     table = np.empty((n, len(ranges)))
     for column, (low, high) in enumerate(ranges):
         if low >= 0.0 and high > 1e3 * max(low, 1e-12):
@@ -59,7 +90,9 @@ def samples(ranges: list[tuple[float, float]], n: int, rng: np.random.Generator)
         else:
             values = rng.uniform(low, high, n)
         ends = rng.random(n)
-        table[:, column] = np.where(ends < 0.05, low, np.where(ends > 0.95, high, np.clip(values, low, high)))
+        table[:, column] = np.where(
+            ends < 0.05, low, np.where(ends > 0.95, high, np.clip(values, low, high))
+        )
     table[0], table[1] = [low for low, _ in ranges], [high for _, high in ranges]
     return table
 

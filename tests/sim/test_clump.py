@@ -1,4 +1,5 @@
-"""Clumps: the fit against balls that are known, its error against closed forms, its limits, and the seed made from it."""
+"""Clumps: the fit against balls that are known, its error against closed forms, its
+limits, and the seed made from it."""
 
 import numpy as np
 import pytest
@@ -14,8 +15,12 @@ from sim.seed.surface import union_mesh
 SHAPES = {
     "ellipsoid": Shape.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),
     "bean with a flat": Shape.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75),
-    "maize wedge": Shape.superquadric(11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3),
-    "creased wheat grain": Shape.creased_ellipsoid(6.5e-3, 3.3e-3, 3.0e-3, depth=0.2, half_width_deg=20.0),
+    "maize wedge": Shape.superquadric(
+        11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3
+    ),
+    "creased wheat grain": Shape.creased_ellipsoid(
+        6.5e-3, 3.3e-3, 3.0e-3, depth=0.2, half_width_deg=20.0
+    ),
 }
 
 
@@ -35,19 +40,26 @@ def test_error_of_a_ball_that_is_too_large_is_the_closed_form():
     ball = Shape.ellipsoid(2e-3, 2e-3, 2e-3)
     error = clump_error(ball, np.zeros((1, 3)), np.array([1.1e-3]))
     # points lie on flat faces, 1e-3 inside the curve at most
-    assert (error.surface_rms, error.surface_mean, error.surface_max) == pytest.approx((0.1, 0.1, 0.1), abs=2e-3)
+    assert (error.surface_rms, error.surface_mean, error.surface_max) == pytest.approx(
+        (0.1, 0.1, 0.1), abs=2e-3
+    )
     assert error.volume == pytest.approx(1.1**3 - 1, rel=1e-3)
     assert error.moments == pytest.approx(1.1**5 - 1, rel=2e-3)
     smaller = clump_error(ball, np.array([[0.1e-3, 0, 0]]), np.array([0.8e-3]))
-    assert smaller.surface_mean == pytest.approx(-0.2, abs=5e-3)  # a ball shifted by d: 0.2 + d²/3 on the mean
+    assert smaller.surface_mean == pytest.approx(
+        -0.2, abs=5e-3
+    )  # a ball shifted by d: 0.2 + d²/3 on the mean
     assert smaller.surface_max == pytest.approx(0.3, abs=3e-3)
     assert smaller.centre == pytest.approx(0.1, abs=1e-3)
 
 
 def test_a_point_inside_two_balls_is_as_deep_as_the_way_out_of_both():
-    """A sphere inside a dumbbell: towards the second ball the way out leads through it."""
+    """A sphere inside a dumbbell: towards the second ball the way out leads through
+    it."""
     ball = Shape.ellipsoid(2e-3, 2e-3, 2e-3)
-    error = clump_error(ball, np.array([[0.0, 0, 0], [1.0e-3, 0, 0]]), np.array([1.001e-3, 1.2e-3]))
+    error = clump_error(
+        ball, np.array([[0.0, 0, 0], [1.0e-3, 0, 0]]), np.array([1.001e-3, 1.2e-3])
+    )
     assert error.surface_max == pytest.approx(1.2, abs=0.01)
 
 
@@ -61,10 +73,15 @@ def test_few_balls_suffice(name):
 
 def test_more_balls_fit_better_and_least_squares_best():
     shape = SHAPES["creased wheat grain"]
-    rms = {method: [fit_clump(shape, n, method=method)[2].surface_rms for n in (2, 6, 14)] for method in METHODS}
+    rms = {
+        method: [fit_clump(shape, n, method=method)[2].surface_rms for n in (2, 6, 14)]
+        for method in METHODS
+    }
     for method in METHODS:
         assert rms[method][0] > rms[method][1] > rms[method][2]
-    assert all(best < other for best, other in zip(rms["least-squares"], rms["medial-axis"]))
+    assert all(
+        best < other for best, other in zip(rms["least-squares"], rms["medial-axis"])
+    )
     assert rms["medial-axis"][-1] < rms["distance-map"][-1]
 
 
@@ -75,9 +92,12 @@ def test_fit_is_the_same_wherever_the_shape_lies_and_each_time():
     again, same, _ = fit_clump(shape, 6)
     assert np.array_equal(again, centres) and np.array_equal(same, radii)
     moved, sizes, turned = fit_clump(shape.moved(turn, [0.02, 0.1, -0.03]), 6)
-    # An axis may come out reversed, and with it the points: other minima of nearly the same depth.
+    # An axis may come out reversed, and with it the points: other minima of nearly the
+    # same depth.
     assert turned.surface_rms == pytest.approx(error.surface_rms, rel=0.1)
-    assert (moved.mean(axis=0) - [0.02, 0.1, -0.03]) @ turn == pytest.approx(centres.mean(axis=0), abs=4e-4)
+    assert (moved.mean(axis=0) - [0.02, 0.1, -0.03]) @ turn == pytest.approx(
+        centres.mean(axis=0), abs=4e-4
+    )
     assert np.sort(sizes) == pytest.approx(np.sort(radii), abs=4e-4)
 
 
@@ -85,7 +105,9 @@ def test_no_ball_is_hidden_and_all_are_one_piece():
     for shape in (*SHAPES.values(), Shape.ellipsoid(16e-3, 4e-3, 3e-3)):
         for n in (4, 12):
             centres, radii, _ = fit_clump(shape, n)
-            apart = np.linalg.norm(centres[:, None] - centres, axis=2) + np.eye(len(radii))
+            apart = np.linalg.norm(centres[:, None] - centres, axis=2) + np.eye(
+                len(radii)
+            )
             assert connected(centres, radii)
             assert not (apart + radii[:, None] <= radii).any()
 
@@ -104,7 +126,9 @@ def test_seed_has_the_shapes_mass_and_inertia(name):
     turn = Rotation.from_rotvec([0.3, 0.2, -1.0]).as_matrix()
     seed = Seed.from_shape(shape.moved(turn, [0.1, 0.0, 0.2]), 6, 1250.0)
     assert seed.mass_kg == pytest.approx(1250.0 * shape.volume_m3)
-    assert np.sort(seed.inertia_kg_m2) == pytest.approx(np.linalg.eigvalsh(shape.solid.inertia(1250.0)), rel=1e-8)
+    assert np.sort(seed.inertia_kg_m2) == pytest.approx(
+        np.linalg.eigvalsh(shape.solid.inertia(1250.0)), rel=1e-8
+    )
     assert seed.dimensions_m == pytest.approx(shape.dimensions_m)
     assert (np.diff(seed.dimensions_m) <= 0).all()
     # The balls' frame: their union lies where the shape does.
@@ -118,9 +142,13 @@ def test_seed_is_drawn_as_its_shape():
     seed = Seed.from_shape(shape, 6, 1300.0)
     mesh = silhouette_true(seed, 3, "union")
     assert area(mesh) == pytest.approx(shape.area_m2, rel=1e-6)
-    assert np.ptp(mesh.vertices_m, axis=0) == pytest.approx(shape.dimensions_m, rel=0.01)
+    assert np.ptp(mesh.vertices_m, axis=0) == pytest.approx(
+        shape.dimensions_m, rel=0.01
+    )
     furrow = mesh.vertices_m[np.abs(mesh.vertices_m[:, 0]) < 5e-4]
-    assert np.ptp(furrow[np.abs(furrow[:, 1]) < 1e-4, 2]) == pytest.approx(3.0e-3 * (1 - 0.2 / 2), rel=0.01)
+    assert np.ptp(furrow[np.abs(furrow[:, 1]) < 1e-4, 2]) == pytest.approx(
+        3.0e-3 * (1 - 0.2 / 2), rel=0.01
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,5 @@
-"""The rotating drum: its level of filling by a closed form, seeds that stay within it, a surface that falls the way it turns."""
+"""The rotating drum: its level of filling by a closed form, seeds that stay within it,
+a surface that falls the way it turns."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ def test_the_level_below_which_a_share_of_a_circle_lies(share):
     """Against counting points of a grid: 0.1 % of the area."""
     x, z = np.meshgrid(np.linspace(-1, 1, 2001), np.linspace(-1, 1, 2001))
     inside = x**2 + z**2 < 1
-    assert (inside & (z < _level(share))).sum() / inside.sum() == pytest.approx(share, abs=1e-3)
+    assert (inside & (z < _level(share))).sum() / inside.sum() == pytest.approx(
+        share, abs=1e-3
+    )
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +29,14 @@ def flow():
 def test_all_seeds_stay_in_the_drum(flow):
     rig, motion = flow
     away = np.hypot(motion.positions_m[..., 0], motion.positions_m[..., 2])
-    assert np.isfinite(away).all() and away.max() < rig.drum_m[0] / 2 and motion.seeds > 30
+    assert (
+        np.isfinite(away).all() and away.max() < rig.drum_m[0] / 2 and motion.seeds > 30
+    )
 
 
 def test_the_surface_stands_where_the_drum_s_turning_carries_the_seeds(flow):
-    """Turned clockwise as the camera sees it, seeds are carried up on the left: the surface falls to the right."""
+    """Turned clockwise as the camera sees it, seeds are carried up on the left: the
+    surface falls to the right."""
     rig, motion = flow
     assert 15 < motion.truth["flowing_angle_deg"] < 60
     assert motion.positions_m[-1, :, 0].mean() < 0
@@ -38,7 +44,11 @@ def test_the_surface_stands_where_the_drum_s_turning_carries_the_seeds(flow):
     assert motion.truth["flowing_angle_deg"] == pytest.approx(np.mean(angles))
 
 
-@pytest.mark.parametrize("wrong", [{"fill_share": 0.9}, {"speed_rpm": 400.0}, {"drum_m": (0.1, 0.0)}])
+@pytest.mark.parametrize(
+    "wrong", [{"fill_share": 0.9}, {"speed_rpm": 400.0}, {"drum_m": (0.1, 0.0)}]
+)
 def test_a_drum_that_cannot_be_is_refused(wrong):
-    with pytest.raises(ValueError, match=next(iter(wrong)) if "drum_m" not in wrong else "above 0"):
+    with pytest.raises(
+        ValueError, match=next(iter(wrong)) if "drum_m" not in wrong else "above 0"
+    ):
         Drum(**wrong)

@@ -1,4 +1,5 @@
-"""Where compiled kernels are kept, and that code made from other laws is never taken for these."""
+"""Where compiled kernels are kept, and that code made from other laws is never taken
+for these."""
 
 import os
 import subprocess
@@ -28,7 +29,9 @@ def test_kernels_go_where_the_user_says(fresh_choice, tmp_path):
     assert compiled.cache_folder() == tmp_path / "here"
 
 
-def test_else_into_the_users_cache_folder_and_never_beside_the_source(fresh_choice, tmp_path):
+def test_else_into_the_users_cache_folder_and_never_beside_the_source(
+    fresh_choice, tmp_path
+):
     fresh_choice.delenv("NUMBA_CACHE_DIR", raising=False)
     fresh_choice.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert compiled.cache_folder() == tmp_path / "benchtwin" / "kernels"
@@ -59,7 +62,11 @@ def test_the_first_compilation_says_so(monkeypatch, capsys):
     monkeypatch.setattr(step, "is_kept", lambda name, mark: False)
     monkeypatch.setattr(step, "_ANNOUNCED", set())
     seed = Seed.from_spheres([[0, 0, 0]], [3e-3])
-    world = World((Placed((seed,), SOYBEAN, [[0, 0, 0.01]]),), (Plane("floor", Q235),), (SOYBEAN_Q235, SOYBEAN_SOYBEAN))
+    world = World(
+        (Placed((seed,), SOYBEAN, [[0, 0, 0.01]]),),
+        (Plane("floor", Q235),),
+        (SOYBEAN_Q235, SOYBEAN_SOYBEAN),
+    )
     step.init(world, np.random.default_rng(0))
     step.init(world, np.random.default_rng(0))
     assert capsys.readouterr().err.count("compiling the step loop") == 1
@@ -67,12 +74,22 @@ def test_the_first_compilation_says_so(monkeypatch, capsys):
 
 @pytest.mark.slow
 def test_a_second_process_starts_warm(tmp_path):
-    """From nothing, compiling, then again from the kept code; generous bounds for a busy machine."""
+    """From nothing, compiling, then again from the kept code; generous bounds for a
+    busy machine."""
     script = Path(__file__).parents[2] / "benchmarks" / "engine.py"
-    code = f"import runpy, sys; sys.path.insert(0, {str(script.parent)!r}); exec(runpy.run_path({str(script)!r})['DROP'])"
+    code = (
+        f"import runpy, sys; sys.path.insert(0, {str(script.parent)!r});"
+        f" exec(runpy.run_path({str(script)!r})['DROP'])"
+    )
     ready = []
     for _ in range(2):
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         ready.append(float(done.stdout.split()[0]))
     assert ready[0] < 60.0 and ready[1] < 4.0

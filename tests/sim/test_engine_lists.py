@@ -23,7 +23,8 @@ SHAPES = (
 
 
 def scene(numbers: np.random.Generator, count: int, moving: bool) -> World:
-    """Seeds of four shapes on a jittered grid, thrown about, over a floor, a plate that moves and one that turns."""
+    """Seeds of four shapes on a jittered grid, thrown about, over a floor, a plate that
+    moves and one that turns."""
     grid = np.stack(np.unravel_index(np.arange(count), (64, 4, 4)), axis=1) * 10.9e-3
     x = grid + numbers.uniform(-3e-4, 3e-4, (count, 3)) + [0, 0, 7e-3]
     turns = numbers.normal(size=(count, 4))
@@ -32,12 +33,23 @@ def scene(numbers: np.random.Generator, count: int, moving: bool) -> World:
     turn = (Turn(steady.use(rate=3.0), (0.02, 0.02, 0.0), (0, 1, 0)),) if moving else ()
     walls = (
         Plane("floor", Q235, moves=turn),
-        Rectangle("plate", Q235, (-0.02, -0.01, 0), (0, 0.06, 0), (0, 0, 0.1), moves=slide),
+        Rectangle(
+            "plate", Q235, (-0.02, -0.01, 0), (0, 0.06, 0), (0, 0, 0.1), moves=slide
+        ),
     )
-    placed = Placed(SHAPES, SOFT, x, turns / np.linalg.norm(turns, axis=1, keepdims=True), numbers.normal(size=(count, 3)),
-                    numbers.normal(size=(count, 3)) * 100, numbers.integers(0, len(SHAPES), count))  # fmt: skip
+    placed = Placed(
+        SHAPES,
+        SOFT,
+        x,
+        turns / np.linalg.norm(turns, axis=1, keepdims=True),
+        numbers.normal(size=(count, 3)),
+        numbers.normal(size=(count, 3)) * 100,
+        numbers.integers(0, len(SHAPES), count),
+    )
     laws = NO_AIR if moving else ()
-    return World((placed,), walls, (SOYBEAN_Q235, SOYBEAN_SOYBEAN), laws, most_overlap=0.9)
+    return World(
+        (placed,), walls, (SOYBEAN_Q235, SOYBEAN_SOYBEAN), laws, most_overlap=0.9
+    )
 
 
 def touching(state) -> set:
@@ -54,7 +66,9 @@ def naive(state) -> set:
         - state.ball[:, None, 3]
         - state.ball[None, :, 3]
     )
-    i, j = np.nonzero(np.triu((gap < 0) & (state.owner[:, None] != state.owner[None, :])))
+    i, j = np.nonzero(
+        np.triu((gap < 0) & (state.owner[:, None] != state.owner[None, :]))
+    )
     a, b = state.ball_id[i], state.ball_id[j]
     return set(zip(np.minimum(a, b).tolist(), np.maximum(a, b).tolist(), strict=True))
 
@@ -72,7 +86,8 @@ def test_lists_find_what_all_pairs_find(seed, count, moving):
 @settings(max_examples=6, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 2**32 - 1), moving=st.booleans())
 def test_motion_is_that_with_everything_listed(seed, moving):
-    """Endless lists never need making anew; sums are then in another order, and equal to rounding grown over 200 steps."""
+    """Endless lists never need making anew; sums are then in another order, and equal
+    to rounding grown over 200 steps."""
     world = scene(np.random.default_rng(seed), 40, moving)
     try:
         start = init(world, np.random.default_rng(0))
@@ -86,7 +101,9 @@ def test_motion_is_that_with_everything_listed(seed, moving):
         lists.FEW = few
     assert naive_run.skin > 1.0 > listed.skin
     assert np.allclose(listed.positions, naive_run.positions, rtol=0, atol=1e-9)
-    assert np.allclose(listed.wall_push_ns, naive_run.wall_push_ns, rtol=1e-6, atol=1e-10)
+    assert np.allclose(
+        listed.wall_push_ns, naive_run.wall_push_ns, rtol=1e-6, atol=1e-10
+    )
 
 
 def test_every_listed_pair_is_listed_once():

@@ -1,4 +1,5 @@
-"""Running: the same bits whatever the threads, stops and restarts; seeds that leave; watches; what is refused."""
+"""Running: the same bits whatever the threads, stops and restarts; seeds that leave;
+watches; what is refused."""
 
 from dataclasses import fields, replace
 
@@ -24,7 +25,9 @@ RNG = np.random.default_rng
 
 
 def same(a: State, b: State) -> bool:
-    return all(np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(State))
+    return all(
+        np.array_equal(getattr(a, f.name), getattr(b, f.name)) for f in fields(State)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +54,14 @@ def all_threads(monkeypatch):
 def test_threads_do_not_change_a_bit(heap, threads, all_threads):
     world, state = heap
     assert len(state.block_body) > 3
-    assert same(run(world, state, steps=700), run(world, state, steps=700, threads=threads))
+    assert same(
+        run(world, state, steps=700), run(world, state, steps=700, threads=threads)
+    )
 
 
 def calls(pace: Pace, ns_of: dict[int, float], count: int) -> list[int]:
-    """Threads of so many calls, where a ball-step takes so long with each number of them."""
+    """Threads of so many calls, where a ball-step takes so long with each number of
+    them."""
     used = []
     for _ in range(count):
         threads, share = pace.next_call()
@@ -69,7 +75,9 @@ def test_the_quicker_number_of_threads_is_used_and_the_other_tried_now_and_then(
     assert np.mean(np.array(calls(pace, {1: 80.0, 2: 45.0}, 200)) == 2) > 0.95
     busy = calls(pace, {1: 90.0, 2: 900.0}, 200)
     assert np.mean(np.array(busy) == 1) > 0.9 and 2 in busy[20:]
-    assert calls(pace, {1: 80.0, 2: 45.0}, 200)[-50:].count(2) > 45  # the machine is free again
+    assert (
+        calls(pace, {1: 80.0, 2: 45.0}, 200)[-50:].count(2) > 45
+    )  # the machine is free again
     assert set(calls(Pace(1), {1: 80.0}, 100)) == {1}
 
 
@@ -86,7 +94,9 @@ def test_observers_and_single_steps_do_not_change_a_bit(heap):
     world, state = heap
     whole = run(world, state, steps=40)
     track = Track(lambda w, s: s.positions[0, 2])
-    assert same(run(world, state, steps=40, observers=[Every(3.3 * state.dt, track)]), whole)
+    assert same(
+        run(world, state, steps=40, observers=[Every(3.3 * state.dt, track)]), whole
+    )
     assert len(track.values) in (12, 13)
     for _ in range(40):
         state = step(world, state)
@@ -117,43 +127,73 @@ def test_seeds_that_leave_are_removed_and_counted():
     x = np.array([[0.0, 0, 0.003], [0.05, 0, 0.003]])
     v = np.array([[0.0, 0, 0], [1.0, 0, 0]])
     plate = Rectangle("plate", Q235, (-0.06, -0.06, 0), (0.12, 0, 0), (0, 0.12, 0))
-    world = World((Placed((BALL,), SOFT, x, velocities=v),), (plate,), CONTACTS, domain=((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)))
+    world = World(
+        (Placed((BALL,), SOFT, x, velocities=v),),
+        (plate,),
+        CONTACTS,
+        domain=((-0.1, -0.1, -0.1), (0.1, 0.1, 0.1)),
+    )
     shaken = init(world, RNG(0))
-    end = run(world, replace(shaken, skin=1e-3), 0.2)  # a skin, so that the lists are made anew on the way
+    end = run(
+        world, replace(shaken, skin=1e-3), 0.2
+    )  # a skin, so that the lists are made anew on the way
     assert end.count == 1 and end.removed.tolist() == [1] and end.ids.tolist() == [0]
 
 
 def test_overlap_watch():
     world = World(
-        (Placed((BALL,), SOYBEAN.softened(1e5), [[0, 0, 0.0031]], velocities=[[0, 0, -3.0]]),), (Plane("floor", Q235),), CONTACTS
+        (
+            Placed(
+                (BALL,),
+                SOYBEAN.softened(1e5),
+                [[0, 0, 0.0031]],
+                velocities=[[0, 0, -3.0]],
+            ),
+        ),
+        (Plane("floor", Q235),),
+        CONTACTS,
     )
-    with pytest.raises(Stopped, match=r"largest overlap \d+ % of the radius at t = .* reduce dt or stiffen") as stopped:
+    with pytest.raises(
+        Stopped,
+        match=r"largest overlap \d+ % of the radius at t = .* reduce dt or stiffen",
+    ) as stopped:
         run(world, init(world, RNG(0)), 0.1)
     assert stopped.value.state.step > 0
 
 
 def test_runaway_watch():
-    world = World((Placed((BALL,), SOFT, [[0, 0, 1.0]]),), (Plane("floor", Q235),), CONTACTS, most_speed_m_s=1.0)
+    world = World(
+        (Placed((BALL,), SOFT, [[0, 0, 1.0]]),),
+        (Plane("floor", Q235),),
+        CONTACTS,
+        most_speed_m_s=1.0,
+    )
     with pytest.raises(Stopped, match="above most_speed_m_s = 1"):
         run(world, init(world, RNG(0)), 0.5)
 
 
 def test_settled_ends_a_run():
-    world = World((Placed((BALL,), SOFT, [[0, 0, 0.004]]),), (Plane("floor", Q235),), CONTACTS)
+    world = World(
+        (Placed((BALL,), SOFT, [[0, 0, 0.004]]),), (Plane("floor", Q235),), CONTACTS
+    )
     end = run(world, init(world, RNG(0)), Settled(window_s=0.05))
     assert 0.05 < end.time_s < 1.0
     assert abs(end.velocities).max() < 1e-4
 
 
 def test_a_ball_rolls_over_a_tessellated_floor_as_over_a_plane():
-    """32 triangles with long and short edges; the same path to a few parts in a thousand."""
+    """32 triangles with long and short edges; the same path to a few parts in a
+    thousand."""
     xs, ys = np.linspace(-0.01, 0.1, 9), np.array([-0.02, -0.001, 0.02])
     grid = np.array([[x, y, 0.0] for x in xs for y in ys])
     faces = [
         f
         for i in range(8)
         for j in range(2)
-        for f in ((3 * i + j, 3 * i + j + 3, 3 * i + j + 1), (3 * i + j + 4, 3 * i + j + 1, 3 * i + j + 3))
+        for f in (
+            (3 * i + j, 3 * i + j + 3, 3 * i + j + 1),
+            (3 * i + j + 4, 3 * i + j + 1, 3 * i + j + 3),
+        )
     ]
     ends = []
     for wall in (
@@ -162,7 +202,11 @@ def test_a_ball_rolls_over_a_tessellated_floor_as_over_a_plane():
         Rectangle("floor", Q235, (-0.01, -0.02, 0), (0.11, 0, 0), (0, 0.04, 0)),
     ):
         placed = Placed((BALL,), SOFT, [[0, 0, 0.003]], velocities=[[0.4, 0, 0]])
-        world = World((placed,), (wall,), (Contact(("soybean", "Q235"), 0.5, 0.4, 0.01), SOYBEAN_SOYBEAN))
+        world = World(
+            (placed,),
+            (wall,),
+            (Contact(("soybean", "Q235"), 0.5, 0.4, 0.01), SOYBEAN_SOYBEAN),
+        )
         ends.append(run(world, init(world, RNG(0)), 0.2))
     plane, mesh, rectangle = ends
     assert rectangle.positions == pytest.approx(plane.positions, abs=1e-12)
@@ -171,32 +215,52 @@ def test_a_ball_rolls_over_a_tessellated_floor_as_over_a_plane():
 
 
 def test_a_mesh_edge_and_corner_push_once():
-    """A ball on the top corner of a cube made of twelve triangles feels one contact, through its middle."""
+    """A ball on the top corner of a cube made of twelve triangles feels one contact,
+    through its middle."""
     import trimesh
 
     cube = Mesh.from_trimesh(trimesh.creation.box((0.02, 0.02, 0.02)), "cube", Q235)
     for at in ([0.01, 0.01, 0.01], [0.01, 0.0, 0.01], [0.002, 0.002, 0.01]):
         outwards = np.array([k if abs(k) > 0.009 else 0 for k in at])
-        placed = Placed((BALL,), SOFT, [np.array(at) + 0.002999 * outwards / np.linalg.norm(outwards)])
+        placed = Placed(
+            (BALL,),
+            SOFT,
+            [np.array(at) + 0.002999 * outwards / np.linalg.norm(outwards)],
+        )
         state = init(World((placed,), (cube,), CONTACTS), RNG(0))
         assert state.sums[:, 8].sum() == 1
         push = state.load[0, :3] + [0, 0, 9.81 * BALL.mass_kg]
-        assert push / np.linalg.norm(push) == pytest.approx(outwards / np.linalg.norm(outwards), abs=1e-9)
+        assert push / np.linalg.norm(push) == pytest.approx(
+            outwards / np.linalg.norm(outwards), abs=1e-9
+        )
 
 
 def test_inside_and_outside_of_a_cylinder():
     tube = Cylinder("tube", Q235, (0, 0, 0), (0, 0, 0.1), 0.02)
     for x, sign in ((0.017001, -1), (0.022999, 1)):
-        state = init(World((Placed((BALL,), SOFT, [[x, 0, 0.05]]),), (tube,), CONTACTS, gravity=(0, 0, 0)), RNG(0))
+        state = init(
+            World(
+                (Placed((BALL,), SOFT, [[x, 0, 0.05]]),),
+                (tube,),
+                CONTACTS,
+                gravity=(0, 0, 0),
+            ),
+            RNG(0),
+        )
         assert np.sign(state.load[0, 0]) == sign
 
 
 def test_a_turning_floor_carries_a_ball_along():
-    """A disc's worth of floor turning about z: without slip the contact point moves with it; the ball's centre circles slowly."""
+    """A disc's worth of floor turning about z: without slip the contact point moves
+    with it; the ball's centre circles slowly."""
     turn = Turn(LAWS["motion_steady"].use(rate=2.0), (0, 0, 0), (0, 0, 1))
-    floor = Rectangle("floor", Q235, (-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0), moves=(turn,))
+    floor = Rectangle(
+        "floor", Q235, (-0.1, -0.1, 0), (0.2, 0, 0), (0, 0.2, 0), moves=(turn,)
+    )
     contacts = (Contact(("soybean", "Q235"), 0.5, 1.0, 0.0), SOYBEAN_SOYBEAN)
-    world = World((Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), contacts, NO_AIR)
+    world = World(
+        (Placed((BALL,), SOFT, [[0.03, 0, 0.003]]),), (floor,), contacts, NO_AIR
+    )
     state = run(world, init(world, RNG(0)), 0.3)
     x, v, w = state.positions[0], state.velocities[0], state.spins[0]
     at_contact = v + np.cross(w, [0, 0, -0.003])
@@ -205,17 +269,29 @@ def test_a_turning_floor_carries_a_ball_along():
 
 
 def refused(match, **change):
-    good = {"seeds": (Placed((BALL,), SOFT, [[0, 0, 0.004]]),), "walls": (Plane("floor", Q235),), "contacts": CONTACTS}
+    good = {
+        "seeds": (Placed((BALL,), SOFT, [[0, 0, 0.004]]),),
+        "walls": (Plane("floor", Q235),),
+        "contacts": CONTACTS,
+    }
     with pytest.raises(ValueError, match=match):
         init(World(**{**good, **change}), RNG(0))
 
 
 def test_what_is_refused():
-    refused("overlap each other or a wall", seeds=(Placed((BALL,), SOFT, [[0, 0, 0.004], [0, 0.001, 0.0045]]),))
-    refused("overlap each other or a wall", seeds=(Placed((BALL,), SOFT, [[0, 0, 0.002]]),))
+    refused(
+        "overlap each other or a wall",
+        seeds=(Placed((BALL,), SOFT, [[0, 0, 0.004], [0, 0.001, 0.0045]]),),
+    )
+    refused(
+        "overlap each other or a wall", seeds=(Placed((BALL,), SOFT, [[0, 0, 0.002]]),)
+    )
     refused("finite", seeds=(Placed((BALL,), SOFT, [[0, 0, np.nan]]),))
     refused("outside the domain", domain=((0, 0, 0), (1, 1, 0.001)))
-    refused("unit quaternions", seeds=(Placed((BALL,), SOFT, [[0, 0, 0.004]], orientations=[[1, 1, 0, 0]]),))
+    refused(
+        "unit quaternions",
+        seeds=(Placed((BALL,), SOFT, [[0, 0, 0.004]], orientations=[[1, 1, 0, 0]]),),
+    )
     refused("needs one Contact", contacts=(SOYBEAN_SOYBEAN,))
     refused("at least one group", seeds=())
     refused("rayleigh_fraction = 0.9 must be 0.0001 to 0.5", rayleigh_fraction=0.9)
@@ -223,9 +299,21 @@ def test_what_is_refused():
     refused("gravity", gravity=(0, 0, np.nan))
     refused("names must differ", walls=(Plane("a", Q235), Plane("a", Q235)))
     refused("not all 0", walls=(Plane("a", Q235, normal=(0, 0, 0)),))
-    refused("perpendicular", walls=(Rectangle("a", Q235, (0, 0, 0), (1, 0, 0), (1, 1, 0)),))
+    refused(
+        "perpendicular", walls=(Rectangle("a", Q235, (0, 0, 0), (1, 0, 0), (1, 1, 0)),)
+    )
     refused("radius = -1", walls=(Cylinder("a", Q235, (0, 0, 0), (0, 0, 1), -1),))
-    refused("no area", walls=(Mesh("a", Q235, np.zeros((3, 3)), np.array([[0, 1, 2]])),))
-    refused("do not fit", seeds=(Scattered((BALL,), SOFT, 100, (0, 0, 0), (0.01, 0.01, 0.01)),))
+    refused(
+        "no area", walls=(Mesh("a", Q235, np.zeros((3, 3)), np.array([[0, 1, 2]])),)
+    )
+    refused(
+        "do not fit",
+        seeds=(Scattered((BALL,), SOFT, 100, (0, 0, 0), (0.01, 0.01, 0.01)),),
+    )
     refused("give it to Slide or Turn", laws=(LAWS["motion_steady"].use(rate=1.0),))
-    refused("no seed or wall is made of", laws=(LAWS["cohesion_linear"].use(between=("soybean", "ice"), energy_density=1e4),))
+    refused(
+        "no seed or wall is made of",
+        laws=(
+            LAWS["cohesion_linear"].use(between=("soybean", "ice"), energy_density=1e4),
+        ),
+    )

@@ -12,7 +12,9 @@ def test_500_soybeans_come_to_rest_in_the_box():
     assert 0.025 < height < 0.045
     assert 0.5 < density < 0.75
     share_on_floor = push / (9.81 * state.masses.sum())
-    assert 0.6 < share_on_floor < 1.02  # the sides carry some; seeds that barely move still make the push swing by 1 %
+    assert (
+        0.6 < share_on_floor < 1.02
+    )  # the sides carry some; seeds that barely move still make the push swing by 1 %
 
 
 def test_it_fits_on_a_page():

@@ -27,11 +27,19 @@ def law(request):
 
 
 def test_registry_and_signature(law):
-    assert LAWS[law.name] is law and law.kind in KINDS and law.function.__name__ == law.name
+    assert (
+        LAWS[law.name] is law
+        and law.kind in KINDS
+        and law.function.__name__ == law.name
+    )
     names = list(inspect.signature(law.function).parameters)
     assert names[len(FIXED[law.kind]) :] == [p.name for p in law.parameters]
     if law.reach is not None:
-        assert list(inspect.signature(law.reach).parameters) == ["radius", "modulus", *[p.name for p in law.parameters]]
+        assert list(inspect.signature(law.reach).parameters) == [
+            "radius",
+            "modulus",
+            *[p.name for p in law.parameters],
+        ]
     assert all(p.low < p.high and p.unit and p.meaning for p in law.parameters)
 
 
@@ -39,31 +47,54 @@ def test_docstring_states_formula_units_range_source_and_example(law):
     text = " ".join(inspect.getdoc(law.function).split())
     assert "=" in text and re.search(r"\[.*\]", text), "formula and units"
     assert re.search(r"Sources?: ", text) and law.source and ">>>" in text
-    limits = "[Vv]alid|not for|for the speeds|Loss independent|Static|Memoryless|belongs to|must fit|rate jumps|Take it"
+    limits = (
+        "[Vv]alid|not for|for the speeds|Loss independent|Static|Memoryless|belongs"
+        " to|must fit|rate jumps|Take it"
+    )
     assert re.search(limits, text), "where it holds"
 
 
 def test_only_scalars_and_math():
-    """No law knows of arrays, devices or the engine: it imports `math` and the record's class, and calls math functions only."""
+    """No law knows of arrays, devices or the engine: it imports `math` and the record's
+    class, and calls math functions only."""
     allowed = {"abs", "min", "max", "range"}
     for name, function, _ in functions():
-        module = ast.parse(inspect.getsource(importlib.import_module(function.__module__)))
+        module = ast.parse(
+            inspect.getsource(importlib.import_module(function.__module__))
+        )
         for node in ast.walk(module):
             if isinstance(node, ast.Import):
                 assert [a.name for a in node.names] == ["math"], name
             if isinstance(node, ast.ImportFrom):
                 assert node.module == "sim.laws.law", name
         body = ast.parse(inspect.getsource(function)).body[0]
-        assert not body.decorator_list and not body.args.defaults and not body.args.kwonlyargs, name
+        assert (
+            not body.decorator_list
+            and not body.args.defaults
+            and not body.args.kwonlyargs
+        ), name
         body.body = body.body[1:] if ast.get_docstring(body) else body.body
         for node in ast.walk(body):
-            refused = ast.Try | ast.Raise | ast.Subscript | ast.List | ast.Dict | ast.JoinedStr | ast.Lambda
+            refused = (
+                ast.Try
+                | ast.Raise
+                | ast.Subscript
+                | ast.List
+                | ast.Dict
+                | ast.JoinedStr
+                | ast.Lambda
+            )
             assert not isinstance(node, refused), name
-            assert not (isinstance(node, ast.Constant) and isinstance(node.value, str)), name
+            assert not (
+                isinstance(node, ast.Constant) and isinstance(node.value, str)
+            ), name
             if isinstance(node, ast.Call):
                 called = node.func
                 known = isinstance(called, ast.Name) and called.id in allowed
-                of_math = isinstance(called, ast.Attribute) and getattr(called.value, "id", "") == "math"
+                of_math = (
+                    isinstance(called, ast.Attribute)
+                    and getattr(called.value, "id", "") == "math"
+                )
                 assert known or of_math, f"{name} calls {ast.unparse(called)}"
 
 
@@ -105,8 +136,16 @@ STILL = (0.0, 0.0, 0.0)
 
 @pytest.mark.parametrize(
     ("re", "cd"),
-    # Measured spheres: the standard drag curve, Clift, Grace & Weber (1978), chapter 5. Brown & Lawler's fit keeps within 6 %.
-    [(0.1, 243.7), (1.0, 27.15), (10.0, 4.29), (100.0, 1.09), (1000.0, 0.471), (10_000.0, 0.405)],
+    # Measured spheres: the standard drag curve, Clift, Grace & Weber (1978), chapter 5.
+    # Brown & Lawler's fit keeps within 6 %.
+    [
+        (0.1, 243.7),
+        (1.0, 27.15),
+        (10.0, 4.29),
+        (100.0, 1.09),
+        (1000.0, 0.471),
+        (10_000.0, 0.405),
+    ],
 )
 def test_drag_follows_the_standard_curve(re, cd):
     density, viscosity, _ = AIR
@@ -117,22 +156,34 @@ def test_drag_follows_the_standard_curve(re, cd):
 
 
 def drag_z(v, d, factor=1.0, wind=0.0):
-    return LAWS["drag"].function(0.0, 0.0, v, 0.0, 0.0, 0.0, d, *AIR[:2], factor, 0.0, 0.0, wind)[2]
+    return LAWS["drag"].function(
+        0.0, 0.0, v, 0.0, 0.0, 0.0, d, *AIR[:2], factor, 0.0, 0.0, wind
+    )[2]
 
 
 def test_drag_tends_to_stokes_and_scales_with_the_shape_factor():
-    assert drag_z(1e-6, 1e-5) == pytest.approx(-3 * math.pi * AIR[1] * 1e-5 * 1e-6, rel=1e-3)
+    assert drag_z(1e-6, 1e-5) == pytest.approx(
+        -3 * math.pi * AIR[1] * 1e-5 * 1e-6, rel=1e-3
+    )
     assert drag_z(0.0, 0.007) == 0.0
     assert drag_z(2.0, 0.007, factor=1.15) == pytest.approx(1.15 * drag_z(2.0, 0.007))
 
 
 def test_terminal_velocity_of_a_soybean():
     d, m = 7.1e-3, 2.27e-4
-    fall = solve_ivp(lambda t, y: [y[1], -G + drag_z(y[1], d) / m], (0, 12), [0.0, 0.0], rtol=1e-9, atol=1e-9)
+    fall = solve_ivp(
+        lambda t, y: [y[1], -G + drag_z(y[1], d) / m],
+        (0, 12),
+        [0.0, 0.0],
+        rtol=1e-9,
+        atol=1e-9,
+    )
     v = -fall.y[1, -1]
     assert drag_z(-v, d) == pytest.approx(m * G, rel=1e-5)  # weight and drag balance
     cd = 2 * m * G / (AIR[0] * math.pi / 4 * d**2 * v**2)
-    assert v == pytest.approx(math.sqrt(4 / 3 * G * d / cd * m / (math.pi / 6 * d**3) / AIR[0]), rel=1e-9)
+    assert v == pytest.approx(
+        math.sqrt(4 / 3 * G * d / cd * m / (math.pi / 6 * d**3) / AIR[0]), rel=1e-9
+    )
     assert 13.0 < v < 16.0  # seeds of this size in a wind tunnel: about 13 to 15 m/s
 
 
@@ -140,7 +191,11 @@ def test_draught_carries_a_seed_along_until_it_moves_with_the_air():
     law = LAWS["drag"].function
     assert law(0.3, 0.0, 0.0, 0, 0, 0, 0.007, *AIR, 0.3, 0.0, 0.0) == (0.0,) * 6
     force = law(0.0, 0.0, 0.0, 0, 0, 0, 0.007, *AIR, 0.3, 0.0, 0.0)
-    assert force[0] == pytest.approx(-law(-0.3, 0, 0, 0, 0, 0, 0.007, *AIR, *STILL)[0] * -1) and force[0] > 0
+    assert (
+        force[0]
+        == pytest.approx(-law(-0.3, 0, 0, 0, 0, 0, 0.007, *AIR, *STILL)[0] * -1)
+        and force[0] > 0
+    )
 
 
 def test_magnus_is_across_speed_and_spin_and_has_rubinow_and_kellers_size():
@@ -149,15 +204,19 @@ def test_magnus_is_across_speed_and_spin_and_has_rubinow_and_kellers_size():
     assert force == pytest.approx(math.pi * 1.204 * (d / 2) ** 3 * np.cross(w, v))
     # As the diagnosis reports it: a = C (ρ A r / 2m) ω × v.
     a = np.array(LAWS["magnus"].function(*v, *w, d, 1.204, 0.7)[:3])
-    assert a == pytest.approx(0.7 * 1.204 * (math.pi * d**2 / 4) * (d / 2) / 2 * np.cross(w, v))
+    assert a == pytest.approx(
+        0.7 * 1.204 * (math.pi * d**2 / 4) * (d / 2) / 2 * np.cross(w, v)
+    )
 
 
 # ---- impact ----
 
 
 def bounce_viscoelastic(beta, v):
-    """Integrate m δ'' = −ρ (δ^1.5 + (3/2) A √δ δ') in the units of Schwager & Pöschel until the force vanishes."""
-    # x = (ρ/m)^0.4 v^-0.8 δ, τ = (ρ/m)^0.4 v^0.2 t:  x'' = −x^1.5 − β v^0.2 √x x',  β = (3/2) A (ρ/m)^0.4.
+    """Integrate m δ'' = −ρ (δ^1.5 + (3/2) A √δ δ') in the units of Schwager & Pöschel
+    until the force vanishes."""
+    # x = (ρ/m)^0.4 v^-0.8 δ, τ = (ρ/m)^0.4 v^0.2 t:  x'' = −x^1.5 − β v^0.2 √x x',  β =
+    # (3/2) A (ρ/m)^0.4.
     b = beta * v**0.2
 
     def force(_, y):
@@ -170,25 +229,35 @@ def bounce_viscoelastic(beta, v):
     free.terminal, free.direction = True, -1
     # The first instant by hand: √x is not smooth at 0.
     start = 1e-10
-    return -solve_ivp(force, (0, 50), [start, 1.0], events=free, rtol=1e-10, atol=1e-13).y[1, -1]
+    return -solve_ivp(
+        force, (0, 50), [start, 1.0], events=free, rtol=1e-10, atol=1e-13
+    ).y[1, -1]
 
 
 @pytest.mark.parametrize("k", [0.2, 0.4, 0.6, 0.8, 1.0])
 @pytest.mark.parametrize("v", [0.1, 2.5])
 def test_viscoelastic_restitution_is_the_solution_of_the_equation_of_motion(k, v):
     law = LAWS["restitution_viscoelastic"].function
-    assert law(v, 1.0, k, 0.0) == pytest.approx(bounce_viscoelastic(k**2, v), abs=0.004 if k < 1 else 0.006)
+    assert law(v, 1.0, k, 0.0) == pytest.approx(
+        bounce_viscoelastic(k**2, v), abs=0.004 if k < 1 else 0.006
+    )
 
 
 def test_viscoelastic_asymptote_and_anchor():
     law = LAWS["restitution_viscoelastic"].function
     speeds = np.array([1e-10, 1e-8, 1e-6])
     loss = 1 - np.array([law(v, 1.0, 0.3, 0.0) for v in speeds])
-    assert np.diff(np.log(loss)) / np.diff(np.log(speeds)) == pytest.approx(0.2, abs=0.003)
-    assert law(2.466, 0.54, 0.9, 2.466) == pytest.approx(0.54) and law(0.5, 0.54, 0.9, 2.466) > law(5.0, 0.54, 0.9, 2.466)
+    assert np.diff(np.log(loss)) / np.diff(np.log(speeds)) == pytest.approx(
+        0.2, abs=0.003
+    )
+    assert law(2.466, 0.54, 0.9, 2.466) == pytest.approx(0.54) and law(
+        0.5, 0.54, 0.9, 2.466
+    ) > law(5.0, 0.54, 0.9, 2.466)
     k = viscosity_for(0.54, 2.466)
     assert law(2.466, 1.0, k, 0.0) == pytest.approx(0.54, abs=1e-12)
-    assert law(0.7, 1.0, k, 0.0) == pytest.approx(law(0.7, 0.54, k, 2.466))  # anchored or not: one curve
+    assert law(0.7, 1.0, k, 0.0) == pytest.approx(
+        law(0.7, 0.54, k, 2.466)
+    )  # anchored or not: one curve
     with pytest.raises(ValueError, match="e must be"):
         viscosity_for(0.0, 1.0)
 
@@ -207,7 +276,9 @@ def test_film_restitution_takes_one_energy_from_every_impact_and_sticks_below_it
     law = LAWS["restitution_film"].function
     for v in (0.4, 1.0, 2.5):
         assert (0.6 * v) ** 2 - (law(v, 0.6, 0.12) * v) ** 2 == pytest.approx(0.12**2)
-    assert law(0.12 / 0.6 * 0.999, 0.6, 0.12) < 0.03 and law(0.1, 0.6, 0.12) == pytest.approx(1e-3)
+    assert law(0.12 / 0.6 * 0.999, 0.6, 0.12) < 0.03 and law(
+        0.1, 0.6, 0.12
+    ) == pytest.approx(1e-3)
 
 
 def hertz(overlap, radius, modulus):
@@ -215,7 +286,8 @@ def hertz(overlap, radius, modulus):
 
 
 def leave_through(law, numbers, speed, mass, radius=3e-3, modulus=1e8):
-    """Speed after an elastic impact at `speed` under a normal law that acts, once touched, as far as it reaches; 0 if held."""
+    """Speed after an elastic impact at `speed` under a normal law that acts, once
+    touched, as far as it reaches; 0 if held."""
     reach = law.reach(radius, modulus, *numbers)
 
     def motion(_, y):
@@ -226,15 +298,28 @@ def leave_through(law, numbers, speed, mass, radius=3e-3, modulus=1e8):
         return y[0] + reach * (1 - 1e-9)
 
     gone.terminal, gone.direction = True, -1
-    time = 40 * 2.94 * (mass**2 / (radius * modulus**2 * max(speed, 1e-3))) ** 0.2 + 4 * reach / speed
-    run = solve_ivp(motion, (0, time), [1e-15, speed], events=gone, rtol=1e-9, atol=1e-14, max_step=time / 2000)
+    time = (
+        40 * 2.94 * (mass**2 / (radius * modulus**2 * max(speed, 1e-3))) ** 0.2
+        + 4 * reach / speed
+    )
+    run = solve_ivp(
+        motion,
+        (0, time),
+        [1e-15, speed],
+        events=gone,
+        rtol=1e-9,
+        atol=1e-14,
+        max_step=time / 2000,
+    )
     return -run.y[1, -1] if len(run.t_events[0]) else 0.0
 
 
 def test_film_adhesion_costs_pull_times_rupture_and_holds_slow_seeds():
     law, mass, pull, rupture = LAWS["film_adhesion"], 2.3e-4, 2e-3, 5e-5
     film_speed = math.sqrt(2 * pull * rupture / mass)
-    assert leave_through(law, (pull, rupture), 0.1, mass) == pytest.approx(math.sqrt(0.1**2 - film_speed**2), rel=1e-3)
+    assert leave_through(law, (pull, rupture), 0.1, mass) == pytest.approx(
+        math.sqrt(0.1**2 - film_speed**2), rel=1e-3
+    )
     assert leave_through(law, (pull, rupture), 0.9 * film_speed, mass) == 0.0
     assert law.reach(3e-3, 1e8, pull, rupture) == rupture
 
@@ -253,26 +338,39 @@ def test_jkr_agrees_with_its_parametric_form_and_its_landmarks():
         assert whole(overlap) == pytest.approx(force, rel=1e-7, abs=1e-9 * strongest)
     pulls = np.array([whole(x) for x in np.linspace(-reach, 2 * reach, 4001)])
     assert -pulls.min() == pytest.approx(strongest, rel=1e-6)
-    assert -whole(-reach) == pytest.approx(5 / 9 * strongest, rel=2e-3)  # a double root: half the digits
+    assert -whole(-reach) == pytest.approx(
+        5 / 9 * strongest, rel=2e-3
+    )  # a double root: half the digits
     assert -whole(0.0) == pytest.approx(8 / 9 * strongest, rel=1e-9)
-    # Deep in contact the terms in √w cancel at a given overlap; what is left is −π w R*.
-    assert law.function(1e5 * reach, 0.0, r, e, w) == pytest.approx(-math.pi * w * r, rel=1e-4)
+    # Deep in contact the terms in √w cancel at a given overlap; what is left is −π w
+    # R*.
+    assert law.function(1e5 * reach, 0.0, r, e, w) == pytest.approx(
+        -math.pi * w * r, rel=1e-4
+    )
 
 
 def test_jkr_sticking_speed_of_a_dry_seed_is_millimetres_a_second():
-    # Work to break the neck: 7.09 (w⁵ R*⁴/E*²)^⅓, Thornton & Ning (1998), Powder Technol. 99, 154–162.
+    # Work to break the neck: 7.09 (w⁵ R*⁴/E*²)^⅓, Thornton & Ning (1998), Powder
+    # Technol. 99, 154–162.
     law, mass, r, e, w = LAWS["cohesion_jkr"], 2.3e-4, 3e-3, 1e8, 0.1
     work = 7.09 * (w**5 * r**4 / e**2) ** (1 / 3)
     v_s = math.sqrt(2 * work / mass)
     assert 1e-3 < v_s < 5e-3
-    assert leave_through(law, (w,), 1.05 * v_s, mass) > 0.0 and leave_through(law, (w,), 0.95 * v_s, mass) == 0.0
-    assert leave_through(law, (w,), 3 * v_s, mass) == pytest.approx(math.sqrt(8) * v_s, rel=0.01)
+    assert (
+        leave_through(law, (w,), 1.05 * v_s, mass) > 0.0
+        and leave_through(law, (w,), 0.95 * v_s, mass) == 0.0
+    )
+    assert leave_through(law, (w,), 3 * v_s, mass) == pytest.approx(
+        math.sqrt(8) * v_s, rel=0.01
+    )
 
 
 def test_linear_cohesion_is_energy_density_times_hertzian_area():
     law = LAWS["cohesion_linear"].function
     r, overlap = 3e-3, 2e-5
-    assert law(overlap, 0.0, r, 1e8, 5e4) == pytest.approx(-5e4 * math.pi * (math.sqrt(r * overlap)) ** 2)
+    assert law(overlap, 0.0, r, 1e8, 5e4) == pytest.approx(
+        -5e4 * math.pi * (math.sqrt(r * overlap)) ** 2
+    )
     assert law(-1e-6, 0.0, r, 1e8, 5e4) == 0.0
 
 
@@ -280,11 +378,23 @@ def test_linear_cohesion_is_energy_density_times_hertzian_area():
 
 
 def test_friction_laws_have_their_ends_and_speeds():
-    kinetic, stribeck, viscous = (LAWS[f"friction_{n}"].function for n in ("kinetic", "stribeck", "viscous"))
-    assert kinetic(1e-4, 0.5, 0.1, 1e-3) == pytest.approx(0.5, abs=2e-3) and kinetic(5e-3, 0.5, 0.1, 1e-3) == pytest.approx(0.4)
-    assert stribeck(0.05, 0.5, 0.1, 0.05) == pytest.approx(0.5 - 0.1 * (1 - math.exp(-1))) and stribeck(5, 0.5, 0.1, 0.05) == 0.4
-    assert viscous(2.0, 0.3, 0.05) == pytest.approx(0.4) and viscous(50.0, 0.3, -0.05) == 0.0
-    assert kinetic(1.0, 0.1, 0.5, 1e-3) == 0.0 and stribeck(9.0, 0.1, 0.5, 0.05) == 0.0  # never negative
+    kinetic, stribeck, viscous = (
+        LAWS[f"friction_{n}"].function for n in ("kinetic", "stribeck", "viscous")
+    )
+    assert kinetic(1e-4, 0.5, 0.1, 1e-3) == pytest.approx(0.5, abs=2e-3) and kinetic(
+        5e-3, 0.5, 0.1, 1e-3
+    ) == pytest.approx(0.4)
+    assert (
+        stribeck(0.05, 0.5, 0.1, 0.05) == pytest.approx(0.5 - 0.1 * (1 - math.exp(-1)))
+        and stribeck(5, 0.5, 0.1, 0.05) == 0.4
+    )
+    assert (
+        viscous(2.0, 0.3, 0.05) == pytest.approx(0.4)
+        and viscous(50.0, 0.3, -0.05) == 0.0
+    )
+    assert (
+        kinetic(1.0, 0.1, 0.5, 1e-3) == 0.0 and stribeck(9.0, 0.1, 0.5, 0.05) == 0.0
+    )  # never negative
 
 
 def test_sliding_block_with_stribeck_friction_stops_where_the_integral_says():
@@ -301,7 +411,10 @@ def test_sliding_block_with_stribeck_friction_stops_where_the_integral_says():
 def test_viscous_rolling_slows_a_ball_as_the_closed_form():
     # v' = −(5/7) g (μ_r + k v): v = (v_0 + μ_r/k) exp(−(5/7) g k t) − μ_r/k.
     mu_r, k, m, r, v0 = 0.01, 0.05, 2.3e-4, 3e-3, 0.3
-    constant, growing = LAWS["rolling_type_a"].function, LAWS["rolling_viscous"].function
+    constant, growing = (
+        LAWS["rolling_type_a"].function,
+        LAWS["rolling_viscous"].function,
+    )
 
     def slow(_, y):
         w = y[0] / r
@@ -309,7 +422,9 @@ def test_viscous_rolling_slows_a_ball_as_the_closed_form():
         return [-torque * r / (1.4 * m * r**2)]
 
     run = solve_ivp(slow, (0, 0.5), [v0], rtol=1e-10, atol=1e-12)
-    assert run.y[0, -1] == pytest.approx((v0 + mu_r / k) * math.exp(-5 / 7 * G * k * 0.5) - mu_r / k, rel=1e-8)
+    assert run.y[0, -1] == pytest.approx(
+        (v0 + mu_r / k) * math.exp(-5 / 7 * G * k * 0.5) - mu_r / k, rel=1e-8
+    )
 
 
 def test_wall_motions_have_the_rate_that_they_say():
@@ -317,11 +432,15 @@ def test_wall_motions_have_the_rate_that_they_say():
     for t in (0.013, 0.37, 1.21):
         for f, numbers in ((steady, (0.02, 0.1, 1.0)), (shaken, (9.81, 50.0, 0.4))):
             h = 1e-6
-            assert f(t, *numbers)[1] == pytest.approx((f(t + h, *numbers)[0] - f(t - h, *numbers)[0]) / (2 * h), abs=1e-7)
+            assert f(t, *numbers)[1] == pytest.approx(
+                (f(t + h, *numbers)[0] - f(t - h, *numbers)[0]) / (2 * h), abs=1e-7
+            )
     assert steady(9.0, 0.02, 0.1, 1.0) == (0.02, 0.0)
     t = np.linspace(0, 0.02, 2001)
     rates = np.array([shaken(x, 9.81, 50.0, math.pi / 2) for x in t])
-    assert rates[0] == pytest.approx([0, 0], abs=1e-15)  # where the wall was built, from rest
+    assert rates[0] == pytest.approx(
+        [0, 0], abs=1e-15
+    )  # where the wall was built, from rest
     assert np.abs(np.gradient(rates[:, 1], t)).max() == pytest.approx(9.81, rel=1e-4)
 
 

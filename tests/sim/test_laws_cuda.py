@@ -1,9 +1,10 @@
-"""Every force law, and the core of every contact, runs unchanged as a CUDA device function and gives the CPU's numbers.
+"""Every force law, and the core of every contact, runs unchanged as a CUDA device
+function and gives the CPU's numbers.
 
-numba-cuda's simulator shows that a law is callable from a kernel and right there. It runs Python, so it does not show that the
-law compiles: where NVIDIA's compiler libraries are found too (nvidia-nvvm and nvidia-cuda-nvrtc from PyPI; no GPU is needed), the
-second test makes device code (PTX) of each.
-"""
+numba-cuda's simulator shows that a law is callable from a kernel and right there. It
+runs Python, so it does not show that the law compiles: where NVIDIA's compiler
+libraries are found too (nvidia-nvvm and nvidia-cuda-nvrtc from PyPI; no GPU is needed),
+the second test makes device code (PTX) of each."""
 
 import os
 import subprocess
@@ -28,15 +29,27 @@ def outputs(function, row) -> int:
 
 
 def loop_source(arguments: int, count: int, on_gpu: bool) -> str:
-    """A loop over rows that calls `law`, written out for its number of arguments and results: kernels know no star-arguments."""
+    """A loop over rows that calls `law`, written out for its number of arguments and
+    results: kernels know no star-arguments."""
     call = f"law({', '.join(f'table[i, {k}]' for k in range(arguments))})"
-    head = ["    i = cuda.grid(1)", "    if i < len(table):"] if on_gpu else ["    for i in range(len(table)):"]
-    store = [f"        out[i, {k}] = result[{k}]" for k in range(count)] if count > 1 else ["        out[i, 0] = result"]
-    return "\n".join(["def loop(table, out):", *head, f"        result = {call}", *store])
+    head = (
+        ["    i = cuda.grid(1)", "    if i < len(table):"]
+        if on_gpu
+        else ["    for i in range(len(table)):"]
+    )
+    store = (
+        [f"        out[i, {k}] = result[{k}]" for k in range(count)]
+        if count > 1
+        else ["        out[i, 0] = result"]
+    )
+    return "\n".join(
+        ["def loop(table, out):", *head, f"        result = {call}", *store]
+    )
 
 
 def run_on_simulator(folder: Path) -> None:
-    """In a process of its own, with NUMBA_ENABLE_CUDASIM=1 set before numba is imported."""
+    """In a process of its own, with NUMBA_ENABLE_CUDASIM=1 set before numba is
+    imported."""
     from numba import cuda
 
     for name, function, ranges in functions():
@@ -49,8 +62,17 @@ def run_on_simulator(folder: Path) -> None:
 
 
 def test_every_law_gives_the_same_numbers_on_the_simulator(tmp_path):
-    environment = {**os.environ, "NUMBA_ENABLE_CUDASIM": "1", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    done = subprocess.run([sys.executable, __file__, str(tmp_path)], env=environment, capture_output=True, text=True)
+    environment = {
+        **os.environ,
+        "NUMBA_ENABLE_CUDASIM": "1",
+        "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+    }
+    done = subprocess.run(
+        [sys.executable, __file__, str(tmp_path)],
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr[-2000:]
     for name, function, ranges in functions():
         table, simulated = table_of(name, ranges), np.load(tmp_path / f"{name}.npy")
@@ -58,9 +80,12 @@ def test_every_law_gives_the_same_numbers_on_the_simulator(tmp_path):
         exec(loop_source(arity(function), simulated.shape[1], on_gpu=False), names)
         ours = np.empty_like(simulated)
         numba.njit(names["loop"])(table, ours)
-        # pow and exp of two libraries may differ in the last bit, and differences of large terms show it.
+        # pow and exp of two libraries may differ in the last bit, and differences of
+        # large terms show it.
         scale = np.abs(ours).max(axis=0)
-        assert np.isfinite(simulated).all() and np.allclose(simulated, ours, rtol=1e-12, atol=1e-13 * scale), name
+        assert np.isfinite(simulated).all() and np.allclose(
+            simulated, ours, rtol=1e-12, atol=1e-13 * scale
+        ), name
 
 
 def device_code(function, row) -> str:
@@ -68,15 +93,26 @@ def device_code(function, row) -> str:
 
     count = outputs(function, row)
     result = types.float64 if count == 1 else types.UniTuple(types.float64, count)
-    code, _ = cuda.compile(function, result(*[types.float64] * len(row)), device=True, abi="numba", cc=(8, 0), output="ptx")
+    code, _ = cuda.compile(
+        function,
+        result(*[types.float64] * len(row)),
+        device=True,
+        abi="numba",
+        cc=(8, 0),
+        output="ptx",
+    )
     return code
 
 
 def test_every_law_compiles_to_device_code():
     try:
         device_code(lambda x: x + 1.0, [1.0])
-    except Exception as missing:  # whatever numba-cuda raises where NVIDIA's libraries are not found
-        pytest.skip(f"no NVIDIA compiler library here: {str(missing).splitlines()[0][:80]}")
+    except (
+        Exception
+    ) as missing:  # whatever numba-cuda raises where NVIDIA's libraries are not found
+        pytest.skip(
+            f"no NVIDIA compiler library here: {str(missing).splitlines()[0][:80]}"
+        )
     for name, function, ranges in functions():
         code = device_code(function, table_of(name, ranges)[0])
         assert ".func" in code and function.__name__ in code, name

@@ -1,7 +1,8 @@
-"""Plug-in laws inside the engine: the motion that comes out is the law's own closed form.
+"""Plug-in laws inside the engine: the motion that comes out is the law's own closed
+form.
 
-All laws are compiled into one kernel, which is what takes time; each test switches off those that it does not ask about.
-"""
+All laws are compiled into one kernel, which is what takes time; each test switches off
+those that it does not ask about."""
 
 import math
 from dataclasses import replace
@@ -34,18 +35,54 @@ OFF = {
 }
 
 
-def world(seed, height, velocity, spin=(0.0, 0.0, 0.0), *, e=0.6, mu=0.0, mu_r=0.0, gravity=G, shake=0.0, fraction=0.1, **on):
-    """One seed over a plane (shaken up and down with 50 Hz), the laws in `on` with their numbers.
+def world(
+    seed,
+    height,
+    velocity,
+    spin=(0.0, 0.0, 0.0),
+    *,
+    e=0.6,
+    mu=0.0,
+    mu_r=0.0,
+    gravity=G,
+    shake=0.0,
+    fraction=0.1,
+    **on,
+):
+    """One seed over a plane (shaken up and down with 50 Hz), the laws in `on` with
+    their numbers.
 
-    A tenth of the Rayleigh time: at a fifth, fast impacts (2.5 m/s) with e below 0.4 come out 1 to 2 % too small.
-    """
+    A tenth of the Rayleigh time: at a fifth, fast impacts (2.5 m/s) with e below 0.4
+    come out 1 to 2 % too small."""
     names = {**OFF, **on}
     laws = tuple(LAWS[name].use(**numbers) for name, numbers in names.items())
-    plate = Plane("plate", Q235, moves=(Slide(LAWS["motion_vibration"].use(acceleration=shake, frequency=50.0), (0, 0, 1)),))
+    plate = Plane(
+        "plate",
+        Q235,
+        moves=(
+            Slide(
+                LAWS["motion_vibration"].use(acceleration=shake, frequency=50.0),
+                (0, 0, 1),
+            ),
+        ),
+    )
     contact = Contact(("soybean", "Q235"), e, mu, mu_r, "type_a")
     own = Contact(("soybean", "soybean"), e, mu, mu_r, "type_a")
-    placed = Placed((seed,), SOYBEAN, np.array([[0.0, 0.0, height]]), velocities=np.array([velocity]), spins=np.array([spin]))
-    return World((placed,), (plate,), (contact, own), laws, gravity=(0.0, 0.0, -gravity), rayleigh_fraction=fraction)
+    placed = Placed(
+        (seed,),
+        SOYBEAN,
+        np.array([[0.0, 0.0, height]]),
+        velocities=np.array([velocity]),
+        spins=np.array([spin]),
+    )
+    return World(
+        (placed,),
+        (plate,),
+        (contact, own),
+        laws,
+        gravity=(0.0, 0.0, -gravity),
+        rayleigh_fraction=fraction,
+    )
 
 
 def after(seconds, *args, **kwargs):
@@ -55,21 +92,41 @@ def after(seconds, *args, **kwargs):
 
 
 def rebound(speed, **on):
-    """Speed after an impact on the plate at `speed` without gravity; 0 if the ball stays."""
-    state = after(40e-6 / speed + 3e-4 * speed**-0.2 + 2e-4 / speed, BALL, R + 2e-5, (0.0, 0.0, -speed), gravity=0.0, **on)
+    """Speed after an impact on the plate at `speed` without gravity; 0 if the ball
+    stays."""
+    state = after(
+        40e-6 / speed + 3e-4 * speed**-0.2 + 2e-4 / speed,
+        BALL,
+        R + 2e-5,
+        (0.0, 0.0, -speed),
+        gravity=0.0,
+        **on,
+    )
     return state.velocities[0, 2]
 
 
 def test_flight_with_drag_and_magnus():
     air, v0, spin = {"air_density": 1.204}, [0.4, 0.0, 0.0], [0.0, 100.0, 20.0]
-    state = after(0.25, BALL, 0.5, v0, spin, drag={**air, "factor": 1.2, "wind_y": 0.3}, magnus={**air, "lift": 0.8})
+    state = after(
+        0.25,
+        BALL,
+        0.5,
+        v0,
+        spin,
+        drag={**air, "factor": 1.2, "wind_y": 0.3},
+        magnus={**air, "lift": 0.8},
+    )
 
     def fly(_, y):
-        drag = LAWS["drag"].function(*y[3:], *spin, 2 * R, 1.204, 1.825e-5, 1.2, 0.0, 0.3, 0.0)[:3]
+        drag = LAWS["drag"].function(
+            *y[3:], *spin, 2 * R, 1.204, 1.825e-5, 1.2, 0.0, 0.3, 0.0
+        )[:3]
         lift = LAWS["magnus"].function(*y[3:], *spin, 2 * R, 1.204, 0.8)[:3]
         return [*y[3:], *((np.array(drag) + lift) / BALL.mass_kg + [0, 0, -G])]
 
-    end = solve_ivp(fly, (0, state.time_s), [0, 0, 0.5, *v0], rtol=1e-10, atol=1e-13).y[:, -1]
+    end = solve_ivp(fly, (0, state.time_s), [0, 0, 0.5, *v0], rtol=1e-10, atol=1e-13).y[
+        :, -1
+    ]
     assert state.positions[0] == pytest.approx(end[:3], abs=1e-9)
     assert state.velocities[0] == pytest.approx(end[3:], abs=1e-7)
     assert abs(end[0] - 0.4 * 0.25) > 1e-3 and end[1] > 3e-5  # both would be seen
@@ -95,31 +152,66 @@ def test_film_adhesion_takes_its_energy_and_holds():
     film_speed = math.sqrt(2 * pull * rupture / BALL.mass_kg)
     out = rebound(0.5, e=1.0, film_adhesion={"pull": pull, "rupture": rupture})
     assert out == pytest.approx(math.sqrt(0.5**2 - film_speed**2), rel=2e-3)
-    held = after(0.02, BALL, R + 1e-6, (0, 0, -0.02), gravity=0.0, film_adhesion={"pull": pull, "rupture": rupture})
+    held = after(
+        0.02,
+        BALL,
+        R + 1e-6,
+        (0, 0, -0.02),
+        gravity=0.0,
+        film_adhesion={"pull": pull, "rupture": rupture},
+    )
     assert held.positions[0, 2] < R + rupture and film_speed > 0.02
 
 
 def test_a_film_longer_than_the_usual_skin_acts_on_many_as_on_one():
-    """Sixty balls keep lists with a skin, one ball lists everything for good: a film must not break when lists are remade."""
+    """Sixty balls keep lists with a skin, one ball lists everything for good: a film
+    must not break when lists are remade."""
     film = {"pull": 4e-3, "rupture": 0.8 * R}  # twice the usual skin
     alone = world(BALL, R + 1e-4, (0, 0, -0.5), e=1.0, gravity=0.0, film_adhesion=film)
-    places = np.array([[4 * R * (i % 8), 4 * R * (i // 8), R + 1e-4] for i in range(60)])
+    places = np.array(
+        [[4 * R * (i % 8), 4 * R * (i // 8), R + 1e-4] for i in range(60)]
+    )
     still = np.zeros(60, int)
-    placed = Placed((BALL,), SOYBEAN, places, velocities=np.tile([0, 0, -0.5], (60, 1)), shape_of=still)
-    alone = replace(alone, walls=(Plane("plate", Q235),))  # a plate at rest is listed like anything else
+    placed = Placed(
+        (BALL,),
+        SOYBEAN,
+        places,
+        velocities=np.tile([0, 0, -0.5], (60, 1)),
+        shape_of=still,
+    )
+    alone = replace(
+        alone, walls=(Plane("plate", Q235),)
+    )  # a plate at rest is listed like anything else
     many = replace(alone, seeds=(placed,))
-    speeds = [run(w, init(w, np.random.default_rng(0)), until=0.03).velocities[:, 2] for w in (alone, many)]
+    speeds = [
+        run(w, init(w, np.random.default_rng(0)), until=0.03).velocities[:, 2]
+        for w in (alone, many)
+    ]
     np.testing.assert_allclose(speeds[1], speeds[0][0], rtol=1e-9)
     assert 0 < speeds[0][0] < 0.49
 
 
 def test_jkr_costs_the_work_of_the_neck():
-    work, fine = 20.0, 0.01  # far above a dry seed's 0.1 J/m², so that one impact shows it; steps much shorter than the neck
+    # far above a dry seed's 0.1 J/m², so that one impact shows it; steps much shorter
+    # than the neck
+    work, fine = (
+        20.0,
+        0.01,
+    )
     modulus = SOYBEAN.young_modulus_pa / (1 - 0.4**2)
     lost = 7.09 * (work**5 * R**4 / modulus**2) ** (1 / 3)
     speed = 2.0 * math.sqrt(2 * lost / BALL.mass_kg)
-    assert rebound(speed, e=1.0, fraction=fine, cohesion_jkr={"work": work}) == pytest.approx(math.sqrt(0.75) * speed, rel=3e-3)
-    held = after(0.01, BALL, R + 1e-6, (0, 0, -0.4 * speed), gravity=0.0, cohesion_jkr={"work": work})
+    assert rebound(
+        speed, e=1.0, fraction=fine, cohesion_jkr={"work": work}
+    ) == pytest.approx(math.sqrt(0.75) * speed, rel=3e-3)
+    held = after(
+        0.01,
+        BALL,
+        R + 1e-6,
+        (0, 0, -0.4 * speed),
+        gravity=0.0,
+        cohesion_jkr={"work": work},
+    )
     assert held.positions[0, 2] < R + LAWS["cohesion_jkr"].reach(R, modulus, work)
 
 
@@ -137,15 +229,30 @@ def test_sliding_distance_under_friction_that_depends_on_speed(name, numbers):
     block, v0 = Seed.from_spheres(corners, [2.5e-3] * 4), 0.3
     law, speeds = LAWS[name], np.linspace(0, v0, 4001)
     mu = np.array([law.function(v, 0.34, *law.use(**numbers).numbers) for v in speeds])
-    distance, duration = np.trapezoid(speeds / (G * mu), speeds), np.trapezoid(1 / (G * mu), speeds)
-    state = after(duration + 0.01, block, 2.5e-3, (v0, 0, 0), e=0.2, mu=0.34, **{name: numbers})
+    distance, duration = (
+        np.trapezoid(speeds / (G * mu), speeds),
+        np.trapezoid(1 / (G * mu), speeds),
+    )
+    state = after(
+        duration + 0.01, block, 2.5e-3, (v0, 0, 0), e=0.2, mu=0.34, **{name: numbers}
+    )
     assert state.positions[0, 0] == pytest.approx(distance, rel=5e-3)
     assert abs(state.velocities[0, 0]) < 1e-4
 
 
 def test_viscous_rolling_slows_a_ball_as_the_closed_form():
     mu_r, k, v0, t = 0.01, 0.1, 0.3, 0.3
-    state = after(t, BALL, R, (v0, 0, 0), (0, v0 / R, 0), e=0.2, mu=0.5, mu_r=mu_r, rolling_viscous={"slope": k})
+    state = after(
+        t,
+        BALL,
+        R,
+        (v0, 0, 0),
+        (0, v0 / R, 0),
+        e=0.2,
+        mu=0.5,
+        mu_r=mu_r,
+        rolling_viscous={"slope": k},
+    )
     closed = (v0 + mu_r / k) * math.exp(-5 / 7 * G * k * state.time_s) - mu_r / k
     assert state.velocities[0, 0] == pytest.approx(closed, rel=2e-3)
 
@@ -155,4 +262,9 @@ def test_a_ball_rides_a_shaken_plate_below_1_g_and_leaves_it_above():
     plate = LAWS["motion_vibration"].function(ride.time_s, 0.5 * G, 50.0, math.pi / 2)
     assert ride.positions[0, 2] - R == pytest.approx(plate[0], abs=2e-6)
     leap = after(0.004, BALL, R, (0, 0, 0), e=0.2, shake=3 * G)
-    assert leap.positions[0, 2] - R - LAWS["motion_vibration"].function(leap.time_s, 3 * G, 50.0, math.pi / 2)[0] > 1e-4
+    assert (
+        leap.positions[0, 2]
+        - R
+        - LAWS["motion_vibration"].function(leap.time_s, 3 * G, 50.0, math.pi / 2)[0]
+        > 1e-4
+    )

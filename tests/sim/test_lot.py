@@ -1,4 +1,5 @@
-"""A lot of measured seeds: every one as often as the next, the typical one nearest to the means."""
+"""A lot of measured seeds: every one as often as the next, the typical one nearest to
+the means."""
 
 import numpy as np
 import pytest
@@ -7,7 +8,9 @@ from sim.rigs.bench import Bench
 from sim.seed import Seed
 from sim.seed.lot import Lot
 
-SEEDS = tuple(Seed.from_dimensions(1e-3 * length, 6e-3, 5e-3) for length in (7.0, 8.0, 9.5))
+SEEDS = tuple(
+    Seed.from_dimensions(1e-3 * length, 6e-3, 5e-3) for length in (7.0, 8.0, 9.5)
+)
 
 
 def test_each_seed_is_drawn_as_often_as_the_next_in_random_order():

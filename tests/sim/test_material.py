@@ -1,4 +1,5 @@
-"""Materials and contacts: closed forms of Chung & Ooi, the paper's values, softening, errors by name."""
+"""Materials and contacts: closed forms of Chung & Ooi, the paper's values, softening,
+errors by name."""
 
 import pytest
 
@@ -21,20 +22,41 @@ def solid(young, poisson, density):
 
 @pytest.mark.parametrize(
     ("young", "poisson", "density", "force", "overlap", "time"),
-    [(48e9, 0.20, 2800, 10.697e3, 274.11e-6, 40.340e-6), (20e9, 0.25, 2500, 7.108e3, 368.30e-6, 54.201e-6)],
+    [
+        (48e9, 0.20, 2800, 10.697e3, 274.11e-6, 40.340e-6),
+        (20e9, 0.25, 2500, 7.108e3, 368.30e-6, 54.201e-6),
+    ],
 )
 def test_chung_and_ooi_1_two_spheres(young, poisson, density, force, overlap, time):
     m = solid(young, poisson, density)
     mass = density * 4 / 3 * 3.141592653589793 * 0.01**3
     hit = impact(m, m, mass_kg=mass / 2, radius_m=0.005, speed_m_s=20.0)
-    assert (hit.force_n, hit.overlap_m, hit.time_s) == pytest.approx((force, overlap, time), rel=1e-4)
+    assert (hit.force_n, hit.overlap_m, hit.time_s) == pytest.approx(
+        (force, overlap, time), rel=1e-4
+    )
 
 
 def test_the_papers_values():
-    assert (SOYBEAN.density_kg_m3, SOYBEAN.shear_modulus_pa, SOYBEAN.poisson_ratio) == (1250.0, 3.23e8, 0.4)
-    assert (Q235.density_kg_m3, Q235.shear_modulus_pa, Q235.poisson_ratio) == (7850.0, 8.2e10, 0.28)
-    assert (SOYBEAN_Q235.restitution, SOYBEAN_Q235.static_friction, SOYBEAN_Q235.rolling_friction) == (0.54, 0.34, 0.01)
-    assert (SOYBEAN_SOYBEAN.restitution, SOYBEAN_SOYBEAN.static_friction, SOYBEAN_SOYBEAN.rolling_friction) == (0.65, 0.55, 0.04)
+    assert (SOYBEAN.density_kg_m3, SOYBEAN.shear_modulus_pa, SOYBEAN.poisson_ratio) == (
+        1250.0,
+        3.23e8,
+        0.4,
+    )
+    assert (Q235.density_kg_m3, Q235.shear_modulus_pa, Q235.poisson_ratio) == (
+        7850.0,
+        8.2e10,
+        0.28,
+    )
+    assert (
+        SOYBEAN_Q235.restitution,
+        SOYBEAN_Q235.static_friction,
+        SOYBEAN_Q235.rolling_friction,
+    ) == (0.54, 0.34, 0.01)
+    assert (
+        SOYBEAN_SOYBEAN.restitution,
+        SOYBEAN_SOYBEAN.static_friction,
+        SOYBEAN_SOYBEAN.rolling_friction,
+    ) == (0.65, 0.55, 0.04)
     assert all(x.source for x in (SOYBEAN, Q235, SOYBEAN_Q235, SOYBEAN_SOYBEAN))
     assert SOYBEAN.young_modulus_pa == pytest.approx(9.044e8)
 
@@ -44,7 +66,9 @@ def test_effective_moduli_of_equal_materials_and_against_steel():
     assert young == pytest.approx(SOYBEAN.young_modulus_pa / (2 * (1 - 0.4**2)))
     assert shear == pytest.approx(SOYBEAN.shear_modulus_pa / (2 * (2 - 0.4)))
     assert effective_moduli(SOYBEAN, Q235) == effective_moduli(Q235, SOYBEAN)
-    assert effective_moduli(SOYBEAN, Q235)[0] == pytest.approx(SOYBEAN.young_modulus_pa / (1 - 0.4**2), rel=0.005)
+    assert effective_moduli(SOYBEAN, Q235)[0] == pytest.approx(
+        SOYBEAN.young_modulus_pa / (1 - 0.4**2), rel=0.005
+    )
 
 
 def test_softening_a_hundredfold_lengthens_contact_and_step_as_the_powers_say():
@@ -62,19 +86,34 @@ def test_softening_a_hundredfold_lengthens_contact_and_step_as_the_powers_say():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Material("x", -1.0, 1e9, 0.3), "material 'x': density_kg_m3 = -1 kg/m3: must be 0.01 to 30000"),
+        (
+            lambda: Material("x", -1.0, 1e9, 0.3),
+            "material 'x': density_kg_m3 = -1 kg/m3: must be 0.01 to 30000",
+        ),
         (lambda: Material("x", 1e3, float("nan"), 0.3), "shear_modulus_pa = nan"),
-        (lambda: Material("x", 1e3, 1e9, 0.6), "poisson_ratio = 0.6 -: must be 0 to 0.5"),
+        (
+            lambda: Material("x", 1e3, 1e9, 0.6),
+            "poisson_ratio = 0.6 -: must be 0 to 0.5",
+        ),
         (lambda: Material("", 1e3, 1e9, 0.3), "needs one"),
         (lambda: SOYBEAN.softened(1e9), "must be below the real"),
         (lambda: SOYBEAN.rayleigh_step_s(-1.0), "radius_m = -1"),
-        (lambda: impact(SOYBEAN, Q235, mass_kg=1.0, radius_m=1.0, speed_m_s=0.0), "speed_m_s = 0"),
+        (
+            lambda: impact(SOYBEAN, Q235, mass_kg=1.0, radius_m=1.0, speed_m_s=0.0),
+            "speed_m_s = 0",
+        ),
         (lambda: Contact(("a", "b"), 1.2, 0.3, 0.1), "contact a–b: restitution = 1.2"),
         (lambda: Contact(("a", "b"), 0.5, -0.3, 0.1), "static_friction = -0.3"),
         (lambda: Contact(("a", "b"), 0.5, 0.3, float("inf")), "rolling_friction = inf"),
-        (lambda: Contact(("a", "b"), 0.5, 0.3, 0.1, "mine"), "rolling_convention = 'mine'"),
+        (
+            lambda: Contact(("a", "b"), 0.5, 0.3, 0.1, "mine"),
+            "rolling_convention = 'mine'",
+        ),
         (lambda: Contact(("a",), 0.5, 0.3, 0.1), "two materials' names"),
-        (lambda: SOYBEAN_Q235.rolling_friction_in("b", on_wall=True), "convention = 'b'"),
+        (
+            lambda: SOYBEAN_Q235.rolling_friction_in("b", on_wall=True),
+            "convention = 'b'",
+        ),
     ],
 )
 def test_errors_name_the_parameter_and_its_range(make, says):

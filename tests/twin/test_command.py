@@ -1,8 +1,18 @@
-"""What the commands have in common: exit codes by whose error it was, folders that are kept."""
+"""What the commands have in common: exit codes by whose error it was, folders that are
+kept."""
 
 import pytest
 
-from twin.command import DONE, FAILED, MISUSED, Misuse, check_bench, check_out, exit_code, write_whole
+from twin.command import (
+    DONE,
+    FAILED,
+    MISUSED,
+    Misuse,
+    check_bench,
+    check_out,
+    exit_code,
+    write_whole,
+)
 
 
 def raising(error):
@@ -19,12 +29,22 @@ def raising(error):
         (FileExistsError("out: holds a result"), MISUSED, "out: holds a result"),
         (ValueError("no drop could be read"), FAILED, "no drop could be read"),
         (RuntimeError("too many runs gave nothing"), FAILED, "too many runs"),
-        (OSError(28, "No space left on device", "out/result.json"), FAILED, "out/result.json: No space"),
+        (
+            OSError(28, "No space left on device", "out/result.json"),
+            FAILED,
+            "out/result.json: No space",
+        ),
         (PermissionError(13, "Permission denied"), FAILED, "OUT: Permission denied"),
-        (KeyboardInterrupt(), FAILED, "stopped; the same command goes on where it stopped (OUT)"),
+        (
+            KeyboardInterrupt(),
+            FAILED,
+            "stopped; the same command goes on where it stopped (OUT)",
+        ),
     ],
 )
-def test_an_error_is_one_line_and_its_code_says_whose_it_was(capsys, error, code, words):
+def test_an_error_is_one_line_and_its_code_says_whose_it_was(
+    capsys, error, code, words
+):
     assert exit_code("calibrate", "OUT", raising(error)) == code
     line = capsys.readouterr().err
     assert line.startswith(f"benchtwin calibrate: {words}") and line.count("\n") == 1
@@ -44,11 +64,15 @@ def test_results_and_what_others_wrote_are_not_replaced(tmp_path):
     file.parent.mkdir()
     write_whole(file, "{}")
     assert [p.name for p in file.parent.iterdir()] == ["result.json"]
-    with pytest.raises(FileExistsError, match=r"holds a calibration already; .* say --overwrite"):
+    with pytest.raises(
+        FileExistsError, match=r"holds a calibration already; .* say --overwrite"
+    ):
         check_out(file.parent, ours, "calibration", "result.json", overwrite=False)
     assert check_out(file.parent, ours, "calibration", "result.json") == {"result.json"}
     (file.parent / "thesis.tex").touch()
-    with pytest.raises(FileExistsError, match=r"thesis\.tex, which no calibration wrote"):
+    with pytest.raises(
+        FileExistsError, match=r"thesis\.tex, which no calibration wrote"
+    ):
         check_out(file.parent, ours, "calibration", "result.json")
     with pytest.raises(FileExistsError, match="is a file"):
         check_out(file, ours, "calibration")

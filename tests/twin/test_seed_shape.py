@@ -31,7 +31,12 @@ def test_the_twin_has_the_mesh_s_mass_and_size_in_balls(tmp_path):
 
 def test_a_job_knows_what_the_mesh_holds_not_where_it_lies(tmp_path):
     def key(file):
-        return Job("drop", Parameters(), {"seed": {"shape": str(file), "shape_unit": "mm"}}, (1,)).key
+        return Job(
+            "drop",
+            Parameters(),
+            {"seed": {"shape": str(file), "shape_unit": "mm"}},
+            (1,),
+        ).key
 
     one, same = write(tmp_path / "a.stl", SHAPE), write(tmp_path / "b.stl", SHAPE)
     other = write(tmp_path / "c.stl", SHAPE.scaled(1.1))
@@ -46,7 +51,9 @@ def test_bad_keys_are_named(tmp_path):
     file.write_text('[seed]\nshape = "pea.stl"\n')
     with pytest.raises(MeasurementError, match=r"there is no file .*pea\.stl"):
         read_toml(file)
-    with pytest.raises(MeasurementError, match=r"in no unit; say which with \[seed\] shape_unit"):
+    with pytest.raises(
+        MeasurementError, match=r"in no unit; say which with \[seed\] shape_unit"
+    ):
         bench(Parameters(), "drop", Seed(shape=str(tmp_path / "bean.stl")), Air())
 
 
@@ -54,4 +61,6 @@ def test_the_twin_is_made_of_the_kind():
     of = bench(Parameters(), "drop", Seed(kind="wheat"), Air())
     assert of.mean_dimensions_m == pytest.approx([7.08e-3, 3.27e-3, 2.98e-3])
     assert of.seed.density_kg_m3 == 1220
-    assert bench(Parameters(), "drop", Seed(), Air()).seed.density_kg_m3 != 1220  # the control: without a kind another seed
+    assert (
+        bench(Parameters(), "drop", Seed(), Air()).seed.density_kg_m3 != 1220
+    )  # the control: without a kind another seed

@@ -15,15 +15,24 @@ def run(*arguments):
 
 def test_simulate_and_measure_agree(tmp_path):
     out = tmp_path / "with space é"
-    assert run("drop", "--out", out, "--track", "--repeats", 2, "--restitution", 0.6).exit_code == 0
+    assert (
+        run(
+            "drop", "--out", out, "--track", "--repeats", 2, "--restitution", 0.6
+        ).exit_code
+        == 0
+    )
     inside = pd.read_csv(out / "measured" / "measurements.csv")
     again = CliRunner().invoke(app, ["measure", str(out), "--out", str(tmp_path / "m")])
     assert again.exit_code == 0
     outside = pd.read_csv(tmp_path / "m" / "measurements.csv")
     pd.testing.assert_frame_equal(inside, outside)
     for n in (1, 2):
-        truth = json.loads((out / f"drop-0{n}" / "simulation.json").read_text())["truth"]
-        found = inside.query(f"recording == 'drop-0{n}' and quantity == 'rebound_height'").value.item()
+        truth = json.loads((out / f"drop-0{n}" / "simulation.json").read_text())[
+            "truth"
+        ]
+        found = inside.query(
+            f"recording == 'drop-0{n}' and quantity == 'rebound_height'"
+        ).value.item()
         assert found == pytest.approx(truth["rebound_height_mm"], abs=0.3)
 
 
@@ -44,9 +53,16 @@ def test_the_same_command_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     assert [p.name for p in sorted((tmp_path / "r").iterdir())] == ["roll-01"]
     monkeypatch.setattr(Job, "run", real)
     before = (tmp_path / "r" / "roll-01" / "simulation.json").stat().st_mtime_ns
-    assert run("roll", "--out", tmp_path / "r", "--track", "--repeats", 3).exit_code == 0
+    assert (
+        run("roll", "--out", tmp_path / "r", "--track", "--repeats", 3).exit_code == 0
+    )
     assert (tmp_path / "r" / "roll-01" / "simulation.json").stat().st_mtime_ns == before
-    assert {p.name for p in (tmp_path / "r").iterdir()} == {"roll-01", "roll-02", "roll-03", "measured"}
+    assert {p.name for p in (tmp_path / "r").iterdir()} == {
+        "roll-01",
+        "roll-02",
+        "roll-03",
+        "measured",
+    }
 
 
 @pytest.mark.parametrize(
@@ -57,8 +73,14 @@ def test_the_same_command_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
         (["drop", "--restitution", "1.4"], "restitution = 1.4"),
         (["drop", "--static-friction", "-1"], "static_friction = -1"),
         (["pile", "--set", "pile.fill_height_mm=300"], "the box is only 0.2 m high"),
-        (["pile", "--set", "pile.gate_mm=[5,200]", "--track"], "jam in an opening of 5 mm"),
-        (["drop", "--set", "camera.target_mm=[0,0,900]"], "the camera does not see the seed at the start"),
+        (
+            ["pile", "--set", "pile.gate_mm=[5,200]", "--track"],
+            "jam in an opening of 5 mm",
+        ),
+        (
+            ["drop", "--set", "camera.target_mm=[0,0,900]"],
+            "the camera does not see the seed at the start",
+        ),
         (["drop", "--set", "drop.height=3"], "did you mean height_mm"),
         (["drop", "--from", "nowhere.toml"], "nowhere.toml: no such file"),
         (["drop", "--set", "shear_modulus_pa=1e4", "--track"], "reduce dt or stiffen"),
@@ -77,7 +99,10 @@ def test_misuse_is_named_and_leaves_nothing(tmp_path, arguments, said):
 def test_a_recording_of_another_rig_and_a_folder_of_another_run_are_refused(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "recording.toml").write_text('rig = "roll"\n')
-    assert "describes a roll, not a drop" in run("drop", "--from", tmp_path / "a", "--out", tmp_path / "x").output
+    assert (
+        "describes a roll, not a drop"
+        in run("drop", "--from", tmp_path / "a", "--out", tmp_path / "x").output
+    )
     assert run("drop", "--track", "--out", tmp_path / "x").exit_code == 0
     other = run("drop", "--track", "--restitution", 0.7, "--out", tmp_path / "x")
     assert (other.exit_code, "is not this run" in other.output) == (2, True)

@@ -1,4 +1,5 @@
-"""`benchtwin measure` as a user meets it: files written, table printed, exit codes, nothing overwritten, the batch goes on."""
+"""`benchtwin measure` as a user meets it: files written, table printed, exit codes,
+nothing overwritten, the batch goes on."""
 
 import html
 import re
@@ -26,7 +27,10 @@ def photos(tmp_path):
     folder = tmp_path / "my photos (ä)"
     folder.mkdir()
     for name, angle in (("a", 28), ("b [2]", 33)):
-        picture = draw_pile(PileScene(angle_deg=angle, size=(600, 400), pile_height=120), np.random.default_rng(0))
+        picture = draw_pile(
+            PileScene(angle_deg=angle, size=(600, 400), pile_height=120),
+            np.random.default_rng(0),
+        )
         Image.fromarray(picture).save(folder / f"{name}.png")
     return folder
 
@@ -41,8 +45,10 @@ def test_a_folder_of_photos(run, photos, tmp_path):
     assert angles["a"] == pytest.approx(28, abs=0.1)
     assert angles["b [2]"] == pytest.approx(33, abs=0.1)
     for overlay in table.overlay.unique():
-        assert np.asarray(Image.open(out / overlay)).shape[1] == 800  # small pictures are shown larger
-    assert str(angles['a'])[:5] in result.output
+        assert (
+            np.asarray(Image.open(out / overlay)).shape[1] == 800
+        )  # small pictures are shown larger
+    assert str(angles["a"])[:5] in result.output
     assert "b [2]" in result.output
 
 
@@ -50,7 +56,11 @@ def test_what_failed_stands_last_where_it_is_seen(run, photos, tmp_path):
     Image.fromarray(np.full((300, 300), 99, np.uint8)).save(photos / "z blank.png")
     result = run(photos, "--out", tmp_path / "out")
     assert result.exit_code == 0
-    assert result.output.index("b [2]") < result.output.index("look at these") < result.output.index("z blank")
+    assert (
+        result.output.index("b [2]")
+        < result.output.index("look at these")
+        < result.output.index("z blank")
+    )
     table = pd.read_csv(tmp_path / "out" / "measurements.csv")
     assert table[table.recording == "z blank"].quality.tolist() == ["failed"]
 
@@ -75,7 +85,6 @@ def test_a_table_beside_evidence_that_is_not_read_is_named(run, photos, tmp_path
     assert notes[photos.name].startswith("not read: angles.csv (")
 
 
-
 def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
     (photos / "broken.png").write_bytes((photos / "a.png").read_bytes()[:200])
     (photos / "empty.jpg").write_bytes(b"")
@@ -83,14 +92,18 @@ def test_a_bad_file_does_not_stop_the_batch(run, photos, tmp_path):
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
     assert "cut short" in table.loc["broken"].reason
     assert "0 bytes" in table.loc["empty"].reason
-    assert (table.quality == "good").sum() == 10  # two heaps: angle, left, right, height over radius, centroid
+    assert (
+        table.quality == "good"
+    ).sum() == 10  # two heaps: angle, left, right, height over radius, centroid
 
 
 def test_nothing_measured_is_exit_1(run, tmp_path):
     (tmp_path / "in").mkdir()
     result = run(tmp_path / "in", "--out", tmp_path / "out")
     assert result.exit_code == 1
-    assert "nothing to measure here" in (tmp_path / "out" / "measurements.csv").read_text()
+    assert (
+        "nothing to measure here" in (tmp_path / "out" / "measurements.csv").read_text()
+    )
 
 
 @pytest.mark.parametrize(
@@ -140,7 +153,9 @@ def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
     assert result.exit_code == 2
     assert "my notes.txt" in result.output
     assert (out / "my notes.txt").exists()
-    (photos / "measurements.csv").write_text("looks like results")  # a bench folder is no results folder
+    (photos / "measurements.csv").write_text(
+        "looks like results"
+    )  # a bench folder is no results folder
     assert run(photos / "a.png", "--out", photos, "--overwrite").exit_code == 2
     assert (photos / "a.png").exists()
 
@@ -149,7 +164,11 @@ def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch)
     import vision.observe
 
     whole = vision.observe.observe_pile
-    monkeypatch.setattr(vision.observe, "observe_pile", lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o))
+    monkeypatch.setattr(
+        vision.observe,
+        "observe_pile",
+        lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o),
+    )
     assert run(photos, "--out", tmp_path / "out").exit_code == 0
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
     assert "please report" in table.loc["a"].reason
@@ -157,15 +176,28 @@ def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch)
 
 
 def test_the_same_evidence_twice_counts_once(run, photos, tmp_path):
-    assert run(photos, photos / "a.png", photos / ".." / photos.name, "--out", tmp_path / "out").exit_code == 0
+    assert (
+        run(
+            photos,
+            photos / "a.png",
+            photos / ".." / photos.name,
+            "--out",
+            tmp_path / "out",
+        ).exit_code
+        == 0
+    )
     table = pd.read_csv(tmp_path / "out" / "measurements.csv")
     assert (table.quantity == "repose_angle").sum() == 2
 
 
 def test_seeds_that_fail_are_seeds(run, tmp_path):
     Image.fromarray(np.full((100, 100), 9, np.uint8)).save(tmp_path / "flat.png")
-    assert run("--seeds", tmp_path / "flat.png", "--out", tmp_path / "out").exit_code == 1
-    assert pd.read_csv(tmp_path / "out" / "measurements.csv").quantity.tolist() == ["seed_length"]
+    assert (
+        run("--seeds", tmp_path / "flat.png", "--out", tmp_path / "out").exit_code == 1
+    )
+    assert pd.read_csv(tmp_path / "out" / "measurements.csv").quantity.tolist() == [
+        "seed_length"
+    ]
 
 
 def test_quiet_prints_nothing(run, photos, tmp_path):
@@ -175,7 +207,17 @@ def test_quiet_prints_nothing(run, photos, tmp_path):
 
 
 def test_window_roi_and_baseline_reach_the_measurement(run, photos, tmp_path):
-    result = run(photos / "a.png", "--out", tmp_path / "out", "--window", "30-70", "--roi", "0,0,600,399", "--baseline", "320")
+    result = run(
+        photos / "a.png",
+        "--out",
+        tmp_path / "out",
+        "--window",
+        "30-70",
+        "--roi",
+        "0,0,600,399",
+        "--baseline",
+        "320",
+    )
     assert result.exit_code == 0, result.output
     notes = (tmp_path / "out" / "notes.csv").read_text()
     assert "base line: given" in notes
@@ -194,24 +236,48 @@ def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
 
 
 def test_the_contact_sheet_shows_every_picture_with_its_numbers(run, photos, tmp_path):
-    Image.fromarray(np.asarray(Image.open(photos / "a.png"))).save(photos / "<i>&#1 %20.png")
+    Image.fromarray(np.asarray(Image.open(photos / "a.png"))).save(
+        photos / "<i>&#1 %20.png"
+    )
     assert run(photos, "--out", tmp_path / "out").exit_code == 0
     page = (tmp_path / "out" / "overlays" / "index.html").read_text()
-    shown = [unquote(html.unescape(name)) for name in re.findall(r'<img loading="lazy" src="([^"]*)"', page)]
-    assert sorted(shown) == sorted(p.name for p in (tmp_path / "out" / "overlays").glob("*.png"))
+    shown = [
+        unquote(html.unescape(name))
+        for name in re.findall(r'<img loading="lazy" src="([^"]*)"', page)
+    ]
+    assert sorted(shown) == sorted(
+        p.name for p in (tmp_path / "out" / "overlays").glob("*.png")
+    )
     assert page.count("repose_angle 28") == 2
     assert "<i>" not in page
 
 
 def test_conditions_are_columns_of_every_table(run, tmp_path):
-    for name, moisture, rebound in (("a", 10, 70), ("b", 10, 72), ("c", 14, 60), ("d", 14, 61)):
+    for name, moisture, rebound in (
+        ("a", 10, 70),
+        ("b", 10, 72),
+        ("c", 14, 60),
+        ("d", 14, 61),
+    ):
         (tmp_path / "bench" / name).mkdir(parents=True)
-        text = f'rig = "drop"\n[drop]\nheight_mm = 310\n[conditions]\nmoisture_pct = {moisture}\n'
+        text = (
+            'rig = "drop"\n[drop]\nheight_mm = 310\n[conditions]\nmoisture_pct ='
+            f" {moisture}\n"
+        )
         (tmp_path / "bench" / name / "recording.toml").write_text(text)
-        (tmp_path / "bench" / name / "readings.csv").write_text(f"rebound_height_mm\n{rebound}\n{rebound + 1}\n")
+        (tmp_path / "bench" / name / "readings.csv").write_text(
+            f"rebound_height_mm\n{rebound}\n{rebound + 1}\n"
+        )
     result = run(tmp_path / "bench", "--out", tmp_path / "out")
     for table in ("measurements", "readings"):
-        assert set(pd.read_csv(tmp_path / "out" / f"{table}.csv").moisture_pct) == {10, 14}
-    means = pd.read_csv(tmp_path / "out" / "summary.csv").set_index(["quantity", "conditions"])
-    assert means.loc[("rebound_height", "moisture_pct = 10"), "mean"] == pytest.approx(71.5)
+        assert set(pd.read_csv(tmp_path / "out" / f"{table}.csv").moisture_pct) == {
+            10,
+            14,
+        }
+    means = pd.read_csv(tmp_path / "out" / "summary.csv").set_index(
+        ["quantity", "conditions"]
+    )
+    assert means.loc[("rebound_height", "moisture_pct = 10"), "mean"] == pytest.approx(
+        71.5
+    )
     assert "drop rebound_height, moisture_pct = 14" in result.output

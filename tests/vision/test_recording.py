@@ -1,4 +1,5 @@
-"""Recording folders: what is read, what is inherited, and errors that name file and field."""
+"""Recording folders: what is read, what is inherited, and errors that name file and
+field."""
 
 from pathlib import Path
 
@@ -26,7 +27,11 @@ def bench(folder: Path, recording: str, defaults: str = "", name="drop-01") -> P
 
 
 def test_the_recording_wins_over_the_bench(tmp_path):
-    path = bench(tmp_path, 'rig = "drop"\n[camera]\nfps = 5200.0', 'session = "a"\n[camera]\nfps = 100.0\nmm_per_px = 0.2')
+    path = bench(
+        tmp_path,
+        'rig = "drop"\n[camera]\nfps = 5200.0',
+        'session = "a"\n[camera]\nfps = 100.0\nmm_per_px = 0.2',
+    )
     recording = read_recording(path)
     assert (recording.rig, recording.id, recording.session) == ("drop", "drop-01", "a")
     assert (recording.camera.fps, recording.camera.mm_per_px) == (5200.0, 0.2)
@@ -36,19 +41,32 @@ def test_the_recording_wins_over_the_bench(tmp_path):
 
 
 def test_scale_and_plumb_without_a_stated_sd_are_not_trusted():
-    camera = Recording("a", Path(), "drop", "track.csv", ()).camera.model_copy(update={"mm_per_px": 0.25})
+    camera = Recording("a", Path(), "drop", "track.csv", ()).camera.model_copy(
+        update={"mm_per_px": 0.25}
+    )
     assert camera.scale_sd == 0.01
     assert camera.plumb_sd == 0.5
-    assert camera.model_copy(update={"mm_per_px_sd": 0.0005}).scale_sd == pytest.approx(0.002)
+    assert camera.model_copy(update={"mm_per_px_sd": 0.0005}).scale_sd == pytest.approx(
+        0.002
+    )
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ('rig = "dorp"', ["recording.toml: rig = 'dorp'", "drop", "slide", "roll", "pile"]),
+        (
+            'rig = "dorp"',
+            ["recording.toml: rig = 'dorp'", "drop", "slide", "roll", "pile"],
+        ),
         ("[camera]\nfpss = 3", ["unknown key [camera] fpss", "did you mean fps?"]),
-        ("[drop]\nheigth_mm = 310", ["unknown key [drop] heigth_mm", "did you mean height_mm?"]),
-        ("[drop]\nheight_mm = 310000", ["[drop] height_mm = 310000 means 310 m", "is it in millimetres?"]),
+        (
+            "[drop]\nheigth_mm = 310",
+            ["unknown key [drop] heigth_mm", "did you mean height_mm?"],
+        ),
+        (
+            "[drop]\nheight_mm = 310000",
+            ["[drop] height_mm = 310000 means 310 m", "is it in millimetres?"],
+        ),
         ("[drop]\nheight_mm = nan", ["[drop] height_mm", "finite"]),
         ('[camera]\nfps = "fast"', ["[camera] fps = 'fast'", "number"]),
         ("[camera]\nfps = -1", ["[camera] fps = -1", "greater than 0"]),
@@ -61,7 +79,11 @@ def test_scale_and_plumb_without_a_stated_sd_are_not_trusted():
 )
 @pytest.mark.parametrize("where", ["recording", "bench"])
 def test_wrong_keys_are_named_with_their_file(tmp_path, content, words, where):
-    path = bench(tmp_path, content) if where == "recording" else bench(tmp_path, 'rig = "drop"', content)
+    path = (
+        bench(tmp_path, content)
+        if where == "recording"
+        else bench(tmp_path, 'rig = "drop"', content)
+    )
     (error,) = find_recordings(tmp_path)
     assert isinstance(error, MeasurementError)
     file = path / "recording.toml" if where == "recording" else tmp_path / "bench.toml"
@@ -71,7 +93,10 @@ def test_wrong_keys_are_named_with_their_file(tmp_path, content, words, where):
 
 def test_a_missing_key_is_asked_for_by_name(tmp_path):
     recording = read_recording(bench(tmp_path, 'rig = "drop"'))
-    with pytest.raises(MeasurementError, match=r"recording.toml: \[drop\] height_mm is missing; it is needed for Eq. 1"):
+    with pytest.raises(
+        MeasurementError,
+        match=r"recording.toml: \[drop\] height_mm is missing; it is needed for Eq. 1",
+    ):
         recording.need("drop.height_mm", "for Eq. 1")
 
 
@@ -103,14 +128,23 @@ def test_folders_of_photos_and_mixed_benches(tmp_path):
     bench(tmp_path, 'rig = "drop"')
     bench(tmp_path, 'rig = "dorp"', name="drop-02")
     found = find_recordings(tmp_path)
-    assert [getattr(r, "id", "error") for r in found] == ["drop-01", "error", "a", "b", "c"]
+    assert [getattr(r, "id", "error") for r in found] == [
+        "drop-01",
+        "error",
+        "a",
+        "b",
+        "c",
+    ]
     assert found[1].recording == "drop-02"
 
 
 def test_benches_in_a_folder_and_frames_named_directly(tmp_path):
     for day in ("day1", "day2"):
         bench(tmp_path / "season" / day, 'rig = "drop"', "[camera]\nfps = 100.0")
-    assert [r.camera.fps for r in find_recordings(tmp_path / "season")] == [100.0, 100.0]
+    assert [r.camera.fps for r in find_recordings(tmp_path / "season")] == [
+        100.0,
+        100.0,
+    ]
     frames = tmp_path / "season" / "day1" / "drop-01" / "frames"
     frames.mkdir()
     (found,) = find_recordings(frames)
@@ -118,7 +152,10 @@ def test_benches_in_a_folder_and_frames_named_directly(tmp_path):
 
 
 def test_nothing_there(tmp_path):
-    for path, words in ((tmp_path, "nothing to measure here"), (tmp_path / "no", "no such file or folder")):
+    for path, words in (
+        (tmp_path, "nothing to measure here"),
+        (tmp_path / "no", "no such file or folder"),
+    ):
         (error,) = find_recordings(path)
         assert words in str(error)
     (tmp_path / "x.mp4").write_bytes(b"")
@@ -129,7 +166,10 @@ def test_nothing_there(tmp_path):
 
 
 def test_what_is_written_is_read_back(tmp_path):
-    keys = '[roll]\nincline_deg = 15.0\ndirection = "-x"\n[seed]\nlength_mm = 8.72\n[camera]\nfps = 60.0'
+    keys = (
+        '[roll]\nincline_deg = 15.0\ndirection = "-x"\n[seed]\nlength_mm ='
+        " 8.72\n[camera]\nfps = 60.0"
+    )
     path = bench(tmp_path, f'rig = "roll"\n{keys}')
     recording = read_recording(path)
     write_recording(recording)
@@ -137,7 +177,12 @@ def test_what_is_written_is_read_back(tmp_path):
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
-@given(st.one_of(st.binary(max_size=60), st.text(max_size=60).map(lambda t: t.encode("utf8", "surrogatepass"))))
+@given(
+    st.one_of(
+        st.binary(max_size=60),
+        st.text(max_size=60).map(lambda t: t.encode("utf8", "surrogatepass")),
+    )
+)
 def test_no_file_content_makes_a_traceback(tmp_path_factory, content):
     folder = tmp_path_factory.mktemp("fuzz")
     (folder / "recording.toml").write_bytes(content)

@@ -2,8 +2,8 @@
 
     python -m twin.campaign DIR/failed/KEY.json
 
-A result goes into the store like any other. Exit code 0: it ran; 1: it failed again; 2: that file does not name a job.
-"""
+A result goes into the store like any other. Exit code 0: it ran; 1: it failed again; 2:
+that file does not name a job."""
 
 import json
 import sys
@@ -23,19 +23,35 @@ def main(arguments: list[str]) -> int:
         told = json.loads(file.read_text(encoding="utf8"))
         job = job_of(told["input"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        print(f"{__doc__}\n{' '.join(arguments) or 'no file given'}: {error}", file=sys.stderr)
+        print(
+            f"{__doc__}\n{' '.join(arguments) or 'no file given'}: {error}",
+            file=sys.stderr,
+        )
         return 2
     store = open_store(file.parent.parent)
-    order = Order(str(store.root), store.id, simulate_and_measure, "all", 1, store.now_s(), retry_failed=True)
+    order = Order(
+        str(store.root),
+        store.id,
+        simulate_and_measure,
+        "all",
+        1,
+        store.now_s(),
+        retry_failed=True,
+    )
     reply = attempt(order, job, told.get("key", job.key))
     if reply.outcome is None:
-        print(reply.stop or f"{job.key}: another process is running it", file=sys.stderr)
+        print(
+            reply.stop or f"{job.key}: another process is running it", file=sys.stderr
+        )
         return 1
     if reply.outcome.status == FAILED:
         print(json.loads(file.read_text(encoding="utf8"))["traceback"], file=sys.stderr)
         return 1
     for m in reply.outcome.measurements:
-        print(f"{m.name} = {m.value:.6g} ± {1.96 * m.sd:.2g} {m.unit} ({m.quality}) {m.reason}")
+        print(
+            f"{m.name} = {m.value:.6g} ± {1.96 * m.sd:.2g} {m.unit} ({m.quality})"
+            f" {m.reason}"
+        )
     print(reply.outcome.reason or reply.outcome.folder)
     return 0
 
@@ -46,8 +62,17 @@ def job_of(told: dict) -> Any:
     from twin.engine import Engine
     from twin.job import Job
 
-    more = {"description": told["description"], "rng": tuple(told["rng"]), "rendered": told["rendered"]}
-    return Job(told["rig"], Parameters(**told["parameters"]), engine=Engine(**told.get("engine", {})), **more)
+    more = {
+        "description": told["description"],
+        "rng": tuple(told["rng"]),
+        "rendered": told["rendered"],
+    }
+    return Job(
+        told["rig"],
+        Parameters(**told["parameters"]),
+        engine=Engine(**told.get("engine", {})),
+        **more,
+    )
 
 
 if __name__ == "__main__":

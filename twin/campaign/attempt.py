@@ -1,4 +1,5 @@
-"""One job against the store, in a worker process: found, claimed and computed, left to whoever has it, or recorded as failed."""
+"""One job against the store, in a worker process: found, claimed and computed, left to
+whoever has it, or recorded as failed."""
 
 import errno
 import math
@@ -28,10 +29,11 @@ REFUSED = {errno.EACCES, errno.EPERM}
 
 @dataclass(frozen=True)
 class Order:
-    """What all jobs of one campaign have in common; small, for it travels with every job.
+    """What all jobs of one campaign have in common; small, for it travels with every
+    job.
 
-    since_s: when the campaign began, by the store's clock; failures recorded later count. retry_failed: earlier ones do not.
-    """
+    since_s: when the campaign began, by the store's clock; failures recorded later
+    count. retry_failed: earlier ones do not."""
 
     root: str
     id: str
@@ -45,7 +47,8 @@ class Order:
 
 @dataclass(frozen=True)
 class Reply:
-    """outcome; or busy: another process has the job; or stop: why no job can be stored."""
+    """outcome; or busy: another process has the job; or stop: why no job can be
+    stored."""
 
     key: str
     outcome: Outcome | None = None
@@ -55,11 +58,18 @@ class Reply:
 
 
 def attempt(order: Order, job: Any, key: str) -> Reply:
-    """Have this job's outcome, by computing it if nobody else has. key: the job's, as the campaign knows it."""
-    if job.key != key:  # a result under another key would be lost, or stand for what it is not
+    """Have this job's outcome, by computing it if nobody else has. key: the job's, as
+    the campaign knows it."""
+    if (
+        job.key != key
+    ):  # a result under another key would be lost, or stand for what it is not
         here = f"{socket.gethostname()}, process {os.getpid()}"
         return Reply(
-            key, stop=f"the worker on {here} has another version of benchtwin: a job's key is {job.key} there, not {key}"
+            key,
+            stop=(
+                f"the worker on {here} has another version of benchtwin: a job's key is"
+                f" {job.key} there, not {key}"
+            ),
         )
     try:
         store = open_store(Path(order.root), id=order.id)
@@ -67,7 +77,11 @@ def attempt(order: Order, job: Any, key: str) -> Reply:
     except OSError as error:  # what a job raises is recorded; this is the store
         why = error.strerror or str(error)
         return Reply(
-            job.key, stop=f"{order.root}: cannot be written by {socket.gethostname()}: {why} ({error.filename or 'data'})"
+            job.key,
+            stop=(
+                f"{order.root}: cannot be written by {socket.gethostname()}: {why}"
+                f" ({error.filename or 'data'})"
+            ),
         )
 
 
@@ -77,8 +91,14 @@ def _attempt(store: Store, order: Order, job) -> Reply:
         return Reply(job.key, busy=True)
     try:
         with claims.beating(claim):
-            known = recorded(store, order, job.key)  # asked once the claim is ours: a winner releases it after publishing
-            return Reply(job.key, known) if known is not None else _compute(store, order, job, claim)
+            known = recorded(
+                store, order, job.key
+            )  # asked once the claim is ours: a winner releases it after publishing
+            return (
+                Reply(job.key, known)
+                if known is not None
+                else _compute(store, order, job, claim)
+            )
     finally:
         shutil.rmtree(store.part(claim), ignore_errors=True)
         claim.release()
@@ -87,9 +107,9 @@ def _attempt(store: Store, order: Order, job) -> Reply:
 def recorded(store: Store, order: Order, key: str) -> Outcome | None:
     """What the store holds for a key that this campaign takes as its answer."""
     again = order.retry_failed
-    return store.finished(key, since_s=order.since_s if again else 0.0) or store.failure(
-        key, lasting=not again, since_s=order.since_s
-    )
+    return store.finished(
+        key, since_s=order.since_s if again else 0.0
+    ) or store.failure(key, lasting=not again, since_s=order.since_s)
 
 
 def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
@@ -103,19 +123,31 @@ def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
     except Exception as error:  # whatever ends one job must not end the others
         if is_of_the_store(error, order.root):
             raise
-        if not claim.is_valid():  # taken for dead (a machine asleep): its part may have been swept from under it
+        # taken for dead (a machine asleep): its part may have been swept from under it
+        if not claim.is_valid():
             return Reply(job.key, busy=True)
-        return Reply(job.key, store.put_failure(claim, _failure(store, order, job, error)), computed=True)
-    more = {"kept": order.keep, "host": socket.gethostname(), "work": name_of(order.work)}
+        return Reply(
+            job.key,
+            store.put_failure(claim, _failure(store, order, job, error)),
+            computed=True,
+        )
+    more = {
+        "kept": order.keep,
+        "host": socket.gethostname(),
+        "work": name_of(order.work),
+    }
     seconds = time.perf_counter() - begin - measured.warming_s
     return Reply(job.key, store.put(claim, job, measured, seconds, more), computed=True)
 
 
 def is_of_the_store(error: Exception, root: str) -> bool:
-    """Whether no other job could be stored either: a full or unwritable disk, not one job's own trouble."""
+    """Whether no other job could be stored either: a full or unwritable disk, not one
+    job's own trouble."""
     if not isinstance(error, OSError):
         return False
-    return error.errno in FULL or (error.errno in REFUSED and str(error.filename or "").startswith(root))
+    return error.errno in FULL or (
+        error.errno in REFUSED and str(error.filename or "").startswith(root)
+    )
 
 
 def _check_numbers(measured: Measured) -> None:
@@ -128,7 +160,9 @@ def _failure(store: Store, order: Order, job, error: Exception) -> dict:
     return {
         "reason": f"{type(error).__name__}: {error}",
         "rerun": rerun_command(store.root, job.key),
-        "lasting": not isinstance(error, OSError | MemoryError | Unavailable),  # the machine's, and may not come again
+        "lasting": not isinstance(
+            error, OSError | MemoryError | Unavailable
+        ),  # the machine's, and may not come again
         "input": job.input,
         "work": name_of(order.work),
         "host": socket.gethostname(),
@@ -138,9 +172,12 @@ def _failure(store: Store, order: Order, job, error: Exception) -> dict:
 
 def rerun_command(root: Path, key: str) -> str:
     """The line that runs one failed job alone, in one process."""
-    return shlex.join([sys.executable, "-m", "twin.campaign", str(root / "failed" / f"{key}.json")])
+    return shlex.join(
+        [sys.executable, "-m", "twin.campaign", str(root / "failed" / f"{key}.json")]
+    )
 
 
 def name_of(work: Work) -> str:
     """Module and name of what a job does, as its record states it."""
-    return f"{getattr(work, '__module__', '?')}:{getattr(work, '__qualname__', repr(work))}"
+    name = getattr(work, "__qualname__", repr(work))
+    return f"{getattr(work, '__module__', '?')}:{name}"

@@ -1,8 +1,9 @@
-"""Who computes what: a claim file a key, with its owner and a heartbeat, so that no two processes compute one job.
+"""Who computes what: a claim file a key, with its owner and a heartbeat, so that no two
+processes compute one job.
 
-Claims are named KEY.0, KEY.1, …: the highest number counts. Making a file that must not be there yet is the one operation that
-every file system does for one of two askers only; so a claim whose owner has died is not replaced but outnumbered.
-"""
+Claims are named KEY.0, KEY.1, …: the highest number counts. Making a file that must not
+be there yet is the one operation that every file system does for one of two askers
+only; so a claim whose owner has died is not replaced but outnumbered."""
 
 import json
 import os
@@ -16,12 +17,15 @@ from functools import cache
 from pathlib import Path
 
 BEAT_S = 5.0
-STALE_S = 60.0  # twelve missed beats: a busy machine or a slow network drive delays a few
+STALE_S = (
+    60.0  # twelve missed beats: a busy machine or a slow network drive delays a few
+)
 
 
 @dataclass(frozen=True)
 class Claim:
-    """key: what is claimed; number: which claim on it this is; token: names its owner's temporary folder."""
+    """key: what is claimed; number: which claim on it this is; token: names its owner's
+    temporary folder."""
 
     folder: Path
     key: str
@@ -37,13 +41,16 @@ class Claim:
         return max(_numbers(self.folder, self.key), default=-1) == self.number
 
     def release(self) -> None:
-        for number in sorted(_numbers(self.folder, self.key)):  # the own one last: until then the key is taken
+        for number in sorted(
+            _numbers(self.folder, self.key)
+        ):  # the own one last: until then the key is taken
             if number <= self.number:
                 (self.folder / f"{self.key}.{number}").unlink(missing_ok=True)
 
 
 def take(folder: Path, key: str, *, stale_s: float = STALE_S) -> Claim | None:
-    """Claim a key for this process; None when a live process has it. OSError when the folder cannot be written."""
+    """Claim a key for this process; None when a live process has it. OSError when the
+    folder cannot be written."""
     highest = max(_numbers(folder, key), default=-1)
     if highest >= 0 and is_live(folder / f"{key}.{highest}", stale_s):
         return None
@@ -58,7 +65,8 @@ def take(folder: Path, key: str, *, stale_s: float = STALE_S) -> Claim | None:
     except OSError:
         claim.file.unlink(missing_ok=True)
         raise
-    # Where dead claims are cleared away at this very moment two may get numbers of their own: then both step back.
+    # Where dead claims are cleared away at this very moment two may get numbers of
+    # their own: then both step back.
     others = [n for n in _numbers(folder, key) if n != claim.number]
     if any(is_live(folder / f"{key}.{n}", stale_s) for n in others):
         claim.file.unlink(missing_ok=True)
@@ -75,7 +83,9 @@ def beating(claim: Claim, every_s: float = BEAT_S) -> Iterator[None]:
         while not over.wait(every_s):
             try:
                 os.utime(claim.file)
-            except OSError:  # taken over, or a drive that is away for a while: the job goes on, publishing decides
+            # taken over, or a drive that is away for a while: the job goes on,
+            # publishing decides
+            except OSError:
                 continue
 
     thread = threading.Thread(target=beat, name=f"claim {claim.key}", daemon=True)
@@ -87,7 +97,8 @@ def beating(claim: Claim, every_s: float = BEAT_S) -> Iterator[None]:
 
 
 def is_live(file: Path, stale_s: float = STALE_S) -> bool:
-    """Whether a claim's owner is at work: its process lives, where that can be seen, and its heart beat lately."""
+    """Whether a claim's owner is at work: its process lives, where that can be seen,
+    and its heart beat lately."""
     try:
         age_s = clock(file.parent) - file.stat().st_mtime
         owner = json.loads(file.read_text(encoding="utf8") or "{}")
@@ -97,7 +108,8 @@ def is_live(file: Path, stale_s: float = STALE_S) -> bool:
         owner = {}
     if age_s > stale_s:
         return False
-    # An owner that is just writing its name down, or that works on another machine, is judged by its heartbeat alone.
+    # An owner that is just writing its name down, or that works on another machine, is
+    # judged by its heartbeat alone.
     return owner.get("machine") != _machine() or _runs(owner["pid"], owner["started"])
 
 
@@ -128,7 +140,8 @@ def remove_dead(folder: Path, *, stale_s: float = STALE_S) -> None:
 
 
 def clock(folder: Path) -> float:
-    """Time [s] by the clock of the drive, which stamps the heartbeats; that of this machine may go wrong beside it."""
+    """Time [s] by the clock of the drive, which stamps the heartbeats; that of this
+    machine may go wrong beside it."""
     file = folder / f".clock-{os.getpid()}-{threading.get_ident()}"
     try:
         file.touch()
@@ -139,13 +152,18 @@ def clock(folder: Path) -> float:
 
 def _numbers(folder: Path, key: str) -> list[int]:
     start = f"{key}."
-    names = [entry.name.removeprefix(start) for entry in os.scandir(folder) if entry.name.startswith(start)]
+    names = [
+        entry.name.removeprefix(start)
+        for entry in os.scandir(folder)
+        if entry.name.startswith(start)
+    ]
     return [int(name) for name in names if name.isdigit()]
 
 
 @cache
 def _machine() -> str:
-    """Where process numbers mean the same: this host, and of its containers this one."""
+    """Where process numbers mean the same: this host, and of its containers this
+    one."""
     try:
         return f"{socket.gethostname()} {Path('/proc/self/ns/pid').readlink()}"
     except OSError:
@@ -156,15 +174,24 @@ def _machine() -> str:
 def _this_process(pid: int) -> dict:
     import psutil
 
-    return {"machine": _machine(), "host": socket.gethostname(), "pid": pid, "started": psutil.Process(pid).create_time()}
+    return {
+        "machine": _machine(),
+        "host": socket.gethostname(),
+        "pid": pid,
+        "started": psutil.Process(pid).create_time(),
+    }
 
 
 def _runs(pid: int, started: float) -> bool:
-    """Whether that very process runs: not another that was given its number later, and not one that awaits burial."""
+    """Whether that very process runs: not another that was given its number later, and
+    not one that awaits burial."""
     import psutil
 
     try:
         process = psutil.Process(pid)
-        return abs(process.create_time() - started) < 2.0 and process.status() != psutil.STATUS_ZOMBIE
+        return (
+            abs(process.create_time() - started) < 2.0
+            and process.status() != psutil.STATUS_ZOMBIE
+        )
     except psutil.Error:
         return False

@@ -1,4 +1,5 @@
-"""Workers: a local cluster of processes, or whoever has joined a scheduler elsewhere; from then on one code path."""
+"""Workers: a local cluster of processes, or whoever has joined a scheduler elsewhere;
+from then on one code path."""
 
 import contextlib
 import logging
@@ -28,11 +29,14 @@ class Connection:
 
 
 @contextmanager
-def connected(jobs: int, workers: int | None, scheduler: str | None) -> Iterator[Connection]:
-    """Workers for that many jobs: local processes of one thread each, or those of a scheduler ("tcp://host:port").
+def connected(
+    jobs: int, workers: int | None, scheduler: str | None
+) -> Iterator[Connection]:
+    """Workers for that many jobs: local processes of one thread each, or those of a
+    scheduler ("tcp://host:port").
 
-    CampaignStopped when the scheduler does not answer or no worker joins it within PATIENCE_S.
-    """
+    CampaignStopped when the scheduler does not answer or no worker joins it within
+    PATIENCE_S."""
     from distributed import Client
 
     if scheduler is not None:
@@ -40,11 +44,16 @@ def connected(jobs: int, workers: int | None, scheduler: str | None) -> Iterator
             yield Connection(client, sum(client.nthreads().values()))
         return
     cores = _cores()
-    with _local(min(workers or cores, jobs)) as cluster, Client(cluster, set_as_default=False) as client:
+    with (
+        _local(min(workers or cores, jobs)) as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
         try:
             yield Connection(client, cores)
         finally:
-            _kill(cluster)  # all is stored, or given up: closing politely would wait for jobs of minutes
+            # all is stored, or given up: closing politely would wait for jobs of
+            # minutes
+            _kill(cluster)
 
 
 def _joined(scheduler: str) -> Any:
@@ -53,12 +62,18 @@ def _joined(scheduler: str) -> Any:
     try:
         client = Client(scheduler, timeout=PATIENCE_S, set_as_default=False)
     except (OSError, ValueError) as error:
-        raise CampaignStopped(f"scheduler {scheduler}: does not answer ({error}); expected tcp://host:port") from error
+        raise CampaignStopped(
+            f"scheduler {scheduler}: does not answer ({error}); expected"
+            " tcp://host:port"
+        ) from error
     try:
         client.wait_for_workers(1, timeout=PATIENCE_S)
     except TimeoutError as error:
         client.close()
-        why = f"no worker has joined within {PATIENCE_S:g} s; start one by  dask worker {scheduler}"
+        why = (
+            f"no worker has joined within {PATIENCE_S:g} s; start one by  dask worker"
+            f" {scheduler}"
+        )
         raise CampaignStopped(f"scheduler {scheduler}: {why}") from error
     return client
 
@@ -72,8 +87,11 @@ def _local(workers: int) -> Iterator[Any]:
         threads_per_worker=1,
         processes=True,
         protocol="tcp",
-        dashboard_address="127.0.0.1:0",  # None takes port 8787 all the same, and warns when another campaign has it
-        memory_limit=0,  # dask's limit is about data between tasks, of which there is none; it would only pause our jobs
+        # None takes port 8787 all the same, and warns when another campaign has it
+        dashboard_address="127.0.0.1:0",
+        # dask's limit is about data between tasks, of which there is none; it would
+        # only pause our jobs
+        memory_limit=0,
         silence_logs=logging.CRITICAL,
     )
     try:
@@ -98,4 +116,8 @@ def _kill(cluster) -> None:
 
 
 def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return (
+        len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count() or 1
+    )

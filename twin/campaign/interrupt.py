@@ -1,4 +1,5 @@
-"""Ctrl-C that cannot get lost: Python drops a KeyboardInterrupt that is raised inside a destructor."""
+"""Ctrl-C that cannot get lost: Python drops a KeyboardInterrupt that is raised inside a
+destructor."""
 
 import signal
 import threading
@@ -9,10 +10,11 @@ from types import FrameType
 
 @contextmanager
 def kept_interrupt() -> Iterator[Callable[[], None]]:
-    """While open, Ctrl-C raises KeyboardInterrupt as ever, and is remembered; the function given raises it again if it was dropped.
+    """While open, Ctrl-C raises KeyboardInterrupt as ever, and is remembered; the
+    function given raises it again if it was dropped.
 
-    Outside the main thread, which alone receives signals, and where Ctrl-C is ignored or handled otherwise, nothing changes.
-    """
+    Outside the main thread, which alone receives signals, and where Ctrl-C is ignored
+    or handled otherwise, nothing changes."""
     pressed = threading.Event()
 
     def remember(number: int, frame: FrameType | None) -> None:

@@ -12,9 +12,9 @@ from twin.campaign.results import FAILED, Outcome
 class Progress:
     """Jobs, each key once.
 
-    finished: with an outcome, `found` and `failed` ones included; elsewhere: another campaign has them; left: without an outcome,
-    running and elsewhere included; left_s: NaN as long as nothing is known.
-    """
+    finished: with an outcome, `found` and `failed` ones included; elsewhere: another
+    campaign has them; left: without an outcome, running and elsewhere included; left_s:
+    NaN as long as nothing is known."""
 
     total: int
     finished: int
@@ -31,15 +31,24 @@ class Progress:
 
     def __str__(self) -> str:
         parts = [f"{self.finished} of {self.total} done"]
-        parts += [f"{n} {what}" for n, what in ((self.failed, "failed"), (self.running, "running")) if n]
+        parts += [
+            f"{n} {what}"
+            for n, what in ((self.failed, "failed"), (self.running, "running"))
+            if n
+        ]
         parts += [f"{self.elsewhere} in another campaign"] if self.elsewhere else []
         if self.left and math.isfinite(self.left_s):
-            parts.append(f"about {self.left_s:.0f} s left" if self.left_s < 90 else f"about {self.left_s / 60:.0f} min left")
+            parts.append(
+                f"about {self.left_s:.0f} s left"
+                if self.left_s < 90
+                else f"about {self.left_s / 60:.0f} min left"
+            )
         return ", ".join(parts)
 
 
 class Tally:
-    """Counts outcomes, and estimates the time left from what jobs of the same kind took, here or when they were stored."""
+    """Counts outcomes, and estimates the time left from what jobs of the same kind
+    took, here or when they were stored."""
 
     def __init__(self, kinds: dict[str, str]) -> None:
         self.kinds = kinds  # of every key
@@ -61,9 +70,15 @@ class Tally:
         now = time.monotonic()
         running = max(0, min(slots, len(self.open) - elsewhere))
         return Progress(
-            len(self.kinds), len(self.kinds) - len(self.open), self.found, self.failed, running, elsewhere, now - self.begin,
+            len(self.kinds),
+            len(self.kinds) - len(self.open),
+            self.found,
+            self.failed,
+            running,
+            elsewhere,
+            now - self.begin,
             self._left_s(slots, running, now - self.last),
-        )  # fmt: skip
+        )
 
     def _left_s(self, slots: int, running: int, since_last_s: float) -> float:
         means = {kind: sum(values) / len(values) for kind, values in self.took.items()}

@@ -1,4 +1,5 @@
-"""What comes out of a campaign: a row a job, in the order in which the jobs were given."""
+"""What comes out of a campaign: a row a job, in the order in which the jobs were
+given."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,7 +13,8 @@ _RANK = {"good": 0, "doubtful": 1, "failed": 2}
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured number, as vision's Quantity has it: value ± 1.96 sd is a 95 % interval; quality good, doubtful or failed."""
+    """One measured number, as vision's Quantity has it: value ± 1.96 sd is a 95 %
+    interval; quality good, doubtful or failed."""
 
     name: str
     value: float
@@ -22,8 +24,10 @@ class Measurement:
     reason: str = ""
 
     def column(self, suffix: str = "") -> str:
-        """Its column in a table: slide_angle_deg, slide_angle_sd_deg; restitution, restitution_sd."""
-        unit = "" if self.unit in ("", "1") else f"_{self.unit.replace('/', '_').replace('²', '2').replace('%', 'percent')}"
+        """Its column in a table: slide_angle_deg, slide_angle_sd_deg; restitution,
+        restitution_sd."""
+        unit = self.unit.replace("/", "_").replace("²", "2").replace("%", "percent")
+        unit = "" if self.unit in ("", "1") else f"_{unit}"
         return f"{self.name}{suffix}{unit}"
 
 
@@ -31,8 +35,9 @@ class Measurement:
 class Measured:
     """What a job's work hands back.
 
-    truth: what the simulation itself knows, by names with units. track: to be kept in place of the frames. reason: why nothing
-    could be measured, "" when something was. warming_s: how long compiling, or waiting for it, took; not counted as the job's.
+    truth: what the simulation itself knows, by names with units. track: to be kept in
+    place of the frames. reason: why nothing could be measured, "" when something was.
+    warming_s: how long compiling, or waiting for it, took; not counted as the job's.
     """
 
     measurements: tuple[Measurement, ...] = ()
@@ -47,10 +52,10 @@ class Measured:
 class Outcome:
     """One job's end.
 
-    status: "done"; "unmeasured": it ran, but nothing could be measured on it; "failed": it did not run to its end; "missing":
-    not run yet. reason says why, rerun is the command that runs a failed one alone. folder: its recording. seconds: what it took
-    once its kernels were compiled.
-    """
+    status: "done"; "unmeasured": it ran, but nothing could be measured on it; "failed":
+    it did not run to its end; "missing": not run yet. reason says why, rerun is the
+    command that runs a failed one alone. folder: its recording. seconds: what it took
+    once its kernels were compiled."""
 
     key: str
     status: str
@@ -65,7 +70,11 @@ class Outcome:
     @property
     def quality(self) -> str:
         """The worst of its measurements; "failed" without any."""
-        return max((m.quality for m in self.measurements), key=lambda q: _RANK.get(q, 2), default="failed")
+        return max(
+            (m.quality for m in self.measurements),
+            key=lambda q: _RANK.get(q, 2),
+            default="failed",
+        )
 
 
 @dataclass(frozen=True)
@@ -76,15 +85,22 @@ class Results:
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """A row a job: key, status, quality, NAME_UNIT and NAME_sd_UNIT a quantity, true_NAME_UNIT, seconds, reason, rerun."""
+        """A row a job: key, status, quality, NAME_UNIT and NAME_sd_UNIT a quantity,
+        true_NAME_UNIT, seconds, reason, rerun."""
         rows = []
         for o in self.outcomes:
-            row: dict = {"key": o.key, "status": o.status, "quality": o.quality if o.status == DONE else ""}
+            row: dict = {
+                "key": o.key,
+                "status": o.status,
+                "quality": o.quality if o.status == DONE else "",
+            }
             for m in o.measurements:
                 row[m.column()], row[m.column("_sd")] = m.value, m.sd
             row |= {f"true_{name}": value for name, value in o.truth.items()}
             rows.append(row)
-        table = pd.DataFrame(rows, columns=None if rows else ["key", "status", "quality"])
+        table = pd.DataFrame(
+            rows, columns=None if rows else ["key", "status", "quality"]
+        )
         for name in ("seconds", "reason", "rerun"):
             table[name] = [getattr(o, name) for o in self.outcomes]
         return table
@@ -96,7 +112,10 @@ class Results:
 
     def counts(self) -> dict[str, int]:
         """How many rows have which status."""
-        return {status: sum(o.status == status for o in self.outcomes) for status in (DONE, UNMEASURED, FAILED, MISSING)}
+        return {
+            status: sum(o.status == status for o in self.outcomes)
+            for status in (DONE, UNMEASURED, FAILED, MISSING)
+        }
 
 
 def in_order(keys: Sequence[str], outcomes: dict[str, Outcome]) -> Results:

@@ -1,4 +1,5 @@
-"""run_campaign: jobs in, a table out. What is stored is not computed again; what is interrupted goes on at the next call."""
+"""run_campaign: jobs in, a table out. What is stored is not computed again; what is
+interrupted goes on at the next call."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -21,13 +22,17 @@ LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is
 
 
 def run_campaign(jobs: Sequence, store: str | Path, **options: Any) -> Results:
-    """Run all jobs, or find them in the store; returns a row a job, in their order. Options and errors: `stream_campaign`."""
-    outcomes = {outcome.key: outcome for outcome in stream_campaign(jobs, store, **options)}
+    """Run all jobs, or find them in the store; returns a row a job, in their order.
+    Options and errors: `stream_campaign`."""
+    outcomes = {
+        outcome.key: outcome for outcome in stream_campaign(jobs, store, **options)
+    }
     return in_order([job.key for job in jobs], outcomes)
 
 
 def read_campaign(jobs: Sequence, store: str | Path) -> Results:
-    """What the store holds of these jobs now, while others may be computing; CampaignStopped when there is no store."""
+    """What the store holds of these jobs now, while others may be computing;
+    CampaignStopped when there is no store."""
     keys = [job.key for job in jobs]
     if not (Path(store) / "campaign.json").is_file():
         return in_order(keys, {})
@@ -46,22 +51,26 @@ def stream_campaign(
     work: Work = simulate_and_measure,
     stale_s: float = claims.STALE_S,
 ) -> Iterator[Outcome]:
-    """Outcomes as they come, one a key: first what the store has, then what is computed.
+    """Outcomes as they come, one a key: first what the store has, then what is
+    computed.
 
-    workers: local processes, None for one a core. scheduler: "tcp://host:port" of a dask scheduler whose workers see the store.
-    progress: called with every batch of outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed: run
-    again what failed or could not be measured in an earlier call; failures of the machine (memory, files) always are.
-    work(job, folder, threads): what a job does, importable by the workers. stale_s: silence after which a job's owner on another
-    machine is taken for dead.
-    Raises CampaignStopped when the store cannot be written or the workers are gone, ValueError for an unknown option.
-    """
+    workers: local processes, None for one a core. scheduler: "tcp://host:port" of a
+    dask scheduler whose workers see the store. progress: called with every batch of
+    outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed:
+    run again what failed or could not be measured in an earlier call; failures of the
+    machine (memory, files) always are. work(job, folder, threads): what a job does,
+    importable by the workers. stale_s: silence after which a job's owner on another
+    machine is taken for dead. Raises CampaignStopped when the store cannot be written
+    or the workers are gone, ValueError for an unknown option."""
     if keep not in KEEP:
         raise ValueError(f"keep = {keep!r}: one of {', '.join(KEEP)}")
     if workers is not None and workers < 1:
         raise ValueError(f"workers = {workers}: at least 1")
     opened = _opened(store)
     by_key = {job.key: job for job in jobs}
-    order = Order(str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed, stale_s)
+    order = Order(
+        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed, stale_s
+    )
     tally = Tally({key: _kind(job) for key, job in by_key.items()})
     for key, outcome in opened.find(by_key).items():
         if outcome.status == DONE or recorded(opened, order, key):
@@ -73,8 +82,13 @@ def stream_campaign(
     if not todo:
         return
     try:
-        with kept_interrupt() as check, connected(len(todo), workers, scheduler) as connection:
-            yield from _Run(opened, order, connection, tally, progress, check).outcomes(todo)
+        with (
+            kept_interrupt() as check,
+            connected(len(todo), workers, scheduler) as connection,
+        ):
+            yield from _Run(opened, order, connection, tally, progress, check).outcomes(
+                todo
+            )
     finally:
         opened.sweep()
 
@@ -83,20 +97,32 @@ class _Run:
     """The jobs that are with the workers, and those that another campaign has."""
 
     def __init__(
-        self, store: Store, order: Order, connection: Connection, tally: Tally, progress: Callable, check: Callable[[], None]
+        self,
+        store: Store,
+        order: Order,
+        connection: Connection,
+        tally: Tally,
+        progress: Callable,
+        check: Callable[[], None],
     ) -> None:
         from distributed import as_completed
 
         self.store, self.client, self.connection = store, connection.client, connection
         self.tally, self.progress, self.check_interrupt = tally, progress, check
-        self.order, self.slots, self.looked = order, connection.slots(), time.monotonic()
+        self.order, self.slots, self.looked = (
+            order,
+            connection.slots(),
+            time.monotonic(),
+        )
         self.completed = as_completed(loop=self.client.loop)
         self.keys: dict[str, str] = {}  # of jobs by the names of their tasks
         self.elsewhere: set[str] = set()
 
     def outcomes(self, todo: list) -> Iterator[Outcome]:
         """Outcomes as they come, until every job has one."""
-        self.order = replace(self.order, threads=threads_each(len(todo), self.connection.cores))
+        self.order = replace(
+            self.order, threads=threads_each(len(todo), self.connection.cores)
+        )
         self.jobs = {job.key: job for job in todo}
         self.submit(todo)
         while self.tally.open:
@@ -110,27 +136,44 @@ class _Run:
 
     def submit(self, jobs: list) -> None:
         for job in jobs:
-            name = f"benchtwin_job-{job.key}-{uuid4().hex}"  # two campaigns on one scheduler share claims, not tasks
+            # two campaigns on one scheduler share claims, not tasks
+            name = f"benchtwin_job-{job.key}-{uuid4().hex}"
             self.keys[name] = job.key
-            self.completed.add(self.client.submit(attempt, self.order, job, job.key, key=name, pure=False))
+            self.completed.add(
+                self.client.submit(
+                    attempt, self.order, job, job.key, key=name, pure=False
+                )
+            )
 
     def reply(self, future: Any) -> Reply:
-        """What a task came back with; its worker's death or a fault on the way is the job's failure."""
+        """What a task came back with; its worker's death or a fault on the way is the
+        job's failure."""
         key = self.keys.pop(future.key)
         if future.status == "finished":
             return future.result()
         if future.status in ("cancelled", "lost"):
-            raise CampaignStopped(f"the scheduler {self.client.scheduler.address} is gone; what is finished is kept")
+            raise CampaignStopped(
+                f"the scheduler {self.client.scheduler.address} is gone; what is"
+                " finished is kept"
+            )
         error = future.exception()
         died = type(error).__name__ == "KilledWorker"
-        reason = "KilledWorker: every worker process that ran it died (memory, or a crash in compiled code)"
+        reason = (
+            "KilledWorker: every worker process that ran it died (memory, or a crash in"
+            " compiled code)"
+        )
         return self.failed(key, reason if died else f"{type(error).__name__}: {error}")
 
     def failed(self, key: str, reason: str) -> Reply:
         claim = claims.take(self.store.claimed, key, stale_s=self.order.stale_s)
         if claim is None:
             return Reply(key, busy=True)
-        told = {"reason": reason, "rerun": rerun_command(self.store.root, key), "lasting": False, "input": self.jobs[key].input}
+        told = {
+            "reason": reason,
+            "rerun": rerun_command(self.store.root, key),
+            "lasting": False,
+            "input": self.jobs[key].input,
+        }
         try:
             return Reply(key, self.store.put_failure(claim, told))
         except OSError as error:
@@ -139,8 +182,13 @@ class _Run:
             claim.release()
 
     def settle(self, replies: list[Reply]) -> Iterator[Outcome]:
-        """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped when nothing can be stored."""
-        done = [(reply.outcome, reply.computed) for reply in replies if reply.outcome is not None]
+        """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped
+        when nothing can be stored."""
+        done = [
+            (reply.outcome, reply.computed)
+            for reply in replies
+            if reply.outcome is not None
+        ]
         self.elsewhere |= {reply.key for reply in replies if reply.busy}
         for outcome, computed in done:
             self.tally.add(outcome, found=not computed)
@@ -149,22 +197,34 @@ class _Run:
         yield from (outcome for outcome, _ in done)
         for reply in replies:
             if reply.stop:
-                raise CampaignStopped(f"{reply.stop}; what is finished is kept, and the same call goes on from there")
+                raise CampaignStopped(
+                    f"{reply.stop}; what is finished is kept, and the same call goes on"
+                    " from there"
+                )
 
     def look(self) -> Iterator[Outcome]:
-        """Ask the store for jobs that another campaign has, take back those whose owners died, and tell the progress."""
+        """Ask the store for jobs that another campaign has, take back those whose
+        owners died, and tell the progress."""
         self.slots, self.looked = self.connection.slots(), time.monotonic()
         waiting = sorted(self.elsewhere)
         found = {key: recorded(self.store, self.order, key) for key in waiting}
-        free = [k for k in waiting if not found[k] and not claims.holder(self.store.claimed, k, stale_s=self.order.stale_s)]
+        free = [
+            k
+            for k in waiting
+            if not found[k]
+            and not claims.holder(self.store.claimed, k, stale_s=self.order.stale_s)
+        ]
         self.submit([self.jobs[key] for key in free])
         self.elsewhere -= {*free, *(key for key, outcome in found.items() if outcome)}
-        yield from self.settle([Reply(key, outcome) for key, outcome in found.items() if outcome])
+        yield from self.settle(
+            [Reply(key, outcome) for key, outcome in found.items() if outcome]
+        )
         self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
 
 
 def threads_each(jobs: int, cores: int) -> int:
-    """Threads a job: one where there are jobs for all cores, else an equal share (results do not depend on it)."""
+    """Threads a job: one where there are jobs for all cores, else an equal share
+    (results do not depend on it)."""
     return max(1, cores // jobs)
 
 
@@ -172,14 +232,18 @@ def _opened(store: str | Path) -> Store:
     try:
         return open_store(Path(store).absolute())
     except OSError as error:
-        raise CampaignStopped(f"{store}: cannot be written: {error.strerror or error}") from error
+        raise CampaignStopped(
+            f"{store}: cannot be written: {error.strerror or error}"
+        ) from error
 
 
 def _now(store: Store) -> float:
     try:
         return store.now_s()
     except OSError as error:
-        raise CampaignStopped(f"{store.root}: cannot be written: {error.strerror or error}") from error
+        raise CampaignStopped(
+            f"{store.root}: cannot be written: {error.strerror or error}"
+        ) from error
 
 
 def _kind(job) -> str:

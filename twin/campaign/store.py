@@ -1,14 +1,16 @@
-"""The store: DIR/runs/KEY/ holds a recording and what was measured on it. A folder there is whole; elsewhere it is not there.
+"""The store: DIR/runs/KEY/ holds a recording and what was measured on it. A folder
+there is whole; elsewhere it is not there.
 
-    campaign.json            which store this is: workers on other machines check that they see the same
+    campaign.json            which store this is: workers on other machines check that
+                             they see the same
     runs/KEY/                recording.toml, simulation.json, …, measurements.json
     failed/KEY.json          why a job failed, and the command that runs it alone
     claims/KEY.N             who is computing it (claims.py)
     parts/KEY.TOKEN/         where it is computed, until it is moved to runs/
 
-measurements.json is what counts and is on the disk (fsync) before the folder is moved; the other files of a run may be lost to a
-power cut seconds after it. A run whose measurements.json cannot be read counts as not there.
-"""
+measurements.json is what counts and is on the disk (fsync) before the folder is moved;
+the other files of a run may be lost to a power cut seconds after it. A run whose
+measurements.json cannot be read counts as not there."""
 
 import errno
 import json
@@ -22,7 +24,14 @@ from pathlib import Path
 from typing import Any
 
 from twin.campaign import claims
-from twin.campaign.results import DONE, FAILED, UNMEASURED, Measured, Measurement, Outcome
+from twin.campaign.results import (
+    DONE,
+    FAILED,
+    UNMEASURED,
+    Measured,
+    Measurement,
+    Outcome,
+)
 
 MEASUREMENTS = "measurements.json"
 FOLDERS = ("runs", "failed", "claims", "parts")
@@ -30,7 +39,8 @@ TAKEN = (errno.EEXIST, errno.ENOTEMPTY)
 
 
 class CampaignStopped(RuntimeError):
-    """No job can go on: the store cannot be written, or the workers are gone. What is finished is kept."""
+    """No job can go on: the store cannot be written, or the workers are gone. What is
+    finished is kept."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +59,12 @@ class Store:
         return self.root / "parts" / f"{claim.key}.{claim.token}"
 
     def find(self, keys: Iterable[str]) -> dict[str, Outcome]:
-        """What there is of these keys: finished runs, else failures. Two listings, then a small file a key."""
-        runs, fails = ({entry.name for entry in os.scandir(self.root / name)} for name in ("runs", "failed"))
+        """What there is of these keys: finished runs, else failures. Two listings, then
+        a small file a key."""
+        runs, fails = (
+            {entry.name for entry in os.scandir(self.root / name)}
+            for name in ("runs", "failed")
+        )
         found = {}
         for key in dict.fromkeys(keys):
             outcome = self.finished(key) if key in runs else None
@@ -61,8 +75,8 @@ class Store:
         return found
 
     def finished(self, key: str, *, since_s: float = 0.0) -> Outcome | None:
-        """The outcome of a finished run; None when there is none, or it cannot be read, or it is an unmeasured one from before
-        `since_s`."""
+        """The outcome of a finished run; None when there is none, or it cannot be read,
+        or it is an unmeasured one from before `since_s`."""
         folder = f"{self.root}/runs/{key}"
         try:
             with open(f"{folder}/{MEASUREMENTS}", "rb") as file:  # noqa: PTH123  a third of the time of a Path, times 10,000
@@ -71,23 +85,56 @@ class Store:
             truth = {name: _number(value) for name, value in told["truth"].items()}
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        if told["reason"] and since_s and Path(folder, MEASUREMENTS).stat().st_mtime < since_s:
+        if (
+            told["reason"]
+            and since_s
+            and Path(folder, MEASUREMENTS).stat().st_mtime < since_s
+        ):
             return None
         status = UNMEASURED if told["reason"] else DONE
-        return Outcome(key, status, measured, truth, tuple(told["notes"]), told["reason"], "", folder, told["seconds"])
+        return Outcome(
+            key,
+            status,
+            measured,
+            truth,
+            tuple(told["notes"]),
+            told["reason"],
+            "",
+            folder,
+            told["seconds"],
+        )
 
-    def failure(self, key: str, *, lasting: bool | None = None, since_s: float = math.inf) -> Outcome | None:
-        """The recorded failure of a job; with `lasting` only one that would come again, or that came after `since_s`."""
+    def failure(
+        self, key: str, *, lasting: bool | None = None, since_s: float = math.inf
+    ) -> Outcome | None:
+        """The recorded failure of a job; with `lasting` only one that would come again,
+        or that came after `since_s`."""
         file = self.root / "failed" / f"{key}.json"
         try:
             told = json.loads(file.read_text(encoding="utf8"))
-            counts = lasting is None or (lasting and told["lasting"]) or file.stat().st_mtime >= since_s
-            return Outcome(key, FAILED, reason=told["reason"], rerun=told["rerun"]) if counts else None
+            counts = (
+                lasting is None
+                or (lasting and told["lasting"])
+                or file.stat().st_mtime >= since_s
+            )
+            return (
+                Outcome(key, FAILED, reason=told["reason"], rerun=told["rerun"])
+                if counts
+                else None
+            )
         except (OSError, ValueError, KeyError):
             return None
 
-    def put(self, claim: claims.Claim, job: Any, measured: Measured, seconds: float, more: dict) -> Outcome:
-        """Write measurements.json into the claim's part and move it to runs/; what was measured there meanwhile stands."""
+    def put(
+        self,
+        claim: claims.Claim,
+        job: Any,
+        measured: Measured,
+        seconds: float,
+        more: dict,
+    ) -> Outcome:
+        """Write measurements.json into the claim's part and move it to runs/; what was
+        measured there meanwhile stands."""
         folder = self.part(claim) / claim.key
         folder.mkdir(parents=True, exist_ok=True)
         told = {
@@ -95,13 +142,21 @@ class Store:
             "key": claim.key,
             "input": job.input,
             "measurements": [_plain(m) for m in measured.measurements],
-            "truth": {name: _json_number(value) for name, value in measured.truth.items()},
+            "truth": {
+                name: _json_number(value) for name, value in measured.truth.items()
+            },
             "notes": list(measured.notes),
-            "reason": measured.reason.replace(str(folder), str(self.root / "runs" / claim.key)),  # where it can be looked at
+            "reason": measured.reason.replace(
+                str(folder), str(self.root / "runs" / claim.key)
+            ),  # where it can be looked at
             "seconds": round(seconds, 3),
             **more,
         }
-        _write(folder / MEASUREMENTS, json.dumps(told, indent=1, allow_nan=False), durable=True)
+        _write(
+            folder / MEASUREMENTS,
+            json.dumps(told, indent=1, allow_nan=False),
+            durable=True,
+        )
         final = self.root / "runs" / claim.key
         try:
             folder.rename(final)
@@ -109,7 +164,9 @@ class Store:
             if error.errno not in TAKEN:
                 raise
             standing = self.finished(claim.key)
-            if standing is None or standing.status == UNMEASURED:  # torn by a power cut, or measured anew: removed with the part
+            if (
+                standing is None or standing.status == UNMEASURED
+            ):  # torn by a power cut, or measured anew: removed with the part
                 final.rename(self.part(claim) / "before")
                 folder.rename(final)
         (self.root / "failed" / f"{claim.key}.json").unlink(missing_ok=True)
@@ -122,7 +179,10 @@ class Store:
         """Record why a job failed (reason, rerun, lasting, …)."""
         part = self.part(claim)
         part.mkdir(parents=True, exist_ok=True)
-        _write(part / "failed.json", json.dumps({"schema": 1, "key": claim.key, **told}, indent=1))
+        _write(
+            part / "failed.json",
+            json.dumps({"schema": 1, "key": claim.key, **told}, indent=1),
+        )
         (part / "failed.json").replace(self.root / "failed" / f"{claim.key}.json")
         return Outcome(claim.key, FAILED, reason=told["reason"], rerun=told["rerun"])
 
@@ -132,8 +192,12 @@ class Store:
 
     def sweep(self) -> None:
         """Remove half-written folders and claims of processes that have died."""
-        parts = [p for p in (self.root / "parts").iterdir() if not p.name.startswith(".")]
-        alive = claims.live_tokens(self.claimed)  # after the listing: a part is made when its claim stands
+        parts = [
+            p for p in (self.root / "parts").iterdir() if not p.name.startswith(".")
+        ]
+        alive = claims.live_tokens(
+            self.claimed
+        )  # after the listing: a part is made when its claim stands
         for part in parts:
             if part.name.rpartition(".")[2] not in alive:
                 shutil.rmtree(part, ignore_errors=True)
@@ -151,9 +215,13 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
             (root / name).mkdir(parents=True, exist_ok=True)
         if not file.exists():
             mine = root / "parts" / f".campaign-{uuid.uuid4().hex}.json"
-            _write(mine, json.dumps({"schema": 1, "id": uuid.uuid4().hex}), durable=True)
+            _write(
+                mine, json.dumps({"schema": 1, "id": uuid.uuid4().hex}), durable=True
+            )
             try:
-                os.link(mine, file)  # the first of two that open a new store at once decides its id
+                os.link(
+                    mine, file
+                )  # the first of two that open a new store at once decides its id
             except FileExistsError:
                 pass
             except OSError:  # a file system without links
@@ -162,9 +230,13 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
     try:
         found = json.loads(file.read_text(encoding="utf8"))["id"]
     except (OSError, ValueError, KeyError) as error:
-        raise FileNotFoundError(errno.ENOENT, f"no campaign store here ({error})", str(root)) from error
+        raise FileNotFoundError(
+            errno.ENOENT, f"no campaign store here ({error})", str(root)
+        ) from error
     if id not in (None, found):
-        raise FileNotFoundError(errno.ENOENT, "another campaign store is here", str(root))
+        raise FileNotFoundError(
+            errno.ENOENT, "another campaign store is here", str(root)
+        )
     return Store(root, found)
 
 
@@ -178,12 +250,24 @@ def _write(file: Path, text: str, *, durable: bool = False) -> None:
 
 def _plain(m: Measurement) -> dict:
     """JSON has no NaN: null stands for it."""
-    values = {"name": m.name, "value": _json_number(m.value), "sd": _json_number(m.sd), "unit": m.unit}
+    values = {
+        "name": m.name,
+        "value": _json_number(m.value),
+        "sd": _json_number(m.sd),
+        "unit": m.unit,
+    }
     return values | {"quality": m.quality, "reason": m.reason}
 
 
 def _measurement(told: dict) -> Measurement:
-    return Measurement(told["name"], _number(told["value"]), _number(told["sd"]), told["unit"], told["quality"], told["reason"])
+    return Measurement(
+        told["name"],
+        _number(told["value"]),
+        _number(told["sd"]),
+        told["unit"],
+        told["quality"],
+        told["reason"],
+    )
 
 
 def _json_number(value: float | None) -> float | None:

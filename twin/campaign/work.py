@@ -1,4 +1,5 @@
-"""What one job does in a worker: run the twin, measure the recording, and leave of the evidence what is asked for."""
+"""What one job does in a worker: run the twin, measure the recording, and leave of the
+evidence what is asked for."""
 
 import json
 import os
@@ -21,52 +22,82 @@ _compiled: set[str] = set()
 
 
 def simulate_and_measure(job: Any, folder: Path, threads: int) -> Measured:
-    """Run a `twin.job.Job` into `folder` and measure what it filmed; raises what the run raises."""
+    """Run a `twin.job.Job` into `folder` and measure what it filmed; raises what the
+    run raises."""
     from twin import observe
     from twin.job import MeasurementError
 
     with one_compiles(kernels_of(job)) as warming:
-        recording = job.run(folder, watch=lambda stage, share: warming.over(), threads=threads)
+        recording = job.run(
+            folder, watch=lambda stage, share: warming.over(), threads=threads
+        )
     truth = json.loads((folder / "simulation.json").read_text(encoding="utf8"))["truth"]
-    truth = {name: float("nan") if value is None else value for name, value in truth.items()}
+    truth = {
+        name: float("nan") if value is None else value for name, value in truth.items()
+    }
     try:
         seen = observe(recording)
-    except MeasurementError as error:  # the run itself is good, and is kept to be looked at
-        return Measured(truth=truth, reason=f"it ran, but could not be measured: {error}", warming_s=warming.took_s)
-    found = tuple(Measurement(q.name, float(q.value), float(q.sd), q.unit, q.quality, q.reason) for q in seen.quantities)
-    return Measured(found, truth, tuple(seen.notes), seen.track, warming_s=warming.took_s)
+    except (
+        MeasurementError
+    ) as error:  # the run itself is good, and is kept to be looked at
+        return Measured(
+            truth=truth,
+            reason=f"it ran, but could not be measured: {error}",
+            warming_s=warming.took_s,
+        )
+    found = tuple(
+        Measurement(q.name, float(q.value), float(q.sd), q.unit, q.quality, q.reason)
+        for q in seen.quantities
+    )
+    return Measured(
+        found, truth, tuple(seen.notes), seen.track, warming_s=warming.took_s
+    )
 
 
 def thin(folder: Path, measured: Measured, keep: str) -> None:
-    """Remove pictures: "photos" keeps photos but not frames, "numbers" neither, "all" both. What could not be measured keeps all.
+    """Remove pictures: "photos" keeps photos but not frames, "numbers" neither, "all"
+    both. What could not be measured keeps all.
 
-    The measured track, if there is one in millimetres, takes the place of the frames, so that the folder remains a recording.
-    """
+    The measured track, if there is one in millimetres, takes the place of the frames,
+    so that the folder remains a recording."""
     if keep == "all" or measured.reason:
         return
     frames = folder / "frames"
     if frames.is_dir():
         shutil.rmtree(frames)
         if measured.track is not None and set(measured.track.columns) >= TRACK_COLUMNS:
-            measured.track.to_csv(folder / "track.csv", index=False, float_format="%.9g")
+            measured.track.to_csv(
+                folder / "track.csv", index=False, float_format="%.9g"
+            )
     if keep == "numbers":
         for photo in folder.glob("photo*"):
             photo.unlink()
 
 
 def kernels_of(job: Any) -> str:
-    """What decides which kernels a job needs: rig, conventions, laws. Rather too fine than too coarse."""
+    """What decides which kernels a job needs: rig, conventions, laws. Rather too fine
+    than too coarse."""
     parameters, described = job.input["parameters"], job.input["description"]
     air = described.get("air", {}).get("density_kg_m3") == 0
-    kind = "cylinder" if described.get("pile", {}).get("cylinder_mm") else job.input["rig"]
+    kind = (
+        "cylinder" if described.get("pile", {}).get("cylinder_mm") else job.input["rig"]
+    )
     if job.input.get("engine", {}).get("name") == "lammps":
         return "lammps"
-    return "-".join([kind, parameters["rolling_convention"], *sorted(parameters["laws"]), *(["vacuum"] if air else [])])
+    return "-".join(
+        [
+            kind,
+            parameters["rolling_convention"],
+            *sorted(parameters["laws"]),
+            *(["vacuum"] if air else []),
+        ]
+    )
 
 
 @dataclass
 class Warming:
-    """A process's first job with these kernels, until `over` is called. took_s: how long that was [s]; 0 for later ones."""
+    """A process's first job with these kernels, until `over` is called. took_s: how
+    long that was [s]; 0 for later ones."""
 
     kernels: str
     lock: IO | None
@@ -88,13 +119,15 @@ class Warming:
 
 @contextmanager
 def one_compiles(kernels: str) -> Iterator[Warming]:
-    """On one machine, only one process at a time compiles a set of kernels (20 s); the others find them on disk.
+    """On one machine, only one process at a time compiles a set of kernels (20 s); the
+    others find them on disk.
 
-    `over()` of what it yields is to be called as soon as they are compiled. Waits at most LONGEST_WAIT_S: the lock saves work,
-    and no more depends on it.
-    """
+    `over()` of what it yields is to be called as soon as they are compiled. Waits at
+    most LONGEST_WAIT_S: the lock saves work, and no more depends on it."""
     begin = time.perf_counter()
-    warming = Warming(kernels, None if kernels in _compiled else _locked(kernels), begin)
+    warming = Warming(
+        kernels, None if kernels in _compiled else _locked(kernels), begin
+    )
     try:
         yield warming
     finally:
@@ -102,8 +135,12 @@ def one_compiles(kernels: str) -> Iterator[Warming]:
 
 
 def _locked(kernels: str) -> IO:
-    """The open lock file, locked; without locks on this system, or after LONGEST_WAIT_S, just open."""
-    folder = Path(tempfile.gettempdir()) / f"benchtwin-compiling-{getattr(os, 'getuid', lambda: 'user')()}"
+    """The open lock file, locked; without locks on this system, or after
+    LONGEST_WAIT_S, just open."""
+    folder = (
+        Path(tempfile.gettempdir())
+        / f"benchtwin-compiling-{getattr(os, 'getuid', lambda: 'user')()}"
+    )
     folder.mkdir(mode=0o700, exist_ok=True)
     file = (folder / f"{kernels}.lock").open("w")
     with suppress(ImportError):

@@ -1,1 +1,2 @@
-"""benchtwin compare-engines: the same piles, of the same law and packings, through our engine and LAMMPS."""
+"""benchtwin compare-engines: the same piles, of the same law and packings, through our
+engine and LAMMPS."""

@@ -1,4 +1,5 @@
-"""Command-line front end of `benchtwin compare-engines`: options, progress, printed table, exit code."""
+"""Command-line front end of `benchtwin compare-engines`: options, progress, printed
+table, exit code."""
 
 import json
 from dataclasses import dataclass
@@ -28,14 +29,20 @@ from twin.parameters import Parameters
 from twin.versions import versions
 
 FINISHED = 0
-SLICE = {"box_mm": [105.0, 30.0, 200.0], "gate_mm": [30.0, 200.0], "plate_mm": [200.0, 30.0], "fill_height_mm": 60.0, "slab": True}
+SLICE = {
+    "box_mm": [105.0, 30.0, 200.0],
+    "gate_mm": [30.0, 200.0],
+    "plate_mm": [200.0, 30.0],
+    "fill_height_mm": 60.0,
+    "slab": True,
+}
 OURS_IN_OUT = {"runs", "compared.csv", "runs.csv", "compared.html", "compared.json"}
 
 
 @dataclass(frozen=True)
 class Compared(CampaignOptions):
-    """What was typed. rows: a CSV; packings: piles of each row; settings: "KEY=VALUE" as `benchtwin
-    simulate --set` takes them."""
+    """What was typed. rows: a CSV; packings: piles of each row; settings: "KEY=VALUE"
+    as `benchtwin simulate --set` takes them."""
 
     out: Path
     rows: Path | None = None
@@ -45,19 +52,28 @@ class Compared(CampaignOptions):
 
 
 def compare_command(asked: Compared) -> int:
-    """Run the piles of both engines, or find them in OUT/runs; write and print how they differ.
-    Returns the exit code."""
+    """Run the piles of both engines, or find them in OUT/runs; write and print how they
+    differ. Returns the exit code."""
     misuses = (ValueError, FileExistsError)
-    return exit_code("compare-engines", asked.out, lambda: _compare(asked), misuses=misuses)
+    return exit_code(
+        "compare-engines", asked.out, lambda: _compare(asked), misuses=misuses
+    )
 
 
 def _compare(asked: Compared) -> int:
     check_out(asked.out, OURS_IN_OUT, "comparison")
     rows, ignored = read_rows(asked.rows)
-    jobs = {name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()}
-    notes = [*(f"{name}: no parameter, not used" for name in ignored), *jobs[LAMMPS][0].converted()]
+    jobs = {
+        name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()
+    }
+    notes = [
+        *(f"{name}: no parameter, not used" for name in ignored),
+        *jobs[LAMMPS][0].converted(),
+    ]
     if len(rows) > 1:
-        notes.append("these numbers are row 1's; other rows are converted in the same way")
+        notes.append(
+            "these numbers are row 1's; other rows are converted in the same way"
+        )
     for line in [] if asked.quiet else notes:
         print(line)
     runs, failed = _runs(asked, rows, jobs)
@@ -81,51 +97,103 @@ def _engines(asked: Compared) -> dict[str, Engine]:
 
 
 def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[Job]:
-    """Row after row, packing after packing; a packing has the same random numbers in every row and engine."""
+    """Row after row, packing after packing; a packing has the same random numbers in
+    every row and engine."""
     made = []
     for row in rows:
-        parameters, description = assigned(Parameters(**row), {"pile": dict(SLICE)}, list(asked.settings))
-        made += [Job("pile", parameters, description, (asked.rng, k), False, engine) for k in range(asked.packings)]
+        parameters, description = assigned(
+            Parameters(**row), {"pile": dict(SLICE)}, list(asked.settings)
+        )
+        made += [
+            Job("pile", parameters, description, (asked.rng, k), False, engine)
+            for k in range(asked.packings)
+        ]
     return made
 
 
-def _runs(asked: Compared, rows: list[dict[str, Any]], jobs: dict[str, list[Job]]) -> tuple[pd.DataFrame, list[str]]:
-    """A line a run: row, parameters, packing, engine, quantities, seconds; and sentences on runs that failed."""
+def _runs(
+    asked: Compared, rows: list[dict[str, Any]], jobs: dict[str, list[Job]]
+) -> tuple[pd.DataFrame, list[str]]:
+    """A line a run: row, parameters, packing, engine, quantities, seconds; and
+    sentences on runs that failed."""
     with progress_line(asked.quiet) as show:
         found = run_campaign(
-            [job for of_engine in jobs.values() for job in of_engine], asked.out / "runs", progress=show,
-            scheduler=asked.scheduler, workers=asked.workers or workers_for(asked.ranks),
-        ).table  # fmt: skip
-    place = [(n + 1, label(row), k, engine) for engine in jobs for n, row in enumerate(rows) for k in range(asked.packings)]
+            [job for of_engine in jobs.values() for job in of_engine],
+            asked.out / "runs",
+            progress=show,
+            scheduler=asked.scheduler,
+            workers=asked.workers or workers_for(asked.ranks),
+        ).table
+    place = [
+        (n + 1, label(row), k, engine)
+        for engine in jobs
+        for n, row in enumerate(rows)
+        for k in range(asked.packings)
+    ]
     runs = pd.DataFrame(place, columns=["row", "parameters", "packing", "engine"])
     runs["status"] = found["status"]
     for name in (*QUANTITIES, "lies_still", "photo_s"):
-        runs[name] = pd.to_numeric(found[f"true_{name}"]) if f"true_{name}" in found else float("nan")
+        runs[name] = (
+            pd.to_numeric(found[f"true_{name}"])
+            if f"true_{name}" in found
+            else float("nan")
+        )
     for name in ("seconds", "reason", "rerun", "key"):
         runs[name] = found[name]
     failed = [
-        f"{r.engine}, row {r.row}, packing {r.packing}: {r.reason or r.status}; run it alone: {r.rerun}"
+        f"{r.engine}, row {r.row}, packing {r.packing}: {r.reason or r.status}; run it"
+        f" alone: {r.rerun}"
         for r in runs[runs["status"] != DONE].itertuples()
     ]
     return runs, failed
 
 
-def _write(out: Path, table: pd.DataFrame, runs: pd.DataFrame, notes: list[str]) -> None:
+def _write(
+    out: Path, table: pd.DataFrame, runs: pd.DataFrame, notes: list[str]
+) -> None:
     table.to_csv(out / "compared.csv", index=False, float_format="%.6g")
     runs.to_csv(out / "runs.csv", index=False, float_format="%.6g")
-    (out / "compared.html").write_text(page(table, runs, verdict(table), notes), encoding="utf8")
-    told = {"versions": versions() | {"lammps": Engine(LAMMPS).version}, "notes": notes, "verdict": verdict(table)}
+    (out / "compared.html").write_text(
+        page(table, runs, verdict(table), notes), encoding="utf8"
+    )
+    told = {
+        "versions": versions() | {"lammps": Engine(LAMMPS).version},
+        "notes": notes,
+        "verdict": verdict(table),
+    }
     (out / "compared.json").write_text(json.dumps(told, indent=1), encoding="utf8")
 
 
-def _show(table: pd.DataFrame, runs: pd.DataFrame, failed: list[str], out: Path) -> None:
+def _show(
+    table: pd.DataFrame, runs: pd.DataFrame, failed: list[str], out: Path
+) -> None:
     console = result_console()
     shown = Table(box=None, pad_edge=False)
-    for heading in ("row", "quantity", "pairs", "ours", "LAMMPS", "difference (95 % interval)", ""):
-        shown.add_column(heading, justify="left" if heading in ("row", "quantity", "") else "right")
+    for heading in (
+        "row",
+        "quantity",
+        "pairs",
+        "ours",
+        "LAMMPS",
+        "difference (95 % interval)",
+        "",
+    ):
+        shown.add_column(
+            heading, justify="left" if heading in ("row", "quantity", "") else "right"
+        )
     for r in table.itertuples():
-        apart = f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})" if r.low == r.low else f"{r.difference:+.2f}"
-        numbers = (str(r.pairs), f"{r.ours:.2f}", f"{r.lammps:.2f}", apart, "apart" if r.parts else "")
+        apart = (
+            f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
+            if r.low == r.low
+            else f"{r.difference:+.2f}"
+        )
+        numbers = (
+            str(r.pairs),
+            f"{r.ours:.2f}",
+            f"{r.lammps:.2f}",
+            apart,
+            "apart" if r.parts else "",
+        )
         shown.add_row(f"{r.row} {r.parameters}", QUANTITIES[str(r.quantity)], *numbers)
     console.print(shown)
     took = runs.groupby("engine")["seconds"].mean()

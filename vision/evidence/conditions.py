@@ -1,4 +1,5 @@
-"""[conditions] of recording.toml and bench.toml: what differs between recordings, numbers with the unit in the name, or words."""
+"""[conditions] of recording.toml and bench.toml: what differs between recordings,
+numbers with the unit in the name, or words."""
 
 import datetime
 import re
@@ -12,26 +13,77 @@ LONGEST_NAME, LONGEST_WORD = 40, 100  # characters
 LARGEST = 1e10  # of any number
 NAME = re.compile(r"[A-Za-z0-9_]+")
 UNITS = {  # as written in a value → as written at the end of a key
-    "%": "pct", "percent": "pct", "pct": "pct", "‰": "permille", "ppm": "ppm", "°": "deg", "deg": "deg", "°c": "c", "degc": "c",
-    "c": "c", "k": "k", "nm": "nm", "µm": "um", "μm": "um", "um": "um", "mm": "mm", "cm": "cm", "m": "m", "mg": "mg", "g": "g",
-    "kg": "kg", "ms": "ms", "s": "s", "sec": "s", "min": "min", "h": "h", "hours": "h", "days": "days", "pa": "pa", "hpa": "hpa",
-    "kpa": "kpa", "mpa": "mpa", "gpa": "gpa", "mbar": "mbar", "bar": "bar", "mm/s": "mm_s", "cm/s": "cm_s", "m/s": "m_s",
-    "hz": "hz", "rpm": "rpm", "n": "n", "mn": "mn", "v": "v", "ml": "ml", "kg/m3": "kg_m3", "kg/m³": "kg_m3", "g/cm3": "g_cm3",
+    "%": "pct",
+    "percent": "pct",
+    "pct": "pct",
+    "‰": "permille",
+    "ppm": "ppm",
+    "°": "deg",
+    "deg": "deg",
+    "°c": "c",
+    "degc": "c",
+    "c": "c",
+    "k": "k",
+    "nm": "nm",
+    "µm": "um",
+    "μm": "um",
+    "um": "um",
+    "mm": "mm",
+    "cm": "cm",
+    "m": "m",
+    "mg": "mg",
+    "g": "g",
+    "kg": "kg",
+    "ms": "ms",
+    "s": "s",
+    "sec": "s",
+    "min": "min",
+    "h": "h",
+    "hours": "h",
+    "days": "days",
+    "pa": "pa",
+    "hpa": "hpa",
+    "kpa": "kpa",
+    "mpa": "mpa",
+    "gpa": "gpa",
+    "mbar": "mbar",
+    "bar": "bar",
+    "mm/s": "mm_s",
+    "cm/s": "cm_s",
+    "m/s": "m_s",
+    "hz": "hz",
+    "rpm": "rpm",
+    "n": "n",
+    "mn": "mn",
+    "v": "v",
+    "ml": "ml",
+    "kg/m3": "kg_m3",
+    "kg/m³": "kg_m3",
+    "g/cm3": "g_cm3",
     "g/cm³": "g_cm3",
-}  # fmt: skip
+}
 UNKNOWN = ("", "?", "-", "n/a", "nan", "inf", "+inf", "-inf", "unknown")
 RESERVED = {
     "session": 'it has a key of its own above all sections: session = "…"',
-    "order": "the order of the recordings is called that; choose another name, such as run_number",
+    "order": (
+        "the order of the recordings is called that; choose another name, such as"
+        " run_number"
+    ),
 }
 _NUMBER = r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?"
-_IN_WORDS = re.compile(rf"(?:about|approx\.?|ca\.?|[~≈<>])?\s*({_NUMBER})(?:\s*(?:±|\+/?-)\s*{_NUMBER})?(\s*)(\D.*?)?")
+_IN_WORDS = re.compile(
+    rf"(?:about|approx\.?|ca\.?|[~≈<>])?\s*({_NUMBER})(?:\s*(?:±|\+/?-)\s*{_NUMBER})?(\s*)(\D.*?)?"
+)
 
 
 def condition_errors(conditions: dict) -> Iterator[str]:
-    """What is wrong with a table of conditions, each with what should be written instead."""
+    """What is wrong with a table of conditions, each with what should be written
+    instead."""
     if len(conditions) > MOST_CONDITIONS:
-        yield f"[conditions]: {len(conditions)} of them; a recording states {MOST_CONDITIONS} at most"
+        yield (
+            f"[conditions]: {len(conditions)} of them; a recording states"
+            f" {MOST_CONDITIONS} at most"
+        )
     for key, value in conditions.items():
         if message := _name_error(key) or _value_error(key, value):
             yield f"[conditions] {message}"
@@ -39,7 +91,10 @@ def condition_errors(conditions: dict) -> Iterator[str]:
 
 def _name_error(key: str) -> str:
     if len(key) > LONGEST_NAME:
-        return f"{reprlib.repr(key)}: a name of {len(key)} characters; it should have {LONGEST_NAME} at most"
+        return (
+            f"{reprlib.repr(key)}: a name of {len(key)} characters; it should have"
+            f" {LONGEST_NAME} at most"
+        )
     if not NAME.fullmatch(key):
         better = re.sub(r"[^A-Za-z0-9]+", "_", key).strip("_")
         hint = f", such as {better}" if better else ""
@@ -51,19 +106,31 @@ def _value_error(key: str, value: object) -> str:
     place = f"{key} = {reprlib.repr(value)}"
     match value:
         case bool():
-            return f'{key} = {str(value).lower()}: yes or no is written as a word: {key} = "{"yes" if value else "no"}"'
+            return (
+                f"{key} = {str(value).lower()}: yes or no is written as a word: {key} ="
+                f' "{"yes" if value else "no"}"'
+            )
         case int() | float():
             if not -LARGEST <= value <= LARGEST:  # NaN neither
-                return f"{place}: should be a finite number below {LARGEST:g}; leave the key out where it is unknown"
+                return (
+                    f"{place}: should be a finite number below {LARGEST:g}; leave the"
+                    " key out where it is unknown"
+                )
             return ""
         case str():
             return _word_error(key, value)
         case datetime.date() | datetime.time():
             return f'{place}: a date or time is written as a word: {key} = "{value}"'
         case list():
-            return f"{key} is a list; a condition is one number or one word, in the recording.toml of each recording"
+            return (
+                f"{key} is a list; a condition is one number or one word, in the"
+                " recording.toml of each recording"
+            )
         case dict():
-            return f"{key} is a section of its own; a condition is one number or one word: {key} = 1.5"
+            return (
+                f"{key} is a section of its own; a condition is one number or one word:"
+                f" {key} = 1.5"
+            )
     return f"{place}: should be a number or a word"
 
 
@@ -72,23 +139,36 @@ def _word_error(key: str, word: str) -> str:
     if bare.lower() in UNKNOWN:
         return f"{key} = {word!r}: leave the key out where it is unknown"
     if len(word) > LONGEST_WORD:
-        return f"{key} = {reprlib.repr(word)}: {len(word)} characters; a word for a condition has {LONGEST_WORD} at most"
+        return (
+            f"{key} = {reprlib.repr(word)}: {len(word)} characters; a word for a"
+            f" condition has {LONGEST_WORD} at most"
+        )
     number = _number_in(bare)
     if number is None:
         return ""
     value, unit = number
     name = key if not unit or key.lower().endswith(f"_{unit}") else f"{key}_{unit}"
-    label = f'; a name such as plate {value} is a word: "no {value}"' if value.isdigit() and not unit else ""
-    return f"{key} = {word!r}: a number stands without quotes, with a point, its unit in the name: {name} = {value}{label}"
+    label = (
+        f'; a name such as plate {value} is a word: "no {value}"'
+        if value.isdigit() and not unit
+        else ""
+    )
+    return (
+        f"{key} = {word!r}: a number stands without quotes, with a point, its unit in"
+        f" the name: {name} = {value}{label}"
+    )
 
 
 def _number_in(word: str) -> tuple[str, str] | None:
-    """The number and the unit's name in a word that is a number, None for a word such as "B", "2B" or "3 old plates"."""
+    """The number and the unit's name in a word that is a number, None for a word such
+    as "B", "2B" or "3 old plates"."""
     found = _IN_WORDS.fullmatch(word)
     if found is None:
         return None
     number, gap, rest = found[1].replace(",", "."), found[2], (found[3] or "").strip()
     unit = UNITS.get(rest.lower(), "")
-    if rest and (not unit or (not gap and len(rest) == 1 and rest.isupper())):  # "2C" is a plate's name, "20 C" a temperature
+    if rest and (
+        not unit or (not gap and len(rest) == 1 and rest.isupper())
+    ):  # "2C" is a plate's name, "20 C" a temperature
         return None
     return number.removeprefix("+"), unit

@@ -19,7 +19,8 @@ SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture: `index` is its number as recorded, `t_s` its time (NaN without a frame rate), pixels grey or RGB."""
+    """One picture: `index` is its number as recorded, `t_s` its time (NaN without a
+    frame rate), pixels grey or RGB."""
 
     index: int
     t_s: float
@@ -28,7 +29,8 @@ class Frame:
 
 @dataclass
 class FrameSource(ABC):
-    """The frames of one recording; count: frames expected; notes: what was skipped, with frame numbers."""
+    """The frames of one recording; count: frames expected; notes: what was skipped,
+    with frame numbers."""
 
     path: Path
     count: int
@@ -40,13 +42,19 @@ class FrameSource(ABC):
         """The frames in order, one at a time."""
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        """About n evenly spaced frames of all, or of those numbered from `between`[0] to `between`[1]."""
-        inside = (frame for frame in self.iterate() if between is None or between[0] <= frame.index <= between[1])
+        """About n evenly spaced frames of all, or of those numbered from `between`[0]
+        to `between`[1]."""
+        inside = (
+            frame
+            for frame in self.iterate()
+            if between is None or between[0] <= frame.index <= between[1]
+        )
         expected = self.count if between is None else between[1] - between[0] + 1
         return list(itertools.islice(inside, 0, None, max(1, -(-expected // n))))
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """About n evenly spaced pictures of one size, for the background; fewer where they are large."""
+        """About n evenly spaced pictures of one size, for the background; fewer where
+        they are large."""
         first = next(self.iterate(), None)
         n = n if first is None else limit_to_memory(n, first.pixels)
         frames = [frame.pixels for frame in self.picked(n)]
@@ -73,24 +81,32 @@ def open_frames(recording: Recording) -> FrameSource:
 
 
 class FrameFolder(FrameSource):
-    """A folder of numbered pictures; the number in the file name is the frame number, gaps are lost frames."""
+    """A folder of numbered pictures; the number in the file name is the frame number,
+    gaps are lost frames."""
 
     def __init__(self, files: tuple[Path, ...], fps: float | None):
         numbered = []
         for file in files:
             digits = re.findall(r"\d+", file.stem)
             if not digits:
-                raise MeasurementError(f"{file}: a frame's file name must end in its number (000123.png)")
+                raise MeasurementError(
+                    f"{file}: a frame's file name must end in its number (000123.png)"
+                )
             numbered.append((int(digits[-1]), file))
         numbered.sort()
         super().__init__(path=files[0].parent, count=len(numbered), fps=fps)
         self._files = numbered
         numbers = np.array([n for n, _ in numbered])
         if (repeated := numbers[1:][np.diff(numbers) == 0]).size:
-            raise MeasurementError(f"{self.path}: two frames numbered {repeated[0]}; keep one")
+            raise MeasurementError(
+                f"{self.path}: two frames numbered {repeated[0]}; keep one"
+            )
         if (gaps := np.flatnonzero(np.diff(numbers) > 1)).size:
             lost = int((np.diff(numbers)[gaps] - 1).sum())
-            self.note(f"{lost} frame number{'s' if lost > 1 else ''} missing, first after {numbers[gaps[0]]}")
+            self.note(
+                f"{lost} frame number{'s' if lost > 1 else ''} missing, first after"
+                f" {numbers[gaps[0]]}"
+            )
 
     def iterate(self) -> Iterator[Frame]:
         shape = None
@@ -98,20 +114,30 @@ class FrameFolder(FrameSource):
             try:
                 pixels = read_photo(file)
             except MeasurementError as error:
-                self.note(f"frame {number} skipped: {str(error).removeprefix(f'{file}: ')}")
+                self.note(
+                    f"frame {number} skipped: {str(error).removeprefix(f'{file}: ')}"
+                )
                 continue
             shape = shape or pixels.shape
             if pixels.shape != shape:
                 colour = " (colour)" if pixels.ndim == 3 else ""
                 size = f"{pixels.shape[1]} × {pixels.shape[0]}{colour}"
-                self.note(f"frame {number} skipped: its size {size} is not that of the others")
+                self.note(
+                    f"frame {number} skipped: its size {size} is not that of the others"
+                )
                 continue
             yield Frame(number, self._time(number), pixels)
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         frames = []
-        inside = [entry for entry in self._files if between is None or between[0] <= entry[0] <= between[1]]
-        wanted = np.unique(np.linspace(0, len(inside) - 1, min(n, len(inside))).astype(int))
+        inside = [
+            entry
+            for entry in self._files
+            if between is None or between[0] <= entry[0] <= between[1]
+        ]
+        wanted = np.unique(
+            np.linspace(0, len(inside) - 1, min(n, len(inside))).astype(int)
+        )
         for number, file in (inside[i] for i in wanted):
             try:
                 frames.append(Frame(number, self._time(number), read_photo(file)))
@@ -126,7 +152,8 @@ class FrameFolder(FrameSource):
 
 
 class Video(FrameSource):
-    """A video file. Times are number / fps with a stated frame rate (of a high-speed camera), else the file's time stamps."""
+    """A video file. Times are number / fps with a stated frame rate (of a high-speed
+    camera), else the file's time stamps."""
 
     def __init__(self, file: Path, fps: float | None):
         if file.stat().st_size == 0:
@@ -135,8 +162,15 @@ class Video(FrameSource):
             stream = container.streams.video[0]
             if stream.width * stream.height > MAX_PIXELS:
                 size = f"{stream.width} × {stream.height} pixels a frame"
-                raise MeasurementError(f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down")
-            duration = float(stream.duration * stream.time_base) if stream.duration and stream.time_base else 0.0
+                raise MeasurementError(
+                    f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels;"
+                    " scale it down"
+                )
+            duration = (
+                float(stream.duration * stream.time_base)
+                if stream.duration and stream.time_base
+                else 0.0
+            )
             self._file_fps = float(stream.average_rate) if stream.average_rate else None
             expected = stream.frames or round(duration * (self._file_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
@@ -147,27 +181,43 @@ class Video(FrameSource):
         yield from self._decode(every=1)
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """About n evenly spaced pictures, of key frames only where there are enough, else of reference frames."""
+        """About n evenly spaced pictures, of key frames only where there are enough,
+        else of reference frames."""
         with _opened(self.path) as container:
             packets = container.demux(container.streams.video[0])
             enough = sum(packet.is_keyframe for packet in packets) >= 20
         every = 1 if enough else max(1, self.count // (2 * n))
         frames, stride = [], 1
-        for i, frame in enumerate(self._decode(every, skip="NONKEY" if enough else "NONREF")):
+        for i, frame in enumerate(
+            self._decode(every, skip="NONKEY" if enough else "NONREF")
+        ):
             if i % stride == 0:
                 frames.append(frame.pixels)
-            if len(frames) > limit_to_memory(n, frame.pixels):  # drop every second one, and go on half as densely
+            if len(frames) > limit_to_memory(
+                n, frame.pixels
+            ):  # drop every second one, and go on half as densely
                 frames, stride = frames[::2], 2 * stride
         return frames
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        """As for any source; decodes all frames up to the last, since videos have no exact random access."""
+        """As for any source; decodes all frames up to the last, since videos have no
+        exact random access."""
         first, last = between or (0, self.count - 1)
         every = max(1, -(-(last - first + 1) // n))
-        stop = None if between is None else last + 1  # the count in a file's header may be wrong
-        return list(itertools.islice(self._decode(every, first=first, stop=stop), 2 * n))
+        stop = (
+            None if between is None else last + 1
+        )  # the count in a file's header may be wrong
+        return list(
+            itertools.islice(self._decode(every, first=first, stop=stop), 2 * n)
+        )
 
-    def _decode(self, every: int, skip: str | None = None, first: int = 0, stop: int | None = None) -> Iterator[Frame]:
+    def _decode(
+        self,
+        every: int,
+        skip: str | None = None,
+        first: int = 0,
+        stop: int | None = None,
+    ) -> Iterator[Frame]:
         import av
 
         index, start, last, size = 0, None, -np.inf, None
@@ -183,25 +233,44 @@ class Video(FrameSource):
                 except StopIteration:
                     break
                 except av.error.FFmpegError as error:
-                    self.note(f"the video is damaged after frame {index - 1} ({error.strerror})")
+                    self.note(
+                        f"the video is damaged after frame {index - 1}"
+                        f" ({error.strerror})"
+                    )
                     break
-                stamp = frame.time if frame.time is not None else index / (self._file_fps or np.nan)
+                stamp = (
+                    frame.time
+                    if frame.time is not None
+                    else index / (self._file_fps or np.nan)
+                )
                 start = stamp if start is None else start
                 time = index / self._stated_fps if self._stated_fps else stamp - start
                 if time <= last:
-                    self.note(f"frame {index} skipped: its time stamp {stamp:.4f} s does not increase")
-                elif (frame.width, frame.height) != (size := size or (frame.width, frame.height)):
-                    self.note(f"frame {index} skipped: its size {frame.width} × {frame.height} is not that of the others")
+                    self.note(
+                        f"frame {index} skipped: its time stamp {stamp:.4f} s does not"
+                        " increase"
+                    )
+                elif (frame.width, frame.height) != (
+                    size := size or (frame.width, frame.height)
+                ):
+                    self.note(
+                        f"frame {index} skipped: its size {frame.width} ×"
+                        f" {frame.height} is not that of the others"
+                    )
                 elif index >= first and (index - first) % every == 0:
                     self._grey = _is_grey(frame) if self._grey is None else self._grey
-                    upright = np.rot90(_pixels(frame, self._grey), round(frame.rotation / 90) % 4)
+                    upright = np.rot90(
+                        _pixels(frame, self._grey), round(frame.rotation / 90) % 4
+                    )
                     yield Frame(index, time, np.ascontiguousarray(upright))
                 last = max(last, time)
                 index += 1
                 if index == stop:
                     return
         if index == 0:
-            raise MeasurementError(f"{self.path}: the video holds no frame that can be read")
+            raise MeasurementError(
+                f"{self.path}: the video holds no frame that can be read"
+            )
         if self.count and index < self.count and not skip:
             self.note(f"the video stops early: {index} of {self.count} frames")
 
@@ -215,7 +284,8 @@ def _opened(file: Path):
 
 
 def _pixels(frame, grey: bool) -> np.ndarray:
-    """Grey pictures (8 or 16 bits), also where the file stores them as colour (`grey`); else RGB."""
+    """Grey pictures (8 or 16 bits), also where the file stores them as colour (`grey`);
+    else RGB."""
     name = frame.format.name
     if name == "gray" or grey:
         return frame.to_ndarray(format="gray")
@@ -225,7 +295,8 @@ def _pixels(frame, grey: bool) -> np.ndarray:
 
 
 def _is_grey(frame) -> bool:
-    """Whether an 8-bit colour video contains grey pictures, which are read as one channel."""
+    """Whether an 8-bit colour video contains grey pictures, which are read as one
+    channel."""
     if not frame.format.name.startswith("yuv") or frame.format.components[0].bits != 8:
         return False
     rgb = frame.to_ndarray(format="rgb24")[::4, ::4].astype(int)

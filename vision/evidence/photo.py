@@ -1,4 +1,5 @@
-"""Reads one picture from a file: complete, upright, 8 or 16 bits, grey or RGB; or raises a clear error."""
+"""Reads one picture from a file: complete, upright, 8 or 16 bits, grey or RGB; or
+raises a clear error."""
 
 import contextlib
 import os
@@ -16,18 +17,31 @@ from PIL.TiffImagePlugin import TiffImageFile
 
 from vision.measurement import MeasurementError
 
-PHOTO_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".heic", ".heif")
+PHOTO_SUFFIXES = (
+    ".png",
+    ".jpg",
+    ".jpeg",
+    ".tif",
+    ".tiff",
+    ".bmp",
+    ".webp",
+    ".heic",
+    ".heif",
+)
 MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
-os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))  # read when OpenCV is first imported
+os.environ.setdefault(
+    "OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS)
+)  # read when OpenCV is first imported
 _DIRECT = {"L", "RGB", "I;16"}
 pillow_heif.register_heif_opener()
 
 
 def read_photo(path: Path) -> np.ndarray:
-    """Read a picture as an array (height, width) or (height, width, 3), uint8 or uint16, RGB,
-    upright by its EXIF tag. Transparent pictures get a white background. 16-bit colour is read with
-    16 bits (HEIC with 8); floating-point TIFF is refused. Raises MeasurementError, naming the file,
-    when it is missing, empty, not a picture, truncated or above MAX_PIXELS."""
+    """Read a picture as an array (height, width) or (height, width, 3), uint8 or
+    uint16, RGB, upright by its EXIF tag. Transparent pictures get a white background.
+    16-bit colour is read with 16 bits (HEIC with 8); floating-point TIFF is refused.
+    Raises MeasurementError, naming the file, when it is missing, empty, not a picture,
+    truncated or above MAX_PIXELS."""
     path = Path(path)
     if not path.is_file():
         raise MeasurementError(f"{path}: no such file")
@@ -41,19 +55,27 @@ def read_photo(path: Path) -> np.ndarray:
             except UnidentifiedImageError:
                 return _decode_deep(path) if _is_tiff(path) else _not_a_picture(path)
     except Image.DecompressionBombError as error:
-        raise MeasurementError(f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down") from error
+        raise MeasurementError(
+            f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels;"
+            " scale it down"
+        ) from error
     except (MeasurementError, MemoryError, PermissionError):
         raise
     except Exception as error:  # decoders raise many kinds of errors for damaged files
-        why = " ".join(str(error).split()).replace(" )", ")")  # some say it over several lines
-        raise MeasurementError(f"{path}: the picture is damaged or cut short ({why})") from error
+        why = " ".join(str(error).split()).replace(
+            " )", ")"
+        )  # some say it over several lines
+        raise MeasurementError(
+            f"{path}: the picture is damaged or cut short ({why})"
+        ) from error
 
 
 def _decode(path: Path) -> np.ndarray:
     with Image.open(path) as file:
         if file.width * file.height > MAX_PIXELS:
             raise MeasurementError(
-                f"{path}: {file.width} × {file.height} pixels is more than {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
+                f"{path}: {file.width} × {file.height} pixels is more than"
+                f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
             )
         if file.mode == "RGB" and _bits_per_channel(file) == 16:
             return _decode_deep(path)
@@ -64,7 +86,10 @@ def _decode(path: Path) -> np.ndarray:
         if image.mode == "I" or image.mode.startswith("I;16"):
             return np.asarray(image).astype(np.uint16)
         if image.mode == "F":
-            raise MeasurementError(f"{path}: floating-point pixels; save the picture with 8 or 16 bits a channel")
+            raise MeasurementError(
+                f"{path}: floating-point pixels; save the picture with 8 or 16 bits a"
+                " channel"
+            )
         if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
             image = _on_white(image)
         if image.mode not in _DIRECT:
@@ -73,11 +98,18 @@ def _decode(path: Path) -> np.ndarray:
 
 
 def _bits_per_channel(image: ImageFile) -> int:
-    """Bits of each channel by the file's header; Pillow converts 16-bit colour to 8 bits."""
+    """Bits of each channel by the file's header; Pillow converts 16-bit colour to 8
+    bits."""
     if isinstance(image, TiffImageFile):
         bits = image.tag_v2.get(258, (8,))
         return int(bits[0] if isinstance(bits, tuple) else bits)
-    return 16 if isinstance(image, PngImageFile) and image.tile and "16" in str(image.tile[0][-1]) else 8
+    return (
+        16
+        if isinstance(image, PngImageFile)
+        and image.tile
+        and "16" in str(image.tile[0][-1])
+        else 8
+    )
 
 
 def _on_white(image: Image.Image) -> Image.Image:
@@ -88,7 +120,8 @@ def _on_white(image: Image.Image) -> Image.Image:
 
 
 def _decode_deep(path: Path) -> np.ndarray:
-    """Decode with OpenCV what Pillow cannot give with all bits (OpenCV does not report truncated files, hence second)."""
+    """Decode with OpenCV what Pillow cannot give with all bits (OpenCV does not report
+    truncated files, hence second)."""
     import cv2  # after its limit is set
 
     data = np.fromfile(path, dtype=np.uint8)
@@ -99,7 +132,10 @@ def _decode_deep(path: Path) -> np.ndarray:
     if image.ndim == 3:
         image = cv2.cvtColor(image[..., :3], cv2.COLOR_BGR2RGB)
     if image.dtype not in (np.uint8, np.uint16):
-        raise MeasurementError(f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a channel")
+        raise MeasurementError(
+            f"{path}: {image.dtype} pixels; save the picture with 8 or 16 bits a"
+            " channel"
+        )
     return image
 
 
@@ -110,12 +146,16 @@ def _is_tiff(path: Path) -> bool:
 
 def _not_a_picture(path: Path) -> NoReturn:
     known = ", ".join(s[1:] for s in PHOTO_SUFFIXES)
-    raise MeasurementError(f"{path}: not a picture that can be read; its header is damaged or of another kind than {known}")
+    raise MeasurementError(
+        f"{path}: not a picture that can be read; its header is damaged or of another"
+        f" kind than {known}"
+    )
 
 
 @contextlib.contextmanager
 def _silent_opencv(cv2) -> Iterator[None]:
-    """OpenCV writes decoder complaints to the terminal; ours are in the error that is raised."""
+    """OpenCV writes decoder complaints to the terminal; ours are in the error that is
+    raised."""
     log = getattr(getattr(cv2, "utils", None), "logging", None)
     level = log.setLogLevel(log.LOG_LEVEL_SILENT) if log else None
     try:

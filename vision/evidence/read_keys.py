@@ -1,4 +1,5 @@
-"""Reads recording.toml and bench.toml, merges them, and explains what is wrong in them."""
+"""Reads recording.toml and bench.toml, merges them, and explains what is wrong in
+them."""
 
 import difflib
 import reprlib
@@ -22,61 +23,106 @@ _OTHER_UNITS = {  # end of a key → what its number is in another unit, and its
 
 
 def read_toml(path: Path) -> dict:
-    """The keys in a recording.toml or bench.toml. MeasurementError, naming the file and the field, for anything else."""
+    """The keys in a recording.toml or bench.toml. MeasurementError, naming the file and
+    the field, for anything else."""
     if (size := path.stat().st_size) > MOST_BYTES:
-        raise MeasurementError(f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most")
+        raise MeasurementError(
+            f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most"
+        )
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except RecursionError as error:
-        raise MeasurementError(f"{path}: not valid TOML: brackets within brackets, too deep") from error
+        raise MeasurementError(
+            f"{path}: not valid TOML: brackets within brackets, too deep"
+        ) from error
     except tomllib.TOMLDecodeError as error:
         raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     except UnicodeDecodeError as error:
-        raise MeasurementError(f"{path}: not UTF-8 text (byte {error.start})") from error
+        raise MeasurementError(
+            f"{path}: not UTF-8 text (byte {error.start})"
+        ) from error
     validate(content, path)  # here, so that the error names this file
-    found = {name: (path.parent / file).resolve() for name, file in content.get("seed", {}).items() if name in ("lot", "shape")}
+    found = {
+        name: (path.parent / file).resolve()
+        for name, file in content.get("seed", {}).items()
+        if name in ("lot", "shape")
+    }
     if "lot" in found and not (found["lot"] / LOT_TABLE).is_file():
-        raise MeasurementError(f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape wrote")
+        raise MeasurementError(
+            f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape"
+            " wrote"
+        )
     if "shape" in found and not found["shape"].is_file():
-        raise MeasurementError(f"{path}: [seed] shape: there is no file {found['shape']}")
+        raise MeasurementError(
+            f"{path}: [seed] shape: there is no file {found['shape']}"
+        )
     if len(found) == 2:
         raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
-    return content | {"seed": content["seed"] | {name: str(file) for name, file in found.items()}} if found else content
+    return (
+        content
+        | {"seed": content["seed"] | {name: str(file) for name, file in found.items()}}
+        if found
+        else content
+    )
 
 
 def merge(base: dict, over: dict) -> dict:
     """Both merged key by key; `over` takes precedence."""
     merged = dict(base)
     for key, value in over.items():
-        merged[key] = {**base[key], **value} if isinstance(value, dict) and isinstance(base.get(key), dict) else value
+        merged[key] = (
+            {**base[key], **value}
+            if isinstance(value, dict) and isinstance(base.get(key), dict)
+            else value
+        )
     return merged
 
 
 def validate(content: dict, path: Path) -> Keys:
-    """The keys of a file's content; MeasurementError naming `path` and every wrong field."""
+    """The keys of a file's content; MeasurementError naming `path` and every wrong
+    field."""
     try:
         return Keys.model_validate(content)
     except ValidationError as error:
-        raise MeasurementError("\n".join(_explain(e, path) for e in error.errors()[:10])) from error
+        raise MeasurementError(
+            "\n".join(_explain(e, path) for e in error.errors()[:10])
+        ) from error
 
 
 def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic error in plain words: file, field, what it should hold."""
     if error["type"] == COMPLETE:
         return "\n".join(f"{path}: {line}" for line in error["msg"].splitlines())
-    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [""]  # pydantic adds the type after the key
+    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [
+        ""
+    ]  # pydantic adds the type after the key
     place = f"[{section[0]}] {key}" if section else key
     if error["type"] == "extra_forbidden":
         owner = Keys.model_fields[section[0]].annotation if section else Keys
         if isinstance(owner, type) and issubclass(owner, Section):
             known = list(owner.model_fields)
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+            hint = (
+                f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
+            )
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)
-    if unit and isinstance(given, float | int) and not isinstance(given, bool) and abs(given) < LARGEST:
+    if (
+        unit
+        and isinstance(given, float | int)
+        and not isinstance(given, bool)
+        and abs(given) < LARGEST
+    ):
         times, other, meant = unit
-        return f"{path}: {place} = {given} means {times * given:g} {other}: {error['msg'].lower()}; is it in {meant}?"
-    message = error["msg"].replace("tuple", "list").replace("dictionary", "section").split(" or instance of ")[0]
+        return (
+            f"{path}: {place} = {given} means {times * given:g} {other}:"
+            f" {error['msg'].lower()}; is it in {meant}?"
+        )
+    message = (
+        error["msg"]
+        .replace("tuple", "list")
+        .replace("dictionary", "section")
+        .split(" or instance of ")[0]
+    )
     return f"{path}: {place} = {reprlib.repr(given)}: {message[0].lower()}{message[1:]}"

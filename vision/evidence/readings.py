@@ -1,4 +1,5 @@
-"""readings.csv → means with sds, n and range, and the quantities that follow from them."""
+"""readings.csv → means with sds, n and range, and the quantities that follow from
+them."""
 
 from dataclasses import dataclass
 
@@ -13,16 +14,17 @@ from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction
 from vision.recording import Recording
 from vision.robust import robust_sd
 
-# Systematic errors of instruments, shared by all readings of a session: zero of a protractor or ruler, release height.
+# Systematic errors of instruments, shared by all readings of a session: zero of a
+# protractor or ruler, release height.
 INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
 HEIGHT_SD_MM = 1.0
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Statistics of n repeated readings. sd_mean = sd / √n, widened by Student's t so that mean ±
-    1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of the readings, which
-    repeats reduce only where they scatter by more than a step."""
+    """Statistics of n repeated readings. sd_mean = sd / √n, widened by Student's t so
+    that mean ± 1.96 sd_mean is a 95 % interval. sd_rounding: error due to the step of
+    the readings, which repeats reduce only where they scatter by more than a step."""
 
     mean: float
     sd: float
@@ -34,17 +36,35 @@ class Summary:
 
 
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
-    """Statistics of `values` (n ≥ 1); trim: without the highest and the lowest (n ≥ 4), whose scatter is then understated."""
+    """Statistics of `values` (n ≥ 1); trim: without the highest and the lowest (n ≥ 4),
+    whose scatter is then understated."""
     values = np.sort(np.asarray(values, dtype=float))
     if trim and values.size >= 4:
         values = values[1:-1]
     step, n = reading_step(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
-    sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96) if n > 1 else float("nan")
-    # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the scatter before rounding; all of it when σ = 0.
+    sd_mean = (
+        float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
+        if n > 1
+        else float("nan")
+    )
+    # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the
+    # scatter before rounding; all of it when σ = 0.
     unrounded = max(sd**2 - step**2 / 12, 0.0) if n > 1 else 0.0
-    rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2) if step else 0.0
-    return Summary(float(values.mean()), sd, sd_mean, n, float(values[0]), float(values[-1]), float(rounding))
+    rounding = (
+        step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
+        if step
+        else 0.0
+    )
+    return Summary(
+        float(values.mean()),
+        sd,
+        sd_mean,
+        n,
+        float(values[0]),
+        float(values[-1]),
+        float(rounding),
+    )
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
@@ -57,59 +77,128 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     for column in columns:
         column_rig, name, unit = READING_COLUMNS[column]
         if column_rig != rig:
-            raise MeasurementError(f"{recording.files[0]}: {column} belongs to a {column_rig}, the rig is {rig}")
+            raise MeasurementError(
+                f"{recording.files[0]}: {column} belongs to a {column_rig}, the rig is"
+                f" {rig}"
+            )
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
-        new = [_quantity(name, s.mean, s.sd_mean, common, unit, s.n), *_derived(recording, rig, s, common, notes)]
+        new = [
+            _quantity(name, s.mean, s.sd_mean, common, unit, s.n),
+            *_derived(recording, rig, s, common, notes),
+        ]
         doubts = list(_doubts(recording, rig, values, s))
         quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
-        rows.append((recording.id, name, s.mean, s.sd, s.sd_mean, s.n, s.low, s.high, unit, left_out))
+        rows.append(
+            (
+                recording.id,
+                name,
+                s.mean,
+                s.sd,
+                s.sd_mean,
+                s.n,
+                s.low,
+                s.high,
+                unit,
+                left_out,
+            )
+        )
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
-            notes.append(f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g} {unit}{trimmed}")
-    heading = ["recording", "quantity", "mean", "sd", "sd_mean", "n", "low", "high", "unit", "left_out"]
-    return Observation(recording.id, rig, tuple(quantities), tuple(notes), readings=pd.DataFrame(rows, columns=heading))
+            notes.append(
+                f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g}"
+                f" {unit}{trimmed}"
+            )
+    heading = [
+        "recording",
+        "quantity",
+        "mean",
+        "sd",
+        "sd_mean",
+        "n",
+        "low",
+        "high",
+        "unit",
+        "left_out",
+    ]
+    return Observation(
+        recording.id,
+        rig,
+        tuple(quantities),
+        tuple(notes),
+        readings=pd.DataFrame(rows, columns=heading),
+    )
 
 
 def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
-    """Doubts about readings: a rebound above the release or close to 0, one reading far from the others."""
+    """Doubts about readings: a rebound above the release or close to 0, one reading far
+    from the others."""
     if rig == "drop" and (height := recording.drop.height_mm):
         if s.high > height:
-            yield f"a rebound of {s.high:g} mm is higher than the release at {height:g} mm"
+            yield (
+                f"a rebound of {s.high:g} mm is higher than the release at"
+                f" {height:g} mm"
+            )
         elif s.mean / height < 2e-3:
-            yield f"a rebound of {s.mean:g} mm from {height:g} mm: is it in millimetres?"
+            yield (
+                f"a rebound of {s.mean:g} mm from {height:g} mm: is it in millimetres?"
+            )
     off = np.abs(values - np.median(values))
     typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
         yield f"the reading {values[off.argmax()]:g} lies far from the others"
 
 
-def _quantity(name: str, value: float, sd: float, common: float, unit: str, n: int) -> Quantity:
+def _quantity(
+    name: str, value: float, sd: float, common: float, unit: str, n: int
+) -> Quantity:
     """sd: of the mean, from the scatter; common: sd that repeats do not reduce."""
     found = Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
     return found.doubt("a single reading: no standard deviation" if n == 1 else "")
 
 
-def _derived(recording: Recording, rig: str, s: Summary, common: float, notes: list[str]) -> list[Quantity]:
-    """Eq. (1) e = √(H2/H1), Eq. (2) μ = tan α, Eq. (3) μ_r = S sin β / (S cos β + L); first-order error propagation."""
+def _derived(
+    recording: Recording, rig: str, s: Summary, common: float, notes: list[str]
+) -> list[Quantity]:
+    """Eq. (1) e = √(H2/H1), Eq. (2) μ = tan α, Eq. (3) μ_r = S sin β / (S cos β + L);
+    first-order error propagation."""
     if rig == "drop":
         h1 = recording.drop.height_mm
         if h1 is None:
-            notes.append(f"{recording.toml}: [drop] height_mm is missing; without it no restitution (Eq. 1)")
+            notes.append(
+                f"{recording.toml}: [drop] height_mm is missing; without it no"
+                " restitution (Eq. 1)"
+            )
             return []
         e = float(np.sqrt(s.mean / h1))
         shared = float(np.hypot(common / s.mean, HEIGHT_SD_MM / h1)) if s.mean else 0.0
-        return [_quantity("restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n)]
+        return [
+            _quantity(
+                "restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n
+            )
+        ]
     if rig == "slide":
         angle = np.radians(s.mean)
         steep = float(np.radians(1.0) / np.cos(angle) ** 2)
-        return [_quantity("static_friction", float(np.tan(angle)), steep * s.sd_mean, steep * common, "1", s.n)]
+        return [
+            _quantity(
+                "static_friction",
+                float(np.tan(angle)),
+                steep * s.sd_mean,
+                steep * common,
+                "1",
+                s.n,
+            )
+        ]
     if rig == "roll":
         length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
         if length is None or beta is None:
-            notes.append(f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed for rolling_friction (Eq. 3)")
+            notes.append(
+                f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed"
+                " for rolling_friction (Eq. 3)"
+            )
             return []
         mu, by = rolling_friction_eq3(length, beta, s.mean)
         shared = float(np.linalg.norm(by * [LENGTH_SD_MM, INCLINE_SD_DEG, common]))

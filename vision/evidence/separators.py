@@ -6,12 +6,15 @@ from dataclasses import dataclass
 
 _WITH_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
 _WITH_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
-_WITH_BOTH = re.compile(r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*")  # 1.234,5: thousands and decimals
+_WITH_BOTH = re.compile(
+    r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*"
+)  # 1.234,5: thousands and decimals
 
 
 @dataclass(frozen=True)
 class Separators:
-    """column: tab, semicolon or comma, " " for white space; decimal: point or comma, "" where it is ambiguous."""
+    """column: tab, semicolon or comma, " " for white space; decimal: point or comma, ""
+    where it is ambiguous."""
 
     column: str
     decimal: str
@@ -22,8 +25,15 @@ def separators(heading: str, lines: Sequence[str]) -> Separators:
     column = next((c for c in ("\t", ";", ",") if c in heading), " ")
     if column == ",":
         return Separators(",", ".")
-    cells = [cell.strip('"') for line in lines for cell in (line.split() if column == " " else line.split(column))]
-    point, comma = (any(kind.fullmatch(cell) for cell in cells) for kind in (_WITH_POINT, _WITH_COMMA))
+    cells = [
+        cell.strip('"')
+        for line in lines
+        for cell in (line.split() if column == " " else line.split(column))
+    ]
+    point, comma = (
+        any(kind.fullmatch(cell) for cell in cells)
+        for kind in (_WITH_POINT, _WITH_COMMA)
+    )
     if (point and comma) or any(_WITH_BOTH.fullmatch(cell) for cell in cells):
         return Separators(column, "")
     return Separators(column, "," if comma else ".")

@@ -1,4 +1,5 @@
-"""Reads the sound of a recording, a video's track or a sound file, as mono samples on the clock of the pictures."""
+"""Reads the sound of a recording, a video's track or a sound file, as mono samples on
+the clock of the pictures."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -21,7 +22,8 @@ SILENT = 1e-7  # of full scale: below the last bit of 16
 
 @dataclass(frozen=True, eq=False)
 class Sound:
-    """Mono samples (n,) of full scale 1; the first at `start_s`, 0 being the time of the first picture. lossy: AAC, MP3, Opus, Vorbis."""
+    """Mono samples (n,) of full scale 1; the first at `start_s`, 0 being the time of
+    the first picture. lossy: AAC, MP3, Opus, Vorbis."""
 
     path: Path
     samples: np.ndarray
@@ -36,27 +38,35 @@ class Sound:
 
 
 def has_sound(file: Path) -> bool:
-    """Whether a film or sound file has a sound track; False where it cannot be opened."""
+    """Whether a film or sound file has a sound track; False where it cannot be
+    opened."""
     return bool(_in_media(file, lambda container: bool(container.streams.audio)))
 
 
 def film_fps(file: Path) -> float | None:
-    """Frame rate by the file's clock, which is also that of its sound; None where it has no pictures or cannot be opened."""
+    """Frame rate by the file's clock, which is also that of its sound; None where it
+    has no pictures or cannot be opened."""
 
     def rate(container: Any) -> float | None:
         film = _picture_stream(container)
-        return float(film.average_rate) if film is not None and film.average_rate else None
+        return (
+            float(film.average_rate) if film is not None and film.average_rate else None
+        )
 
     return _in_media(file, rate)
 
 
 def only_sound(file: Path) -> bool:
-    """Whether a file contains sound and no moving pictures (a cover is none); False where it cannot be opened."""
-    return bool(_in_media(file, lambda c: _picture_stream(c) is None and bool(c.streams.audio)))
+    """Whether a file contains sound and no moving pictures (a cover is none); False
+    where it cannot be opened."""
+    return bool(
+        _in_media(file, lambda c: _picture_stream(c) is None and bool(c.streams.audio))
+    )
 
 
 def _in_media(file: Path, look: Callable[[Any], Any]) -> Any:
-    """`look(container)` of a file, whose streams are gone afterwards; None where it cannot be opened."""
+    """`look(container)` of a file, whose streams are gone afterwards; None where it
+    cannot be opened."""
     try:
         with open_media(file) as container:
             return look(container)
@@ -65,9 +75,9 @@ def _in_media(file: Path, look: Callable[[Any], Any]) -> Any:
 
 
 def read_sound(file: Path) -> Sound:
-    """The sound of a film or a sound file; MeasurementError where there is none, only silence, or
-    nothing that can be decoded. Several channels are averaged; where time stamps leave a gap it is
-    filled with silence and noted."""
+    """The sound of a film or a sound file; MeasurementError where there is none, only
+    silence, or nothing that can be decoded. Several channels are averaged; where time
+    stamps leave a gap it is filled with silence and noted."""
     if file.stat().st_size == 0:
         raise MeasurementError(f"{file}: the file is empty (0 bytes)")
     notes: list[str] = []
@@ -75,20 +85,31 @@ def read_sound(file: Path) -> Sound:
         if not container.streams.audio:
             raise MeasurementError(f"{file}: holds no sound track")
         if container.streams.audio[0].codec_context is None:
-            raise MeasurementError(f"{file}: its sound has a codec that cannot be decoded (no decoder); save it as .wav")
+            raise MeasurementError(
+                f"{file}: its sound has a codec that cannot be decoded (no decoder);"
+                " save it as .wav"
+            )
         film = _picture_stream(container)
         rate = float(container.streams.audio[0].rate or 0)
         if not RATES_HZ[0] <= rate <= RATES_HZ[1]:
             low, high = RATES_HZ
-            raise MeasurementError(f"{file}: {rate:g} samples a second; sound should have {low:,} to {high:,}")
+            raise MeasurementError(
+                f"{file}: {rate:g} samples a second; sound should have {low:,} to"
+                f" {high:,}"
+            )
         codec = container.streams.audio[0].codec_context.name
         blocks = _fill_gaps(_blocks(file, container, rate, notes), rate, notes)
         first = next(blocks, None)
         if first is None:
-            raise MeasurementError(f"{file}: its sound track holds nothing that can be read")
+            raise MeasurementError(
+                f"{file}: its sound track holds nothing that can be read"
+            )
         samples = np.concatenate([first[1], *(block for _, block in blocks)])
     if len(samples) < LEAST_S * rate:
-        raise MeasurementError(f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s at least")
+        raise MeasurementError(
+            f"{file}: {len(samples) / rate:.2g} s of sound; a drop needs {LEAST_S:g} s"
+            " at least"
+        )
     if not np.abs(samples).max() > SILENT:
         raise MeasurementError(f"{file}: its sound is silent from beginning to end")
     start = first[0] - _first_picture(file) if film else 0.0
@@ -96,8 +117,11 @@ def read_sound(file: Path) -> Sound:
     return Sound(file, samples, rate, start, lossy, tuple(notes))
 
 
-def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tuple[float | None, np.ndarray]]:
-    """(time stamp [s], None where it has none; samples) of one block after the other, until the end or LONGEST_S."""
+def _blocks(
+    file: Path, container, rate: float, notes: list[str]
+) -> Iterator[tuple[float | None, np.ndarray]]:
+    """(time stamp [s], None where it has none; samples) of one block after the other,
+    until the end or LONGEST_S."""
     import av
 
     frames = container.decode(container.streams.audio[0])
@@ -108,10 +132,16 @@ def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tu
         except StopIteration:
             return
         except (av.error.FFmpegError, ValueError) as error:
-            notes.append(f"{file.name}: the sound is damaged after {count / rate:.3g} s ({getattr(error, 'strerror', error)})")
+            notes.append(
+                f"{file.name}: the sound is damaged after {count / rate:.3g} s"
+                f" ({getattr(error, 'strerror', error)})"
+            )
             return
         if frame.sample_rate != rate:
-            notes.append(f"{file.name}: the sound changes its rate after {count / rate:.3g} s and is left out from there")
+            notes.append(
+                f"{file.name}: the sound changes its rate after {count / rate:.3g} s"
+                " and is left out from there"
+            )
             return
         block = _mono(frame)
         count += len(block)
@@ -119,16 +149,26 @@ def _blocks(file: Path, container, rate: float, notes: list[str]) -> Iterator[tu
     notes.append(f"{file.name}: only the first {LONGEST_S:g} s of its sound are used")
 
 
-def _fill_gaps(blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, notes: list[str]) -> Iterator[tuple[float, np.ndarray]]:
+def _fill_gaps(
+    blocks: Iterator[tuple[float | None, np.ndarray]], rate: float, notes: list[str]
+) -> Iterator[tuple[float, np.ndarray]]:
     """The blocks with their times; gaps between time stamps are filled with silence."""
     due = None
     for stamp, block in blocks:
-        at = stamp if stamp is not None and math.isfinite(stamp) else (0.0 if due is None else due)
+        at = (
+            stamp
+            if stamp is not None and math.isfinite(stamp)
+            else (0.0 if due is None else due)
+        )
         if due is not None:
             missing = at - due
             if GAP_S < missing < LONGEST_S:
-                notes.append(f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s")
-                block = np.concatenate([np.zeros(round(missing * rate), np.float32), block])
+                notes.append(
+                    f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s"
+                )
+                block = np.concatenate(
+                    [np.zeros(round(missing * rate), np.float32), block]
+                )
             at = due
         due = at + len(block) / rate
         yield at, block
@@ -149,7 +189,9 @@ def _mono(frame) -> np.ndarray:
 
 def _picture_stream(container):
     """The stream of moving pictures, None where there is none."""
-    films = (s for s in container.streams.video if not int(s.disposition) & 0x400)  # an attached picture, such as a cover
+    films = (
+        s for s in container.streams.video if not int(s.disposition) & 0x400
+    )  # an attached picture, such as a cover
     return next(films, None)
 
 
@@ -166,11 +208,14 @@ def _first_picture(file: Path) -> float:
 
 
 def open_media(file: Path, kind: str = "a sound or film") -> Any:
-    """Open a sound or film with PyAV; MeasurementError naming the file where it is not `kind` that can be read."""
+    """Open a sound or film with PyAV; MeasurementError naming the file where it is not
+    `kind` that can be read."""
     import av
 
     av.logging.set_level(None)
     try:
         return av.open(str(file), metadata_errors="replace")
     except (av.error.FFmpegError, OSError, ValueError) as error:
-        raise MeasurementError(f"{file}: not {kind} that can be read ({getattr(error, 'strerror', error)})") from error
+        raise MeasurementError(
+            f"{file}: not {kind} that can be read ({getattr(error, 'strerror', error)})"
+        ) from error

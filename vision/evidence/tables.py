@@ -24,12 +24,26 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
 _READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_PLACE = {"drop": "y_mm", "slide": "x_mm", "roll": "x_mm"}  # column of a gate's place: height above the plate, or along the path
+GATE_PLACE = {
+    "drop": "y_mm",
+    "slide": "x_mm",
+    "roll": "x_mm",
+}  # column of a gate's place: height above the plate, or along the path
 GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
 LEAST_SD, GREATEST_SD = 1e-9, 1e6  # outside, weights overflow and fits do not converge
-TRACK_EXTRA = ("frame", "angle_deg", "angle_sd_deg", "sd_mm", "sd_px", "tilt_deg", "outlier", "area_px", "t_s")
+TRACK_EXTRA = (
+    "frame",
+    "angle_deg",
+    "angle_sd_deg",
+    "sd_mm",
+    "sd_px",
+    "tilt_deg",
+    "outlier",
+    "area_px",
+    "t_s",
+)
 MOST_BYTES = 500_000_000  # ten million rows
 LONGEST_LINE = 10_000
 SAME_TIME = 1e-6  # of the median step: closer rows have the same time
@@ -46,16 +60,18 @@ class Table:
 
 
 def read_track(path: Path) -> Table:
-    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA; files of other
-    tools are converted. Rows with a missing position or time are left out, rows out of order are
-    sorted; both are noted. Errors: two rows of one time, a missing or unknown column, text in place
-    of a number."""
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA;
+    files of other tools are converted. Rows with a missing position or time are left
+    out, rows out of order are sorted; both are noted. Errors: two rows of one time, a
+    missing or unknown column, text in place of a number."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_track
 
         return foreign_track(path)
     rows = _read_csv(path)
-    pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(rows.columns)
+    pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(
+        rows.columns
+    )
     needed = TRACK_COLUMNS_PX if pixels else TRACK_COLUMNS
     if pixels and "frame" not in rows and "t_s" in rows:
         needed = ("t_s", "x_px", "y_px")
@@ -67,38 +83,61 @@ def read_track(path: Path) -> Table:
     time = rows[needed[0]].to_numpy()
     if (np.diff(time) < 0).any():
         first = int(np.argmax(np.diff(time) < 0)) + 1
-        notes.append(f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2}; the rows were put in order")
+        notes.append(
+            f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2};"
+            " the rows were put in order"
+        )
         rows = rows.sort_values(needed[0], kind="stable")
         time = rows[needed[0]].to_numpy()
     steps = np.diff(time)
     same = steps <= (SAME_TIME * np.median(steps) if len(steps) else 0.0)
     if same.any():
         where = int(np.argmax(same)) + 1
-        raise MeasurementError(f"{path}: two rows for {needed[0]} = {time[where]:g} (row {rows.index[where] + 2}); keep one")
+        raise MeasurementError(
+            f"{path}: two rows for {needed[0]} = {time[where]:g} (row"
+            f" {rows.index[where] + 2}); keep one"
+        )
     if len(rows) < 3:
-        raise MeasurementError(f"{path}: {len(rows)} usable rows; a track needs at least 3")
+        raise MeasurementError(
+            f"{path}: {len(rows)} usable rows; a track needs at least 3"
+        )
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_gates(path: Path, rig: str) -> Table:
-    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a drop), t_s of
-    the seed's centre, sd_s, sd_mm. Rows are sorted by time; gates that did not fire (empty cells)
-    are left out and noted. Errors: fewer than LEAST_GATES, two passages at one time or of one gate,
-    a seed that turns back, an sd that is not positive."""
+    """Read gates.csv: place of each light gate (x_mm along the path; y_mm, up, of a
+    drop), t_s of the seed's centre, sd_s, sd_mm. Rows are sorted by time; gates that
+    did not fire (empty cells) are left out and noted. Errors: fewer than LEAST_GATES,
+    two passages at one time or of one gate, a seed that turns back, an sd that is not
+    positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
-    _check_columns(path, rows, columns, GATE_EXTRA, numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")])
+    _check_columns(
+        path,
+        rows,
+        columns,
+        GATE_EXTRA,
+        numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")],
+    )
     rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
     time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()
     if (np.diff(time) == 0).any():
         at = int(np.argmax(np.diff(time) == 0)) + 1
-        raise MeasurementError(f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2}); keep one")
+        raise MeasurementError(
+            f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2});"
+            " keep one"
+        )
     if len(rows) < LEAST_GATES:
-        raise MeasurementError(f"{path}: {len(rows)} passages; a {rig} past light gates needs at least {LEAST_GATES}")
+        raise MeasurementError(
+            f"{path}: {len(rows)} passages; a {rig} past light gates needs at least"
+            f" {LEAST_GATES}"
+        )
     wrong = np.diff(place) * np.sign(place[-1] - place[0]) <= 0
     if rig == "drop":  # it passes some gates twice
-        wrong = (np.diff(place) > 0) & (np.arange(1, len(place)) <= int(np.argmin(place)))
+        wrong = (np.diff(place) > 0) & (
+            np.arange(1, len(place)) <= int(np.argmin(place))
+        )
     order = " is out of its order; a seed passes the gates one after the other"
     _require(path, rows, where, np.append(True, ~wrong), order)
     _check_sds(path, rows)
@@ -106,7 +145,8 @@ def read_gates(path: Path, rig: str) -> Table:
 
 
 def read_impacts(path: Path) -> Table:
-    """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if known; or another tool's file of them."""
+    """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if
+    known; or another tool's file of them."""
     if _of_another_tool(path):
         from vision.foreign.as_evidence import foreign_impacts
 
@@ -118,29 +158,41 @@ def read_impacts(path: Path) -> Table:
     time = rows["t_s"].to_numpy()
     if (np.diff(time) <= 0).any():
         first = int(np.argmax(np.diff(time) <= 0)) + 1
-        raise MeasurementError(f"{path}: t_s does not increase at row {rows.index[first] + 2} ({time[first]:g} s)")
+        raise MeasurementError(
+            f"{path}: t_s does not increase at row {rows.index[first] + 2}"
+            f" ({time[first]:g} s)"
+        )
     if len(rows) < 2:
-        raise MeasurementError(f"{path}: {len(rows)} impact times; an interval needs two")
+        raise MeasurementError(
+            f"{path}: {len(rows)} impact times; an interval needs two"
+        )
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
 def read_readings(path: Path) -> Table:
-    """Read readings.csv: columns of READING_COLUMNS, a row for each repeat; impossible values are an error."""
+    """Read readings.csv: columns of READING_COLUMNS, a row for each repeat; impossible
+    values are an error."""
     rows = _read_csv(path)
     columns = [c for c in rows.columns if c in READING_COLUMNS]
     if not columns:
         raise MeasurementError(
-            f"{path}: no column of readings; expected one of {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}"
+            f"{path}: no column of readings; expected one of"
+            f" {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}"
         )
     _check_columns(path, rows, tuple(columns), ("repeat", "note"), numeric=columns)
     notes: list[str] = []
     for column in columns:
         missing = rows.index[rows[column].isna()]
         if len(missing):
-            notes.append(f"{path.name}: {column} is empty in row {', '.join(str(i + 2) for i in missing)}; left out")
+            notes.append(
+                f"{path.name}: {column} is empty in row"
+                f" {', '.join(str(i + 2) for i in missing)}; left out"
+            )
         low, high = _READING_RANGE[READING_COLUMNS[column][2]]
         right = ~((rows[column] <= low) | (rows[column] >= high))
-        _require(path, rows, column, right, f"; it should lie between {low:g} and {high:g}")
+        _require(
+            path, rows, column, right, f"; it should lie between {low:g} and {high:g}"
+        )
         if rows[column].notna().sum() == 0:
             raise MeasurementError(f"{path}: {column} holds no numbers")
     return Table(rows, tuple(notes))
@@ -152,10 +204,13 @@ def _of_another_tool(path: Path) -> bool:
     return bool(tool_of(path))
 
 
-def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None) -> pd.DataFrame:
-    """Read the columns `needed` and those of `optional` that are there, {name: (least, greatest)},
-    of a CSV table of numbers. MeasurementError naming file, column and row where a column is
-    missing or comes twice, or a cell is empty, no number or outside its range."""
+def read_numbers(
+    path: Path, needed: Mapping[str, Range], optional: Mapping[str, Range] | None = None
+) -> pd.DataFrame:
+    """Read the columns `needed` and those of `optional` that are there, {name: (least,
+    greatest)}, of a CSV table of numbers. MeasurementError naming file, column and row
+    where a column is missing or comes twice, or a cell is empty, no number or outside
+    its range."""
     rows = _read_csv(path)
     _check_present(path, rows, needed)
     ranges = {**(optional or {}), **needed}
@@ -166,7 +221,10 @@ def read_numbers(path: Path, needed: Mapping[str, Range], optional: Mapping[str,
         if len(wrong := rows.index[~rows[column].between(low, high)]):
             value = rows[column][wrong[0]]
             message = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
-            raise MeasurementError(f"{path}: {column} {message} in row {wrong[0] + 2}; it should lie between {low:g} and {high:g}")
+            raise MeasurementError(
+                f"{path}: {column} {message} in row {wrong[0] + 2}; it should lie"
+                f" between {low:g} and {high:g}"
+            )
     return rows
 
 
@@ -175,20 +233,44 @@ def _read_csv(path: Path) -> pd.DataFrame:
     if size == 0:
         raise MeasurementError(f"{path}: the file is empty (0 bytes)")
     if size > MOST_BYTES:
-        raise MeasurementError(f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at most")
+        raise MeasurementError(
+            f"{path}: {size / 1e6:.0f} MB; a table has {MOST_BYTES / 1e6:.0f} MB at"
+            " most"
+        )
     with path.open("rb") as file:
-        if any(len(line) > LONGEST_LINE for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")):
-            raise MeasurementError(f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,} characters)")
+        if any(
+            len(line) > LONGEST_LINE
+            for line in iter(lambda: file.readline(LONGEST_LINE + 1), b"")
+        ):
+            raise MeasurementError(
+                f"{path}: not a CSV table (a line of more than {LONGEST_LINE:,}"
+                " characters)"
+            )
     by = _separators_of(path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            rows = pd.read_csv(path, sep=by.column, decimal=by.decimal, skipinitialspace=True, comment="#", index_col=False)
+            rows = pd.read_csv(
+                path,
+                sep=by.column,
+                decimal=by.decimal,
+                skipinitialspace=True,
+                comment="#",
+                index_col=False,
+            )
     except pd.errors.ParserWarning as error:
-        message = "its rows hold more fields than its heading names; commas separate columns, numbers have points"
+        message = (
+            "its rows hold more fields than its heading names; commas separate columns,"
+            " numbers have points"
+        )
         raise MeasurementError(f"{path}: {message}") from error
-    except (ValueError, OverflowError) as error:  # pandas' own errors and wrong characters among them
-        raise MeasurementError(f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})") from error
+    except (
+        ValueError,
+        OverflowError,
+    ) as error:  # pandas' own errors and wrong characters among them
+        raise MeasurementError(
+            f"{path}: not a CSV table ({(str(error).splitlines() or [''])[0]})"
+        ) from error
     rows.columns = [str(c).strip() for c in rows.columns]
     if twice := [c for c in rows if f"{c}.1" in rows]:  # pandas' name for the second
         raise MeasurementError(f"{path}: column {twice[0]} comes twice")
@@ -198,19 +280,27 @@ def _read_csv(path: Path) -> pd.DataFrame:
 
 
 def _separators_of(path: Path) -> Separators:
-    """Separator and decimal mark of a file; MeasurementError where they are ambiguous."""
+    """Separator and decimal mark of a file; MeasurementError where they are
+    ambiguous."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line for line in file if line.strip() and not line.startswith("#")]
     by = separators(lines[0], lines[1:]) if lines else Separators(",", ".")
     if not by.decimal:
-        message = f"its columns are separated by {by.column!r}, its numbers written in two ways"
-        raise MeasurementError(f"{path}: {message}; save it with commas, and points in its numbers")
+        message = (
+            f"its columns are separated by {by.column!r}, its numbers written in two"
+            " ways"
+        )
+        raise MeasurementError(
+            f"{path}: {message}; save it with commas, and points in its numbers"
+        )
     if by.column == " ":  # a single column
         return Separators(";", by.decimal)
     return by
 
 
-def _require(path: Path, rows: pd.DataFrame, column: str, is_right, message: str) -> None:
+def _require(
+    path: Path, rows: pd.DataFrame, column: str, is_right, message: str
+) -> None:
     """MeasurementError for the first row that is not right, with its value and line."""
     if not (right := np.asarray(is_right)).all():
         at = int(np.argmin(right))
@@ -221,13 +311,18 @@ def _require(path: Path, rows: pd.DataFrame, column: str, is_right, message: str
 def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
     if absent := [c for c in needed if c not in rows]:
         raise MeasurementError(
-            f"{path}: column {', '.join(absent)} is missing; expected {', '.join(needed)}, found {', '.join(rows.columns)}"
+            f"{path}: column {', '.join(absent)} is missing; expected"
+            f" {', '.join(needed)}, found {', '.join(rows.columns)}"
         )
 
 
 def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) -> None:
     _check_present(path, rows, needed)
-    if unknown := [c for c in rows if c not in needed and c not in extra and c not in READING_COLUMNS]:
+    if unknown := [
+        c
+        for c in rows
+        if c not in needed and c not in extra and c not in READING_COLUMNS
+    ]:
         known = (*needed, *extra)
         near = difflib.get_close_matches(unknown[0], known, n=1, cutoff=0.6)
         hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
@@ -236,8 +331,11 @@ def _check_columns(path: Path, rows: pd.DataFrame, needed, extra, numeric=None) 
 
 
 def _check_sds(path: Path, rows: pd.DataFrame) -> None:
-    """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell is unknown."""
-    limits = f"; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}"
+    """MeasurementError for a stated sd outside LEAST_SD to GREATEST_SD; an empty cell
+    is unknown."""
+    limits = (
+        f"; it should be above 0 and no less than {LEAST_SD:g}, at most {GREATEST_SD:g}"
+    )
     for column in (c for c in SDS if c in rows):
         right = rows[column].isna() | rows[column].between(LEAST_SD, GREATEST_SD)
         _require(path, rows, column, right, limits)
@@ -249,9 +347,13 @@ def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
         try:
             rows[column] = pd.to_numeric(rows[column]).astype(float)
         except (ValueError, TypeError, OverflowError) as error:
-            row = next((r for r, value in rows[column].items() if not _is_number(value)), 0)
+            row = next(
+                (r for r, value in rows[column].items() if not _is_number(value)), 0
+            )
             shown = reprlib.repr(rows[column][row])
-            raise MeasurementError(f"{path}: {column} = {shown} in row {row + 2} is not a number") from error
+            raise MeasurementError(
+                f"{path}: {column} = {shown} in row {row + 2} is not a number"
+            ) from error
         rows[column] = rows[column].where(np.isfinite(rows[column]))
         _require(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
 
@@ -264,13 +366,18 @@ def _is_number(value: object) -> bool:
     return True
 
 
-def _drop_incomplete(path: Path, rows: pd.DataFrame, columns: list[str]) -> tuple[pd.DataFrame, list[str]]:
-    """Leave out rows without a finite value in `columns`; say which (by line number, the heading being line 1)."""
+def _drop_incomplete(
+    path: Path, rows: pd.DataFrame, columns: list[str]
+) -> tuple[pd.DataFrame, list[str]]:
+    """Leave out rows without a finite value in `columns`; say which (by line number,
+    the heading being line 1)."""
     usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
     if usable.all():
         return rows, []
     lines = [str(i + 2) for i in rows.index[~usable]]
-    shown = ", ".join(lines[:5]) + (f" and {len(lines) - 5} more" if len(lines) > 5 else "")
+    shown = ", ".join(lines[:5]) + (
+        f" and {len(lines) - 5} more" if len(lines) > 5 else ""
+    )
     if not usable.any():
         raise MeasurementError(f"{path}: no row has numbers in {', '.join(columns)}")
     return rows[usable], [f"{path.name}: no number in row {shown}; left out"]

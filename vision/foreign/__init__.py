@@ -1,20 +1,57 @@
-"""Readers of the files of other tools, one module for each tool, which recognises its files by their contents.
+"""Readers of the files of other tools, one module for each tool, which recognises its
+files by their contents.
 
-To add one: `TOOL`, its name; `recognises(source)`, whether a file is of that tool; `read(source)`, its contents; a line in READERS.
-"""
+To add one: `TOOL`, its name; `recognises(source)`, whether a file is of that tool;
+`read(source)`, its contents; a line in READERS."""
 
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
-from vision.foreign import accelerometer, kinovea, manual_tracking, mtrackj, phyphox, tracker, tracker_table, trackmate
+from vision.foreign import (
+    accelerometer,
+    kinovea,
+    manual_tracking,
+    mtrackj,
+    phyphox,
+    tracker,
+    tracker_table,
+    trackmate,
+)
 from vision.foreign.contents import Contents
 from vision.foreign.source import Source
 from vision.measurement import MeasurementError
 
-READERS: tuple[ModuleType, ...] = (tracker, trackmate, mtrackj, kinovea, manual_tracking, phyphox, accelerometer, tracker_table)
-SUFFIXES = (".trk", ".trz", ".txt", ".csv", ".tsv", ".dat", ".xml", ".mdf", ".xls", ".xlsx", ".zip", ".kva")
-ONE_TOOL = (".trk", ".trz", ".mdf", ".kva")  # suffixes of one tool only: such a file is never ignored
+READERS: tuple[ModuleType, ...] = (
+    tracker,
+    trackmate,
+    mtrackj,
+    kinovea,
+    manual_tracking,
+    phyphox,
+    accelerometer,
+    tracker_table,
+)
+SUFFIXES = (
+    ".trk",
+    ".trz",
+    ".txt",
+    ".csv",
+    ".tsv",
+    ".dat",
+    ".xml",
+    ".mdf",
+    ".xls",
+    ".xlsx",
+    ".zip",
+    ".kva",
+)
+ONE_TOOL = (
+    ".trk",
+    ".trz",
+    ".mdf",
+    ".kva",
+)  # suffixes of one tool only: such a file is never ignored
 
 
 def tool_of(path: Path) -> str:
@@ -30,7 +67,8 @@ def tool_of(path: Path) -> str:
 
 
 def read_foreign(path: Path) -> Contents:
-    """Contents of a file of another tool; MeasurementError naming the file and what is wrong, or that no tool recognises it."""
+    """Contents of a file of another tool; MeasurementError naming the file and what is
+    wrong, or that no tool recognises it."""
     return _read(*_version(path))
 
 
@@ -38,14 +76,19 @@ def read_foreign(path: Path) -> Contents:
 def _read(path: Path, time: int, size: int) -> Contents:
     source, reader = _opened(path, time, size)
     if reader is None:
-        raise MeasurementError(f"{path}: no tool is known to write such a file (docs/import.md lists those that are read)")
+        raise MeasurementError(
+            f"{path}: no tool is known to write such a file (docs/import.md lists those"
+            " that are read)"
+        )
     return reader.read(source)
 
 
 @lru_cache(maxsize=2)
 def _opened(path: Path, time: int, size: int) -> tuple[Source, ModuleType | None]:
     source = Source(path)
-    return source, next((reader for reader in READERS if reader.recognises(source)), None)
+    return source, next(
+        (reader for reader in READERS if reader.recognises(source)), None
+    )
 
 
 def _version(path: Path) -> tuple[Path, int, int]:

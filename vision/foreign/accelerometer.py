@@ -1,7 +1,8 @@
-"""Angle of a plate from the accelerometer of a phone that lies on it; CSV with a column of time and three of acceleration.
+"""Angle of a plate from the accelerometer of a phone that lies on it; CSV with a column
+of time and three of acceleration.
 
-At rest an accelerometer measures gravity, whose angle to the phone's z axis is that of the plate.
-"""
+At rest an accelerometer measures gravity, whose angle to the phone's z axis is that of
+the plate."""
 
 import re
 from itertools import takewhile
@@ -21,47 +22,75 @@ _AXIS = re.compile(r"(.*?)[ _]?([xyz])")
 _TIME = re.compile(r"\bt\b|time|elapsed|timestamp|since")
 _KNOWN = {"seconds_elapsed": "s", "seconds": "s"}  # times whose name is their unit
 _UNITS = ("g", "m/s^2", "m/s²", "m/s2")
-_TURNING = 0.15  # of the rise: from the start and from the end, between which the rate is fitted
+# of the rise: from the start and from the end, between which the rate is fitted
+_TURNING = 0.15
 
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
     head = source.first_rows if source.is_text else []
-    return len(head) > 2 and len(_axes(head[0])) == AXES and any(_TIME.search(str(h).lower()) for h in head[0])
+    return (
+        len(head) > 2
+        and len(_axes(head[0])) == AXES
+        and any(_TIME.search(str(h).lower()) for h in head[0])
+    )
 
 
 def read(source: Source) -> Contents:
-    """The plate's tilt over the file's times; MeasurementError where no column of time says its unit."""
+    """The plate's tilt over the file's times; MeasurementError where no column of time
+    says its unit."""
     path, rows = source.path, source.rows
     headings = [str(h).lower() for h in rows[0]]
     axes = _axes(rows[0])
     units = {name_and_unit(rows[0][k])[1] for k in axes}
     clocks = [
-        k for k, h in enumerate(headings)
-        if _TIME.search(h) and _unit_of_time(h) in TIME
+        k
+        for k, h in enumerate(headings)
+        if _TIME.search(h)
+        and _unit_of_time(h) in TIME
         and any(len(row) > k and isinstance(row[k], float) for row in rows[1:3])
-    ]  # fmt: skip
+    ]
     if not clocks:
-        raise MeasurementError(f"{path}: no column of time says its unit; write it behind the name, such as time (s) or timestamp (ms)")
+        raise MeasurementError(
+            f"{path}: no column of time says its unit; write it behind the name, such"
+            " as time (s) or timestamp (ms)"
+        )
 
-    def alike(k: int) -> int:  # of several clocks the one named like the sensor is its own
+    def alike(
+        k: int,
+    ) -> int:  # of several clocks the one named like the sensor is its own
         pairs = zip(headings[k], headings[axes[0]])
         return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
-    best = max(clocks, key=lambda k: (alike(k), "since" in headings[k] or "elapsed" in headings[k], -k))
-    time = column(path, rows[1:], best, headings[best], 2) * TIME[_unit_of_time(headings[best])]
+    best = max(
+        clocks,
+        key=lambda k: (
+            alike(k),
+            "since" in headings[k] or "elapsed" in headings[k],
+            -k,
+        ),
+    )
+    time = (
+        column(path, rows[1:], best, headings[best], 2)
+        * TIME[_unit_of_time(headings[best])]
+    )
     measured = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
     if units <= {"g"}:
         measured *= G_M_S2
     return plate_tilt(path, TOOL, time, measured)
 
 
-def plate_tilt(path: Path, tool: str, time: np.ndarray, measured: np.ndarray) -> Contents:
-    """Tilt of a plate from the acceleration of a phone on it: time [s] (n,), measured [m/s²] or [g] (n, 3)."""
+def plate_tilt(
+    path: Path, tool: str, time: np.ndarray, measured: np.ndarray
+) -> Contents:
+    """Tilt of a plate from the acceleration of a phone on it: time [s] (n,), measured
+    [m/s²] or [g] (n, 3)."""
     known = np.isfinite(time) & np.isfinite(measured).all(axis=1)
     time, measured = time[known], measured[known]
     if len(time) < 10 or np.ptp(time) <= 0:
-        raise MeasurementError(f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10")
+        raise MeasurementError(
+            f"{path}: {len(time)} rows of acceleration; a tilt needs at least 10"
+        )
     order = np.argsort(time, kind="stable")
     time, measured = time[order] - time.min(), measured[order]
     size = float(np.median(np.linalg.norm(measured, axis=1)))
@@ -69,45 +98,79 @@ def plate_tilt(path: Path, tool: str, time: np.ndarray, measured: np.ndarray) ->
         measured, size = measured * G_M_S2, size * G_M_S2
     if not 0.8 * G_M_S2 < size < 1.2 * G_M_S2:
         raise MeasurementError(
-            f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in it; record the acceleration with g for a tilt"
+            f"{path}: an acceleration of {size:.3g} m/s² at rest, so gravity is not in"
+            " it; record the acceleration with g for a tilt"
         )
-    angle = np.degrees(np.arctan2(np.hypot(measured[:, 0], measured[:, 1]), np.abs(measured[:, 2])))
+    angle = np.degrees(
+        np.arctan2(np.hypot(measured[:, 0], measured[:, 1]), np.abs(measured[:, 2]))
+    )
     table = pd.DataFrame({"t_s": time, "tilt_deg": angle}).drop_duplicates("t_s")
     keys, up = _rise(table["t_s"].to_numpy(), table["tilt_deg"].to_numpy())
-    guesses = ("the phone lies flat on the plate: its angle is the one between its z axis and gravity",)
-    questions = (
-        "it holds the plate's angle, no motion of the seeds: put their video or track.csv into the folder, its tilt_deg on its own clock",
-        f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of sliding: write it to readings.csv as slide_angle_deg",
+    guesses = (
+        (
+            "the phone lies flat on the plate: its angle is the one between its z axis"
+            " and gravity"
+        ),
     )
-    return Contents(tool, tilt=table, keys={"slide": keys} if keys else {}, guesses=guesses, questions=questions)
+    questions = (
+        (
+            "it holds the plate's angle, no motion of the seeds: put their video or"
+            " track.csv into the folder, its tilt_deg on its own clock"
+        ),
+        (
+            f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of"
+            " sliding: write it to readings.csv as slide_angle_deg"
+        ),
+    )
+    return Contents(
+        tool,
+        tilt=table,
+        keys={"slide": keys} if keys else {},
+        guesses=guesses,
+        questions=questions,
+    )
 
 
 def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]:
-    """Keys start_deg and tilt_rate_deg_s of a plate that is raised steadily (else none), and the angle at which it stops."""
+    """Keys start_deg and tilt_rate_deg_s of a plate that is raised steadily (else
+    none), and the angle at which it stops."""
     wide = max(1, len(angle) // 100)
     smooth = np.convolve(angle, np.ones(wide) / wide, "valid")
     middle = time[wide // 2 : wide // 2 + len(smooth)]
-    start, up = float(np.median(smooth[: max(3, len(smooth) // 20)])), float(smooth.max())
+    start, up = (
+        float(np.median(smooth[: max(3, len(smooth) // 20)])),
+        float(smooth.max()),
+    )
     first_rows = int(np.argmax(smooth >= up - _TURNING * (up - start)))
     rising = np.flatnonzero(smooth[: first_rows + 1] < start + _TURNING * (up - start))
     first = int(rising[-1]) if rising.size else 0
     if up - start < 3 or first_rows - first < 5:
         return {}, up
     fit = np.polyfit(middle[first:first_rows], smooth[first:first_rows], 1)
-    straight = np.std(smooth[first:first_rows] - np.polyval(fit, middle[first:first_rows])) < 0.05 * (up - start)
+    straight = np.std(
+        smooth[first:first_rows] - np.polyval(fit, middle[first:first_rows])
+    ) < 0.05 * (up - start)
     if not (straight and 0 < fit[0] < 1000):
         return {}, up
-    return {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")} | ({"start_deg": round(start, 2)} if 0 <= start < 80 else {}), up
+    return {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")} | (
+        {"start_deg": round(start, 2)} if 0 <= start < 80 else {}
+    ), up
 
 
 def _axes(headings: list) -> list[int]:
     """Columns of acceleration along x, y and z; [] unless there is one of each."""
     found: dict[str, dict[str, int]] = {}
-    bare = ("a", "") if "seconds_elapsed" in headings else ("a",)  # x, y, z of Sensor Logger; elsewhere they are places
+    bare = (
+        ("a", "") if "seconds_elapsed" in headings else ("a",)
+    )  # x, y, z of Sensor Logger; elsewhere they are places
     for k, heading in enumerate(headings):
         name, unit = name_and_unit(heading)
         axis = _AXIS.fullmatch(name)
-        if axis and (unit in _UNITS or axis[1] in bare or any(word in name for word in ("acc", "gf", "grav"))):
+        if axis and (
+            unit in _UNITS
+            or axis[1] in bare
+            or any(word in name for word in ("acc", "gf", "grav"))
+        ):
             found.setdefault(axis[1], {})[axis[2]] = k
     whole = [axes for axes in found.values() if len(axes) == AXES]
     return [whole[0][axis] for axis in "xyz"] if whole else []
@@ -115,4 +178,9 @@ def _axes(headings: list) -> list[int]:
 
 def _unit_of_time(heading: str) -> str:
     name, unit = name_and_unit(heading)
-    return unit or _KNOWN.get(name, "") or name.rpartition("_")[2] or ("ms" if name.endswith(" in ms") else "")
+    return (
+        unit
+        or _KNOWN.get(name, "")
+        or name.rpartition("_")[2]
+        or ("ms" if name.endswith(" in ms") else "")
+    )

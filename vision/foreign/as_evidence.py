@@ -1,4 +1,5 @@
-"""Converts files of other tools to the tables of track.csv or impacts.csv, with keys for recording.toml."""
+"""Converts files of other tools to the tables of track.csv or impacts.csv, with keys
+for recording.toml."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,8 @@ from vision.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else, else ""; keys: that the file states."""
+    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else,
+    else ""; keys: that the file states."""
 
     kind: str
     rig: str
@@ -25,15 +27,24 @@ class Evidence:
 
 
 def evidence_of(path: Path) -> Evidence:
-    """The kind of evidence in the file; MeasurementError where it cannot be measured directly."""
+    """The kind of evidence in the file; MeasurementError where it cannot be measured
+    directly."""
     found = read_foreign(path)
     if found.runs:
         return Evidence("impacts.csv", "drop", found.keys)
     if found.tilt is not None:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
-        raise MeasurementError(f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion: {found.questions[0]}")
+        raise MeasurementError(
+            f"{path}: the angle of a plate ({low:.3g} to {high:.3g}°), and no motion:"
+            f" {found.questions[0]}"
+        )
     point_track, _ = choose_track(path, found, None)
-    return Evidence("track.csv", "drop" if falls_freely(found, point_track) else "", found.keys, found.unitless)
+    return Evidence(
+        "track.csv",
+        "drop" if falls_freely(found, point_track) else "",
+        found.keys,
+        found.unitless,
+    )
 
 
 def foreign_track(path: Path) -> Table:
@@ -44,7 +55,10 @@ def foreign_track(path: Path) -> Table:
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
     point_track, choice = choose_track(path, found, None)
-    guesses, questions = (f"taken to be so: {g}" for g in found.guesses), (f"not known: {q}" for q in found.questions)
+    guesses, questions = (
+        (f"taken to be so: {g}" for g in found.guesses),
+        (f"not known: {q}" for q in found.questions),
+    )
     return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
@@ -52,27 +66,44 @@ def foreign_impacts(path: Path) -> Table:
     """The file converted to rows of impacts.csv."""
     runs = read_foreign(path).runs
     if len(runs) != 1:
-        several = f"{len(runs)} runs of impact times in it: `benchtwin import` makes a recording of each"
-        raise MeasurementError(f"{path}: {several if runs else 'no impact times in it'}")
+        several = (
+            f"{len(runs)} runs of impact times in it: `benchtwin import` makes a"
+            " recording of each"
+        )
+        raise MeasurementError(
+            f"{path}: {several if runs else 'no impact times in it'}"
+        )
     return Table(impact_rows(path, *runs[0]))
 
 
-def choose_track(path: Path, found: Contents, number: int | None) -> tuple[PointTrack, tuple[str, ...]]:
-    """The track of that number (from 1); without a number the longest that falls, or else the longest; and a note on the choice."""
+def choose_track(
+    path: Path, found: Contents, number: int | None
+) -> tuple[PointTrack, tuple[str, ...]]:
+    """The track of that number (from 1); without a number the longest that falls, or
+    else the longest; and a note on the choice."""
     tracks = found.tracks
     if number is not None and not 1 <= number <= len(tracks):
-        raise MeasurementError(f"{path}: --track {number}: it holds {len(tracks)} track{'s' * (len(tracks) > 1)}")
+        raise MeasurementError(
+            f"{path}: --track {number}: it holds {len(tracks)}"
+            f" track{'s' * (len(tracks) > 1)}"
+        )
     if number is not None or len(tracks) == 1:
         return tracks[(number or 1) - 1], ()
     falling = [t for t in tracks if falls_freely(found, t)]
     best = max(falling or tracks, key=lambda t: len(t.time))
     place = next(k for k, t in enumerate(tracks, 1) if t is best)
     which = "the longest that falls" if falling else "the longest; none falls"
-    return best, (f"{len(tracks)} tracks: number {place} ({best.name or 'without a name'}) is taken, {which}",)
+    return best, (
+        (
+            f"{len(tracks)} tracks: number {place} ({best.name or 'without a name'}) is"
+            f" taken, {which}"
+        ),
+    )
 
 
 def falls_freely(found: Contents, point_track: PointTrack) -> bool:
-    """Whether a track is a free fall: a parabola, downwards, with the acceleration of gravity where units are known."""
+    """Whether a track is a free fall: a parabola, downwards, with the acceleration of
+    gravity where units are known."""
     fall = free_fall(point_track.time, point_track.x, point_track.y)
     if fall is None or fall.acceleration > 0:
         return False
@@ -82,13 +113,26 @@ def falls_freely(found: Contents, point_track: PointTrack) -> bool:
 
 def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
     """Rows of track.csv."""
-    time = {"t_s": point_track.time} if found.time_unit == "s" else {"frame": point_track.time}
-    return pd.DataFrame(time | {f"x_{found.length_unit}": point_track.x, f"y_{found.length_unit}": point_track.y})
+    time = (
+        {"t_s": point_track.time}
+        if found.time_unit == "s"
+        else {"frame": point_track.time}
+    )
+    return pd.DataFrame(
+        time
+        | {
+            f"x_{found.length_unit}": point_track.x,
+            f"y_{found.length_unit}": point_track.y,
+        }
+    )
 
 
 def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:
     """Rows of impacts.csv."""
     if len(times) < 2 or not (np.diff(times) > 0).all():
         which = f"the impact times of {name}" if name else "its impact times"
-        raise MeasurementError(f"{path}: {which} do not increase; they should, one after the other, two or more")
+        raise MeasurementError(
+            f"{path}: {which} do not increase; they should, one after the other, two or"
+            " more"
+        )
     return pd.DataFrame({"t_s": times})

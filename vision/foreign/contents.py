@@ -1,4 +1,5 @@
-"""What a file of another tool contains, whichever tool wrote it: tracks, impact times or a plate's tilt."""
+"""What a file of another tool contains, whichever tool wrote it: tracks, impact times
+or a plate's tilt."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,7 +17,8 @@ LARGEST = 1e9  # of a place or time, in any unit
 
 @dataclass(frozen=True)
 class PointTrack:
-    """One tracked object: arrays of one length in the order of time, without NaN; x to the right, y up."""
+    """One tracked object: arrays of one length in the order of time, without NaN; x to
+    the right, y up."""
 
     name: str
     time: np.ndarray
@@ -28,11 +30,11 @@ class PointTrack:
 class Contents:
     """Contents of a file of `tool`.
 
-    tracks: in `length_unit` (mm or px) and `time_unit` (s or frame). runs: named series of impact times [s]. tilt: t_s and tilt_deg
-    of a plate. keys: of recording.toml, {section: {key: value}}, that the file states. guesses: assumptions with reasons.
-    questions: what the file leaves open. doubt: why its units cannot be right, or "". unitless: its lengths have no unit; they count
-    as pixels.
-    """
+    tracks: in `length_unit` (mm or px) and `time_unit` (s or frame). runs: named series
+    of impact times [s]. tilt: t_s and tilt_deg of a plate. keys: of recording.toml,
+    {section: {key: value}}, that the file states. guesses: assumptions with reasons.
+    questions: what the file leaves open. doubt: why its units cannot be right, or "".
+    unitless: its lengths have no unit; they count as pixels."""
 
     tool: str
     tracks: tuple[PointTrack, ...] = ()
@@ -47,25 +49,38 @@ class Contents:
     unitless: bool = False
 
 
-def point_track(path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.ndarray) -> PointTrack | None:
-    """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS, an error for two places at one time."""
+def point_track(
+    path: Path, name: str, time: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> PointTrack | None:
+    """A track of the rows without NaN, sorted by time; None for fewer than LEAST_ROWS,
+    an error for two places at one time."""
     known = np.isfinite(time) & np.isfinite(x) & np.isfinite(y)
     time, x, y = time[known], x[known], y[known]
     if len(time) < LEAST_ROWS:
         return None
     if max(np.abs(x).max(), np.abs(y).max(), np.abs(time).max()) > LARGEST:
-        raise MeasurementError(f"{path}: {name or 'the track'} holds a place or time above {LARGEST:g}, which cannot be")
+        raise MeasurementError(
+            f"{path}: {name or 'the track'} holds a place or time above {LARGEST:g},"
+            " which cannot be"
+        )
     order = np.argsort(time, kind="stable")
     time, x, y = time[order], x[order], y[order]
     if (twice := np.flatnonzero(np.diff(time) == 0)).size:
-        same = np.append(np.diff(time) == 0, False) & np.append((np.diff(x) == 0) & (np.diff(y) == 0), False)
+        same = np.append(np.diff(time) == 0, False) & np.append(
+            (np.diff(x) == 0) & (np.diff(y) == 0), False
+        )
         if same.sum() < twice.size:
-            raise MeasurementError(f"{path}: {name or 'the track'} has two places at the time {time[twice[0]]:g}; keep one")
+            raise MeasurementError(
+                f"{path}: {name or 'the track'} has two places at the time"
+                f" {time[twice[0]]:g}; keep one"
+            )
         time, x, y = time[~same], x[~same], y[~same]
     return PointTrack(name, time, x, y) if len(time) >= LEAST_ROWS else None
 
 
-def require_tracks(path: Path, found: Sequence[PointTrack | None]) -> tuple[PointTrack, ...]:
+def require_tracks(
+    path: Path, found: Sequence[PointTrack | None]
+) -> tuple[PointTrack, ...]:
     """The tracks that are not None; MeasurementError where there are none."""
     tracks = tuple(t for t in found if t is not None)
     if not tracks:

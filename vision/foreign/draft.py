@@ -1,4 +1,5 @@
-"""Drafts a bench folder from files of other tools, with guesses and questions as comments."""
+"""Drafts a bench folder from files of other tools, with guesses and questions as
+comments."""
 
 import re
 import shutil
@@ -13,31 +14,72 @@ import tomlkit
 from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.evidence.sound import SOUND_SUFFIXES
 from vision.foreign import read_foreign
-from vision.foreign.as_evidence import choose_track, falls_freely, impact_rows, track_rows
+from vision.foreign.as_evidence import (
+    choose_track,
+    falls_freely,
+    impact_rows,
+    track_rows,
+)
 from vision.foreign.contents import Contents
 from vision.measurement import MeasurementError
 from vision.recording import RIGS, VIDEO_SUFFIXES
 
 RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
-    "drop": (("[drop] height_mm", "from which height was it released (lowest point of the seed to plate, in mm)?"),),
-    "slide": (("[slide] tilt_rate_deg_s", "how fast was the plate raised, and at what angle did it start ([slide] start_deg)?"),),
-    "roll": (("[roll] incline_deg, incline_length_mm", "how steep and how long was the incline?"),),
+    "drop": (
+        (
+            "[drop] height_mm",
+            (
+                "from which height was it released (lowest point of the seed to plate,"
+                " in mm)?"
+            ),
+        ),
+    ),
+    "slide": (
+        (
+            "[slide] tilt_rate_deg_s",
+            (
+                "how fast was the plate raised, and at what angle did it start ([slide]"
+                " start_deg)?"
+            ),
+        ),
+    ),
+    "roll": (
+        (
+            "[roll] incline_deg, incline_length_mm",
+            "how steep and how long was the incline?",
+        ),
+    ),
     "pile": (),
     "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
 }
 BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
-_COPIED = ((VIDEO_SUFFIXES, "video", ""), (SOUND_SUFFIXES, "recording of sound", "drop"), (PHOTO_SUFFIXES, "photo", "pile"))
-DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")  # how a drafted recording.toml begins, with the name of its file
+_COPIED = (
+    (VIDEO_SUFFIXES, "video", ""),
+    (SOUND_SUFFIXES, "recording of sound", "drop"),
+    (PHOTO_SUFFIXES, "photo", "pile"),
+)
+DRAFTED = re.compile(
+    r"# Drafted from (.*) \([^()]*\)\. GUESS"
+)  # how a drafted recording.toml begins, with the name of its file
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
 BENCH_QUESTIONS = (  # (section, key, question)
-    ("seed", "[seed] length_mm, width_mm, thickness_mm, mass_g", "what was dropped, slid or rolled: its sizes and mass?"),
-    ("camera", "[camera] distance_mm", "how far was the camera from the plane of the motion?"),
+    (
+        "seed",
+        "[seed] length_mm, width_mm, thickness_mm, mass_g",
+        "what was dropped, slid or rolled: its sizes and mass?",
+    ),
+    (
+        "camera",
+        "[camera] distance_mm",
+        "how far was the camera from the plane of the motion?",
+    ),
 )
 
 
 @dataclass(frozen=True)
 class Draft:
-    """One recording to be written; evidence: a file name; table: its rows, None where the file itself is copied."""
+    """One recording to be written; evidence: a file name; table: its rows, None where
+    the file itself is copied."""
 
     name: str
     file: Path
@@ -52,51 +94,106 @@ class Draft:
     @property
     def all_questions(self) -> tuple[str, ...]:
         """The questions of the file, and those of the rig whose keys are not stated."""
-        stated = {f"[{section}] {key}" for section, held in self.keys.items() for key in held}
-        rest = [f"{key}: {words}" for key, words in RIG_QUESTIONS[self.rig] if key not in stated]
+        stated = {
+            f"[{section}] {key}" for section, held in self.keys.items() for key in held
+        }
+        rest = [
+            f"{key}: {words}"
+            for key, words in RIG_QUESTIONS[self.rig]
+            if key not in stated
+        ]
         return (*self.questions, *rest)
 
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
-    """The recordings in one file; rig: "" where it is not stated; track: number of the one to use, None for the likeliest."""
+    """The recordings in one file; rig: "" where it is not stated; track: number of the
+    one to use, None for the likeliest."""
     guess: tuple[str, ...] = ()
     for suffixes, kind, likely in _COPIED:
         if path.suffix.lower() in suffixes:
             guess = (f'rig = "{likely}": a {kind}',) if likely and not rig else ()
-            yield Draft(path.stem, path, kind, rig or likely, path.name, None, guesses=guess)
+            yield Draft(
+                path.stem, path, kind, rig or likely, path.name, None, guesses=guess
+            )
             return
     found = read_foreign(path)
     if found.tilt is not None:
         if rig not in ("", "slide"):
-            raise MeasurementError(f"{path}: the angle of a plate belongs to a slide, not to a {rig}")
+            raise MeasurementError(
+                f"{path}: the angle of a plate belongs to a slide, not to a {rig}"
+            )
         guess = () if rig else ('rig = "slide": a plate tilts',)
         yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
     elif found.runs:
         if rig not in ("", "drop"):
-            raise MeasurementError(f"{path}: impact times belong to a drop, not to a {rig}")
+            raise MeasurementError(
+                f"{path}: impact times belong to a drop, not to a {rig}"
+            )
         if track is not None and not 1 <= track <= len(found.runs):
-            raise MeasurementError(f"{path}: --track {track}: it holds {len(found.runs)} runs of impact times")
+            raise MeasurementError(
+                f"{path}: --track {track}: it holds {len(found.runs)} runs of impact"
+                " times"
+            )
         guess = () if rig else ('rig = "drop": impacts were heard',)
         for number, (name, times) in enumerate(found.runs, 1):
             if track in (None, number):
                 stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
                 which = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
-                yield _draft(path, stem, found, "drop", "impacts.csv", impact_rows(path, name, times), (*which, *guess))
+                yield _draft(
+                    path,
+                    stem,
+                    found,
+                    "drop",
+                    "impacts.csv",
+                    impact_rows(path, name, times),
+                    (*which, *guess),
+                )
     else:
         point_track, reasons = choose_track(path, found, track)
-        guess = ('rig = "drop": it falls freely',) if not rig and falls_freely(found, point_track) else ()
+        guess = (
+            ('rig = "drop": it falls freely',)
+            if not rig and falls_freely(found, point_track)
+            else ()
+        )
         rig = rig or ("drop" if guess else "")
-        yield _draft(path, path.stem, found, rig, "track.csv", track_rows(found, point_track), (*reasons, *guess))
+        yield _draft(
+            path,
+            path.stem,
+            found,
+            rig,
+            "track.csv",
+            track_rows(found, point_track),
+            (*reasons, *guess),
+        )
 
 
-def _draft(path: Path, name: str, found: Contents, rig: str, evidence: str, table: pd.DataFrame, reasons: tuple[str, ...]) -> Draft:
+def _draft(
+    path: Path,
+    name: str,
+    found: Contents,
+    rig: str,
+    evidence: str,
+    table: pd.DataFrame,
+    reasons: tuple[str, ...],
+) -> Draft:
     doubt = (found.doubt,) if found.doubt else ()
     guesses = (*reasons, *found.guesses)
-    return Draft(name, path, found.tool, rig, evidence, table, found.keys, guesses, (*doubt, *found.questions))
+    return Draft(
+        name,
+        path,
+        found.tool,
+        rig,
+        evidence,
+        table,
+        found.keys,
+        guesses,
+        (*doubt, *found.questions),
+    )
 
 
 def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[str]:
-    """Write bench.toml and a folder for each draft into `folder`, which is empty; returns all questions. trouble: files not read."""
+    """Write bench.toml and a folder for each draft into `folder`, which is empty;
+    returns all questions. trouble: files not read."""
     questions = []
     for draft in drafts:
         inside = folder / draft.name
@@ -105,16 +202,25 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
         if draft.table is None:
             shutil.copyfile(draft.file, inside / draft.evidence)
         else:
-            draft.table.to_csv(inside / draft.evidence, index=False, float_format="%.9g")
+            draft.table.to_csv(
+                inside / draft.evidence, index=False, float_format="%.9g"
+            )
         questions += [f"{draft.name}: {q}" for q in draft.all_questions]
     all_questions = [f"{key}: {words}" for _, key, words in BENCH_QUESTIONS]
-    (folder / "bench.toml").write_text(_bench_toml(drafts, all_questions, questions, trouble), encoding="utf8")
+    (folder / "bench.toml").write_text(
+        _bench_toml(drafts, all_questions, questions, trouble), encoding="utf8"
+    )
     return [*(f"all: {q}" for q in all_questions), *questions]
 
 
 def _recording_toml(draft: Draft) -> str:
     document = tomlkit.document()
-    document.add(_comment(f"Drafted from {draft.file.name} ({draft.tool}). GUESS: assumed, correct it where it is wrong."))
+    document.add(
+        _comment(
+            f"Drafted from {draft.file.name} ({draft.tool}). GUESS: assumed, correct it"
+            " where it is wrong."
+        )
+    )
     if draft.rig:
         document["rig"] = draft.rig
     for guess in draft.guesses:
@@ -130,13 +236,22 @@ def _recording_toml(draft: Draft) -> str:
     return tomlkit.dumps(document)
 
 
-def _bench_toml(drafts: list[Draft], all_questions: list[str], questions: list[str], trouble: list[str]) -> str:
+def _bench_toml(
+    drafts: list[Draft],
+    all_questions: list[str],
+    questions: list[str],
+    trouble: list[str],
+) -> str:
     document = tomlkit.document()
     document.add(_comment(BENCH_HEADING))
     document["provenance"] = "measured"
     if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
         document["rig"] = rig
-    for heading, lines in (("QUESTIONS for all", all_questions), ("QUESTIONS by recording", questions), ("NOT READ", trouble)):
+    for heading, lines in (
+        ("QUESTIONS for all", all_questions),
+        ("QUESTIONS by recording", questions),
+        ("NOT READ", trouble),
+    ):
         for line in lines:
             document.add(_comment(f"{heading}: {line}"))
     return tomlkit.dumps(document)
@@ -148,4 +263,7 @@ def _comment(text: str):
 
 def _plain(text: str) -> str:
     """The text as one line of printable characters, for a TOML comment."""
-    return "".join(c if c.isprintable() else " " for c in text.encode("utf8", "replace").decode("utf8"))[:400]
+    return "".join(
+        c if c.isprintable() else " "
+        for c in text.encode("utf8", "replace").decode("utf8")
+    )[:400]

@@ -1,7 +1,8 @@
-"""Kinovea: trajectories as CSV ("Time", "name/0/X", "name/0/Y") or text ("#Kinovea Trajectory data export"), and .kva files (XML).
+"""Kinovea: trajectories as CSV ("Time", "name/0/X", "name/0/Y") or text ("#Kinovea
+Trajectory data export"), and .kva files (XML).
 
-Exports are in the unit of Kinovea's calibration, which they do not name, y up; a .kva holds pixels, y down, and its calibration.
-"""
+Exports are in the unit of Kinovea's calibration, which they do not name, y up; a .kva
+holds pixels, y down, and its calibration."""
 
 import math
 import re
@@ -16,8 +17,17 @@ from vision.measurement import MeasurementError
 
 TOOL = "Kinovea"
 _TEXT = "#Kinovea Trajectory data export"
-_CLOCK = re.compile(r"(-?)(\d+):(\d\d):(\d\d):(\d+)")  # hours, minutes, seconds, hundredths or thousandths
-_CENTIMETRES = {"centimeters": "cm", "meters": "m", "millimeters": "mm", "inches": "in", "feet": "ft", "pixels": "px"}
+_CLOCK = re.compile(
+    r"(-?)(\d+):(\d\d):(\d\d):(\d+)"
+)  # hours, minutes, seconds, hundredths or thousandths
+_CENTIMETRES = {
+    "centimeters": "cm",
+    "meters": "m",
+    "millimeters": "mm",
+    "inches": "in",
+    "feet": "ft",
+    "pixels": "px",
+}
 
 
 def recognises(source: Source) -> bool:
@@ -29,7 +39,11 @@ def recognises(source: Source) -> bool:
     if source.first_lines[0].startswith(_TEXT):
         return True
     heading = source.first_rows[0]
-    return len(heading) > 2 and heading[0] == "Time" and all(re.fullmatch(r".*/[XY]", str(h)) for h in heading[1:] if h)
+    return (
+        len(heading) > 2
+        and heading[0] == "Time"
+        and all(re.fullmatch(r".*/[XY]", str(h)) for h in heading[1:] if h)
+    )
 
 
 def read(source: Source) -> Contents:
@@ -40,21 +54,31 @@ def read(source: Source) -> Contents:
 
 
 def _table(source: Source) -> Contents:
-    headings, rows, path = [str(h) for h in source.rows[0]], source.rows[1:], source.path
+    headings, rows, path = (
+        [str(h) for h in source.rows[0]],
+        source.rows[1:],
+        source.path,
+    )
     time, tracks = column(path, rows, 0, "Time", 2), []
     for k, heading in enumerate(headings):
         if not heading.endswith("/X"):
             continue
         name = heading[:-2]
         if f"{name}/Y" not in headings:
-            raise MeasurementError(f"{path}: column {name}/Y is missing beside {heading}")
-        x, y = column(path, rows, k, heading, 2), column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
+            raise MeasurementError(
+                f"{path}: column {name}/Y is missing beside {heading}"
+            )
+        x, y = (
+            column(path, rows, k, heading, 2),
+            column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2),
+        )
         tracks.append(point_track(path, name.removesuffix("/0"), time, x, y))
     return infer_units(path, TOOL, tracks, "", "", "up")
 
 
 def _text(source: Source) -> Contents:
-    """Blocks of lines T X Y parted by empty lines; times as h:mm:ss:hundredths or as numbers."""
+    """Blocks of lines T X Y parted by empty lines; times as h:mm:ss:hundredths or as
+    numbers."""
     blocks: list[tuple[str, list[list[float]]]] = [("", [])]
     clocked = False
     for k, line in enumerate(source.text.splitlines(), 1):
@@ -67,11 +91,18 @@ def _text(source: Source) -> Contents:
             continue
         clocked = clocked or bool(_CLOCK.fullmatch(cells[0]))
         try:
-            blocks[-1][1].append([_seconds(cells[0]), *(float(c.replace(",", ".")) for c in cells[1:3])])
+            blocks[-1][1].append(
+                [_seconds(cells[0]), *(float(c.replace(",", ".")) for c in cells[1:3])]
+            )
         except ValueError as error:
-            raise MeasurementError(f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})") from error
+            raise MeasurementError(
+                f"{source.path}: line {k} is not a time, an x and a y ({line[:40]!r})"
+            ) from error
         if len(cells) < 3:
-            raise MeasurementError(f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and a y are to be in it")
+            raise MeasurementError(
+                f"{source.path}: line {k} holds {len(cells)} numbers; a time, an x and"
+                " a y are to be in it"
+            )
     tracks = []
     for name, points in blocks:
         t, x, y = np.array(points, dtype=float).reshape(-1, 3).T
@@ -89,50 +120,89 @@ def _seconds(text: str) -> float:
 
 def _analysis(source: Source) -> Contents:
     root, path, guesses = source.xml, source.path, []
-    step, fps = (_finite(source, root, n) for n in ("AverageTimeStampsPerFrame", "CaptureFramerate"))
+    step, fps = (
+        _finite(source, root, n)
+        for n in ("AverageTimeStampsPerFrame", "CaptureFramerate")
+    )
     if not step or step <= 0:
-        raise MeasurementError(f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot be told")
+        raise MeasurementError(
+            f"{path}: AverageTimeStampsPerFrame is missing; without it its times cannot"
+            " be told"
+        )
     tracks = []
     for track in root.iter("Track"):
-        points = [_numbers(source, p.text, 3, "a TrackPoint", "x;y;time") for p in track.iter("TrackPoint")]
+        points = [
+            _numbers(source, p.text, 3, "a TrackPoint", "x;y;time")
+            for p in track.iter("TrackPoint")
+        ]
         x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
-        tracks.append(point_track(path, (track.get("name") or "")[:50], np.round(stamp / step), x, y))
+        tracks.append(
+            point_track(
+                path, (track.get("name") or "")[:50], np.round(stamp / step), x, y
+            )
+        )
     found = require_tracks(path, tracks)
     keys: dict[str, dict[str, float]] = {"camera": {}}
     if fps and 0 < fps < 5e6:
-        guesses.append(f"{fps:.6g} frames per second, as Kinovea's capture rate; a slowed film says another rate than its camera had")
+        guesses.append(
+            f"{fps:.6g} frames per second, as Kinovea's capture rate; a slowed film"
+            " says another rate than its camera had"
+        )
         keys["camera"]["fps"] = fps
         found = tuple(PointTrack(t.name, t.time / fps, t.x, t.y) for t in found)
     if scale := _scale(source, root):
         keys["camera"]["mm_per_px"] = scale
-    return infer_units(path, TOOL, found, "s" if fps else "frame", "px", "down", keys, guesses, [])
+    return infer_units(
+        path, TOOL, found, "s" if fps else "frame", "px", "down", keys, guesses, []
+    )
 
 
 def _scale(source: Source, root: Element) -> float | None:
-    """Millimetres of a pixel by a calibration line; None where there is none, or a plane in perspective."""
+    """Millimetres of a pixel by a calibration line; None where there is none, or a
+    plane in perspective."""
     line = root.find(".//CalibrationLine")
     if line is not None:
-        unit = (root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or "").strip().lower()
+        unit = (
+            (root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or "")
+            .strip()
+            .lower()
+        )
         (ax, ay), (bx, by) = (
-            _numbers(source, line.findtext(f"Segment/{end}"), 2, "an end of its calibration line", "x;y")
+            _numbers(
+                source,
+                line.findtext(f"Segment/{end}"),
+                2,
+                "an end of its calibration line",
+                "x;y",
+            )
             for end in ("A", "B")
         )
         length, pixels = _finite(source, line, "Length"), math.hypot(bx - ax, by - ay)
         mm = LENGTH.get(_CENTIMETRES.get(unit, unit))
-        return float(f"{length * mm / pixels:.8g}") if length and mm and pixels > 0 else None
-    mm = LENGTH.get(_CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), ""))
+        return (
+            float(f"{length * mm / pixels:.8g}")
+            if length and mm and pixels > 0
+            else None
+        )
+    mm = LENGTH.get(
+        _CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), "")
+    )
     scale = _finite(source, root, ".//PixelToUnit")
     return float(f"{scale * mm:.8g}") if scale and mm else None
 
 
-def _numbers(source: Source, text: str | None, count: int, what: str, form: str) -> list[float]:
+def _numbers(
+    source: Source, text: str | None, count: int, what: str, form: str
+) -> list[float]:
     """The first numbers of a text such as "x;y;time"."""
     try:
         numbers = [float(cell) for cell in (text or "").strip().split(";")[:count]]
     except ValueError:
         numbers = []
     if len(numbers) < count:
-        raise MeasurementError(f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}")
+        raise MeasurementError(
+            f"{source.path}: {what} is {(text or '')[:30]!r}; it should be {form}"
+        )
     return numbers
 
 

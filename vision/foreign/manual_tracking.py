@@ -1,4 +1,5 @@
-"""ImageJ's and Fiji's Manual Tracking: a results table of Track n°, Slice n°, X, Y, Distance, Velocity, Pixel Value, in pixels, y down."""
+"""ImageJ's and Fiji's Manual Tracking: a results table of Track n°, Slice n°, X, Y,
+Distance, Velocity, Pixel Value, in pixels, y down."""
 
 import re
 
@@ -20,15 +21,27 @@ def recognises(source: Source) -> bool:
 
 
 def read(source: Source) -> Contents:
-    """The table's tracks; frames are numbered, and units are those that its headings name."""
+    """The table's tracks; frames are numbered, and units are those that its headings
+    name."""
     headings = [str(h).lower() for h in source.rows[0]]
     rows, path = source.rows[1:], source.path
-    places = [next((k for k, h in enumerate(headings) if match(h)), -1) for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)]
+    places = [
+        next((k for k, h in enumerate(headings) if match(h)), -1)
+        for match in (_TRACK.match, _SLICE.match, "x".__eq__, "y".__eq__)
+    ]
     if -1 in places:
-        raise MeasurementError(f"{path}: columns Track, Slice, X and Y are to be in it; found {', '.join(headings)[:200]}")
+        raise MeasurementError(
+            f"{path}: columns Track, Slice, X and Y are to be in it; found"
+            f" {', '.join(headings)[:200]}"
+        )
     number, frame, x, y = (column(path, rows, k, headings[k], 2) for k in places)
     numbers = np.unique(number[~np.isnan(number)])
-    tracks = [point_track(path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]) for n in numbers]
+    tracks = [
+        point_track(
+            path, f"track {n:g}", frame[number == n], x[number == n], y[number == n]
+        )
+        for n in numbers
+    ]
     questions = []
     if "distance" in headings:
         gone = column(path, rows, headings.index("distance"), "distance", 2)
@@ -37,7 +50,10 @@ def read(source: Source) -> Contents:
         scale = float(np.median(gone[use] / pixels[use])) if use.any() else 1.0
         if abs(scale - 1) > 1e-3:
             questions.append(
-                f"its Distance says {scale:.5g} units a pixel, in the unit chosen in ImageJ: how many millimetres is a pixel "
-                "([camera] mm_per_px)? Without it, ratios only"
+                f"its Distance says {scale:.5g} units a pixel, in the unit chosen in"
+                " ImageJ: how many millimetres is a pixel ([camera] mm_per_px)?"
+                " Without it, ratios only"
             )
-    return infer_units(path, TOOL, tracks, "frame", "px", "down", {}, ["a slice is a frame"], questions)
+    return infer_units(
+        path, TOOL, tracks, "frame", "px", "down", {}, ["a slice is a frame"], questions
+    )

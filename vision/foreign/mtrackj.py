@@ -1,4 +1,5 @@
-"""MTrackJ (ImageJ): .mdf, lines of "Track n …" and "Point n x y z t channel", in pixels, y down, t the frame."""
+"""MTrackJ (ImageJ): .mdf, lines of "Track n …" and "Point n x y z t channel", in
+pixels, y down, t the frame."""
 
 import numpy as np
 
@@ -12,7 +13,10 @@ TOOL = "MTrackJ"
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its name and its first lines."""
-    return source.head.lstrip(b"\xef\xbb\xbf").startswith(b"MTrackJ ") and b"Data File" in source.head[:60]
+    return (
+        source.head.lstrip(b"\xef\xbb\xbf").startswith(b"MTrackJ ")
+        and b"Data File" in source.head[:60]
+    )
 
 
 def read(source: Source) -> Contents:
@@ -25,10 +29,14 @@ def read(source: Source) -> Contents:
             cluster = rest[0][:20] if rest else ""
         elif word == "Track":
             name = f"track {rest[0][:20] if rest else len(listed) + 1}"
-            listed.append((name if cluster in ("", "1") else f"{name} of cluster {cluster}", []))
+            listed.append(
+                (name if cluster in ("", "1") else f"{name} of cluster {cluster}", [])
+            )
         elif word == "Point":
             if not listed:
-                raise MeasurementError(f"{source.path}: line {k} is a Point before any Track")
+                raise MeasurementError(
+                    f"{source.path}: line {k} is a Point before any Track"
+                )
             listed[-1][1].append(_point(source, k, rest))
     tracks = []
     for name, points in listed:
@@ -41,5 +49,8 @@ def _point(source: Source, line: int, cells: list[str]) -> list[float]:
     try:
         x, y, frame = float(cells[1]), float(cells[2]), float(cells[4])
     except (ValueError, IndexError) as error:
-        raise MeasurementError(f"{source.path}: line {line} is no Point with number, x, y, z, t and channel") from error
+        raise MeasurementError(
+            f"{source.path}: line {line} is no Point with number, x, y, z, t and"
+            " channel"
+        ) from error
     return [x, y, frame]

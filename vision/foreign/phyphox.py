@@ -1,7 +1,8 @@
-"""phyphox: acoustic stopwatch → impact times; acceleration with g → tilt. .xls, .xlsx, a .zip of CSV, or one CSV, in any language.
+"""phyphox: acoustic stopwatch → impact times; acceleration with g → tilt. .xls, .xlsx,
+a .zip of CSV, or one CSV, in any language.
 
-The app translates its headings but not its units, so tables are recognised by their units and the relations of their columns.
-"""
+The app translates its headings but not its units, so tables are recognised by their
+units and the relations of their columns."""
 
 from itertools import pairwise
 
@@ -23,65 +24,127 @@ def recognises(source: Source) -> bool:
     if source.is_xml:
         return False
     if source.is_workbook:
-        return any(name.startswith("Metadata") for name in source.sheets) or any(_kind(rows) for rows in source.sheets.values())
+        return any(name.startswith("Metadata") for name in source.sheets) or any(
+            _kind(rows) for rows in source.sheets.values()
+        )
     if source.is_zip:
-        return any(name.split("/")[-2:-1] == ["meta"] for name in source.members) or any(_kind(rows) for rows in source.sheets.values())
+        return any(
+            name.split("/")[-2:-1] == ["meta"] for name in source.members
+        ) or any(_kind(rows) for rows in source.sheets.values())
     return bool(_kind(source.first_rows))
 
 
 def read(source: Source) -> Contents:
     """Impact times, or a plate's angle, from the export's sheets."""
-    tables = {name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()}
+    tables = {
+        name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()
+    }
     kinds = {name: _kind(rows) for name, rows in tables.items()}
     guesses = ["times as the phone's microphone heard them"]
     for kind in ("events", "stops", "single"):
-        runs = [(name if k == 0 else f"{name} {k + 1}", run) for name in tables if kinds[name] == kind
-                for k, run in enumerate(_runs(source, tables[name], kind))]  # fmt: skip
+        runs = [
+            (name if k == 0 else f"{name} {k + 1}", run)
+            for name in tables
+            if kinds[name] == kind
+            for k, run in enumerate(_runs(source, tables[name], kind))
+        ]
         if runs:
             longest = sum(len(run) > 1 for _, run in runs)
-            return Contents(TOOL, runs=tuple((n if longest > 1 else "", run) for n, run in runs if len(run) > 1), guesses=tuple(guesses))
+            return Contents(
+                TOOL,
+                runs=tuple(
+                    (n if longest > 1 else "", run) for n, run in runs if len(run) > 1
+                ),
+                guesses=tuple(guesses),
+            )
     if name := next((n for n in tables if kinds[n] == "acceleration"), ""):
         rows = tables[name]
-        time, *axes = (column(source.path, rows[1:], k, str(rows[0][k]), 2) for k in range(4))
+        time, *axes = (
+            column(source.path, rows[1:], k, str(rows[0][k]), 2) for k in range(4)
+        )
         return plate_tilt(source.path, TOOL, time, np.array(axes).T)
-    held = "; ".join(f"{name}: {', '.join(map(str, rows[0]))}"[:120] for name, rows in tables.items() if rows)[:300]
-    raise MeasurementError(f"{source.path}: no {_OTHER} in it; it holds {held or 'nothing'}")
+    held = "; ".join(
+        f"{name}: {', '.join(map(str, rows[0]))}"[:120]
+        for name, rows in tables.items()
+        if rows
+    )[:300]
+    raise MeasurementError(
+        f"{source.path}: no {_OTHER} in it; it holds {held or 'nothing'}"
+    )
 
 
 def _kind(rows: Rows) -> str:
-    """events: times and the intervals after them; stops: a start and many stops; single: one start, stop, difference; acceleration."""
-    if len(rows) < 2 or not rows[0] or not any(isinstance(cell, float) for cell in rows[1]):
+    """events: times and the intervals after them; stops: a start and many stops;
+    single: one start, stop, difference; acceleration."""
+    if (
+        len(rows) < 2
+        or not rows[0]
+        or not any(isinstance(cell, float) for cell in rows[1])
+    ):
         return ""
     units = [name_and_unit(heading)[1] for heading in rows[0]]
     numbers = [cell for cell in rows[1] if isinstance(cell, float)]
-    if units[:1] == ["s"] and len(units) >= 1 + AXES and all(u in _ACCELERATION for u in units[1 : 1 + AXES]):
+    if (
+        units[:1] == ["s"]
+        and len(units) >= 1 + AXES
+        and all(u in _ACCELERATION for u in units[1 : 1 + AXES])
+    ):
         return "acceleration"
-    if units[0] not in TIME or any(u not in TIME for u in units if u) or len(numbers) < 2:
+    if (
+        units[0] not in TIME
+        or any(u not in TIME for u in units if u)
+        or len(numbers) < 2
+    ):
         return ""
-    if len(units) == 3 and len(rows) == 2 and len(numbers) == 3 and abs(numbers[1] - numbers[0] - numbers[2]) < 1e-6:
+    if (
+        len(units) == 3
+        and len(rows) == 2
+        and len(numbers) == 3
+        and abs(numbers[1] - numbers[0] - numbers[2]) < 1e-6
+    ):
         return "single"
-    if len(rows) == 2 and len(numbers) > 3 and all(b >= a for a, b in pairwise(numbers)):
+    if (
+        len(rows) == 2
+        and len(numbers) > 3
+        and all(b >= a for a, b in pairwise(numbers))
+    ):
         return "stops"
     following = rows[2][0] if len(rows) > 2 and rows[2] else None
-    return "events" if isinstance(following, float) and abs(following - numbers[0] - numbers[1]) < ROUNDED_S else ""
+    return (
+        "events"
+        if isinstance(following, float)
+        and abs(following - numbers[0] - numbers[1]) < ROUNDED_S
+        else ""
+    )
 
 
 def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
     """Impact times [s] of each run in a table."""
     if any(name_and_unit(h)[1] not in ("s", "") for h in rows[0]):
-        raise MeasurementError(f"{source.path}: its times are in {name_and_unit(rows[0][0])[1]}; phyphox writes seconds (s)")
+        raise MeasurementError(
+            f"{source.path}: its times are in {name_and_unit(rows[0][0])[1]}; phyphox"
+            " writes seconds (s)"
+        )
     wide = max(len(row) for row in rows)
-    columns = [column(source.path, rows[1:], k, str(rows[0][k]) if k < len(rows[0]) else "", 2) for k in range(wide)]
+    columns = [
+        column(source.path, rows[1:], k, str(rows[0][k]) if k < len(rows[0]) else "", 2)
+        for k in range(wide)
+    ]
     if kind == "single":
         return [np.array([columns[0][0], columns[1][0]])]
     if kind == "stops":
         times = np.array([c[0] for c in columns])
         return [times[np.isfinite(times) & (times > 0)]]
-    runs, stated = [], [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]  # there may be empty columns between
+    runs, stated = (
+        [],
+        [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]],
+    )  # there may be empty columns between
     for k in (k for k in stated[::2] if k + 1 < wide):
         known = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
         time, gap = columns[k][known], columns[k + 1][known]
         if len(time):
-            last = [time[-1] + gap[-1]] if gap[-1] > 0 else []  # an interval of 0 marks the last event
+            last = (
+                [time[-1] + gap[-1]] if gap[-1] > 0 else []
+            )  # an interval of 0 marks the last event
             runs.append(np.append(time, last))
     return runs

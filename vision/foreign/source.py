@@ -1,4 +1,5 @@
-"""A file opened once for all readers: text, tables or XML, with limits against hostile files."""
+"""A file opened once for all readers: text, tables or XML, with limits against hostile
+files."""
 
 import csv
 import re
@@ -25,22 +26,60 @@ _SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORE
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 LARGEST = 2e18  # of any number: nanoseconds since 1970 are 1.8e18
 LENGTH = {  # → millimetres
-    "mm": 1.0, "millimeter": 1.0, "millimetre": 1.0, "cm": 10.0, "centimeter": 10.0, "centimetre": 10.0, "dm": 100.0, "m": 1000.0,
-    "meter": 1000.0, "metre": 1000.0, "meters": 1000.0, "metres": 1000.0, "µm": 1e-3, "μm": 1e-3, "um": 1e-3, "micron": 1e-3,
-    "microns": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "inches": 25.4, "ft": 304.8, "feet": 304.8, "yd": 914.4,
-}  # fmt: skip
+    "mm": 1.0,
+    "millimeter": 1.0,
+    "millimetre": 1.0,
+    "cm": 10.0,
+    "centimeter": 10.0,
+    "centimetre": 10.0,
+    "dm": 100.0,
+    "m": 1000.0,
+    "meter": 1000.0,
+    "metre": 1000.0,
+    "meters": 1000.0,
+    "metres": 1000.0,
+    "µm": 1e-3,
+    "μm": 1e-3,
+    "um": 1e-3,
+    "micron": 1e-3,
+    "microns": 1e-3,
+    "nm": 1e-6,
+    "in": 25.4,
+    "inch": 25.4,
+    "inches": 25.4,
+    "ft": 304.8,
+    "feet": 304.8,
+    "yd": 914.4,
+}
 PIXELS = ("px", "pixel", "pixels", "pix")
 TIME = {  # → seconds
-    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "millisecond": 1e-3,
-    "milliseconds": 1e-3, "µs": 1e-6, "μs": 1e-6, "us": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9, "min": 60.0, "minute": 60.0,
-    "minutes": 60.0, "h": 3600.0, "hour": 3600.0,
-}  # fmt: skip
+    "s": 1.0,
+    "sec": 1.0,
+    "secs": 1.0,
+    "second": 1.0,
+    "seconds": 1.0,
+    "ms": 1e-3,
+    "msec": 1e-3,
+    "millisecond": 1e-3,
+    "milliseconds": 1e-3,
+    "µs": 1e-6,
+    "μs": 1e-6,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "nanoseconds": 1e-9,
+    "min": 60.0,
+    "minute": 60.0,
+    "minutes": 60.0,
+    "h": 3600.0,
+    "hour": 3600.0,
+}
 FRAMES = ("frame", "frames", "slice", "slices")
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\(\[]\s*([^()\[\]]*?)\s*[\)\]]\s*")
 
 
 class Source:
-    """One file; its properties raise MeasurementError with the file's name where it cannot be read as such."""
+    """One file; its properties raise MeasurementError with the file's name where it
+    cannot be read as such."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -48,7 +87,10 @@ class Source:
         if size == 0:
             raise MeasurementError(f"{path}: the file is empty (0 bytes)")
         if size > MOST_BYTES:
-            raise MeasurementError(f"{path}: {size / 1e6:.0f} MB; a file of another tool has {MOST_BYTES / 1e6:.0f} MB at most")
+            raise MeasurementError(
+                f"{path}: {size / 1e6:.0f} MB; a file of another tool has"
+                f" {MOST_BYTES / 1e6:.0f} MB at most"
+            )
         with path.open("rb") as file:
             self.head = file.read(HEAD)
 
@@ -58,7 +100,9 @@ class Source:
 
     @property
     def is_workbook(self) -> bool:
-        return self.head.startswith(b"\xd0\xcf\x11\xe0") or (self.is_zip and any(n.startswith("xl/") for n in self.members))
+        return self.head.startswith(b"\xd0\xcf\x11\xe0") or (
+            self.is_zip and any(n.startswith("xl/") for n in self.members)
+        )
 
     @property
     def is_xml(self) -> bool:
@@ -83,7 +127,8 @@ class Source:
 
     @cached_property
     def first_rows(self) -> Rows:
-        """The cells of the first lines, whatever their decimals; at least one row, which may be empty."""
+        """The cells of the first lines, whatever their decimals; at least one row,
+        which may be empty."""
         return table_of(self.first_lines[:20], strict=False) or [[]]
 
     @cached_property
@@ -91,9 +136,17 @@ class Source:
         """Names of the files in a packed one."""
         try:
             with zipfile.ZipFile(self.path) as archive:
-                return [m.filename for m in archive.infolist() if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")]
+                return [
+                    m.filename
+                    for m in archive.infolist()
+                    if m.filename
+                    and not m.is_dir()
+                    and not m.filename.startswith("__MACOSX")
+                ]
         except Exception as error:  # the library raises many kinds for a damaged file
-            raise MeasurementError(f"{self.path}: the zip file is damaged or cut short ({error})") from error
+            raise MeasurementError(
+                f"{self.path}: the zip file is damaged or cut short ({error})"
+            ) from error
 
     def member(self, name: str) -> bytes:
         """What a packed file holds under `name`."""
@@ -101,9 +154,13 @@ class Source:
             with zipfile.ZipFile(self.path) as archive, archive.open(name) as file:
                 content = file.read(MOST_BYTES + 1)
         except Exception as error:
-            raise MeasurementError(f"{self.path}: {name} in it is damaged or locked ({error})") from error
+            raise MeasurementError(
+                f"{self.path}: {name} in it is damaged or locked ({error})"
+            ) from error
         if len(content) > MOST_BYTES:
-            raise MeasurementError(f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB")
+            raise MeasurementError(
+                f"{self.path}: {name} unpacks to more than {MOST_BYTES / 1e6:.0f} MB"
+            )
         return content
 
     @cached_property
@@ -111,38 +168,60 @@ class Source:
         return self.parsed(self.path.read_bytes())
 
     def number(self, text: str | None, name: str) -> float | None:
-        """The number that `text` is, None without a text; MeasurementError for words, naming what it stands for."""
+        """The number that `text` is, None without a text; MeasurementError for words,
+        naming what it stands for."""
         if text is None or not text.strip():
             return None
         try:
             return float(text)
         except ValueError as error:
-            raise MeasurementError(f"{self.path}: {name} = {text[:30]!r} is not a number") from error
+            raise MeasurementError(
+                f"{self.path}: {name} = {text[:30]!r} is not a number"
+            ) from error
 
     def parsed(self, content: bytes) -> Element:
         """Parsed XML; entities, whose expansion could fill the memory, are refused."""
         try:
             content.decode("utf-8")
         except UnicodeDecodeError:
-            if _SAYS_UTF8.match(content):  # some tools declare UTF-8 and write Windows-1252
+            if _SAYS_UTF8.match(
+                content
+            ):  # some tools declare UTF-8 and write Windows-1252
                 content = content.decode("cp1252", "replace").encode()
         try:
             return defusedxml.ElementTree.fromstring(content, forbid_dtd=False)
-        except (ParseError, DefusedXmlException, ValueError, LookupError, RecursionError) as error:
-            raise MeasurementError(f"{self.path}: not valid XML ({str(error) or type(error).__name__})") from error
+        except (
+            ParseError,
+            DefusedXmlException,
+            ValueError,
+            LookupError,
+            RecursionError,
+        ) as error:
+            raise MeasurementError(
+                f"{self.path}: not valid XML ({str(error) or type(error).__name__})"
+            ) from error
 
     @cached_property
     def sheets(self) -> dict[str, Rows]:
-        """The tables in the file by name: sheets of a workbook, members of a packed file, or the file's own."""
+        """The tables in the file by name: sheets of a workbook, members of a packed
+        file, or the file's own."""
         if self.is_workbook:
             try:
                 sheets = sheets_of(self.path)
             except ValueError as error:
                 raise MeasurementError(f"{self.path}: {error}") from error
-            return {k: [[_cell(c, ".") for c in row] for row in rows] for k, rows in sheets.items()}
+            return {
+                k: [[_cell(c, ".") for c in row] for row in rows]
+                for k, rows in sheets.items()
+            }
         if self.is_zip:
-            tables = [n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))][:MOST_TABLES]
-            return {n.rpartition(".")[0]: self._rows(_decoded(self.member(n))) for n in tables}
+            tables = [
+                n for n in self.members if n.lower().endswith((".csv", ".txt", ".tsv"))
+            ][:MOST_TABLES]
+            return {
+                n.rpartition(".")[0]: self._rows(_decoded(self.member(n)))
+                for n in tables
+            }
         return {self.path.stem: self._rows(self.text)}
 
     @cached_property
@@ -158,19 +237,27 @@ class Source:
 
 
 def table_of(lines: Sequence[str], *, strict: bool = True) -> Rows:
-    """The cells of the lines that are not empty, numbers as floats. ValueError, where it is strict,
-    for decimals that are ambiguous or cells that are too long."""
+    """The cells of the lines that are not empty, numbers as floats. ValueError, where
+    it is strict, for decimals that are ambiguous or cells that are too long."""
     lines = [line for line in lines if line.strip()]
     few = lines[:200]
-    # Tab, semicolon or comma, whichever is in most lines and in those with words (decimal commas are not).
-    words = [line for line in few if any(c.isalpha() and c not in "eE" for c in line)] or few
+    # Tab, semicolon or comma, whichever is in most lines and in those with words
+    # (decimal commas are not).
+    words = [
+        line for line in few if any(c.isalpha() and c not in "eE" for c in line)
+    ] or few
     often = (
-        c for c in ("\t", ";", ",")
-        if sum(c in line for line in few) > len(few) / 2 and any(c in line for line in words)
-    )  # fmt: skip
+        c
+        for c in ("\t", ";", ",")
+        if sum(c in line for line in few) > len(few) / 2
+        and any(c in line for line in words)
+    )
     by = separators(next(often, " "), lines)
     if not by.decimal and strict:
-        raise ValueError("numbers with points and with commas, or with thousands marked; save it with one kind")
+        raise ValueError(
+            "numbers with points and with commas, or with thousands marked; save it"
+            " with one kind"
+        )
     if by.column == " ":
         return [[_cell(c, by.decimal) for c in line.split()] for line in lines]
     try:
@@ -202,7 +289,8 @@ def _cell(cell: object, decimal: str) -> Cell:
 
 
 def name_and_unit(heading: object) -> tuple[str, str]:
-    """A column's name and the unit in brackets behind it, both in small letters: "Time (s)" → ("time", "s")."""
+    """A column's name and the unit in brackets behind it, both in small letters: "Time
+    (s)" → ("time", "s")."""
     text = str(heading).strip().strip('"').lower()
     found = _IN_BRACKETS.fullmatch(text)
     return (found[1].strip(), found[2]) if found else (text, "")
@@ -210,28 +298,50 @@ def name_and_unit(heading: object) -> tuple[str, str]:
 
 def heading_row(rows: Rows) -> int:
     """Row of the headings: the last one before the numbers."""
-    numbers = (k for k, row in enumerate(rows[:7]) if any(isinstance(cell, float) for cell in row))
+    numbers = (
+        k
+        for k, row in enumerate(rows[:7])
+        if any(isinstance(cell, float) for cell in row)
+    )
     return next(numbers, min(6, len(rows))) - 1
 
 
 def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.ndarray:
-    """One column of numbers, NaN for an empty cell; MeasurementError naming column and line for words. first_line: of `rows`."""
+    """One column of numbers, NaN for an empty cell; MeasurementError naming column and
+    line for words. first_line: of `rows`."""
     values = np.full(len(rows), np.nan)
     for k, row in enumerate(rows):
         cell = row[at] if at < len(row) else ""
         if isinstance(cell, float):
             values[k] = cell
-        elif cell and cell.lower() not in ("nan", "none", "null", "-", "∞", "inf", "-inf"):
-            raise MeasurementError(f"{path}: {name} = {cell[:30]!r} in line {first_line + k} is not a number")
+        elif cell and cell.lower() not in (
+            "nan",
+            "none",
+            "null",
+            "-",
+            "∞",
+            "inf",
+            "-inf",
+        ):
+            raise MeasurementError(
+                f"{path}: {name} = {cell[:30]!r} in line {first_line + k} is not a"
+                " number"
+            )
     values[~np.isfinite(values)] = np.nan
     if (wrong := np.flatnonzero(np.abs(np.nan_to_num(values)) > LARGEST)).size:
-        raise MeasurementError(f"{path}: {name} = {values[wrong[0]]:g} in line {first_line + wrong[0]} cannot be")
+        raise MeasurementError(
+            f"{path}: {name} = {values[wrong[0]]:g} in line {first_line + wrong[0]}"
+            " cannot be"
+        )
     return values
 
 
 def need(path: Path, headings: Sequence[str], names: Sequence[str]) -> list[int]:
-    """Indices of the columns `names` in `headings`; MeasurementError naming those that are missing."""
+    """Indices of the columns `names` in `headings`; MeasurementError naming those that
+    are missing."""
     if missing := [n for n in names if n not in headings]:
         found = ", ".join(headings)[:200]
-        raise MeasurementError(f"{path}: column {', '.join(missing)} is missing; found {found}")
+        raise MeasurementError(
+            f"{path}: column {', '.join(missing)} is missing; found {found}"
+        )
     return [headings.index(n) for n in names]

@@ -1,7 +1,7 @@
 """Tracker's own files: .trk (XML) and .trz (a zip with one .trk in it and its video).
 
-Places are stored in pixels of the picture (y down); the coordinate system (origin, angle, pixels per unit) converts them.
-"""
+Places are stored in pixels of the picture (y down); the coordinate system (origin,
+angle, pixels per unit) converts them."""
 
 import re
 from collections.abc import Iterator
@@ -22,7 +22,8 @@ _CALIBRATIONS = (".TapeMeasure", ".Calibration")
 
 @dataclass(frozen=True)
 class _System:
-    """The coordinate system at one frame: origin [px, y down], angle of the x axis [deg, anticlockwise], pixels per unit."""
+    """The coordinate system at one frame: origin [px, y down], angle of the x axis
+    [deg, anticlockwise], pixels per unit."""
 
     x0: float
     y0: float
@@ -31,7 +32,10 @@ class _System:
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         turn, right, up = np.radians(self.angle), x - self.x0, self.y0 - y
-        across, along = right * np.cos(turn) + up * np.sin(turn), up * np.cos(turn) - right * np.sin(turn)
+        across, along = (
+            right * np.cos(turn) + up * np.sin(turn),
+            up * np.cos(turn) - right * np.sin(turn),
+        )
         return float(across / self.scale[0]), float(along / self.scale[1])
 
 
@@ -45,56 +49,111 @@ def recognises(source: Source) -> bool:
 def read(source: Source) -> Contents:
     """The project's tracks, with its clip's times, its scale and its axes."""
     panel, inside = _panel(source)
-    clip, control, coords = (panel.find(f"*[@name='{name}']/object") for name in ("videoclip", "clipcontrol", "coords"))
+    clip, control, coords = (
+        panel.find(f"*[@name='{name}']/object")
+        for name in ("videoclip", "clipcontrol", "coords")
+    )
     step_ms = _number(source, control, "delta_t")
     if step_ms is None or not 1e-4 < step_ms < 1e7:
-        raise MeasurementError(f"{source.path}: delta_t = {step_ms} of its clip; it should be the milliseconds from frame to frame")
-    start_ms, first = _number(source, clip, "starttime") or 0.0, _number(source, clip, "startframe") or 0.0
+        raise MeasurementError(
+            f"{source.path}: delta_t = {step_ms} of its clip; it should be the"
+            " milliseconds from frame to frame"
+        )
+    start_ms, first = (
+        _number(source, clip, "starttime") or 0.0,
+        _number(source, clip, "startframe") or 0.0,
+    )
     systems = _systems(source, coords)
-    points = [item for item in _items(panel) if item.get("class", "").endswith(".PointMass")]
+    points = [
+        item for item in _items(panel) if item.get("class", "").endswith(".PointMass")
+    ]
     tracks = []
     for item in points:
         frames, places = _places(source, item, systems)
         time = (start_ms + (frames - first) * step_ms) / 1000
-        tracks.append(point_track(source.path, _text(item, "name"), time, places[:, 0], places[:, 1]))
+        tracks.append(
+            point_track(
+                source.path, _text(item, "name"), time, places[:, 0], places[:, 1]
+            )
+        )
     if not points:
-        raise MeasurementError(f"{source.path}: no point mass that was tracked; a model or a ruler is no measurement")
+        raise MeasurementError(
+            f"{source.path}: no point mass that was tracked; a model or a ruler is no"
+            " measurement"
+        )
     found = require_tracks(source.path, tracks)
     return _contents(source, panel, inside, found, 1000 / step_ms, systems)
 
 
 def _contents(
-    source: Source, panel: Element, inside: str, tracks: tuple[PointTrack, ...], fps: float, systems: dict[int, _System]
+    source: Source,
+    panel: Element,
+    inside: str,
+    tracks: tuple[PointTrack, ...],
+    fps: float,
+    systems: dict[int, _System],
 ) -> Contents:
-    guesses = [f"{fps:.6g} frames per second and times as {inside} says; a slowed film says another rate than its camera had"]
+    guesses = [
+        f"{fps:.6g} frames per second and times as {inside} says; a slowed film says"
+        " another rate than its camera had"
+    ]
     questions, keys = [], {"camera": {"fps": round(fps, 6)}}
     first, unit = systems[min(systems)], _text(panel, "length_unit")
     if {round(s.angle, 3) for s in systems.values()} != {0.0}:
-        guesses.append(f"x and y along Tracker's axes, which are turned by {first.angle:.3g}°")
-    if first.scale[0] == 1.0 and not any(item.get("class", "").endswith(_CALIBRATIONS) for item in _items(panel)):
-        questions.append("it has no calibration: how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios only")
+        guesses.append(
+            f"x and y along Tracker's axes, which are turned by {first.angle:.3g}°"
+        )
+    if first.scale[0] == 1.0 and not any(
+        item.get("class", "").endswith(_CALIBRATIONS) for item in _items(panel)
+    ):
+        questions.append(
+            "it has no calibration: how many millimetres is a pixel ([camera]"
+            " mm_per_px)? Without it, ratios only"
+        )
         unit = "px"
     elif unit and unit.lower() not in LENGTH:
-        questions.append(f"lengths are in {unit!r}: how many millimetres is one of them ([camera] mm_per_px)? Without it, ratios only")
+        questions.append(
+            f"lengths are in {unit!r}: how many millimetres is one of them ([camera]"
+            " mm_per_px)? Without it, ratios only"
+        )
         unit = "px"
     elif not unit:
         guesses.append("lengths in metres, Tracker's unit where the file names none")
     if unit != "px" and len({s.scale for s in systems.values()}) == 1:
-        keys["camera"]["mm_per_px"] = float(f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}")
-    return infer_units(source.path, TOOL, tracks, "s", unit.lower() or "m", "up", keys, guesses, questions)
+        keys["camera"]["mm_per_px"] = float(
+            f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}"
+        )
+    return infer_units(
+        source.path,
+        TOOL,
+        tracks,
+        "s",
+        unit.lower() or "m",
+        "up",
+        keys,
+        guesses,
+        questions,
+    )
 
 
 def _panel(source: Source) -> tuple[Element, str]:
     """The TrackerPanel's element, and the name of the file it stands in."""
     panel, name = source.xml if not source.is_zip else None, source.path.name
     if panel is None:
-        inside = [member for member in source.members if member.lower().endswith(".trk")]
+        inside = [
+            member for member in source.members if member.lower().endswith(".trk")
+        ]
         if len(inside) > 1:
-            raise MeasurementError(f"{source.path}: {len(inside)} .trk files in it; unpack it and take one ({', '.join(inside)[:200]})")
+            raise MeasurementError(
+                f"{source.path}: {len(inside)} .trk files in it; unpack it and take one"
+                f" ({', '.join(inside)[:200]})"
+            )
         name = inside[0]
         panel = source.parsed(source.member(name))
     if _PANEL not in panel.get("class", ""):
-        raise MeasurementError(f"{source.path}: {name} holds several tabs or none; save one tab as .trk")
+        raise MeasurementError(
+            f"{source.path}: {name} holds several tabs or none; save one tab as .trk"
+        )
     return panel, name
 
 
@@ -102,18 +161,29 @@ def _systems(source: Source, coords: Element | None) -> dict[int, _System]:
     """Coordinate systems by the first frame to which each applies."""
     systems = {}
     for frame, data in _frames(coords):
-        x0, y0, angle, x_scale, y_scale = (_number(source, data, n) for n in ("xorigin", "yorigin", "angle", "xscale", "yscale"))
+        x0, y0, angle, x_scale, y_scale = (
+            _number(source, data, n)
+            for n in ("xorigin", "yorigin", "angle", "xscale", "yscale")
+        )
         if x0 is None or y0 is None or not x_scale or not y_scale:
-            raise MeasurementError(f"{source.path}: its coordinate system at frame {frame} lacks origin or scale")
+            raise MeasurementError(
+                f"{source.path}: its coordinate system at frame {frame} lacks origin or"
+                " scale"
+            )
         if not all(1e-9 < abs(s) < 1e12 for s in (x_scale, y_scale)):
-            raise MeasurementError(f"{source.path}: a scale of {x_scale:g} pixels a unit at frame {frame} cannot be")
+            raise MeasurementError(
+                f"{source.path}: a scale of {x_scale:g} pixels a unit at frame {frame}"
+                " cannot be"
+            )
         systems[frame] = _System(x0, y0, angle or 0.0, (x_scale, y_scale))
     if not systems:
         raise MeasurementError(f"{source.path}: no coordinate system in it")
     return systems
 
 
-def _places(source: Source, item: Element, systems: dict[int, _System]) -> tuple[np.ndarray, np.ndarray]:
+def _places(
+    source: Source, item: Element, systems: dict[int, _System]
+) -> tuple[np.ndarray, np.ndarray]:
     """Frames (n) and places (n, 2) of a point mass, in Tracker's coordinates."""
     frames, places, starts = [], [], np.array(sorted(systems))
     for frame, data in _frames(item):
@@ -127,7 +197,11 @@ def _places(source: Source, item: Element, systems: dict[int, _System]) -> tuple
 
 
 def _items(panel: Element) -> list[Element]:
-    return [o for p in panel.iterfind("*[@name='tracks']/*") if (o := p.find("object")) is not None]
+    return [
+        o
+        for p in panel.iterfind("*[@name='tracks']/*")
+        if (o := p.find("object")) is not None
+    ]
 
 
 def _frames(element: Element | None) -> Iterator[tuple[int, Element]]:

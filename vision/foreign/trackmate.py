@@ -1,4 +1,5 @@
-"""TrackMate (Fiji): "Spots in tracks" as CSV with four rows of headings, its own XML, and the simple XML of "Export tracks to XML file".
+"""TrackMate (Fiji): "Spots in tracks" as CSV with four rows of headings, its own XML,
+and the simple XML of "Export tracks to XML file".
 
 Places are in the picture's calibrated unit, y down.
 """
@@ -21,8 +22,13 @@ def recognises(source: Source) -> bool:
     if source.is_zip:
         return False
     if source.is_xml:
-        return b"<TrackMate" in source.head or (b"<Tracks" in source.head and b"TrackMate" in source.head)
-    return all(name in source.first_rows[0] for name in ("TRACK_ID", "POSITION_X", "POSITION_Y"))
+        return b"<TrackMate" in source.head or (
+            b"<Tracks" in source.head and b"TrackMate" in source.head
+        )
+    return all(
+        name in source.first_rows[0]
+        for name in ("TRACK_ID", "POSITION_X", "POSITION_Y")
+    )
 
 
 def read(source: Source) -> Contents:
@@ -36,18 +42,35 @@ def read(source: Source) -> Contents:
 
 def _table(source: Source) -> Contents:
     path, headings = source.path, [str(h) for h in source.rows[0]]
-    first = next((k for k, row in enumerate(source.rows) if k and any(isinstance(cell, float) for cell in row)), len(source.rows))
+    first = next(
+        (
+            k
+            for k, row in enumerate(source.rows)
+            if k and any(isinstance(cell, float) for cell in row)
+        ),
+        len(source.rows),
+    )
     rows, at = source.rows[first:], need(path, headings, _COLUMNS)
     units = {name: "" for name in _COLUMNS}
     for row in source.rows[1:first]:  # the third of them names the units, in brackets
-        units |= {n: u for n, k in zip(_COLUMNS, at) if k < len(row) and (u := name_and_unit(row[k])[1])}
-    number, x, y, time, frame = (column(path, rows, k, n, first + 1) for n, k in zip(_COLUMNS, at))
+        units |= {
+            n: u
+            for n, k in zip(_COLUMNS, at)
+            if k < len(row) and (u := name_and_unit(row[k])[1])
+        }
+    number, x, y, time, frame = (
+        column(path, rows, k, n, first + 1) for n, k in zip(_COLUMNS, at)
+    )
     tracks = []
     for n in np.unique(number[~np.isnan(number)]):
         use = number == n
-        when = frame if np.isnan(time[use]).all() else time  # without a frame interval POSITION_T is empty
+        when = (
+            frame if np.isnan(time[use]).all() else time
+        )  # without a frame interval POSITION_T is empty
         tracks.append(point_track(path, f"track {n:g}", when[use], x[use], y[use]))
-    return _with_units(source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"])
+    return _with_units(
+        source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"]
+    )
 
 
 def _model(source: Source) -> Contents:
@@ -58,38 +81,76 @@ def _model(source: Source) -> Contents:
     spots = {s.get("ID", ""): s for s in model.iterfind("AllSpots/SpotsInFrame/Spot")}
     tracks = []
     for track in model.iterfind("AllTracks/Track"):
-        joined = {e.get(end, "") for e in track.iterfind("Edge") for end in ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")}
+        joined = {
+            e.get(end, "")
+            for e in track.iterfind("Edge")
+            for end in ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
+        }
         if missing := joined - set(spots):
             name = track.get("name", "a track")[:50]
-            raise MeasurementError(f"{source.path}: {name} names a spot that is not there (ID {sorted(missing)[0][:20]})")
+            raise MeasurementError(
+                f"{source.path}: {name} names a spot that is not there (ID"
+                f" {sorted(missing)[0][:20]})"
+            )
         rows = [spots[i] for i in sorted(joined)]
-        x, y, time = (np.array([_number(source, s, key) for s in rows]) for key in ("POSITION_X", "POSITION_Y", "POSITION_T"))
+        x, y, time = (
+            np.array([_number(source, s, key) for s in rows])
+            for key in ("POSITION_X", "POSITION_Y", "POSITION_T")
+        )
         tracks.append(point_track(source.path, track.get("name", "")[:50], time, x, y))
-    return _with_units(source, require_tracks(source.path, tracks), model.get("timeunits", ""), model.get("spatialunits", ""))
+    return _with_units(
+        source,
+        require_tracks(source.path, tracks),
+        model.get("timeunits", ""),
+        model.get("spatialunits", ""),
+    )
 
 
 def _simple(source: Source) -> Contents:
-    """<Tracks spaceUnits frameInterval timeUnits> of <particle> of <detection t x y z>, t in frames."""
+    """<Tracks spaceUnits frameInterval timeUnits> of <particle> of <detection t x y z>,
+    t in frames."""
     root, tracks = source.xml, []
     for k, particle in enumerate(root.iterfind("particle")):
         rows = particle.findall("detection")
-        t, x, y = (np.array([_number(source, d, key) for d in rows]) for key in ("t", "x", "y"))
+        t, x, y = (
+            np.array([_number(source, d, key) for d in rows]) for key in ("t", "x", "y")
+        )
         tracks.append(point_track(source.path, f"track {k + 1}", t, x, y))
     found, unit = require_tracks(source.path, tracks), root.get("timeUnits", "")
-    interval = _number(source, root, "frameInterval") if root.get("frameInterval") else 1.0
+    interval = (
+        _number(source, root, "frameInterval") if root.get("frameInterval") else 1.0
+    )
     if unit.lower() not in ("frame", "frames") and interval > 0:
         found = tuple(PointTrack(t.name, t.time * interval, t.x, t.y) for t in found)
     return _with_units(source, found, unit, root.get("spaceUnits", ""))
 
 
-def _with_units(source: Source, tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str) -> Contents:
+def _with_units(
+    source: Source, tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str
+) -> Contents:
     guesses = []
     time_unit = time_unit.lower()
-    whole = all((t.time == np.round(t.time)).all() and (np.diff(t.time) >= 1).all() for t in tracks)
+    whole = all(
+        (t.time == np.round(t.time)).all() and (np.diff(t.time) >= 1).all()
+        for t in tracks
+    )
     if whole and time_unit in ("s", "sec", "second", "seconds", ""):
-        guesses.append("times are frame numbers: whole seconds from frame to frame are what ImageJ writes where no interval is set")
+        guesses.append(
+            "times are frame numbers: whole seconds from frame to frame are what ImageJ"
+            " writes where no interval is set"
+        )
         time_unit = "frame"
-    return infer_units(source.path, TOOL, tracks, time_unit, length_unit.lower(), "down", {}, guesses, [])
+    return infer_units(
+        source.path,
+        TOOL,
+        tracks,
+        time_unit,
+        length_unit.lower(),
+        "down",
+        {},
+        guesses,
+        [],
+    )
 
 
 def _number(source: Source, element: Element, key: str) -> float:

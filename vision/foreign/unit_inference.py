@@ -1,8 +1,9 @@
-"""Converts tracks of a file to millimetres and seconds, y up, and infers units that the file does not state.
+"""Converts tracks of a file to millimetres and seconds, y up, and infers units that the
+file does not state.
 
-A stated unit is used, even where a fall contradicts it: then there is a question. An unstated unit is the one in which a fall has the
-acceleration of gravity; where none or several fit, lengths stay pixels, with a question.
-"""
+A stated unit is used, even where a fall contradicts it: then there is a question. An
+unstated unit is the one in which a fall has the acceleration of gravity; where none or
+several fit, lengths stay pixels, with a question."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,19 +21,32 @@ _WITHOUT_UNIT = ("m", "cm", "mm", "in", "ft")
 _SLOWEST_STEP_S = 0.2  # from frame to frame; a larger step is of milliseconds
 G_M_S2 = 9.81
 TOLERANCE = 0.25  # relative, of g: perspective, an error of the scale, air
-LEAST, GREATEST = 0.05, 3.0  # of g: a light ball near terminal velocity; a wrong scale or frame rate, which is noticed elsewhere
+# of g: a light ball near terminal velocity; a wrong scale or frame rate, which is
+# noticed elsewhere
+LEAST, GREATEST = (0.05, 3.0)
 MOST = 0.8  # share of the flights that a change of units must explain
-LARGEST_MISFIT = 0.03  # rms about a parabola, of its sagitta: a bounce in the window gives 0.05
+LARGEST_MISFIT = (
+    0.03  # rms about a parabola, of its sagitta: a bounce in the window gives 0.05
+)
 LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise
-LARGEST_SIDEWAYS = 0.15  # acceleration along x over that along y: a roll down an incline has both
+LARGEST_SIDEWAYS = (
+    0.15  # acceleration along x over that along y: a roll down an incline has both
+)
 MOST_POINTS = 1000
 _TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
-_LENGTHS = {"metres": 1000.0, "centimetres": 10.0, "millimetres": 1.0, "inches": 25.4, "micrometres": 1e-3}
+_LENGTHS = {
+    "metres": 1000.0,
+    "centimetres": 10.0,
+    "millimetres": 1.0,
+    "inches": 25.4,
+    "micrometres": 1e-3,
+}
 
 
 @dataclass(frozen=True)
 class Fall:
-    """A free flight in a track: acceleration along y, duration, and worth (sagitta less a multiple of the misfit), in the track's units."""
+    """A free flight in a track: acceleration along y, duration, and worth (sagitta less
+    a multiple of the misfit), in the track's units."""
 
     acceleration: float
     duration: float
@@ -40,25 +54,40 @@ class Fall:
 
 
 def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
-    """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x has no acceleration; times must increase."""
+    """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x
+    has no acceleration; times must increase."""
     step = max(1, len(time) // MOST_POINTS)
     time, x, y = time[::step], x[::step], y[::step]
     extent, found = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0, []
     for n in sorted({int(n) for n in np.geomspace(5, max(len(time), 5), 20)}):
         if n > len(time):
             break
-        t, across, up = (sliding_window_view(column, n)[:: max(1, n // 6)] for column in (time, x, y))
+        t, across, up = (
+            sliding_window_view(column, n)[:: max(1, n // 6)] for column in (time, x, y)
+        )
         span = np.ptp(t, axis=1)
         s = (t - t.mean(axis=1, keepdims=True)) / span[:, None]
         powers = np.stack([np.ones_like(s), s, s**2], axis=2)  # windows × rows × 3
         both = np.stack([up, across], axis=2)
         squares = np.einsum("wri,wrj->wij", powers, powers)
-        fitted = np.linalg.pinv(squares, hermitian=True) @ np.einsum("wri,wrk->wik", powers, both)
+        fitted = np.linalg.pinv(squares, hermitian=True) @ np.einsum(
+            "wri,wrk->wik", powers, both
+        )
         misfit = np.std(up - np.einsum("wri,wi->wr", powers, fitted[:, :, 0]), axis=1)
         sagitta, aside = np.abs(fitted[:, 2, 0]) / 4, np.abs(fitted[:, 2, 1]) / 4
         worth = sagitta - misfit / LARGEST_MISFIT
-        for k in np.flatnonzero((worth > 0) & (sagitta > LEAST_SAGITTA * extent) & (aside < LARGEST_SIDEWAYS * sagitta)):
-            found.append(Fall(float(2 * fitted[k, 2, 0] / span[k] ** 2), float(span[k]), float(worth[k])))
+        for k in np.flatnonzero(
+            (worth > 0)
+            & (sagitta > LEAST_SAGITTA * extent)
+            & (aside < LARGEST_SIDEWAYS * sagitta)
+        ):
+            found.append(
+                Fall(
+                    float(2 * fitted[k, 2, 0] / span[k] ** 2),
+                    float(span[k]),
+                    float(worth[k]),
+                )
+            )
     return found
 
 
@@ -73,36 +102,65 @@ def fits_gravity(acceleration_mm_s2: float) -> bool:
 
 
 def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str:
-    """A question where no flight of a track has the acceleration of gravity in its units; "" where
-    one has, or there is none. falls: in units of `mm` millimetres, and in seconds; the file's unit
-    of time is `seconds`. whole: its times are whole numbers."""
+    """A question where no flight of a track has the acceleration of gravity in its
+    units; "" where one has, or there is none. falls: in units of `mm` millimetres, and
+    in seconds; the file's unit of time is `seconds`. whole: its times are whole
+    numbers."""
     given = np.array([abs(fall.acceleration) * mm / 1000 for fall in falls])
     others = {f"times {word}": (seconds / unit) ** 2 for word, unit in _TIMES.items()}
     others |= {f"lengths {word}": unit / mm for word, unit in _LENGTHS.items()}
-    near = [words for words, k in others.items() if given.size and k != 1 and np.mean(np.abs(k * given / G_M_S2 - 1) < TOLERANCE) > MOST]
-    possible = (given > (1 / 3 if near else LEAST) * G_M_S2) & (given < GREATEST * G_M_S2)
+    near = [
+        words
+        for words, k in others.items()
+        if given.size
+        and k != 1
+        and np.mean(np.abs(k * given / G_M_S2 - 1) < TOLERANCE) > MOST
+    ]
+    possible = (given > (1 / 3 if near else LEAST) * G_M_S2) & (
+        given < GREATEST * G_M_S2
+    )
     if not falls or possible.any():
         return ""
     best = float(given[max(range(len(falls)), key=lambda k: falls[k].worth)])
     if whole:
-        near.insert(0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second")
-    meant = f": are the {' or the '.join(near)}?" if near else ": in which units are its times and lengths?"
+        near.insert(
+            0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"
+        )
+    meant = (
+        f": are the {' or the '.join(near)}?"
+        if near
+        else ": in which units are its times and lengths?"
+    )
     shown = f"{best:,.0f}" if 100 <= best < 1e9 else f"{best:.3g}"
     return f"the fall accelerates by {shown} m/s²{meant}"
 
 
 def infer_units(
-    path: Path, tool: str, tracks: Sequence[PointTrack | None], time_unit: str, length_unit: str, up: str,
-    keys: dict[str, dict[str, Any]] | None = None, guesses: list[str] | None = None, questions: list[str] | None = None,
-) -> Contents:  # fmt: skip
-    """The tracks in mm and s, y up, as contents of the file; MeasurementError where there is no
-    track. time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS; up: "up" or "down"; ""
-    where the file does not state it. keys: of recording.toml that the file states; guesses,
-    questions: of its reader."""
-    keys, guesses, questions, unitless = keys or {}, list(guesses or ()), list(questions or ()), False
+    path: Path,
+    tool: str,
+    tracks: Sequence[PointTrack | None],
+    time_unit: str,
+    length_unit: str,
+    up: str,
+    keys: dict[str, dict[str, Any]] | None = None,
+    guesses: list[str] | None = None,
+    questions: list[str] | None = None,
+) -> Contents:
+    """The tracks in mm and s, y up, as contents of the file; MeasurementError where
+    there is no track. time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS;
+    up: "up" or "down"; "" where the file does not state it. keys: of recording.toml
+    that the file states; guesses, questions: of its reader."""
+    keys, guesses, questions, unitless = (
+        keys or {},
+        list(guesses or ()),
+        list(questions or ()),
+        False,
+    )
     read = require_tracks(path, tracks)
     seconds, time_unit = _clock(path, read, time_unit, guesses, questions)
-    found = tuple(replace(t, time=t.time * seconds, y=-t.y if up == "down" else t.y) for t in read)
+    found = tuple(
+        replace(t, time=t.time * seconds, y=-t.y if up == "down" else t.y) for t in read
+    )
     falls = [f for t in found for f in free_falls(t.time, t.x, t.y)]
     fall = max(falls, key=lambda f: f.worth, default=None)
     if not up:
@@ -111,69 +169,137 @@ def infer_units(
         mm, length_unit, unitless = _length(found, fall, time_unit, guesses, questions)
     elif length_unit in PIXELS:
         mm, length_unit = 1.0, "px"
-        if not any("mm_per_px" in q for q in questions) and "mm_per_px" not in keys.get("camera", {}):
-            questions.append("lengths are pixels: how many millimetres is one ([camera] mm_per_px)? Without it, ratios only")
+        if not any("mm_per_px" in q for q in questions) and "mm_per_px" not in keys.get(
+            "camera", {}
+        ):
+            questions.append(
+                "lengths are pixels: how many millimetres is one ([camera] mm_per_px)?"
+                " Without it, ratios only"
+            )
     else:
         mm, length_unit = _factor(path, "length", length_unit, LENGTH), "mm"
     found = tuple(replace(t, x=t.x * mm, y=t.y * mm) for t in found)
     doubt = ""
     if time_unit == "s" and length_unit == "mm":
-        doubt = unit_doubt(falls, mm, seconds, all((t.time == np.round(t.time)).all() for t in read))
+        doubt = unit_doubt(
+            falls, mm, seconds, all((t.time == np.round(t.time)).all() for t in read)
+        )
     return Contents(
-        tool, found, time_unit, length_unit, keys=keys, guesses=tuple(guesses), questions=tuple(questions), doubt=doubt, unitless=unitless
+        tool,
+        found,
+        time_unit,
+        length_unit,
+        keys=keys,
+        guesses=tuple(guesses),
+        questions=tuple(questions),
+        doubt=doubt,
+        unitless=unitless,
     )
 
 
 def _factor(path: Path, what: str, unit: str, units: dict[str, float]) -> float:
     if unit not in units:
-        raise MeasurementError(f"{path}: its unit of {what} is {unit[:30]!r}; known are {', '.join(list(units)[:12])} …")
+        raise MeasurementError(
+            f"{path}: its unit of {what} is {unit[:30]!r}; known are"
+            f" {', '.join(list(units)[:12])} …"
+        )
     return units[unit]
 
 
-def _clock(path: Path, tracks: Sequence[PointTrack], time_unit: str, guesses: list[str], questions: list[str]) -> tuple[float, str]:
+def _clock(
+    path: Path,
+    tracks: Sequence[PointTrack],
+    time_unit: str,
+    guesses: list[str],
+    questions: list[str],
+) -> tuple[float, str]:
     """The file's unit of time in seconds, and "s"; or 1 and "frame"."""
-    asked = "times are frame numbers: how many frames a second did the camera take ([camera] fps)? Without it, ratios only"
+    asked = (
+        "times are frame numbers: how many frames a second did the camera take"
+        " ([camera] fps)? Without it, ratios only"
+    )
     if time_unit in FRAMES:
         questions.append(asked)
         return 1.0, "frame"
     if time_unit:
         return _factor(path, "time", time_unit, TIME), "s"
     step = float(np.median(np.concatenate([np.diff(t.time) for t in tracks])))
-    if step == round(step) and all((t.time == np.round(t.time)).all() for t in tracks) and step < 10:
+    if (
+        step == round(step)
+        and all((t.time == np.round(t.time)).all() for t in tracks)
+        and step < 10
+    ):
         guesses.append("times are frame numbers: they are whole, one after the other")
         questions.append(asked)
         return 1.0, "frame"
     if step > _SLOWEST_STEP_S:
-        guesses.append(f"times in milliseconds, which the file does not say: the rows are {step:.4g} apart")
+        guesses.append(
+            "times in milliseconds, which the file does not say: the rows are"
+            f" {step:.4g} apart"
+        )
         return 1e-3, "s"
-    guesses.append(f"times in seconds, which the file does not say: the rows are {step:.4g} apart")
+    guesses.append(
+        f"times in seconds, which the file does not say: the rows are {step:.4g} apart"
+    )
     return 1.0, "s"
 
 
 def _y_up(
-    tracks: tuple[PointTrack, ...], fall: Fall | None, guesses: list[str], questions: list[str]
+    tracks: tuple[PointTrack, ...],
+    fall: Fall | None,
+    guesses: list[str],
+    questions: list[str],
 ) -> tuple[tuple[PointTrack, ...], Fall | None]:
     if fall is None:
-        questions.append("is y up in it? Nothing falls freely by which to tell; taken as up")
+        questions.append(
+            "is y up in it? Nothing falls freely by which to tell; taken as up"
+        )
         return tracks, fall
     if fall.acceleration < 0:
         return tracks, fall
-    guesses.append("y is down in the file, as in a picture: the fall goes towards greater y; turned to y up")
-    return tuple(replace(t, y=-t.y) for t in tracks), replace(fall, acceleration=-fall.acceleration)
+    guesses.append(
+        "y is down in the file, as in a picture: the fall goes towards greater y;"
+        " turned to y up"
+    )
+    return tuple(replace(t, y=-t.y) for t in tracks), replace(
+        fall, acceleration=-fall.acceleration
+    )
 
 
 def _length(
-    tracks: tuple[PointTrack, ...], fall: Fall | None, time_unit: str, guesses: list[str], questions: list[str]
+    tracks: tuple[PointTrack, ...],
+    fall: Fall | None,
+    time_unit: str,
+    guesses: list[str],
+    questions: list[str],
 ) -> tuple[float, str, bool]:
-    """The unstated unit of length in millimetres, and "mm"; or 1 and "px"; and whether even that is unknown."""
-    if all((np.append(t.x, t.y) == np.round(np.append(t.x, t.y))).all() for t in tracks):
+    """The unstated unit of length in millimetres, and "mm"; or 1 and "px"; and whether
+    even that is unknown."""
+    if all(
+        (np.append(t.x, t.y) == np.round(np.append(t.x, t.y))).all() for t in tracks
+    ):
         guesses.append("lengths are pixels: they are whole numbers")
-        questions.append("how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios only")
+        questions.append(
+            "how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios"
+            " only"
+        )
         return 1.0, "px", False
-    fitting = [u for u in _WITHOUT_UNIT if fall is not None and time_unit == "s" and fits_gravity(fall.acceleration * LENGTH[u])]
+    fitting = [
+        u
+        for u in _WITHOUT_UNIT
+        if fall is not None
+        and time_unit == "s"
+        and fits_gravity(fall.acceleration * LENGTH[u])
+    ]
     if len(fitting) == 1 and fall is not None:
         found = abs(fall.acceleration) * LENGTH[fitting[0]] / 1000
-        guesses.append(f"lengths in {fitting[0]}, which the file does not say: so the fall accelerates by {found:.3g} m/s²")
+        guesses.append(
+            f"lengths in {fitting[0]}, which the file does not say: so the fall"
+            f" accelerates by {found:.3g} m/s²"
+        )
         return LENGTH[fitting[0]], "mm", False
-    questions.append("in which unit are its lengths? Taken as pixels: [camera] mm_per_px says how many millimetres is one")
+    questions.append(
+        "in which unit are its lengths? Taken as pixels: [camera] mm_per_px says how"
+        " many millimetres is one"
+    )
     return 1.0, "px", True

@@ -1,8 +1,8 @@
 """Reads workbooks (.xls, .xlsx) with calamine in a separate process.
 
-A cell in the last row and column, or a damaged file, can need more memory than there is and so end the process. This module imports
-nothing of benchtwin, so that the process starts fast.
-"""
+A cell in the last row and column, or a damaged file, can need more memory than there is
+and so end the process. This module imports nothing of benchtwin, so that the process
+starts fast."""
 
 import contextlib
 import json
@@ -18,15 +18,20 @@ LONGEST_S = 60.0
 
 
 def sheets_of(path: Path) -> dict[str, list[list[object]]]:
-    """The cells of every sheet by its name: numbers, and text for all else. ValueError where the file is damaged or too large."""
+    """The cells of every sheet by its name: numbers, and text for all else. ValueError
+    where the file is damaged or too large."""
     command = [sys.executable, "-I", __file__, str(path.resolve())]
     try:
-        done = subprocess.run(command, capture_output=True, timeout=LONGEST_S, check=False)
+        done = subprocess.run(
+            command, capture_output=True, timeout=LONGEST_S, check=False
+        )
     except subprocess.TimeoutExpired as error:
         raise ValueError(f"the workbook was not read in {LONGEST_S:.0f} s") from error
     if done.returncode:
         message = done.stdout.decode("utf8", "replace").strip()
-        raise ValueError(message or "the workbook is damaged, or its cells are spread too wide")
+        raise ValueError(
+            message or "the workbook is damaged, or its cells are spread too wide"
+        )
     return json.loads(done.stdout)
 
 
@@ -44,7 +49,10 @@ def _print_sheets(path: str) -> None:
             cells += (sheet.total_height or 0) * (sheet.total_width or 0)
             if cells > MOST_CELLS:
                 sys.exit(_fail(f"the workbook has more than {MOST_CELLS:,} cells"))
-            found[name] = [[c if isinstance(c, int | float | str) else str(c) for c in row] for row in sheet.to_python()]
+            found[name] = [
+                [c if isinstance(c, int | float | str) else str(c) for c in row]
+                for row in sheet.to_python()
+            ]
     except Exception as error:
         sys.exit(_fail(f"the workbook is damaged ({str(error)[:200]})"))
     sys.stdout.buffer.write(json.dumps(found).encode())

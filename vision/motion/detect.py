@@ -1,7 +1,9 @@
-"""Moving things in one frame: detected on a coarse difference picture, measured sub-pixel on the full one.
+"""Moving things in one frame: detected on a coarse difference picture, measured
+sub-pixel on the full one.
 
-A silhouette is a coverage α: 1 inside, 0 outside, and in the band along its edge (I − B)/(S − B), with B the background and S the
-seed's own brightness just inside. So shading, highlights and graph paper do not bias the centroid, nor does the pixel grid.
+A silhouette is a coverage α: 1 inside, 0 outside, and in the band along its edge (I −
+B)/(S − B), with B the background and S the seed's own brightness just inside. So
+shading, highlights and graph paper do not bias the centroid, nor does the pixel grid.
 """
 
 from dataclasses import dataclass
@@ -11,23 +13,36 @@ import numpy as np
 
 from vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
-MOVES_SD = 6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
-FAINTEST = 0.03  # of the strongest difference in the frame: below it are codec errors and reflected light
+MOVES_SD = (
+    6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
+)
+# of the strongest difference in the frame: below it are codec errors and reflected
+# light
+FAINTEST = 0.03
 MOST = 4  # things measured in a frame: seed, mirror image, shadow, clamp or hand
 LARGEST = 0.10  # of the picture: larger things are hands
-SHARP = 2.1  # pixels between 20 and 80 % coverage per pixel of a sharp outline, in a picture smoothed by a pixel
+# pixels between 20 and 80 % coverage per pixel of a sharp outline, in a picture
+# smoothed by a pixel
+SHARP = 2.1
 BAND_PX = 1.7  # half width of the edge band for a sharp edge
 FLOOR_PX = 0.008  # error of the coverage model, per axis
 SHADOW = 0.10  # sd of the share of the background's brightness that a shadow removes
-LIKE_SHADOW = (-0.5, 0.25)  # relative brightness over the background within which a thing could be a shadow or its edge
-CLEAR_SD = 6.0  # off every shadow of the background, at which colour separates a thing from them
+# relative brightness over the background within which a thing could be a shadow or its
+# edge
+LIKE_SHADOW = (
+    -0.5,
+    0.25,
+)
+# off every shadow of the background, at which colour separates a thing from them
+CLEAR_SD = 6.0
 SHADE_PX = 3.0  # over which the illumination changes
 LEAST_SHADE = 0.02  # relative change of the illumination; less is noise
 
 
 @dataclass(frozen=True)
 class Patch:
-    """Coverage of the pixels about one thing, (h, w), and its sd (infinite where it is unknown); x0, y0: column and row of the first."""
+    """Coverage of the pixels about one thing, (h, w), and its sd (infinite where it is
+    unknown); x0, y0: column and row of the first."""
 
     coverage: np.ndarray
     error: np.ndarray
@@ -37,12 +52,13 @@ class Patch:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """One thing in one frame; x, y in px (x right, y DOWN from the centre of the top left pixel), sd of each.
+    """One thing in one frame; x, y in px (x right, y DOWN from the centre of the top
+    left pixel), sd of each.
 
-    area [px]; xx, yy, xy: second moments about the centroid [px²]. colour, background_sds (c,): its colour and the background's, in
-    sds of the noise; contrast: their distance, in which a change that a shadow makes has little weight.
-    cut: it touches the picture's border. patch: the pixels about it.
-    """
+    area [px]; xx, yy, xy: second moments about the centroid [px²]. colour,
+    background_sds (c,): its colour and the background's, in sds of the noise; contrast:
+    their distance, in which a change that a shadow makes has little weight. cut: it
+    touches the picture's border. patch: the pixels about it."""
 
     x: float
     y: float
@@ -61,12 +77,15 @@ class Silhouette:
     def colour_distance(self, other: "Silhouette") -> float:
         """Distance of its colour from another's, as a share of the greater contrast."""
         off = self.colour - other.colour
-        apart = weighted_product(off, off, (self.background_sds + other.background_sds) / 2, SHADOW)
+        apart = weighted_product(
+            off, off, (self.background_sds + other.background_sds) / 2, SHADOW
+        )
         return float(np.sqrt(apart)) / max(self.contrast, other.contrast)
 
 
 def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
-    """At most MOST things that differ from the background in this frame, strongest first."""
+    """At most MOST things that differ from the background in this frame, strongest
+    first."""
     shift, background_sds, gain = scene.coarse_difference(pixels)
     size = np.sqrt(dot(shift, shift))
     threshold = max(MOVES_SD, FAINTEST * float(size.max()))
@@ -75,14 +94,25 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
         return []
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
     count, labels, boxes, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    strength = np.sqrt(np.maximum(weighted_product(shift, shift, background_sds, SHADOW), 0))
+    strength = np.sqrt(
+        np.maximum(weighted_product(shift, shift, background_sds, SHADOW), 0)
+    )
     candidates = []
     for k in range(1, count):
         left, top, wide, high, area = boxes[k]
         if area < 2 or area > LARGEST * mask.size:
             continue
         here = labels[top : top + high, left : left + wide] == k
-        candidates.append((float(strength[top : top + high, left : left + wide][here].sum()), left, top, wide, high, here))
+        candidates.append(
+            (
+                float(strength[top : top + high, left : left + wide][here].sum()),
+                left,
+                top,
+                wide,
+                high,
+                here,
+            )
+        )
     candidates.sort(key=lambda c: -c[0])
     found: list[Silhouette | None] = []
     for strong, left, top, wide, high, here in candidates[:MOST]:
@@ -92,18 +122,28 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
     return [f for f in found if f is not None]
 
 
-def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> Silhouette | None:
-    """Measure the thing whose coarse cells are `here`, in a window of the full picture around it."""
+def _measure(
+    pixels, scene: Scene, gain: float, left, top, wide, high, here
+) -> Silhouette | None:
+    """Measure the thing whose coarse cells are `here`, in a window of the full picture
+    around it."""
     f, (height, width) = scene.factor, scene.shape
     pad = 7 + f
     x0, y0 = max(int(left * f) - pad, 0), max(int(top * f) - pad, 0)
-    x1, y1 = min(int((left + wide) * f) + pad, width), min(int((top + high) * f) + pad, height)
+    x1, y1 = (
+        min(int((left + wide) * f) + pad, width),
+        min(int((top + high) * f) + pad, height),
+    )
     image = colours(pixels[y0:y1, x0:x1])
     background = gain * scene.background[y0:y1, x0:x1]
     rough: np.ndarray = np.zeros(image.shape[:2], np.uint8)
-    cells = cv2.resize(here.astype(np.uint8), (wide * f, high * f), interpolation=cv2.INTER_NEAREST)
+    cells = cv2.resize(
+        here.astype(np.uint8), (wide * f, high * f), interpolation=cv2.INTER_NEAREST
+    )
     oy, ox = int(top * f) - y0, int(left * f) - x0
-    rough[oy : oy + high * f, ox : ox + wide * f] = cells[: rough.shape[0] - oy, : rough.shape[1] - ox]
+    rough[oy : oy + high * f, ox : ox + wide * f] = cells[
+        : rough.shape[0] - oy, : rough.shape[1] - ox
+    ]
     outline = _outline(image, background, rough, scene)
     if outline is None:
         return None
@@ -113,7 +153,8 @@ def _measure(pixels, scene: Scene, gain: float, left, top, wide, high, here) -> 
 
 @dataclass(frozen=True)
 class _Outline:
-    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage; level: median difference from the background."""
+    """mask (h, w): filled, at about half coverage; share (h, w): approximate coverage;
+    level: median difference from the background."""
 
     mask: np.ndarray
     share: np.ndarray
@@ -123,24 +164,44 @@ class _Outline:
     background_sds: np.ndarray
 
 
-def _outline(image: np.ndarray, background: np.ndarray, rough: np.ndarray, scene: Scene) -> _Outline | None:
-    """The thing under `rough`: where the colour is nearer to the thing's than to the background's; None where there is none."""
-    smooth = np.atleast_3d(in_sds(cv2.GaussianBlur(image - background, (0, 0), 1.0), scene.matrix))
+def _outline(
+    image: np.ndarray, background: np.ndarray, rough: np.ndarray, scene: Scene
+) -> _Outline | None:
+    """The thing under `rough`: where the colour is nearer to the thing's than to the
+    background's; None where there is none."""
+    smooth = np.atleast_3d(
+        in_sds(cv2.GaussianBlur(image - background, (0, 0), 1.0), scene.matrix)
+    )
     background_sds = np.atleast_3d(in_sds(background, scene.matrix))
     shade, inside = SHADOW, rough > 0
-    strength = np.sqrt(np.maximum(weighted_product(smooth, smooth, background_sds, shade), 0))
+    strength = np.sqrt(
+        np.maximum(weighted_product(smooth, smooth, background_sds, shade), 0)
+    )
     strong = inside & (strength >= np.percentile(strength[inside], 60))
-    brighter = dot(smooth, background_sds)[strong] / dot(background_sds, background_sds)[strong]
-    if np.percentile(strength[inside], 80) < CLEAR_SD or not LIKE_SHADOW[0] < np.median(brighter) < LIKE_SHADOW[1]:
-        shade = 0.0  # colour does not separate it from a shadow, or brightness alone does
+    brighter = (
+        dot(smooth, background_sds)[strong]
+        / dot(background_sds, background_sds)[strong]
+    )
+    if (
+        np.percentile(strength[inside], 80) < CLEAR_SD
+        or not LIKE_SHADOW[0] < np.median(brighter) < LIKE_SHADOW[1]
+    ):
+        shade = (
+            0.0  # colour does not separate it from a shadow, or brightness alone does
+        )
         strength = np.sqrt(weighted_product(smooth, smooth, background_sds, shade))
         strong = inside & (strength >= np.percentile(strength[inside], 60))
     level = float(np.median(strength[strong]))
-    colour, back = np.median((smooth + background_sds)[strong], axis=0), background_sds[strong].mean(axis=0)
+    colour, back = (
+        np.median((smooth + background_sds)[strong], axis=0),
+        background_sds[strong].mean(axis=0),
+    )
     off = colour - background_sds
     power = weighted_product(off, off, background_sds, shade)
     along = weighted_product(smooth, off, background_sds, shade)
-    if (along[strong] > 0).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is not included
+    if (
+        along[strong] > 0
+    ).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is not included
         share = along / np.maximum(power, (0.3 * level) ** 2)
         above = (share > 0.5) & (along > 4 * 0.29 * np.sqrt(np.maximum(power, 1e-9)))
     else:  # lighter and darker than the background: a shaded seed before a grey wall
@@ -162,27 +223,51 @@ def _outline(image: np.ndarray, background: np.ndarray, rough: np.ndarray, scene
 def _coverage(
     image: np.ndarray, background: np.ndarray, outline: _Outline, scene: Scene
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
-    """α of each pixel and its sd (0 where α is known), and both by the pixel alone (sd infinite where it shows nothing)."""
+    """α of each pixel and its sd (0 where α is known), and both by the pixel alone (sd
+    infinite where it shows nothing)."""
     mask = outline.mask
     half = _band(outline.share, mask)
     depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
     inner = (depth > half + 0.5).astype(np.uint8)
-    outer = (cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3) < half + 0.5).astype(np.uint8)
+    outer = (cv2.distanceTransform(1 - mask, cv2.DIST_L2, 3) < half + 0.5).astype(
+        np.uint8
+    )
     if inner.sum() < 5:  # too small for an inside: use what differs most
         inner = (outline.share * mask > 0.8).astype(np.uint8)
     band = (outer > 0) & (inner == 0)
     background = _shaded(image, background, outer == 0, scene)
     noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
-    colour = np.dstack([
-        _own_brightness(image[..., k], (inner > 0) & (depth < half + 3.5), half + 1.0, noise, scene.white)
-        for k in range(image.shape[2])
-    ])  # fmt: skip
-    shift, background_sds, off = (np.atleast_3d(in_sds(v, scene.matrix)) for v in (image - background, background, colour - background))
+    colour = np.dstack(
+        [
+            _own_brightness(
+                image[..., k],
+                (inner > 0) & (depth < half + 3.5),
+                half + 1.0,
+                noise,
+                scene.white,
+            )
+            for k in range(image.shape[2])
+        ]
+    )
+    shift, background_sds, off = (
+        np.atleast_3d(in_sds(v, scene.matrix))
+        for v in (image - background, background, colour - background)
+    )
     power = weighted_product(off, off, background_sds, LEAST_SHADE)
     poor = power < (0.3 * outline.level) ** 2
-    alpha = np.clip(weighted_product(shift, off, background_sds, LEAST_SHADE) / np.maximum(power, 1e-9), -0.35, 1.35)
-    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))  # the background is a median of 25 frames
-    by_pixel = alpha.astype(np.float16), np.where(poor, np.inf, noise_share).astype(np.float16)
+    alpha = np.clip(
+        weighted_product(shift, off, background_sds, LEAST_SHADE)
+        / np.maximum(power, 1e-9),
+        -0.35,
+        1.35,
+    )
+    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(
+        np.maximum(power, 1e-9)
+    )  # the background is a median of 25 frames
+    by_pixel = (
+        alpha.astype(np.float16),
+        np.where(poor, np.inf, noise_share).astype(np.float16),
+    )
     guess = cv2.GaussianBlur(mask.astype(np.float32), (0, 0), 0.8)
     alpha = np.where(poor, guess, alpha)
     coverage = np.where(band, alpha, inner.astype(np.float32))
@@ -190,8 +275,11 @@ def _coverage(
     return coverage.astype(np.float64), error, by_pixel
 
 
-def _shaded(image: np.ndarray, background: np.ndarray, outside: np.ndarray, scene: Scene) -> np.ndarray:
-    """The background under this frame's illumination, extrapolated from the pixels outside to the thing's edge."""
+def _shaded(
+    image: np.ndarray, background: np.ndarray, outside: np.ndarray, scene: Scene
+) -> np.ndarray:
+    """The background under this frame's illumination, extrapolated from the pixels
+    outside to the thing's edge."""
     light = dot(image, background) / np.maximum(dot(background, background), 1e-6)
     off = np.atleast_3d(in_sds(image - light[..., None] * background, scene.matrix))
     lit = outside & (dot(off, off) < 16 + 20) & (light > 0.3) & (light < 1.3)
@@ -199,13 +287,20 @@ def _shaded(image: np.ndarray, background: np.ndarray, outside: np.ndarray, scen
         return background
     typical = float(np.median(light[lit]))
     weight = cv2.GaussianBlur(lit.astype(np.float32), (0, 0), SHADE_PX)
-    local = cv2.GaussianBlur(np.where(lit, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX) / np.maximum(weight, 1e-3)
+    local = cv2.GaussianBlur(
+        np.where(lit, light - typical, 0).astype(np.float32), (0, 0), SHADE_PX
+    ) / np.maximum(weight, 1e-3)
     clear = (np.abs(local) > LEAST_SHADE) & (weight > 0.02)
-    return background * (typical + np.where(clear, local, 0.0))[..., None].astype(np.float32)
+    return background * (typical + np.where(clear, local, 0.0))[..., None].astype(
+        np.float32
+    )
 
 
-def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: float, white: float) -> np.ndarray:
-    """The seed's brightness extrapolated from its inside: a plane for the light's direction, plus the local mean of the rest."""
+def _own_brightness(
+    image: np.ndarray, inner: np.ndarray, reach: float, noise: float, white: float
+) -> np.ndarray:
+    """The seed's brightness extrapolated from its inside: a plane for the light's
+    direction, plus the local mean of the rest."""
     rows, columns = np.nonzero(inner)
     values = image[rows, columns].astype(float)
     if len(values) < 12:
@@ -214,30 +309,45 @@ def _own_brightness(image: np.ndarray, inner: np.ndarray, reach: float, noise: f
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
     determinant = uu * vv - uv**2
     slope_u, slope_v = (
-        ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant) if determinant > 1e-6 else (0.0, 0.0)
+        ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant)
+        if determinant > 1e-6
+        else (0.0, 0.0)
     )
     if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())
-    plane = (plane[None, :] + slope_v * (np.arange(image.shape[0]) - rows.mean())[:, None]).astype(np.float32)
+    plane = (
+        plane[None, :] + slope_v * (np.arange(image.shape[0]) - rows.mean())[:, None]
+    ).astype(np.float32)
     core = inner.astype(np.float32)
     weight = cv2.GaussianBlur(core, (0, 0), reach)
     rest = cv2.GaussianBlur((image - plane) * core, (0, 0), reach)
-    return np.minimum(plane + np.where(weight > 1e-4, rest / np.maximum(weight, 1e-4), 0.0), white)
+    return np.minimum(
+        plane + np.where(weight > 1e-4, rest / np.maximum(weight, 1e-4), 0.0), white
+    )
 
 
 def _band(share: np.ndarray, mask: np.ndarray) -> float:
-    """Half width of the edge band: BAND_PX for a sharp edge, more where motion or focus blurs it.
-    Blur is measured by the number of pixels between 20 and 80 % coverage, per pixel of outline."""
+    """Half width of the edge band: BAND_PX for a sharp edge, more where motion or focus
+    blurs it. Blur is measured by the number of pixels between 20 and 80 % coverage, per
+    pixel of outline."""
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
-    outline = float((mask - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)).sum())
+    outline = float(
+        (
+            mask
+            - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)
+        ).sum()
+    )
     softness = soft / max(outline, 1.0)
     return BAND_PX + float(np.clip(0.9 * (softness - SHARP), 0.0, 12.0))
 
 
-def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhouette | None:
-    """Centroid, second moments, and their sds by error propagation from the pixels; None below 4 px."""
+def _moments(
+    coverage, error, outline: _Outline, patch: Patch, shape
+) -> Silhouette | None:
+    """Centroid, second moments, and their sds by error propagation from the pixels;
+    None below 4 px."""
     x0, y0 = patch.x0, patch.y0
     area = float(coverage.sum())
     if area < 4:
@@ -250,15 +360,41 @@ def _moments(coverage, error, outline: _Outline, patch: Patch, shape) -> Silhoue
     xx, yy = float(across @ du**2 / area), float(down @ dv**2 / area)
     xy = float(dv @ coverage @ du / area)
     variance = error**2
-    sd = np.sqrt((variance.sum(axis=0) @ du**2 + variance.sum(axis=1) @ dv**2) / 2) / area
+    sd = (
+        np.sqrt((variance.sum(axis=0) @ du**2 + variance.sum(axis=1) @ dv**2) / 2)
+        / area
+    )
     p, q = xx - yy, 2 * xy
     turn = (np.outer(dv, 2 * du) - q) * p - (du**2 - (dv**2)[:, None] - p) * q
     size = p**2 + q**2
-    angle_sd = 0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size) if size > 1e-9 else np.inf
-    ys, xs = np.nonzero(outline.mask.any(axis=1))[0], np.nonzero(outline.mask.any(axis=0))[0]
+    angle_sd = (
+        0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
+        if size > 1e-9
+        else np.inf
+    )
+    ys, xs = (
+        np.nonzero(outline.mask.any(axis=1))[0],
+        np.nonzero(outline.mask.any(axis=0))[0],
+    )
     height, width = shape
-    cut = bool(x0 + xs[0] <= 1 or y0 + ys[0] <= 1 or x0 + xs[-1] >= width - 2 or y0 + ys[-1] >= height - 2)
+    cut = bool(
+        x0 + xs[0] <= 1
+        or y0 + ys[0] <= 1
+        or x0 + xs[-1] >= width - 2
+        or y0 + ys[-1] >= height - 2
+    )
     return Silhouette(
-        x0 + x, y0 + y, float(np.hypot(sd, FLOOR_PX)), area, outline.contrast, xx, yy, xy, float(angle_sd), cut,
-        outline.colour, outline.background_sds, patch,
-    )  # fmt: skip
+        x0 + x,
+        y0 + y,
+        float(np.hypot(sd, FLOOR_PX)),
+        area,
+        outline.contrast,
+        xx,
+        yy,
+        xy,
+        float(angle_sd),
+        cut,
+        outline.colour,
+        outline.background_sds,
+        patch,
+    )

@@ -1,9 +1,11 @@
-"""Fall and first rebound of a drop with few rows (light gates, a stroboscope, some pictures), at known gravity.
+"""Fall and first rebound of a drop with few rows (light gates, a stroboscope, some
+pictures), at known gravity.
 
     h = a₀ + b₀ τ − γ τ²/2 before the impact,   h = a₁ + b₁ τ − γ τ²/2 behind it
 
-The impact lies between two neighbouring rows; all pairs are tried. With γ known the model is linear in its four parameters: five rows
-are enough, or four with stated sds. Light gates know the height and measure the time: a row's error is σ_t times the speed.
+The impact lies between two neighbouring rows; all pairs are tried. With γ known the
+model is linear in its four parameters: five rows are enough, or four with stated sds.
+Light gates know the height and measure the time: a row's error is σ_t times the speed.
 """
 
 import numpy as np
@@ -13,42 +15,87 @@ from vision.motion.flight import Flights, Gravity, drag_shift
 from vision.motion.least_squares import all_stated, variance_factor
 from vision.motion.outliers import STILL, rows_at_rest
 
-FEW_ROWS = 16  # with fewer, no rows are left out about a contact, and outliers are not detected
-SLACK = 0.05  # of the time between two rows, by which noise may move the impact out of that interval
+# with fewer, no rows are left out about a contact, and outliers are not detected
+FEW_ROWS = 16
+# of the time between two rows, by which noise may move the impact out of that interval
+SLACK = 0.05
 
 
 def fit_few_flights(
-    time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity, *, gates: bool
+    time: np.ndarray,
+    frame: np.ndarray,
+    height: np.ndarray,
+    across: np.ndarray,
+    sd: np.ndarray,
+    gravity: Gravity,
+    *,
+    gates: bool,
 ) -> Flights:
-    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN; `frame` and `across` are not used."""
+    """Fit both flights, as flight.fit_flights does; sd (n,): of each height, or NaN;
+    `frame` and `across` are not used."""
     stated = all_stated(sd)
     unknowns = 4 + (gravity.value is None)
     least = unknowns + (not stated)
     begin = rows_at_rest(height)
     if len(time) - begin < least:
         gravity_too = "gravity, " if gravity.value is None else ""
-        message = f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns ({gravity_too}two places and two speeds)"
-        raise MeasurementError(f"{message}; {least} are needed" + ("" if stated else f", or {least - 1} with their sd stated"))
-    tried = [_fit_impact_after(time, height, sd, gravity, begin, j, least, gates) for j in range(begin + 1, len(time) - 2)]
+        message = (
+            f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns"
+            f" ({gravity_too}two places and two speeds)"
+        )
+        raise MeasurementError(
+            f"{message}; {least} are needed"
+            + ("" if stated else f", or {least - 1} with their sd stated")
+        )
+    tried = [
+        _fit_impact_after(time, height, sd, gravity, begin, j, least, gates)
+        for j in range(begin + 1, len(time) - 2)
+    ]
     found = [flights for flights in tried if flights is not None]
     if not found:
-        raise MeasurementError("no impact lies between two of the rows: none of them splits into a fall and a rebound of two rows each")
-    return min(found, key=lambda f: f.noise * (1.0 if stated else len(time) / len(np.concatenate(f.rows))))
+        raise MeasurementError(
+            "no impact lies between two of the rows: none of them splits into a fall"
+            " and a rebound of two rows each"
+        )
+    return min(
+        found,
+        key=lambda f: (
+            f.noise * (1.0 if stated else len(time) / len(np.concatenate(f.rows)))
+        ),
+    )
 
 
-def _fit_impact_after(time, height, sd, gravity: Gravity, begin: int, j: int, least: int, gates: bool) -> Flights | None:
-    """Both flights, fitted with the impact between rows j and j + 1; None where the fit puts it elsewhere."""
+def _fit_impact_after(
+    time, height, sd, gravity: Gravity, begin: int, j: int, least: int, gates: bool
+) -> Flights | None:
+    """Both flights, fitted with the impact between rows j and j + 1; None where the fit
+    puts it elsewhere."""
     end = j + 3
     while end <= len(time):
         if end - begin < least:
             end += 1
             continue
-        flights = _linear(time, height, sd, gravity, (np.arange(begin, j + 1), np.arange(j + 1, end)), gates)
-        if not np.isfinite(flights.params).all() or not flights.gamma > 0 or abs(flights.params[0] - flights.params[2]) > 1e12:
+        flights = _linear(
+            time,
+            height,
+            sd,
+            gravity,
+            (np.arange(begin, j + 1), np.arange(j + 1, end)),
+            gates,
+        )
+        if (
+            not np.isfinite(flights.params).all()
+            or not flights.gamma > 0
+            or abs(flights.params[0] - flights.params[2]) > 1e12
+        ):
             return None
         meets = flights.contact_time(0)
         slack = SLACK * (time[j + 1] - time[j])
-        if not time[j] - slack <= meets <= time[j + 1] + slack or flights.speed(0, meets) >= 0 or flights.speed(1, meets) <= 0:
+        if (
+            not time[j] - slack <= meets <= time[j + 1] + slack
+            or flights.speed(0, meets) >= 0
+            or flights.speed(1, meets) <= 0
+        ):
             return None
         landing = flights.contact_times()[-1]
         if time[end - 1] > landing:
@@ -59,13 +106,18 @@ def _fit_impact_after(time, height, sd, gravity: Gravity, begin: int, j: int, le
         slack = max(3 * flights.noise, STILL * np.ptp(height))
         if flights.height(0, meets) > height.min() + slack:
             return None  # some row is lower than the plate
-        if len(later := height[end:]) and later.max() > flights.height(1, flights.apex_time(1)) + slack:
+        if (
+            len(later := height[end:])
+            and later.max() > flights.height(1, flights.apex_time(1)) + slack
+        ):
             return None  # a later bounce would be higher
         return flights
     return None
 
 
-def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarray], gates: bool) -> Flights:
+def _linear(
+    time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarray], gates: bool
+) -> Flights:
     used = np.concatenate(rows)
     middle = np.array([time[r].mean() for r in rows])
     tau = time[used] - middle[np.repeat([0, 1], [len(r) for r in rows])]
@@ -80,30 +132,60 @@ def _linear(time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarr
         columns = bare if known is not None else np.column_stack([bare, bend])
         target = height[used] - shift - (known * bend if known is not None else 0.0)
         row_weight = weight / sd[used] if stated else weight
-        params = np.linalg.lstsq(columns * row_weight[:, None], target * row_weight, rcond=None)[0]
+        params = np.linalg.lstsq(
+            columns * row_weight[:, None], target * row_weight, rcond=None
+        )[0]
         gamma = float(known if known is not None else params[4])
         apex = np.repeat([params[1], params[3]], [len(r) for r in rows]) / gamma
         shift, fall = drag_shift(tau - apex, gamma, gravity.drag)
         if gates and not stated:
-            speed = np.abs(np.repeat([params[1], params[3]], [len(r) for r in rows]) - gamma * tau + fall)
-            weight = 1 / np.maximum(speed, 0.1 * speed.max()) * np.median(np.maximum(speed, 0.1 * speed.max()))
+            speed = np.abs(
+                np.repeat([params[1], params[3]], [len(r) for r in rows])
+                - gamma * tau
+                + fall
+            )
+            weight = (
+                1
+                / np.maximum(speed, 0.1 * speed.max())
+                * np.median(np.maximum(speed, 0.1 * speed.max()))
+            )
     left = (target - columns @ params) * row_weight
     freedom, chi2 = len(used) - columns.shape[1], float(left @ left)
-    inverse = np.linalg.pinv((columns * row_weight[:, None]).T @ (columns * row_weight[:, None]))
+    inverse = np.linalg.pinv(
+        (columns * row_weight[:, None]).T @ (columns * row_weight[:, None])
+    )
     floor = (1e-9 * float(np.abs(height).max())) ** 2
     factor, _ = variance_factor(max(chi2, floor * freedom), freedom, stated)
     cov = np.zeros((6, 6))
     cov[: len(params), : len(params)] = factor * inverse
     both = np.array([*params[:4], gamma, 0.0])
     if known is not None:  # a wrong gravity bends both flights alike
-        by_gamma = np.append(-np.linalg.lstsq(columns * row_weight[:, None], bend * row_weight, rcond=None)[0], 1.0)
+        by_gamma = np.append(
+            -np.linalg.lstsq(
+                columns * row_weight[:, None], bend * row_weight, rcond=None
+            )[0],
+            1.0,
+        )
         scale, other = known * gravity.scale_sd, known * gravity.other_sd
         cov[:5, :5] += np.outer(by_gamma, by_gamma) * (scale**2 + other**2)
         cov[:5, 5] = cov[5, :5] = by_gamma * scale * gravity.scale_sd
         cov[5, 5] = gravity.scale_sd**2
     noise = np.sqrt(chi2 / max(freedom, 1)) * (float(np.median(sd)) if stated else 1.0)
     none = np.zeros(len(time), dtype=bool)
-    return Flights(rows, time, middle, both, cov, float(noise), 0.0, gamma, gamma, none, 0.0, gravity.drag)
+    return Flights(
+        rows,
+        time,
+        middle,
+        both,
+        cov,
+        float(noise),
+        0.0,
+        gamma,
+        gamma,
+        none,
+        0.0,
+        gravity.drag,
+    )
 
 
 def is_few(flights: Flights) -> bool:

@@ -1,9 +1,11 @@
-"""Sound of a drop → impacts, speeds and restitution, alone or combined with pictures of the same drop.
+"""Sound of a drop → impacts, speeds and restitution, alone or combined with pictures of
+the same drop.
 
-The clock of the sound may be shifted against that of the pictures: a film's tracks are not exactly in step, sound takes 3 ms a
-metre, a separate file begins at any time. The shift is estimated from the impacts and noted; intervals do not depend on it.
-Quantities that both give are averaged, weighted by their variances; where they contradict each other they are doubtful.
-"""
+The clock of the sound may be shifted against that of the pictures: a film's tracks are
+not exactly in step, sound takes 3 ms a metre, a separate file begins at any time. The
+shift is estimated from the impacts and noted; intervals do not depend on it. Quantities
+that both give are averaged, weighted by their variances; where they contradict each
+other they are doubtful."""
 
 import itertools
 from dataclasses import dataclass, replace
@@ -22,17 +24,22 @@ from vision.recording import Recording
 
 LEAST_LOG_ODDS = 5.5  # of a chain of impacts that is not doubtful
 CONTRADICTION_SDS = 3.0
-MOST_RATE_DIFFERENCE = 0.03  # of a stated frame rate and the file's: a phone's is not even
+MOST_RATE_DIFFERENCE = (
+    0.03  # of a stated frame rate and the file's: a phone's is not even
+)
 MOST_SHIFT_S = 0.3  # of a film's own sound
-SAME_IMPACT_S = 0.03  # within which, or three sds, an impact seen and one heard may be the same
+SAME_IMPACT_S = (
+    0.03  # within which, or three sds, an impact seen and one heard may be the same
+)
 MOST_LISTED = 6  # rejected sounds in one note
 
 
 @dataclass(frozen=True, eq=False)
 class SoundImpacts:
-    """The impacts in the sound of one drop. times, sd [s] (m,): successive impacts without a gap,
-    on the clock of the pictures; first: whether the first of them is the first after the release;
-    added: rows of the onsets that somebody added as impacts; doubt: "" where there is none."""
+    """The impacts in the sound of one drop. times, sd [s] (m,): successive impacts
+    without a gap, on the clock of the pictures; first: whether the first of them is the
+    first after the release; added: rows of the onsets that somebody added as impacts;
+    doubt: "" where there is none."""
 
     sound: Sound
     onsets: Onsets
@@ -51,59 +58,111 @@ def sound_of(recording: Recording) -> Path | None:
         return recording.sound
     if recording.evidence == "sound":
         return recording.files[0]
-    return recording.files[0] if recording.evidence == "video" and has_sound(recording.files[0]) else None
+    return (
+        recording.files[0]
+        if recording.evidence == "video" and has_sound(recording.files[0])
+        else None
+    )
 
 
 def impacts_in_sound(file: Path, recording: Recording) -> SoundImpacts:
-    """Detect the impacts in a sound and apply the recording's corrections. MeasurementError for fewer than two impacts."""
+    """Detect the impacts in a sound and apply the recording's corrections.
+    MeasurementError for fewer than two impacts."""
     return find_impacts(*read_onsets(file, recording), recording)
 
 
 def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
-    """Read a sound and find its onsets. MeasurementError where there is no sound, or the rig is no drop."""
+    """Read a sound and find its onsets. MeasurementError where there is no sound, or
+    the rig is no drop."""
     if recording.rig != "drop":
-        raise MeasurementError(f"{file}: sound shows the impacts of a drop; a {recording.rig} needs pictures, a track or light gates")
-    stated, file_fps = recording.camera.fps, film_fps(file) if recording.sound is None else None
+        raise MeasurementError(
+            f"{file}: sound shows the impacts of a drop; a {recording.rig} needs"
+            " pictures, a track or light gates"
+        )
+    stated, file_fps = (
+        recording.camera.fps,
+        film_fps(file) if recording.sound is None else None,
+    )
     if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
         raise MeasurementError(
-            f"{file}: [camera] fps = {stated:g}, but the file plays {file_fps:g} a second, and its sound with it: slow motion"
+            f"{file}: [camera] fps = {stated:g}, but the file plays {file_fps:g} a"
+            " second, and its sound with it: slow motion"
         )
     sound = read_sound(file)
     return sound, find_onsets(sound)
 
 
 def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImpacts:
-    """Select the onsets that are impacts and apply the recording's corrections. MeasurementError for fewer than two impacts."""
+    """Select the onsets that are impacts and apply the recording's corrections.
+    MeasurementError for fewer than two impacts."""
     found = find_chain(onsets, sound.duration_s, recording.drop.height_mm)
-    onsets, chain, added, corrections = correct_impacts(sound, onsets, found, recording.drop, str(recording.toml))
+    onsets, chain, added, corrections = correct_impacts(
+        sound, onsets, found, recording.drop, str(recording.toml)
+    )
     if len(chain.impacts) < 2:
-        raise MeasurementError(f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}")
+        raise MeasurementError(
+            f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}"
+        )
     rows, first, notes = _longest_complete_run(chain, onsets)
-    doubt = "" if corrections or chain.log_odds > LEAST_LOG_ODDS else "few impacts, and other sounds nearly as likely to be them"
-    if len(rows) == 2 and len(chain.impacts) == 2 and not recording.drop.height_mm and not corrections:
+    doubt = (
+        ""
+        if corrections or chain.log_odds > LEAST_LOG_ODDS
+        else "few impacts, and other sounds nearly as likely to be them"
+    )
+    if (
+        len(rows) == 2
+        and len(chain.impacts) == 2
+        and not recording.drop.height_mm
+        and not corrections
+    ):
         doubt = "two impacts, one interval: another impact may lie between them"
     times, sd = onsets.time_s[rows], onsets.sd_s[rows]
-    listed = f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ± {1000 * np.median(sd):.2g} ms each"
-    notes = [*sound.notes, listed, *corrections, *notes, *_rejection_notes(chain, onsets)]
-    return SoundImpacts(sound, onsets, chain, added, times, sd, first, doubt, tuple(notes))
+    listed = (
+        f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ±"
+        f" {1000 * np.median(sd):.2g} ms each"
+    )
+    notes = [
+        *sound.notes,
+        listed,
+        *corrections,
+        *notes,
+        *_rejection_notes(chain, onsets),
+    ]
+    return SoundImpacts(
+        sound, onsets, chain, added, times, sd, first, doubt, tuple(notes)
+    )
 
 
 def _too_few(onsets: Onsets) -> str:
-    message = f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a bouncing body's impacts"
-    advice = "lay the phone beside the plate, let nothing else sound, and record until all is still"
+    message = (
+        f"{len(onsets)} sudden sounds, but none whose intervals shrink as those of a"
+        " bouncing body's impacts"
+    )
+    advice = (
+        "lay the phone beside the plate, let nothing else sound, and record until all"
+        " is still"
+    )
     return f"{message if len(onsets) else 'no impact is heard'}; {advice}"
 
 
-def _longest_complete_run(chain: Chain, onsets: Onsets) -> tuple[np.ndarray, bool, list[str]]:
-    """The longest run of impacts with none missing, whether it begins with the first of all, notes."""
+def _longest_complete_run(
+    chain: Chain, onsets: Onsets
+) -> tuple[np.ndarray, bool, list[str]]:
+    """The longest run of impacts with none missing, whether it begins with the first of
+    all, notes."""
     edges = [0, *np.flatnonzero(chain.missed), len(chain.impacts)]
-    a, b = max(itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0]))
+    a, b = max(
+        itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0])
+    )
     notes = [
-        f"an impact between {onsets.time_s[chain.impacts[k - 1]]:.3f} and {onsets.time_s[chain.impacts[k]]:.3f} s was not heard"
+        f"an impact between {onsets.time_s[chain.impacts[k - 1]]:.3f} and"
+        f" {onsets.time_s[chain.impacts[k]]:.3f} s was not heard"
         for k in np.flatnonzero(chain.missed)
     ]
     if notes:
-        notes.append(f"the {b - a} impacts that follow one another without a gap are used")
+        notes.append(
+            f"the {b - a} impacts that follow one another without a gap are used"
+        )
     return chain.impacts[a:b], a == 0, notes
 
 
@@ -112,29 +171,56 @@ def _rejection_notes(chain: Chain, onsets: Onsets) -> list[str]:
     by_reason: dict[str, list[str]] = {}
     for row, reason in chain.rejected.items():
         by_reason.setdefault(reason, []).append(f"{onsets.time_s[row]:.3f}")
-    more = {reason: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else "" for reason, at in by_reason.items()}
-    return [f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[reason]}: {reason}" for reason, at in by_reason.items()]
+    more = {
+        reason: f" and {len(at) - MOST_LISTED} more" if len(at) > MOST_LISTED else ""
+        for reason, at in by_reason.items()
+    }
+    return [
+        f"no impact: the sound at {', '.join(at[:MOST_LISTED])} s{more[reason]}:"
+        f" {reason}"
+        for reason, at in by_reason.items()
+    ]
 
 
 def observe_sound(recording: Recording, file: Path) -> Observation:
     """Measure a drop by its sound alone."""
     heard = impacts_in_sound(file, recording)
     found = sound_observation(heard, recording)
-    shown = [q for q in found.quantities if q.name.startswith("restitution") and q.value > 0]
+    shown = [
+        q for q in found.quantities if q.name.startswith("restitution") and q.value > 0
+    ]
     caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
-    return replace(found, pictures={"sound": draw_sound(heard.sound, heard.onsets, heard.chain, heard.added, caption)})
+    return replace(
+        found,
+        pictures={
+            "sound": draw_sound(
+                heard.sound, heard.onsets, heard.chain, heard.added, caption
+            )
+        },
+    )
 
 
 def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
     """Quantities of a drop from its sound, without an overlay."""
-    quantities, bounces, notes = measure_impacts(heard.times, heard.sd, recording, first=heard.first)
+    quantities, bounces, notes = measure_impacts(
+        heard.times, heard.sd, recording, first=heard.first
+    )
     if heard.doubt:
-        quantities = tuple(q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(heard.doubt) for q in quantities)
+        quantities = tuple(
+            (
+                q
+                if q.quality == FAILED or q.name == "impact_speed"
+                else q.doubt(heard.doubt)
+            )
+            for q in quantities
+        )
     unique = tuple(dict.fromkeys((*heard.notes, *notes)))
     return Observation(recording.id, "drop", tuple(quantities), unique, bounces=bounces)
 
 
-def combine_with_sound(seen: Observation, recording: Recording, file: Path) -> Observation:
+def combine_with_sound(
+    seen: Observation, recording: Recording, file: Path
+) -> Observation:
     """Combine what was measured on the pictures of a drop with its sound."""
     try:
         heard = observe_sound(recording, file)
@@ -142,36 +228,82 @@ def combine_with_sound(seen: Observation, recording: Recording, file: Path) -> O
         return replace(seen, notes=(*seen.notes, f"its sound is not used: {error}"))
     pictures = {**seen.pictures, **heard.pictures}
     if all(q.quality == FAILED for q in seen.quantities):
-        note = f"nothing could be measured on the pictures ({seen.quantities[0].reason}): the quantities are from the sound"
-        return replace(heard, notes=tuple(dict.fromkeys((note, *seen.notes, *heard.notes))), pictures=pictures, track=seen.track)
+        note = (
+            f"nothing could be measured on the pictures ({seen.quantities[0].reason}):"
+            " the quantities are from the sound"
+        )
+        return replace(
+            heard,
+            notes=tuple(dict.fromkeys((note, *seen.notes, *heard.notes))),
+            pictures=pictures,
+            track=seen.track,
+        )
     if seen.bounces is None or "t_s" not in seen.bounces:
-        note = "the pictures have no clock ([camera] fps): the sound is not matched to them"
+        note = (
+            "the pictures have no clock ([camera] fps): the sound is not matched to"
+            " them"
+        )
         shift, agree = None, True
     else:
-        shift, note, agree = _clock_shift(seen.bounces, heard.bounces, recording.sound is None)
-    quantities = tuple(_combine_quantities(q, heard.quantities) for q in seen.quantities)
+        shift, note, agree = _clock_shift(
+            seen.bounces, heard.bounces, recording.sound is None
+        )
+    quantities = tuple(
+        _combine_quantities(q, heard.quantities) for q in seen.quantities
+    )
     if not agree:
-        quantities = tuple(q if q.quality == FAILED else q.doubt(note) for q in quantities)
-    bounces = seen.bounces if shift is None else _combine_bounces(seen.bounces, heard.bounces, shift)
+        quantities = tuple(
+            q if q.quality == FAILED else q.doubt(note) for q in quantities
+        )
+    bounces = (
+        seen.bounces
+        if shift is None
+        else _combine_bounces(seen.bounces, heard.bounces, shift)
+    )
     notes = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
-    return replace(seen, quantities=quantities, notes=notes, pictures=pictures, bounces=bounces)
+    return replace(
+        seen, quantities=quantities, notes=notes, pictures=pictures, bounces=bounces
+    )
 
 
-def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, from_film: bool) -> tuple[float | None, str, bool]:
-    """Lag of the sound behind the pictures [s] (None: no impacts match), a note, whether both agree. own: sound of the film itself."""
+def _clock_shift(
+    seen: pd.DataFrame, heard: pd.DataFrame, from_film: bool
+) -> tuple[float | None, str, bool]:
+    """Lag of the sound behind the pictures [s] (None: no impacts match), a note,
+    whether both agree. own: sound of the film itself."""
     a, a_sd = seen.t_s.to_numpy(), seen.t_sd_s.to_numpy()
     b, b_sd = heard.t_s.to_numpy(), heard.t_sd_s.to_numpy()
     off = b[None] - a[:, None]
     sd = np.hypot(a_sd[:, None], b_sd[None])
     near = np.maximum(SAME_IMPACT_S, 3 * sd)
-    tried = off[np.isfinite(off) & (~np.full(off.shape, from_film) | (np.abs(off) < MOST_SHIFT_S + near))]
+    tried = off[
+        np.isfinite(off)
+        & (~np.full(off.shape, from_film) | (np.abs(off) < MOST_SHIFT_S + near))
+    ]
     if not tried.size:
-        return None, "no impact heard is near one seen: sound and pictures are of different drops, or far out of step", False
+        return (
+            None,
+            (
+                "no impact heard is near one seen: sound and pictures are of different"
+                " drops, or far out of step"
+            ),
+            False,
+        )
     fits = [(np.abs(off - lag) < near) for lag in tried]
-    best = max(range(len(tried)), key=lambda k: (fits[k].sum(), -np.abs(off - tried[k])[fits[k]].sum()))
+    best = max(
+        range(len(tried)),
+        key=lambda k: (fits[k].sum(), -np.abs(off - tried[k])[fits[k]].sum()),
+    )
     pairs = fits[best]
     if pairs.sum() < min(2, len(a)):
-        return None, "only one impact is both seen and heard: sound and pictures could not be matched", len(a) < 2
+        return (
+            None,
+            (
+                "only one impact is both seen and heard: sound and pictures could not"
+                " be matched"
+            ),
+            len(a) < 2,
+        )
     weight = 1 / sd[pairs] ** 2
     lag = float(np.average(off[pairs], weights=weight))
     chi = float(np.sum(weight * (off[pairs] - lag) ** 2))
@@ -181,14 +313,18 @@ def _clock_shift(seen: pd.DataFrame, heard: pd.DataFrame, from_film: bool) -> tu
     if not from_film:
         message = f"the sound's clock runs {amount} after that of the pictures"
     elif abs(lag) > 3 * lag_sd:
-        message = f"the sound is shifted by {amount} against the pictures; only its intervals are used"
+        message = (
+            f"the sound is shifted by {amount} against the pictures; only its intervals"
+            " are used"
+        )
     else:
         message = f"sound and pictures are in step: {amount} apart"
     return lag, f"{message} (impacts both seen and heard: {int(pairs.sum())})", True
 
 
 def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
-    """The quantity from pictures and sound; that of the sound where the pictures have none or no scale."""
+    """The quantity from pictures and sound; that of the sound where the pictures have
+    none or no scale."""
     o = next((o for o in others if o.name == q.name and o.quality != FAILED), None)
     if o is None or not o.sd > 0:
         return q
@@ -196,7 +332,10 @@ def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
         return o
     if abs(q.value - o.value) > CONTRADICTION_SDS * np.hypot(q.sd, o.sd):
         better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
-        return better.doubt(f"the pictures give {q.value:.4g} ± {q.sd:.2g}, the sound {o.value:.4g} ± {o.sd:.2g}")
+        return better.doubt(
+            f"the pictures give {q.value:.4g} ± {q.sd:.2g}, the sound {o.value:.4g} ±"
+            f" {o.sd:.2g}"
+        )
     if q.quality != o.quality:
         return q if q.quality == GOOD else o
     weight = np.array([q.sd**-2, o.sd**-2])
@@ -204,8 +343,11 @@ def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
     return replace(q, value=value, sd=float(weight.sum() ** -0.5))
 
 
-def _combine_bounces(seen: pd.DataFrame, heard: pd.DataFrame, shift: float) -> pd.DataFrame:
-    """The bounces seen, with the impact times of the sound and the weighted means of both restitutions."""
+def _combine_bounces(
+    seen: pd.DataFrame, heard: pd.DataFrame, shift: float
+) -> pd.DataFrame:
+    """The bounces seen, with the impact times of the sound and the weighted means of
+    both restitutions."""
     out = seen.copy()
     for k, row in seen.iterrows():
         off = np.abs(heard.t_s - shift - row.t_s)
@@ -213,8 +355,16 @@ def _combine_bounces(seen: pd.DataFrame, heard: pd.DataFrame, shift: float) -> p
         if off[j] > max(SAME_IMPACT_S, 3 * row.t_sd_s):
             continue
         out.loc[k, ["t_s", "t_sd_s"]] = heard.t_s[j] - shift, heard.t_sd_s[j]
-        one, two = (row.restitution, row.restitution_sd), (heard.restitution[j], heard.restitution_sd[j])
-        if np.isfinite([*one, *two]).all() and abs(one[0] - two[0]) < CONTRADICTION_SDS * np.hypot(one[1], two[1]):
+        one, two = (
+            (row.restitution, row.restitution_sd),
+            (heard.restitution[j], heard.restitution_sd[j]),
+        )
+        if np.isfinite([*one, *two]).all() and abs(
+            one[0] - two[0]
+        ) < CONTRADICTION_SDS * np.hypot(one[1], two[1]):
             weight = np.array([one[1] ** -2, two[1] ** -2])
-            out.loc[k, ["restitution", "restitution_sd"]] = np.average([one[0], two[0]], weights=weight), weight.sum() ** -0.5
+            out.loc[k, ["restitution", "restitution_sd"]] = (
+                np.average([one[0], two[0]], weights=weight),
+                weight.sum() ** -0.5,
+            )
     return out

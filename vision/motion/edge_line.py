@@ -15,9 +15,9 @@ CANDIDATES = 5
 
 @dataclass(frozen=True)
 class Line:
-    """A line in the picture (x right, y down): points at(s), s = 0 nearest to the picture's origin.
-    angle: clockwise from the picture's horizontal [rad]; extent: first and last s at which it was
-    seen."""
+    """A line in the picture (x right, y down): points at(s), s = 0 nearest to the
+    picture's origin. angle: clockwise from the picture's horizontal [rad]; extent:
+    first and last s at which it was seen."""
 
     angle: float
     offset: float
@@ -41,14 +41,19 @@ class Line:
         return point - (self.across @ point - self.offset) * self.across
 
 
-def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
-    """The rotating edge by frame number (None: no edge rotates), the shape of the pictures, the last one."""
+def track_edge(
+    source: FrameSource,
+) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
+    """The rotating edge by frame number (None: no edge rotates), the shape of the
+    pictures, the last one."""
     sample = source.picked(9)
     last = sample[-1].pixels
     stretched = []
     for image in (grey(f.pixels) for f in sample):
         low, high = np.percentile(image[::4, ::4], (1, 99))
-        stretched.append(np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8))
+        stretched.append(
+            np.clip((image - low) * (255 / max(high - low, 1)), 0, 255).astype(np.uint8)
+        )
     starts = _candidates(stretched)
     signs: list[float | None] = [None] * len(starts)
     current: list[Line | None] = list(starts)
@@ -76,10 +81,13 @@ def track_edge(source: FrameSource) -> tuple[dict[int, Line] | None, tuple[int, 
 
 
 def _candidates(images: list[np.ndarray]) -> list[Line]:
-    """Long edges of the first picture that are not at the same place in the others (Hough transform)."""
+    """Long edges of the first picture that are not at the same place in the others
+    (Hough transform)."""
     smooth = [cv2.GaussianBlur(i, (0, 0), 1.2) for i in images]
     edges = [cv2.Canny(i, 25, 70) for i in smooth]
-    near = sum((cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:])
+    near = sum(
+        (cv2.dilate(e, np.ones((3, 3), np.uint8)) > 0).astype(int) for e in edges[1:]
+    )
     moving = edges[0].copy()
     moving[near > 0.6 * (len(edges) - 1)] = 0
     votes = cv2.HoughLines(moving, 1, np.pi / 720, max(40, moving.shape[1] // 8))
@@ -88,32 +96,51 @@ def _candidates(images: list[np.ndarray]) -> list[Line]:
     for rho, theta in [] if votes is None else votes[:60, 0]:
         angle = theta - np.pi / 2
         line = Line(float(angle), float(rho), (0.0, 0.0))
-        alike = (abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8 for o in lines)
+        alike = (
+            abs(line.angle - o.angle) < 0.03 and abs(line.offset - o.offset) < 8
+            for o in lines
+        )
         if abs(angle) > np.radians(80) or any(alike):
             continue
         on = np.abs(points @ line.across - line.offset) < 2.5
         if on.sum() < 30:
             continue
         s = points[on] @ line.along
-        lines.append(Line(line.angle, line.offset, (float(np.percentile(s, 1)), float(np.percentile(s, 99)))))
+        lines.append(
+            Line(
+                line.angle,
+                line.offset,
+                (float(np.percentile(s, 1)), float(np.percentile(s, 99))),
+            )
+        )
         if len(lines) == CANDIDATES:
             break
     return lines
 
 
-def _profiles(image: np.ndarray, line: Line) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Brightness across the line at PLACES along it: (places, offsets), the places s, the offsets."""
+def _profiles(
+    image: np.ndarray, line: Line
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Brightness across the line at PLACES along it: (places, offsets), the places s,
+    the offsets."""
     s = np.linspace(line.extent[0], line.extent[1], PLACES)
     across = np.arange(-SEARCH_PX, SEARCH_PX + 0.25, 0.5)
     base = line.offset * line.across
     x = base[0] + s[:, None] * line.along[0] + across[None, :] * line.across[0]
     y = base[1] + s[:, None] * line.along[1] + across[None, :] * line.across[1]
-    values = cv2.remap(image, x.astype(np.float32), y.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    values = cv2.remap(
+        image,
+        x.astype(np.float32),
+        y.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
     return cv2.GaussianBlur(values, (5, 1), 1.0), s, across
 
 
 def _sign(image: np.ndarray, line: Line) -> float:
-    """Whether the picture gets brighter (+1) or darker (−1) downwards across the edge."""
+    """Whether the picture gets brighter (+1) or darker (−1) downwards across the
+    edge."""
     values, _, _ = _profiles(image, line)
     step = np.diff(values, axis=1)
     strongest = step[np.arange(len(step)), np.abs(step).argmax(axis=1)]
@@ -121,7 +148,8 @@ def _sign(image: np.ndarray, line: Line) -> float:
 
 
 def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
-    """The edge near `line`, to a few hundredths of a pixel; None when fewer than a third of the places show it."""
+    """The edge near `line`, to a few hundredths of a pixel; None when fewer than a
+    third of the places show it."""
     values, s, across = _profiles(image, line)
     step = np.maximum(np.diff(values, axis=1) * sign, 0)
     middle = (across[1:] + across[:-1]) / 2
@@ -132,7 +160,8 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
     place = (weight * middle).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
     good = (height > 0.35 * np.percentile(height, 75)) & (height > 0.8)
     lever = s - s.mean()
-    # Block, graph paper and clamps disturb some places: start from the line that most places agree on.
+    # Block, graph paper and clamps disturb some places: start from the line that most
+    # places agree on.
     guess = _agreed(lever[good], place[good])
     if guess is None:
         return None
@@ -151,7 +180,8 @@ def _refine(image: np.ndarray, line: Line, sign: float) -> Line | None:
 
 
 def _agreed(lever: np.ndarray, place: np.ndarray) -> tuple[float, float] | None:
-    """Level and slope of the line through two of the places that most others lie near to (all pairs of 24 places)."""
+    """Level and slope of the line through two of the places that most others lie near
+    to (all pairs of 24 places)."""
     if len(place) < PLACES / 3:
         return None
     pick = np.linspace(0, len(place) - 1, 24).astype(int)

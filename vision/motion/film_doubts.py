@@ -1,4 +1,5 @@
-"""Doubts about a film: whether the camera moved, and whether what was tracked is the stated seed alone."""
+"""Doubts about a film: whether the camera moved, and whether what was tracked is the
+stated seed alone."""
 
 import itertools
 import math
@@ -14,10 +15,18 @@ from vision.recording import Recording
 LOOKED_AT = 9  # frames, spread over the film
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
 LARGEST_SIDE = 1280  # px of the picture that is compared
-TEXTURED = 3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
-LEAST_TILES, AGREEING, ALIKE_PX = 4, 0.6, 0.4  # share of the textured tiles that must shift alike
+TEXTURED = (
+    3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
+)
+LEAST_TILES, AGREEING, ALIKE_PX = (
+    4,
+    0.6,
+    0.4,
+)  # share of the textured tiles that must shift alike
 LEAST_SHIFT_PX = 0.7
-AREA_MARGIN = 0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
+AREA_MARGIN = (
+    0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
+)
 MOST_HIDDEN = 0.15  # share of the rows in motion that may be hidden or merged
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 LEAST_ROWS = 8
@@ -26,29 +35,58 @@ LEAST_ROWS = 8
 def camera_moved(source: FrameSource) -> str:
     """When and how far the camera moved, as a doubt; "" where it did not."""
     frames = source.picked(LOOKED_AT)
-    grey_frames = [grey(f.pixels) for f in frames if f.pixels.shape == frames[0].pixels.shape]
+    grey_frames = [
+        grey(f.pixels) for f in frames if f.pixels.shape == frames[0].pixels.shape
+    ]
     for k in range(len(grey_frames) - 1):
         shift = common_shift(grey_frames[k], grey_frames[k + 1])
-        wider = [(k - 1, k + 1), (k, k + 2)]  # something close to the lens shifts only one pair of frames
-        lasts = any(a >= 0 and b < len(grey_frames) and common_shift(grey_frames[a], grey_frames[b]) for a, b in wider)
+        wider = [
+            (k - 1, k + 1),
+            (k, k + 2),
+        ]  # something close to the lens shifts only one pair of frames
+        lasts = any(
+            a >= 0
+            and b < len(grey_frames)
+            and common_shift(grey_frames[a], grey_frames[b])
+            for a, b in wider
+        )
         if shift is not None and lasts:
             when = f"between frames {frames[k].index} and {frames[k + 1].index}"
-            return f"the camera moved {when}: the whole picture shifts by {np.hypot(*shift):.1f} px; cut the film there"
+            return (
+                f"the camera moved {when}: the whole picture shifts by"
+                f" {np.hypot(*shift):.1f} px; cut the film there"
+            )
     return ""
 
 
 def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] | None:
-    """Shift (x, y) [px] on which most textured tiles of two grey pictures (h, w) agree; None where they do not, or it is small."""
+    """Shift (x, y) [px] on which most textured tiles of two grey pictures (h, w) agree;
+    None where they do not, or it is small."""
     factor = max(1.0, max(before.shape) / LARGEST_SIDE)
     size = (round(before.shape[1] / factor), round(before.shape[0] / factor))
-    one, other = (cv2.resize(p, size, interpolation=cv2.INTER_AREA) for p in (before, after))
+    one, other = (
+        cv2.resize(p, size, interpolation=cv2.INTER_AREA) for p in (before, after)
+    )
     bright = 255.0 / max(float(one.max()), 1.0)
     shifts = []
-    for top, left in itertools.product(np.linspace(0, size[1], ROWS + 1)[:-1], np.linspace(0, size[0], COLUMNS + 1)[:-1]):
-        window = np.s_[int(top) : int(top + size[1] / ROWS), int(left) : int(left + size[0] / COLUMNS)]
+    for top, left in itertools.product(
+        np.linspace(0, size[1], ROWS + 1)[:-1],
+        np.linspace(0, size[0], COLUMNS + 1)[:-1],
+    ):
+        window = np.s_[
+            int(top) : int(top + size[1] / ROWS),
+            int(left) : int(left + size[0] / COLUMNS),
+        ]
         a, b = (np.ascontiguousarray(p[window]) for p in (one, other))
-        if min(a.shape) >= 16 and bright * min(float(a.std()), float(b.std())) > TEXTURED:
-            shifts.append(cv2.phaseCorrelate(a, b, cv2.createHanningWindow(a.shape[::-1], cv2.CV_32F))[0])
+        if (
+            min(a.shape) >= 16
+            and bright * min(float(a.std()), float(b.std())) > TEXTURED
+        ):
+            shifts.append(
+                cv2.phaseCorrelate(
+                    a, b, cv2.createHanningWindow(a.shape[::-1], cv2.CV_32F)
+                )[0]
+            )
     if len(shifts) < LEAST_TILES:
         return None
     found = factor * np.array(shifts)
@@ -59,32 +97,48 @@ def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] |
 
 
 def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
-    """Why what was tracked may not be the seed alone; "" where nothing speaks against it. Areas are
-    compared with the stated seed where axes and scale are stated, and those at rest with those in
-    motion."""
+    """Why what was tracked may not be the seed alone; "" where nothing speaks against
+    it. Areas are compared with the stated seed where axes and scale are stated, and
+    those at rest with those in motion."""
     track, area = tracked.track, tracked.areas
     moving = np.hypot(np.gradient(track.x), np.gradient(track.y)) > RESTING_PX
     if moving.sum() < LEAST_ROWS:
         return ""
     hidden = float(track.outlier[moving].mean())
-    if hidden > MOST_HIDDEN and recording.rig == "roll":  # a drop's places are compared with parabolas
-        return f"the seed is partly hidden or merged with something in {100 * hidden:.0f} % of the frames in which it moves"
+    if (
+        hidden > MOST_HIDDEN and recording.rig == "roll"
+    ):  # a drop's places are compared with parabolas
+        return (
+            f"the seed is partly hidden or merged with something in {100 * hidden:.0f}"
+            " % of the frames in which it moves"
+        )
     typical = float(np.median(area[moving & ~track.outlier]))
     least, most = stated_area_px(recording)
     if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
         side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
-        return f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it, or more than it, was tracked"
-    resting = ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
-    turns = most / least if least > 0 else math.inf  # an oblong seed may show another side at rest
+        return (
+            f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it,"
+            " or more than it, was tracked"
+        )
+    resting = (
+        ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
+    )
+    turns = (
+        most / least if least > 0 else math.inf
+    )  # an oblong seed may show another side at rest
     if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
         ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
-            return f"at rest what is tracked covers {ratio:.2f} × what it covers in motion: it is not the seed alone"
+            return (
+                f"at rest what is tracked covers {ratio:.2f} × what it covers in"
+                " motion: it is not the seed alone"
+            )
     return ""
 
 
 def stated_area_px(recording: Recording) -> tuple[float, float]:
-    """Least and greatest silhouette [px²] of the stated seed in any orientation; 0 and infinity where it is not stated."""
+    """Least and greatest silhouette [px²] of the stated seed in any orientation; 0 and
+    infinity where it is not stated."""
     scale, seed = recording.camera.mm_per_px, recording.seed
     axes = sorted(seed.sizes_mm)
     if not scale or len(axes) < 2 or seed.count not in (None, 1):

@@ -1,11 +1,12 @@
-"""Fit of all free flights of a drop: a parabola for each, one gravity for all, impacts where successive parabolas meet.
+"""Fit of all free flights of a drop: a parabola for each, one gravity for all, impacts
+where successive parabolas meet.
 
     h(t) = a + b τ − γ τ²/2 + δ(t),    τ = t − middle of the flight
 
-γ is gravity in the track's units, δ the effect of air drag (`drag_shift`). Where scale and frame rate are stated, γ is
-g (1 + η)(1 + ε): ε the error of the scale, η that of everything else. Both have priors with their sds, so that the curvature of the
-parabolas refines the scale.
-"""
+γ is gravity in the track's units, δ the effect of air drag (`drag_shift`). Where scale
+and frame rate are stated, γ is g (1 + η)(1 + ε): ε the error of the scale, η that of
+everything else. Both have priors with their sds, so that the curvature of the parabolas
+refines the scale."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,15 +21,18 @@ from vision.motion.split_flights import free_flights, split
 from vision.robust import robust_sd
 
 G_MM_S2 = 9806.65
-GUARDS = (2.0, 1.0, 0.5)  # frames left out on either side of a contact; fewer only where a flight has hardly any
-LEAST_FALL = 0.3  # of the track's height: a single flight of less, without a contact, is none
+# frames left out on either side of a contact; fewer only where a flight has hardly any
+GUARDS = (2.0, 1.0, 0.5)
+LEAST_FALL = (
+    0.3  # of the track's height: a single flight of less, without a contact, is none
+)
 
 
 @dataclass(frozen=True)
 class Gravity:
-    """Prior of γ. value: g in the track's units, None where scale or frame rate is unknown;
-    scale_sd: relative, of the scale; other_sd: relative, of everything else (perspective, air);
-    drag: k in a = −k v |v|, per length unit of the track."""
+    """Prior of γ. value: g in the track's units, None where scale or frame rate is
+    unknown; scale_sd: relative, of the scale; other_sd: relative, of everything else
+    (perspective, air); drag: k in a = −k v |v|, per length unit of the track."""
 
     value: float | None
     scale_sd: float = 0.0
@@ -38,10 +42,10 @@ class Gravity:
 
 @dataclass(frozen=True)
 class Flights:
-    """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ … γ ε (2F +
-    2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by the parabolas alone,
-    without a prior; outlier (n,): of all rows; guard: frames left out on either side of a
-    contact."""
+    """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ …
+    γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by
+    the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left
+    out on either side of a contact."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -69,16 +73,23 @@ class Flights:
         p = self.params if params is None else params
         tau = time - self.middle[flight]
         parabola = p[2 * flight] + p[2 * flight + 1] * tau - p[-2] * tau**2 / 2
-        return parabola + drag_shift(time - self.apex_time(flight, p), p[-2], self.drag)[0]
+        return (
+            parabola + drag_shift(time - self.apex_time(flight, p), p[-2], self.drag)[0]
+        )
 
     def speed(self, flight: int, time: Any, params: np.ndarray | None = None) -> Any:
         """dh/dt, upwards, at `time`, a number or an array."""
         p = self.params if params is None else params
         late = time - self.apex_time(flight, p)
-        return p[2 * flight + 1] - p[-2] * (time - self.middle[flight]) + drag_shift(late, p[-2], self.drag)[1]
+        return (
+            p[2 * flight + 1]
+            - p[-2] * (time - self.middle[flight])
+            + drag_shift(late, p[-2], self.drag)[1]
+        )
 
     def contact_times(self) -> list[float]:
-        """Times of the impacts, and of the landing that ends the last flight (by symmetry about its apex); empty without impacts."""
+        """Times of the impacts, and of the landing that ends the last flight (by
+        symmetry about its apex); empty without impacts."""
         last = len(self.rows) - 1
         times = [self.contact_time(k) for k in range(last)]
         return [*times, 2 * self.apex_time(last) - times[-1]] if times else []
@@ -91,10 +102,14 @@ class Flights:
     def fall(self, params: np.ndarray | None = None) -> float:
         """Height from the first flight's apex to its impact."""
         p = self.params if params is None else params
-        return float(self.height(0, self.apex_time(0, p), p) - self.height(0, self.contact_time(0, p), p))
+        return float(
+            self.height(0, self.apex_time(0, p), p)
+            - self.height(0, self.contact_time(0, p), p)
+        )
 
     def contact_time(self, flight: int, params: np.ndarray | None = None) -> float:
-        """Time at which a flight and the next one meet: linear for parabolas of one γ, then corrected for drag."""
+        """Time at which a flight and the next one meet: linear for parabolas of one γ,
+        then corrected for drag."""
         p = self.params if params is None else params
         shift = self.middle[flight + 1] - self.middle[flight]
         a0, b0, a1, b1 = p[2 * flight : 2 * flight + 4]
@@ -102,22 +117,33 @@ class Flights:
         time = self.middle[flight] + (a1 - a0) / (b0 - b1)
         for _ in range(3 if self.drag else 0):
             gap = self.height(flight + 1, time, p) - self.height(flight, time, p)
-            time -= gap / (self.speed(flight + 1, time, p) - self.speed(flight, time, p))
+            time -= gap / (
+                self.speed(flight + 1, time, p) - self.speed(flight, time, p)
+            )
         return float(time)
 
 
 def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
-    """Height and speed that quadratic drag adds to a parabola at the time `late` from its apex. a =
-    −k v |v| along v = −γ t, integrated twice with the undisturbed v: ± k γ² t⁴/12 and k γ² |t|³/3.
-    First order in k: correct to 0.03 % of the speed for a soybean falling 310 mm, where drag takes
-    0.9 %."""
-    return drag * gamma**2 * late**3 * np.abs(late) / 12, drag * gamma**2 * np.abs(late) ** 3 / 3
+    """Height and speed that quadratic drag adds to a parabola at the time `late` from
+    its apex. a = −k v |v| along v = −γ t, integrated twice with the undisturbed v: ± k
+    γ² t⁴/12 and k γ² |t|³/3. First order in k: correct to 0.03 % of the speed for a
+    soybean falling 310 mm, where drag takes 0.9 %."""
+    return (
+        drag * gamma**2 * late**3 * np.abs(late) / 12,
+        drag * gamma**2 * np.abs(late) ** 3 / 3,
+    )
 
 
 def fit_flights(
-    time: np.ndarray, frame: np.ndarray, height: np.ndarray, across: np.ndarray, sd: np.ndarray, gravity: Gravity
+    time: np.ndarray,
+    frame: np.ndarray,
+    height: np.ndarray,
+    across: np.ndarray,
+    sd: np.ndarray,
+    gravity: Gravity,
 ) -> Flights:
-    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,): used to find outliers only."""
+    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,):
+    used to find outliers only."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
     outlier = single_spikes(height)
@@ -125,28 +151,42 @@ def fit_flights(
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for turn in range(4):
         rows, guard = _usable(ranges, contact_times, time, outlier, step)
-        flights, residual = _fit_once(rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3)
+        flights, residual = _fit_once(
+            rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3
+        )
         contact_times = flights.contact_times()
         if turn == 3:
-            if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(height[~outlier]):
-                raise MeasurementError("no fall can be distinguished from how the seed was held: too much noise, or too few frames")
+            if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(
+                height[~outlier]
+            ):
+                raise MeasurementError(
+                    "no fall can be distinguished from how the seed was held: too much"
+                    " noise, or too few frames"
+                )
             return flights
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
-        ranges = ranges[: free_flights(rows, time, height, residual, flights.contact_states(), step)]
+        ranges = ranges[
+            : free_flights(rows, time, height, residual, flights.contact_states(), step)
+        ]
     raise AssertionError
 
 
-def _spikes(rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Mask of the rows far off their flight, but not of those on a smooth curve, by which air may bend it."""
+def _spikes(
+    rows, residual: np.ndarray, time: np.ndarray, height: np.ndarray
+) -> np.ndarray:
+    """Mask of the rows far off their flight, but not of those on a smooth curve, by
+    which air may bend it."""
     mask = np.zeros(len(time), dtype=bool)
     if len(residual) < 4 * (2 * len(rows) + 1):
         return mask
     limit = SPIKE_SD * robust_sd(residual) + 1e-12
     for r, off in zip(rows, np.split(residual, np.cumsum([len(r) for r in rows])[:-1])):
         odd = np.abs(off) > limit
-        if not 0 < odd.sum() < 0.3 * len(r):  # more is not an outlier but a flight that is no parabola
+        if (
+            not 0 < odd.sum() < 0.3 * len(r)
+        ):  # more is not an outlier but a flight that is no parabola
             continue
         left = curve_residuals(time[r], height[r])
         on_curve = (np.abs(left) <= limit) & (robust_sd(left) < limit / 3)
@@ -158,31 +198,48 @@ def _weights(sd: np.ndarray) -> np.ndarray:
     return np.median(sd) / sd if all_stated(sd) else np.ones(len(sd))
 
 
-def _places_and_speeds(rows: Sequence[np.ndarray], time: np.ndarray, middle: np.ndarray, more: int) -> np.ndarray:
-    """Design of a place and a speed for each flight, (rows, 2F + more), its last columns 0."""
+def _places_and_speeds(
+    rows: Sequence[np.ndarray], time: np.ndarray, middle: np.ndarray, more: int
+) -> np.ndarray:
+    """Design of a place and a speed for each flight, (rows, 2F + more), its last
+    columns 0."""
     design = np.zeros((sum(map(len, rows)), 2 * len(rows) + more))
     at = 0
     for k, r in enumerate(rows):
-        design[at : at + len(r), 2 * k : 2 * k + 2] = np.column_stack([np.ones(len(r)), time[r] - middle[k]])
+        design[at : at + len(r), 2 * k : 2 * k + 2] = np.column_stack(
+            [np.ones(len(r)), time[r] - middle[k]]
+        )
         at += len(r)
     return design
 
 
-def _usable(ranges, contact_times, time, outlier, step) -> tuple[tuple[np.ndarray, ...], float]:
-    """Rows of each flight without those within 2 frames of a contact, or fewer where a flight would have less than 4 rows."""
+def _usable(
+    ranges, contact_times, time, outlier, step
+) -> tuple[tuple[np.ndarray, ...], float]:
+    """Rows of each flight without those within 2 frames of a contact, or fewer where a
+    flight would have less than 4 rows."""
     rows, least = [], GUARDS[0]
     for k, (start, stop) in enumerate(ranges):
         low = contact_times[k - 1] if k else -np.inf
         high = contact_times[k] if k < len(contact_times) else np.inf
-        here = np.arange(max(start - 2, 0) if k else start, min(stop + 2, len(time)) if k < len(contact_times) else stop)
+        here = np.arange(
+            max(start - 2, 0) if k else start,
+            min(stop + 2, len(time)) if k < len(contact_times) else stop,
+        )
         here = here[~outlier[here]]
-        for guard in GUARDS if k < 2 else GUARDS[:2]:  # later bounces need well separated rows
-            kept = here[(time[here] > low + guard * step) & (time[here] < high - guard * step)]
+        for guard in (
+            GUARDS if k < 2 else GUARDS[:2]
+        ):  # later bounces need well separated rows
+            kept = here[
+                (time[here] > low + guard * step) & (time[here] < high - guard * step)
+            ]
             if len(kept) >= 4:
                 break
         if len(kept) < (3, 2, 4)[min(k, 2)]:
             if k == 0 and len(ranges) > 1:
-                raise MeasurementError(f"only {len(kept)} frames before the first contact; a speed needs 3")
+                raise MeasurementError(
+                    f"only {len(kept)} frames before the first contact; a speed needs 3"
+                )
             break
         rows.append(kept)
         least = min(least, guard)
@@ -191,7 +248,9 @@ def _usable(ranges, contact_times, time, outlier, step) -> tuple[tuple[np.ndarra
     return tuple(rows), least
 
 
-def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guard, quick: bool):
+def _fit_once(
+    rows, time, frame, height, weight, gravity: Gravity, outlier, guard, quick: bool
+):
     used = np.concatenate(rows)
     middle = np.array([time[r].mean() for r in rows])
     design = _places_and_speeds(rows, time, middle, 2)
@@ -201,17 +260,37 @@ def _fit_once(rows, time, frame, height, weight, gravity: Gravity, outlier, guar
     solved = _solve(design, target, lag, weight[used], gravity, quick)
     for _ in range(2 if gravity.drag else 0):
         params = solved[0].params
-        late = np.concatenate([time[r] - middle[k] - params[2 * k + 1] / params[-2] for k, r in enumerate(rows)])
+        late = np.concatenate(
+            [
+                time[r] - middle[k] - params[2 * k + 1] / params[-2]
+                for k, r in enumerate(rows)
+            ]
+        )
         shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
         solved = _solve(design, shifted, lag, weight[used], gravity, quick)
     found, free = solved
-    return Flights(
-        rows, time, middle, found.params, found.cov, found.noise, found.rho, float(free.params[-1]),
-        float(np.sqrt(free.cov[-1, -1])), outlier, guard, gravity.drag,
-    ), found.residuals * weight[used]  # fmt: skip
+    return (
+        Flights(
+            rows,
+            time,
+            middle,
+            found.params,
+            found.cov,
+            found.noise,
+            found.rho,
+            float(free.params[-1]),
+            float(np.sqrt(free.cov[-1, -1])),
+            outlier,
+            guard,
+            gravity.drag,
+        ),
+        found.residuals * weight[used],
+    )
 
 
-def _solve(design, target, lag, weight, gravity: Gravity, quick: bool) -> tuple[Fit, Fit]:
+def _solve(
+    design, target, lag, weight, gravity: Gravity, quick: bool
+) -> tuple[Fit, Fit]:
     """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
@@ -222,20 +301,36 @@ def _solve(design, target, lag, weight, gravity: Gravity, quick: bool) -> tuple[
     if gravity.value is not None:
         link = -scale_row.copy()
         link[-2] = 1 / gravity.value
-        rows, values, sds = [*rows, link], [*values, 1.0], [*sds, max(gravity.other_sd, 1e-9)]
+        rows, values, sds = (
+            [*rows, link],
+            [*values, 1.0],
+            [*sds, max(gravity.other_sd, 1e-9)],
+        )
     prior = (np.array(rows), np.array(values), np.array(sds))
     return fit(design, target, lag, weight=weight, rho=rho, prior=prior), free
 
 
 def fit_lateral(
-    flights: Flights, time: np.ndarray, frame: np.ndarray, across: np.ndarray, sd: np.ndarray, plumb_sd: float
+    flights: Flights,
+    time: np.ndarray,
+    frame: np.ndarray,
+    across: np.ndarray,
+    sd: np.ndarray,
+    plumb_sd: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fit c + u τ + a τ²/2 sideways for each flight (c₀ u₀ c₁ u₁ … a, and their covariance); sd of a: γ times `plumb_sd` [rad]."""
+    """Fit c + u τ + a τ²/2 sideways for each flight (c₀ u₀ c₁ u₁ … a, and their
+    covariance); sd of a: γ times `plumb_sd` [rad]."""
     used = np.concatenate(flights.rows)
     design = _places_and_speeds(flights.rows, time, flights.middle, 1)
     design[:, -1] = design[:, 1:-1:2].sum(axis=1) ** 2 / 2
     row = np.zeros((1, design.shape[1]))
     row[0, -1] = 1.0
     prior = (row, np.zeros(1), np.array([max(plumb_sd, 1e-6) * abs(flights.gamma)]))
-    found = fit(design, across[used], frame_lag(frame[used]), weight=_weights(sd)[used], prior=prior)
+    found = fit(
+        design,
+        across[used],
+        frame_lag(frame[used]),
+        weight=_weights(sd)[used],
+        prior=prior,
+    )
     return found.params, found.cov

@@ -1,8 +1,8 @@
 """Inertia of a rolling seed or ball: 1 + I/(m r²).
 
-A solid ball on a plate has I/(m r²) = 2/5, a hollow one up to 2/3. On two rails it rolls on the smaller radius √(R² − (gap/2)²), so
-that I/(m r²) grows by R² / (R² − (gap/2)²). An ellipsoid that rolls across its longest axis has (a² + b²)/(5 r²).
-"""
+A solid ball on a plate has I/(m r²) = 2/5, a hollow one up to 2/3. On two rails it
+rolls on the smaller radius √(R² − (gap/2)²), so that I/(m r²) grows by R² / (R² −
+(gap/2)²). An ellipsoid that rolls across its longest axis has (a² + b²)/(5 r²)."""
 
 import math
 from dataclasses import dataclass
@@ -13,12 +13,16 @@ from vision.recording import Recording
 
 SOLID = 0.4
 ROUND = 0.02  # elongation of what is taken for a ball
-BALL_SD, SEED_SD = 0.003, 0.02  # relative, of 1 + I/(m r²): of a ball; of what is no ball, or of unknown shape
+BALL_SD, SEED_SD = (
+    0.003,
+    0.02,
+)  # relative, of 1 + I/(m r²): of a ball; of what is no ball, or of unknown shape
 
 
 @dataclass(frozen=True)
 class Inertia:
-    """factor: 1 + I/(m r²); sd: relative; radius_mm: rolling radius, NaN where no size is stated; ball: stated to be round."""
+    """factor: 1 + I/(m r²); sd: relative; radius_mm: rolling radius, NaN where no size
+    is stated; ball: stated to be round."""
 
     factor: float
     sd: float
@@ -27,7 +31,8 @@ class Inertia:
 
 
 def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
-    """Inertia of a seed on a plate, or on two rails at that inside distance; MeasurementError where it would fall between them."""
+    """Inertia of a seed on a plate, or on two rails at that inside distance;
+    MeasurementError where it would fall between them."""
     sizes = sorted(seed.sizes_mm, reverse=True)
     across = sizes[1:] if len(sizes) == 3 else sizes[-1:] * 2
     radius = sum(across) / 4 if sizes else math.nan
@@ -38,9 +43,15 @@ def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
     if not rail_gap_mm:
         return Inertia(1 + share, sd, radius, ball)
     if not sizes:
-        raise MeasurementError("[seed] length_mm is missing; on rails the rolling radius depends on a ball's diameter")
+        raise MeasurementError(
+            "[seed] length_mm is missing; on rails the rolling radius depends on a"
+            " ball's diameter"
+        )
     if rail_gap_mm >= min(across):
-        raise MeasurementError(f"[roll] rail_gap_mm = {rail_gap_mm:g}: a ball of {min(across):g} mm falls between such rails")
+        raise MeasurementError(
+            f"[roll] rail_gap_mm = {rail_gap_mm:g}: a ball of {min(across):g} mm falls"
+            " between such rails"
+        )
     low = radius**2 - (rail_gap_mm / 2) ** 2
     return Inertia(1 + share * radius**2 / low, sd, math.sqrt(low), ball)
 

@@ -1,9 +1,10 @@
-"""Linear least squares under AR(1) noise, since errors of successive frames are correlated.
+"""Linear least squares under AR(1) noise, since errors of successive frames are
+correlated.
 
-cov(n_i, n_j) = σ² ρ^|i−j| for frame numbers i and j, so lost frames need no filling in. White-noise error bars would be far too
-small. ρ is estimated by restricted maximum likelihood (REML; Patterson & Thompson 1971, Biometrika 58, 545), which unlike the
-residuals' autocorrelation is not biased towards zero by the fit.
-"""
+cov(n_i, n_j) = σ² ρ^|i−j| for frame numbers i and j, so lost frames need no filling in.
+White-noise error bars would be far too small. ρ is estimated by restricted maximum
+likelihood (REML; Patterson & Thompson 1971, Biometrika 58, 545), which unlike the
+residuals' autocorrelation is not biased towards zero by the fit."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,13 +15,16 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi_square
 from scipy.stats import t as student
 
-RHO_MAX = 0.995  # beyond this a few thousand frames cannot tell correlated noise from a drift
+RHO_MAX = (
+    0.995  # beyond this a few thousand frames cannot tell correlated noise from a drift
+)
 LEAST_P = 0.01  # of a χ² as large by chance, below which stated sds are doubted
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Parameters of a linear fit, their covariance (scaled so that ± 1.96 √var is a 95 % interval), noise, residuals."""
+    """Parameters of a linear fit, their covariance (scaled so that ± 1.96 √var is a 95
+    % interval), noise, residuals."""
 
     params: np.ndarray  # (p,)
     cov: np.ndarray  # (p, p)
@@ -30,12 +34,15 @@ class Fit:
 
 
 def whiten(rows: np.ndarray, lag: np.ndarray, rho: float) -> np.ndarray:
-    """Rows (n, …) with AR(1) noise → rows with independent noise of the same σ; lag (n,): frames since the row before."""
+    """Rows (n, …) with AR(1) noise → rows with independent noise of the same σ; lag
+    (n,): frames since the row before."""
     carried = rho**lag
     carried[0] = 0.0
     shape = (-1,) + (1,) * (rows.ndim - 1)
     before = np.roll(rows, 1, axis=0)
-    return (rows - carried.reshape(shape) * before) / np.sqrt(1 - carried**2).reshape(shape)
+    return (rows - carried.reshape(shape) * before) / np.sqrt(1 - carried**2).reshape(
+        shape
+    )
 
 
 def frame_lag(frame: np.ndarray) -> np.ndarray:
@@ -44,7 +51,8 @@ def frame_lag(frame: np.ndarray) -> np.ndarray:
 
 
 def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float:
-    """ρ of AR(1) noise about the linear model `design` (n, p), by REML; 0 for fewer than 5 degrees of freedom."""
+    """ρ of AR(1) noise about the linear model `design` (n, p), by REML; 0 for fewer
+    than 5 degrees of freedom."""
     n, p = design.shape
     if n - p < 5:
         return 0.0
@@ -55,20 +63,31 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
         carried[0] = 0.0
         triangle = np.abs(np.diag(np.linalg.qr(whiten(both, lag, rho), mode="r")))
         triangle = np.maximum(triangle, 1e-300)
-        return (n - p) * 2 * np.log(triangle[p]) + np.log(1 - carried**2).sum() + 2 * np.log(triangle[:p]).sum()
+        return (
+            (n - p) * 2 * np.log(triangle[p])
+            + np.log(1 - carried**2).sum()
+            + 2 * np.log(triangle[:p]).sum()
+        )
 
-    found = minimize_scalar(loss, bounds=(0.0, RHO_MAX), method="bounded", options={"xatol": 2e-3})
+    found = minimize_scalar(
+        loss, bounds=(0.0, RHO_MAX), method="bounded", options={"xatol": 2e-3}
+    )
     return float(found.x) if loss(found.x) < loss(0.0) else 0.0
 
 
 def fit(
-    design: np.ndarray, data: np.ndarray, lag: np.ndarray, *, weight: np.ndarray | None = None, rho: float | None = None,
+    design: np.ndarray,
+    data: np.ndarray,
+    lag: np.ndarray,
+    *,
+    weight: np.ndarray | None = None,
+    rho: float | None = None,
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
-) -> Fit:  # fmt: skip
-    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise. weight (n,): 1
-    / relative sd of each row. prior: (rows (m, p), values (m,), sds (m,)) of what is known
-    beforehand. The covariance is widened by Student's t for the n − p degrees of freedom behind
-    σ."""
+) -> Fit:
+    """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
+    weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds
+    (m,)) of what is known beforehand. The covariance is widened by Student's t for the
+    n − p degrees of freedom behind σ."""
     n, p = design.shape
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight
@@ -77,12 +96,21 @@ def fit(
     alone = np.linalg.lstsq(white, aim, rcond=None)[0]
     freedom = max(n - np.linalg.matrix_rank(white), 1)
     noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
-    noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)  # a simulated track may be exact, or exactly 0
+    noise = max(
+        noise, 1e-12 * float(np.abs(data).max()), 1e-9
+    )  # a simulated track may be exact, or exactly 0
     white, aim = white / noise, aim / noise
     if prior is not None:
         rows, values, sds = prior
-        white, aim = np.vstack([white, rows / sds[:, None]]), np.concatenate([aim, values / sds])
-    inverse = np.linalg.pinv(white.T @ white, hermitian=True) if p > 2 else np.linalg.pinv(white.T @ white)
+        white, aim = (
+            np.vstack([white, rows / sds[:, None]]),
+            np.concatenate([aim, values / sds]),
+        )
+    inverse = (
+        np.linalg.pinv(white.T @ white, hermitian=True)
+        if p > 2
+        else np.linalg.pinv(white.T @ white)
+    )
     params = np.linalg.lstsq(white, aim, rcond=None)[0]
     widen = (student.ppf(0.975, freedom) / 1.96) ** 2
     return Fit(params, inverse * widen, noise, rho, data - design @ params)
@@ -93,32 +121,48 @@ def all_stated(sd: np.ndarray) -> bool:
     return bool(np.isfinite(sd).all() and (sd > 0).all())
 
 
-def variance_factor(chi2: float, degrees_of_freedom: int, stated: bool) -> tuple[float, str]:
-    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and a doubt (""
-    for none). 1 where the sds of the rows are stated and χ² does not contradict them; else χ²/ν,
-    widened by Student's t."""
-    if stated and (degrees_of_freedom < 1 or chi_square.sf(chi2, degrees_of_freedom) >= LEAST_P):
+def variance_factor(
+    chi2: float, degrees_of_freedom: int, stated: bool
+) -> tuple[float, str]:
+    """Factor of a least-squares covariance so that ± 1.96 √var is a 95 % interval, and
+    a doubt ("" for none). 1 where the sds of the rows are stated and χ² does not
+    contradict them; else χ²/ν, widened by Student's t."""
+    if stated and (
+        degrees_of_freedom < 1 or chi_square.sf(chi2, degrees_of_freedom) >= LEAST_P
+    ):
         return 1.0, ""
     reduced = chi2 / degrees_of_freedom
-    doubt = f"the rows scatter {np.sqrt(reduced):.2g} times as much as their stated sd" if stated else ""
+    doubt = (
+        f"the rows scatter {np.sqrt(reduced):.2g} times as much as their stated sd"
+        if stated
+        else ""
+    )
     return reduced * (student.ppf(0.975, degrees_of_freedom) / 1.96) ** 2, doubt
 
 
 def correlated_mean(values: np.ndarray, frame: np.ndarray) -> tuple[float, float]:
-    """Mean of a stretch of correlated values and its sd; one value alone has no sd of its own (NaN)."""
+    """Mean of a stretch of correlated values and its sd; one value alone has no sd of
+    its own (NaN)."""
     if len(values) < 2:
         return float(values[0]), float("nan")
     found = fit(np.ones((len(values), 1)), values, frame_lag(frame))
     return float(found.params[0]), float(np.sqrt(found.cov[0, 0]))
 
 
-def propagate(function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`function(params)` (m,) and its covariance (m, m) to first order, by central differences of 1e-4 sd."""
+def propagate(
+    function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`function(params)` (m,) and its covariance (m, m) to first order, by central
+    differences of 1e-4 sd."""
     value = np.asarray(function(params), dtype=float)
-    steps = 1e-3 * np.sqrt(np.maximum(np.diag(cov), 0)) + 1e-12 * np.abs(params) + 1e-300
+    steps = (
+        1e-3 * np.sqrt(np.maximum(np.diag(cov), 0)) + 1e-12 * np.abs(params) + 1e-300
+    )
     jacobian = np.empty((len(value), len(params)))
     for i, step in enumerate(steps):
         shift = np.zeros(len(params))
         shift[i] = step
-        jacobian[:, i] = (np.asarray(function(params + shift)) - np.asarray(function(params - shift))) / (2 * step)
+        jacobian[:, i] = (
+            np.asarray(function(params + shift)) - np.asarray(function(params - shift))
+        ) / (2 * step)
     return value, jacobian @ cov @ jacobian.T

@@ -1,8 +1,9 @@
-"""Drop rig: track → rebound height, speeds, restitution, and a table of all bounces with sds.
+"""Drop rig: track → rebound height, speeds, restitution, and a table of all bounces
+with sds.
 
-Heights are those of the centroid above its height at contact. The fall of a seed that does not turn is thus the clearance of its
-lowest point, `drop.height_mm` of the recording.
-"""
+Heights are those of the centroid above its height at contact. The fall of a seed that
+does not turn is thus the clearance of its lowest point, `drop.height_mm` of the
+recording."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +13,14 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError, Quantity, all_failed, failed
+from vision.measurement import (
+    DOUBTFUL,
+    GOOD,
+    MeasurementError,
+    Quantity,
+    all_failed,
+    failed,
+)
 from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
 from vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
 from vision.motion.gravity import (
@@ -28,16 +36,22 @@ from vision.motion.least_squares import propagate
 from vision.motion.track import Track
 from vision.recording import Recording
 
-HEIGHT_SD_MM = 1.0  # of a stated release height: a seed held by hand or clamp, read off a ruler
+HEIGHT_SD_MM = (
+    1.0  # of a stated release height: a seed held by hand or clamp, read off a ruler
+)
 QUANTITIES = (
-    ("rebound_height", "mm"), ("restitution", "1"), ("impact_speed", "m/s"), ("rebound_speed", "m/s"),
+    ("rebound_height", "mm"),
+    ("restitution", "1"),
+    ("impact_speed", "m/s"),
+    ("rebound_speed", "m/s"),
     ("restitution_normal", "1"),
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)
 class Rebound:
-    """Result for a drop; `track` has its outliers marked; contradicted: gravity contradicts the stated scale or frame rate."""
+    """Result for a drop; `track` has its outliers marked; contradicted: gravity
+    contradicts the stated scale or frame rate."""
 
     quantities: tuple[Quantity, ...]
     bounces: pd.DataFrame | None
@@ -47,14 +61,19 @@ class Rebound:
     contradicted: bool = False
 
 
-def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float] | None = None) -> Rebound:
-    """Fit the flights of a drop and measure its bounces; axis: where the optical axis passes, for a track from pictures."""
+def measure_rebound(
+    track: Track, recording: Recording, axis: tuple[float, float] | None = None
+) -> Rebound:
+    """Fit the flights of a drop and measure its bounces; axis: where the optical axis
+    passes, for a track from pictures."""
     used = track.used()
     up, across = gravity_axes(used, recording)
     gravity, notes = known_gravity(used, recording)
     try:
         if len(used) < 4:
-            raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
+            raise MeasurementError(
+                f"{len(used)} usable frames; a flight needs at least 4"
+            )
         gates = recording.evidence == "gates.csv"
         few = gates or len(used) < FEW_ROWS
         fit_all = partial(fit_few_flights, gates=gates) if few else fit_flights
@@ -64,41 +83,73 @@ def measure_rebound(track: Track, recording: Recording, axis: tuple[float, float
             gravity = replace(gravity, value=None)
             flights = fit_all(used.time, used.frame, up, across, used.sd, gravity)
     except MeasurementError as error:
-        return Rebound(all_failed(QUANTITIES, str(error)), None, None, track, tuple(notes))
+        return Rebound(
+            all_failed(QUANTITIES, str(error)), None, None, track, tuple(notes)
+        )
     mask = track.outlier.copy()
     mask[np.flatnonzero(~track.outlier)[flights.outlier]] = True
     if flights.outlier.any():
-        notes.append(f"{int(flights.outlier.sum())} frames lie off their flight and were left out (marked as outliers)")
+        notes.append(
+            f"{int(flights.outlier.sum())} frames lie off their flight and were left"
+            " out (marked as outliers)"
+        )
     if flights.rho > 0.3:
-        notes.append(f"successive frames err together (AR(1) ρ = {flights.rho:.2f}); the standard deviations allow for it")
+        notes.append(
+            f"successive frames err together (AR(1) ρ = {flights.rho:.2f}); the"
+            " standard deviations allow for it"
+        )
     marked = track.marked(mask & ~track.outlier)
     if len(flights.rows) < 2:
         reason = _no_bounce(flights, used, up)
-        quantities = (*all_failed(QUANTITIES, reason), *_fall_acceleration(flights, used, recording))
-        return Rebound(quantities, None, flights, marked, (*notes, *([doubt] if doubt else [])))
-    values, cov = propagate(lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov)
+        quantities = (
+            *all_failed(QUANTITIES, reason),
+            *_fall_acceleration(flights, used, recording),
+        )
+        return Rebound(
+            quantities, None, flights, marked, (*notes, *([doubt] if doubt else []))
+        )
+    values, cov = propagate(
+        lambda p: np.append(_derived(flights, p), p[-1]), flights.params, flights.cov
+    )
     values, cov, by_scale = values[:-1], cov[:-1, :-1], cov[:-1, -1]
-    air = np.zeros_like(values)  # an error common to all flights, which residuals do not show
+    air = np.zeros_like(
+        values
+    )  # an error common to all flights, which residuals do not show
     if (drag := drag_one_sd_off(flights, used, gravity, recording)) is not None:
         other = replace(gravity, drag=drag)
-        air = _change_of_refit(partial(fit_all, used.time, used.frame, up, across, used.sd, other), values)
+        air = _change_of_refit(
+            partial(fit_all, used.time, used.frame, up, across, used.sd, other), values
+        )
     cov = cov + np.outer(air, air)
     if axis is not None and used.physical:
         turn = math.radians(recording.camera.plumb_deg or 0.0)
         level = axis[0] * math.sin(turn) + axis[1] * math.cos(turn)
-        for shift in depth_drift_shifts(flights, used.time, up, across, level, recording.camera.distance_mm):
-            off = _change_of_refit(partial(fit_all, used.time, used.frame, up + shift, across, used.sd, gravity), values)
+        for shift in depth_drift_shifts(
+            flights, used.time, up, across, level, recording.camera.distance_mm
+        ):
+            off = _change_of_refit(
+                partial(
+                    fit_all, used.time, used.frame, up + shift, across, used.sd, gravity
+                ),
+                values,
+            )
             cov = cov + np.outer(off, off)
-    # A session shares the prior error of the scale, of which cov(·, ε)/sd(ε) remains in a fit with gravity.
+    # A session shares the prior error of the scale, of which cov(·, ε)/sd(ε) remains in
+    # a fit with gravity.
     common = np.hypot(air, by_scale / gravity.scale_sd if gravity.scale_sd > 0 else 0.0)
     bounces = _bounce_table(flights, used, across, values, cov, recording, axis is None)
-    quantities, more = _quantities(flights, used, bounces.iloc[0], values, cov, common, recording, doubt)
+    quantities, more = _quantities(
+        flights, used, bounces.iloc[0], values, cov, common, recording, doubt
+    )
     notes += more + ([] if doubt else scale_note(flights, used, gravity))
     return Rebound(quantities, bounces, flights, marked, tuple(notes), bool(doubt))
 
 
-def _fall_acceleration(flights: Flights, track: Track, recording: Recording) -> tuple[Quantity, ...]:
-    """Quantity fall_acceleration of a fall without impact, drag included; none without scale or clock."""
+def _fall_acceleration(
+    flights: Flights, track: Track, recording: Recording
+) -> tuple[Quantity, ...]:
+    """Quantity fall_acceleration of a fall without impact, drag included; none without
+    scale or clock."""
     if not track.physical or not flights.free > 0:
         return ()
     sd = math.hypot(flights.free_sd, recording.camera.scale_sd * flights.free)
@@ -106,7 +157,8 @@ def _fall_acceleration(flights: Flights, track: Track, recording: Recording) -> 
 
 
 def gravity_axes(track: Track, recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Height and sideways place in axes along gravity (`camera.plumb_deg`, clockwise from straight down)."""
+    """Height and sideways place in axes along gravity (`camera.plumb_deg`, clockwise
+    from straight down)."""
     turn = math.radians(recording.camera.plumb_deg or 0.0)
     return (
         track.x * math.sin(turn) + track.y * math.cos(turn),
@@ -119,27 +171,40 @@ def _no_bounce(flights: Flights, track: Track, up: np.ndarray) -> str:
     end = up[-max(3, len(up) // 50) :]
     if np.ptp(end) < 0.01 * drop and len(up) - flights.rows[0][-1] > 5:
         return f"no rebound: after falling {drop:.4g} {track.unit} the seed stays down"
-    return f"no impact in the track: one flight of {drop:.4g} {track.unit}, no bounce (does the recording end too early?)"
+    return (
+        f"no impact in the track: one flight of {drop:.4g} {track.unit}, no bounce"
+        " (does the recording end too early?)"
+    )
 
 
 def _derived(flights: Flights, p: np.ndarray) -> np.ndarray:
-    """For each bounce: t, height at contact, speed before, after, rebound height, e (6 values);
-    then the fall and √(H₂/H₁). Lengths and speeds are divided by 1 + ε, ε the error of the
-    scale."""
+    """For each bounce: t, height at contact, speed before, after, rebound height, e (6
+    values); then the fall and √(H₂/H₁). Lengths and speeds are divided by 1 + ε, ε the
+    error of the scale."""
     out, scale = [], 1 + p[-1]
     for k in range(len(flights.rows) - 1):
         t = flights.contact_time(k, p)
         contact = flights.height(k, t, p)
         before, after = -flights.speed(k, t, p), flights.speed(k + 1, t, p)
         top = flights.height(k + 1, flights.apex_time(k + 1, p), p) - contact
-        out += [t, contact / scale, before / scale, after / scale, top / scale, after / before]
+        out += [
+            t,
+            contact / scale,
+            before / scale,
+            after / scale,
+            top / scale,
+            after / before,
+        ]
     fall = flights.fall(p)
     by_height = math.sqrt(max(out[4] * scale, 0.0) / fall) if fall > 0 else math.nan
     return np.array([*out, fall / scale, by_height])
 
 
-def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np.ndarray:
-    """Change of the derived values in another fit; 0 where that fails or finds other bounces."""
+def _change_of_refit(
+    fit_again: Callable[[], Flights], values: np.ndarray
+) -> np.ndarray:
+    """Change of the derived values in another fit; 0 where that fails or finds other
+    bounces."""
     try:
         again = fit_again()
     except MeasurementError:
@@ -148,13 +213,18 @@ def _change_of_refit(fit_again: Callable[[], Flights], values: np.ndarray) -> np
     return moved - values if len(moved) == len(values) else np.zeros_like(values)
 
 
-def _bounce_table(flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool) -> pd.DataFrame:
-    """A row for each bounce, numbers with sds; columns have the track's units. plain_depth: `cov` contains no motion in depth."""
+def _bounce_table(
+    flights, track: Track, across, values, cov, recording: Recording, plain_depth: bool
+) -> pd.DataFrame:
+    """A row for each bounce, numbers with sds; columns have the track's units.
+    plain_depth: `cov` contains no motion in depth."""
     physical = track.physical
     length, time = track.unit, track.time_unit
     speed, factor = ("m_s", 1e-3) if physical else (f"{length}_{time}", 1.0)
     plumb = math.radians(recording.camera.plumb_sd)
-    side, side_cov = fit_lateral(flights, track.time, track.frame, across, track.sd, plumb)
+    side, side_cov = fit_lateral(
+        flights, track.time, track.frame, across, track.sd, plumb
+    )
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     rows = []
     for k in range(len(flights.rows) - 1):
@@ -166,70 +236,160 @@ def _bounce_table(flights, track: Track, across, values, cov, recording: Recordi
 
         swing, swing_cov = propagate(sideways, side, side_cov)
         swing_sd = np.sqrt(np.diag(swing_cov))
-        # A plumb line off by φ mixes φ times the sideways motion into the height, and the reverse.
+        # A plumb line off by φ mixes φ times the sideways motion into the height, and
+        # the reverse.
         e_sd = math.hypot(e_sd, plumb * (swing[1] + e * swing[0]) / before)
         if k > 0 and physical and plain_depth:
             lasts = np.array([t - values[6 * k - 6], 2 * after / G_MM_S2])
-            e_sd = math.hypot(e_sd, e * depth_drift_sd(np.abs(swing), lasts, before, recording.camera.distance_mm))
-        before_sd, after_sd = math.hypot(before_sd, plumb * swing[0]), math.hypot(after_sd, plumb * swing[1])
+            e_sd = math.hypot(
+                e_sd,
+                e
+                * depth_drift_sd(
+                    np.abs(swing), lasts, before, recording.camera.distance_mm
+                ),
+            )
+        before_sd, after_sd = (
+            math.hypot(before_sd, plumb * swing[0]),
+            math.hypot(after_sd, plumb * swing[1]),
+        )
         top_sd = math.hypot(top_sd, plumb * swing[1] * (flights.apex_time(k + 1) - t))
         tilt_sd = np.hypot(swing_sd, plumb * np.array([before, after]))
-        row = {"recording": recording.id, "bounce": k + 1, f"t_{time}": t, f"t_sd_{time}": t_sd}
+        row = {
+            "recording": recording.id,
+            "bounce": k + 1,
+            f"t_{time}": t,
+            f"t_sd_{time}": t_sd,
+        }
         numbers = {
-            f"speed_before_{speed}": (before, before_sd), f"speed_after_{speed}": (after, after_sd),
-            f"lateral_before_{speed}": (swing[0], tilt_sd[0]), f"lateral_after_{speed}": (swing[1], tilt_sd[1]),
-        }  # fmt: skip
+            f"speed_before_{speed}": (before, before_sd),
+            f"speed_after_{speed}": (after, after_sd),
+            f"lateral_before_{speed}": (swing[0], tilt_sd[0]),
+            f"lateral_after_{speed}": (swing[1], tilt_sd[1]),
+        }
         for name, (value, sd) in numbers.items():
-            row[name], row[name.replace(f"_{speed}", f"_sd_{speed}")] = value * factor, sd * factor
+            row[name], row[name.replace(f"_{speed}", f"_sd_{speed}")] = (
+                value * factor,
+                sd * factor,
+            )
         for name, flight in (("spin_before", k), ("spin_after", k + 1)):
-            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(flights.rows[flight])
+            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(
+                flights.rows[flight]
+            )
         row |= {f"contact_{length}": contact, f"contact_sd_{length}": contact_sd}
-        row |= {f"height_{length}": top, f"height_sd_{length}": top_sd, "restitution": e, "restitution_sd": e_sd}
+        row |= {
+            f"height_{length}": top,
+            f"height_sd_{length}": top_sd,
+            "restitution": e,
+            "restitution_sd": e_sd,
+        }
         few = min(len(flights.rows[k]), len(flights.rows[k + 1])) < 5
         cut = track.time[flights.rows[k + 1][-1]] < flights.apex_time(k + 1)
-        row["quality"] = DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
+        row["quality"] = (
+            DOUBTFUL if few or cut or not 0.02 < e < 1 or e_sd > 0.1 * e else GOOD
+        )
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _quantities(flights: Flights, track: Track, bounce: pd.Series, values, cov, common, recording: Recording, doubt: str):
-    """The five quantities of the first bounce, and notes; common: sds of `values` that all recordings of a session share."""
+def _quantities(
+    flights: Flights,
+    track: Track,
+    bounce: pd.Series,
+    values,
+    cov,
+    common,
+    recording: Recording,
+    doubt: str,
+):
+    """The five quantities of the first bounce, and notes; common: sds of `values` that
+    all recordings of a session share."""
     physical = track.physical
-    unit, suffix = ("m/s", "m_s") if physical else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
+    unit, suffix = (
+        ("m/s", "m_s")
+        if physical
+        else (f"{track.unit}/{track.time_unit}", f"{track.unit}_{track.time_unit}")
+    )
     sds = np.sqrt(np.maximum(np.diag(cov), 0))
     fall, fall_sd, top = values[-2], sds[-2], float(bounce[f"height_{track.unit}"])
 
-    def quantity(name: str, column: str, unit: str, suffix: str, shared: float) -> Quantity:
+    def quantity(
+        name: str, column: str, unit: str, suffix: str, shared: float
+    ) -> Quantity:
         sd = float(bounce[f"{column}_sd{suffix}"])
-        return Quantity(name, float(bounce[f"{column}{suffix}"]), sd, unit, sd_common=min(float(shared), sd))
+        return Quantity(
+            name,
+            float(bounce[f"{column}{suffix}"]),
+            sd,
+            unit,
+            sd_common=min(float(shared), sd),
+        )
 
     factor = 1e-3 if physical else 1.0
-    height = quantity("rebound_height", "height", track.unit, f"_{track.unit}", common[4])
-    impact = quantity("impact_speed", "speed_before", unit, f"_{suffix}", factor * common[2])
-    rebound = quantity("rebound_speed", "speed_after", unit, f"_{suffix}", factor * common[3])
+    height = quantity(
+        "rebound_height", "height", track.unit, f"_{track.unit}", common[4]
+    )
+    impact = quantity(
+        "impact_speed", "speed_before", unit, f"_{suffix}", factor * common[2]
+    )
+    rebound = quantity(
+        "rebound_speed", "speed_after", unit, f"_{suffix}", factor * common[3]
+    )
     normal = quantity("restitution_normal", "restitution", "1", "", common[5])
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
     if stated and track.unit == "mm":
-        relative = math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
+        relative = (
+            math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
+        )
         e = math.sqrt(max(top, 0) / stated)
-        shared = math.hypot(height.sd_common / top, HEIGHT_SD_MM / stated) if top > 0 else 0.0
-        restitution = Quantity("restitution", e, e * relative / 2, "1", sd_common=e * shared / 2)
-        if seen and abs(fall - stated) > max(3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated):
-            text = f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}: one of them is in a wrong unit or wrong"
+        shared = (
+            math.hypot(height.sd_common / top, HEIGHT_SD_MM / stated)
+            if top > 0
+            else 0.0
+        )
+        restitution = Quantity(
+            "restitution", e, e * relative / 2, "1", sd_common=e * shared / 2
+        )
+        if seen and abs(fall - stated) > max(
+            3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated
+        ):
+            text = (
+                f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}:"
+                " one of them is in a wrong unit or wrong"
+            )
             restitution, notes = restitution.doubt(text), [text]
     elif seen:
-        turned = math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2 if top > 0 else math.nan
+        turned = (
+            math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2
+            if top > 0
+            else math.nan
+        )
         sd = math.hypot(sds[-1], values[-1] * turned)
-        restitution = Quantity("restitution", float(values[-1]), sd, "1", sd_common=min(float(common[-1]), sd))
+        restitution = Quantity(
+            "restitution",
+            float(values[-1]),
+            sd,
+            "1",
+            sd_common=min(float(common[-1]), sd),
+        )
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
-        missing = "[camera] mm_per_px is missing, which height_mm" if stated else "[drop] height_mm"  # stated, and a track in px
-        text = f"the release is not in the track; {recording.toml}: {missing} {'needs' if stated else 'is needed'}"
+        missing = (
+            "[camera] mm_per_px is missing, which height_mm"
+            if stated
+            else "[drop] height_mm"
+        )  # stated, and a track in px
+        text = (
+            f"the release is not in the track; {recording.toml}: {missing}"
+            f" {'needs' if stated else 'is needed'}"
+        )
         restitution = failed("restitution", "1", text)
     quantities = [height, restitution, impact, rebound, normal]
     if doubt:
-        quantities = [q if q is normal or (q is restitution and not stated) else q.doubt(doubt) for q in quantities]
+        quantities = [
+            q if q is normal or (q is restitution and not stated) else q.doubt(doubt)
+            for q in quantities
+        ]
     return tuple(_doubtful(q, flights, track, normal.value) for q in quantities), notes
 
 
@@ -238,27 +398,55 @@ def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Q
     first, second = flights.rows[0], flights.rows[1]
     if is_few(flights):
         if quantity.name != "impact_speed" and not 0.02 < e < 1:
-            quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+            quantity = quantity.doubt(
+                f"restitution {e:.3g} is not that of a free bounce"
+            )
         return quantity
     if quantity.name != "impact_speed":
         if len(second) < 5:
             quantity = quantity.doubt(f"only {len(second)} frames of the first rebound")
         if track.time[second[-1]] < flights.apex_time(1):
-            low, top = (flights.height(1, t) for t in (flights.contact_time(0), flights.apex_time(1)))
+            low, top = (
+                flights.height(1, t)
+                for t in (flights.contact_time(0), flights.apex_time(1))
+            )
             last = flights.height(1, track.time[second[-1]])
-            share = float((last - low) / max(top - low, 1e-12))  # of the rise that is seen
-            if quantity.name in ("rebound_height", "restitution") and (len(second) < 8 or share < 0.6):
-                text = f"the recording stops before the rebound's highest point ({len(second)} frames, {100 * share:.0f} % of it)"
-                return failed(quantity.name, quantity.unit, quantity.reason if quantity.quality == "failed" else text)
-            quantity = quantity.doubt("the track ends before the rebound's highest place, which is extrapolated")
+            share = float(
+                (last - low) / max(top - low, 1e-12)
+            )  # of the rise that is seen
+            if quantity.name in ("rebound_height", "restitution") and (
+                len(second) < 8 or share < 0.6
+            ):
+                text = (
+                    "the recording stops before the rebound's highest point"
+                    f" ({len(second)} frames, {100 * share:.0f} % of it)"
+                )
+                return failed(
+                    quantity.name,
+                    quantity.unit,
+                    quantity.reason if quantity.quality == "failed" else text,
+                )
+            quantity = quantity.doubt(
+                "the track ends before the rebound's highest place, which is"
+                " extrapolated"
+            )
         if not 0.02 < e < 1:
-            quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+            quantity = quantity.doubt(
+                f"restitution {e:.3g} is not that of a free bounce"
+            )
     if len(first) < 5:  # they determine the height at contact
         quantity = quantity.doubt(f"only {len(first)} frames before the first impact")
     if quantity.value and quantity.sd > 0.1 * abs(quantity.value):
         quantity = quantity.doubt("known no better than 10 %")
     sd = np.median(track.sd)
-    if np.isfinite(sd) and flights.noise > 5 * sd and flights.noise > 0.003 * np.ptp(track.y):
-        text = f"places scatter {flights.noise:.2g} {track.unit} about the parabolas, their stated sd is {sd:.2g}"
+    if (
+        np.isfinite(sd)
+        and flights.noise > 5 * sd
+        and flights.noise > 0.003 * np.ptp(track.y)
+    ):
+        text = (
+            f"places scatter {flights.noise:.2g} {track.unit} about the parabolas,"
+            f" their stated sd is {sd:.2g}"
+        )
         quantity = quantity.doubt(text)
     return quantity

@@ -1,4 +1,5 @@
-"""Path of a rolling seed in the picture: two straight legs, incline and level, and the travel along them."""
+"""Path of a rolling seed in the picture: two straight legs, incline and level, and the
+travel along them."""
 
 from dataclasses import dataclass, replace
 
@@ -7,16 +8,19 @@ import numpy as np
 from vision.motion.track import Track
 from vision.recording import Recording
 
-MOST_BEND_ERROR_DEG = 4.0  # between the bend of the path and the stated incline: more means that the track is not the seed's alone
-MOST_RMS = 0.05  # of the seed's size: places farther off the legs are not the centre of the seed alone
+# between the bend of the path and the stated incline: more means that the track is not
+# the seed's alone
+MOST_BEND_ERROR_DEG = 4.0
+# of the seed's size: places farther off the legs are not the centre of the seed alone
+MOST_RMS = 0.05
 SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
 
 
 @dataclass(frozen=True)
 class RollPath:
-    """A roll's track with x along the path (0 where the legs meet), in px, y up. junction: (place,
-    sd) along the path, None where it is not in the picture; legs: their end points; doubt: "" for
-    none."""
+    """A roll's track with x along the path (0 where the legs meet), in px, y up.
+    junction: (place, sd) along the path, None where it is not in the picture; legs:
+    their end points; doubt: "" for none."""
 
     track: Track
     junction: tuple[float, float] | None
@@ -38,48 +42,78 @@ class RollPath:
 
 
 def roll_path(track: Track, size: float, recording: Recording) -> RollPath:
-    """Fit two straight legs to the places of a rolling seed and give its travel along them [px];
-    size: its diameter [px]. The centroid turns r tan(Δ/2) beyond the junction of the plates (r: its
-    height above the plate, Δ: the angle between the legs), so the junction lies that far before the
-    point where the legs meet."""
+    """Fit two straight legs to the places of a rolling seed and give its travel along
+    them [px]; size: its diameter [px]. The centroid turns r tan(Δ/2) beyond the
+    junction of the plates (r: its height above the plate, Δ: the angle between the
+    legs), so the junction lies that far before the point where the legs meet."""
     used = track.used()
     sign = 1.0 if used.x[-1] >= used.x[0] else -1.0
     u, y = sign * used.x, used.y
     two_legs, incline_deg = _fit_two_legs(u, y), recording.roll.incline_deg
     if two_legs is None:
-        axes = np.linalg.svd(np.column_stack([u - u.mean(), y - y.mean()]), full_matrices=False)[2]
+        axes = np.linalg.svd(
+            np.column_stack([u - u.mean(), y - y.mean()]), full_matrices=False
+        )[2]
         direction = axes[0] * np.sign(axes[0][0])
-        along = (sign * track.x - u.mean()) * direction[0] + (track.y - y.mean()) * direction[1]
+        along = (sign * track.x - u.mean()) * direction[0] + (
+            track.y - y.mean()
+        ) * direction[1]
         note = "the picture shows one straight leg only: the junction is not seen"
-        doubt = "" if (incline_deg or 0.0) < MOST_BEND_ERROR_DEG else f"[roll] incline_deg says {incline_deg:g}°, {note}"
-        return RollPath(replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt)
+        doubt = (
+            ""
+            if (incline_deg or 0.0) < MOST_BEND_ERROR_DEG
+            else f"[roll] incline_deg says {incline_deg:g}°, {note}"
+        )
+        return RollPath(
+            replace(track, x=along, y=np.zeros(len(track))), None, [], (note,), doubt
+        )
     at, height, slope_incline, slope_level, sd, rms = two_legs
     turn = abs(np.arctan(slope_incline) - np.arctan(slope_level))
-    legs = [np.array([1, slope]) / np.hypot(1, slope) for slope in (slope_incline, slope_level)]
+    legs = [
+        np.array([1, slope]) / np.hypot(1, slope)
+        for slope in (slope_incline, slope_level)
+    ]
     offset = np.column_stack([sign * track.x - at, track.y - height])
     along = np.where(offset[:, 0] < 0, offset @ legs[0], offset @ legs[1])
     corner_shift = size / 2 * np.tan(turn / 2)
     notes = [f"the legs meet at an angle of {np.degrees(turn):.2f}° in the picture"]
     doubt = ""
     if incline_deg is not None and abs(np.degrees(turn) - incline_deg) > 1.5:
-        notes.append(f"[roll] incline_deg says {incline_deg:g}°: check it, or the camera's view")
+        notes.append(
+            f"[roll] incline_deg says {incline_deg:g}°: check it, or the camera's view"
+        )
         if abs(np.degrees(turn) - incline_deg) > MOST_BEND_ERROR_DEG:
-            doubt = f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll] incline_deg says {incline_deg:g}°"
+            doubt = (
+                f"the legs of the path meet at {np.degrees(turn):.1f}°, [roll]"
+                f" incline_deg says {incline_deg:g}°"
+            )
     start = (sign * u.min(), height + slope_incline * (u.min() - at))
     end = (sign * u.max(), height + slope_level * (u.max() - at))
     corner = (sign * at, height)
     path = replace(track, x=along, y=np.zeros(len(track)))
     rocks = _rocking_px(recording)
     if rms > MOST_RMS * size + rocks:
-        text = f"the places lie {rms:.2g} px off the straight legs: a shadow or a mirror image is taken for a part of the seed"
+        text = (
+            f"the places lie {rms:.2g} px off the straight legs: a shadow or a mirror"
+            " image is taken for a part of the seed"
+        )
         doubt = f"{doubt}; {text}" if doubt else text
-    # Places are assumed to err along the legs as much as across them; the rocking of an oblong seed is no error.
-    sd = float(np.hypot(np.hypot(sd, 0.1 * corner_shift), max(rms - rocks - SHARP_PX, 0.0) * np.sqrt(2)))
-    return RollPath(path, (-corner_shift, sd), [(start, corner), (corner, end)], tuple(notes), doubt)
+    # Places are assumed to err along the legs as much as across them; the rocking of an
+    # oblong seed is no error.
+    sd = float(
+        np.hypot(
+            np.hypot(sd, 0.1 * corner_shift),
+            max(rms - rocks - SHARP_PX, 0.0) * np.sqrt(2),
+        )
+    )
+    return RollPath(
+        path, (-corner_shift, sd), [(start, corner), (corner, end)], tuple(notes), doubt
+    )
 
 
 def _rocking_px(recording: Recording) -> float:
-    """rms height by which the centre of an oblong seed rises and falls as it rolls [px]; 0 where axes or scale are not stated."""
+    """rms height by which the centre of an oblong seed rises and falls as it rolls
+    [px]; 0 where axes or scale are not stated."""
     axes = recording.seed.sizes_mm
     if not recording.camera.mm_per_px or not axes:
         return 0.0
@@ -87,28 +121,39 @@ def _rocking_px(recording: Recording) -> float:
 
 
 def _variance_inflation(left: np.ndarray) -> float:
-    """Factor of a fit's variance due to correlated residuals: (1 + ρ)/(1 − ρ), ρ the correlation of successive places."""
-    rho = float(np.clip((left[1:] @ left[:-1]) / max(float(left @ left), 1e-12), 0.0, 0.95))
+    """Factor of a fit's variance due to correlated residuals: (1 + ρ)/(1 − ρ), ρ the
+    correlation of successive places."""
+    rho = float(
+        np.clip((left[1:] @ left[:-1]) / max(float(left @ left), 1e-12), 0.0, 0.95)
+    )
     return (1 + rho) / (1 - rho)
 
 
-def _fit_two_legs(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float, float, float] | None:
-    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x, rms of the
-    residuals. None where a single line fits about as well."""
+def _fit_two_legs(
+    u: np.ndarray, y: np.ndarray
+) -> tuple[float, float, float, float, float, float] | None:
+    """Least squares of two legs that meet: x, y of the corner, both slopes, sd of x,
+    rms of the residuals. None where a single line fits about as well."""
     order = np.argsort(u)
     u, y = u[order], y[order]
-    spaced = np.searchsorted(u, np.linspace(u[0], u[-1], 400))  # rows at rest count once
+    spaced = np.searchsorted(
+        u, np.linspace(u[0], u[-1], 400)
+    )  # rows at rest count once
     rows = np.unique(spaced.clip(0, len(u) - 1))
     u, y = u[rows], y[rows]
     if len(u) < 8:
         return None
 
     def design(at):
-        return np.column_stack([np.ones(len(u)), np.minimum(u - at, 0), np.maximum(u - at, 0)])
+        return np.column_stack(
+            [np.ones(len(u)), np.minimum(u - at, 0), np.maximum(u - at, 0)]
+        )
 
     def misfit(at):
         columns = design(at)
-        return float(((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2).sum())
+        return float(
+            ((y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) ** 2).sum()
+        )
 
     grid = np.linspace(u[2], u[-3], 300)
     costs = [misfit(g) for g in grid]
@@ -125,6 +170,15 @@ def _fit_two_legs(u: np.ndarray, y: np.ndarray) -> tuple[float, float, float, fl
         return None
     slope = np.where(u < at, -slope_incline, -slope_level)
     jacobian = np.column_stack([columns, slope])
-    variance = max(noise, 0.02) ** 2 * _variance_inflation(y - columns @ [height, slope_incline, slope_level])
+    variance = max(noise, 0.02) ** 2 * _variance_inflation(
+        y - columns @ [height, slope_incline, slope_level]
+    )
     cov = np.linalg.pinv(jacobian.T @ jacobian) * variance
-    return at, float(height), float(slope_incline), float(slope_level), float(np.sqrt(cov[3, 3])), float(noise)
+    return (
+        at,
+        float(height),
+        float(slope_incline),
+        float(slope_level),
+        float(np.sqrt(cov[3, 3])),
+        float(noise),
+    )

@@ -1,8 +1,7 @@
 """The static scene behind a moving seed: background and noise of each pixel.
 
-The background is the median of frames sampled evenly in motion, not in time, so that a seed that rests for most of the film does
-not become background.
-"""
+The background is the median of frames sampled evenly in motion, not in time, so that a
+seed that rests for most of the film does not become background."""
 
 import itertools
 from collections.abc import Callable
@@ -17,22 +16,29 @@ from vision.robust import robust_sd
 
 COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25
-LEAST_CHANGE = 0.05  # of the greatest change between two frames: less is a change of light, not motion
-RESTLESS = 2.0  # deviation, in units of the median one, above which a pixel has more noise than the others
+# of the greatest change between two frames: less is a change of light, not motion
+LEAST_CHANGE = 0.05
+# deviation, in units of the median one, above which a pixel has more noise than the
+# others
+RESTLESS = 2.0
 # Orthonormal: brightness and two colours; a grey picture has only the first.
 AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]])
 AXES /= np.linalg.norm(AXES, axis=1, keepdims=True)
-HUE_FLOOR = 1.5 / 255  # of white: video stores colours coarsely, with errors where something moves
+HUE_FLOOR = (
+    1.5 / 255
+)  # of white: video stores colours coarsely, with errors where something moves
 
 
 @dataclass(frozen=True)
 class Scene:
-    """background: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3 colours.
+    """background: the picture without the seed, float32 (h, w, c), c = 1 (grey) or 3
+    colours.
 
-    factor: full px per coarse px; coarse: the coarse picture's background; restless (h, w) ≥ 1: relative noise of each coarse pixel.
-    matrix, coarse_matrix: colours → sds of the noise (in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
-    pixels enlarges the variance of sums. white: the greatest grey level. first: the first frame.
-    """
+    factor: full px per coarse px; coarse: the coarse picture's background; restless (h,
+    w) ≥ 1: relative noise of each coarse pixel. matrix, coarse_matrix: colours → sds of
+    the noise (in_sds). noise_spread ≥ 1: factor by which correlation of neighbouring
+    pixels enlarges the variance of sums. white: the greatest grey level. first: the
+    first frame."""
 
     background: np.ndarray
     factor: int
@@ -54,15 +60,25 @@ class Scene:
         """The background in grey, float32 (h, w)."""
         return grey(self.background)
 
-    def coarse_difference(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-        """The coarse picture less the background, the background, both in sds of the noise (h, w,
-        c), and the light's gain. gain: brightness relative to the background, for slow drift and
-        flicker."""
+    def coarse_difference(
+        self, pixels: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
+        """The coarse picture less the background, the background, both in sds of the
+        noise (h, w, c), and the light's gain. gain: brightness relative to the
+        background, for slow drift and flicker."""
         height, width = self.coarse.shape[:2]
-        small = colours(cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA))
-        gain = float(np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2)))
+        small = colours(
+            cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA)
+        )
+        gain = float(
+            np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2))
+        )
         background = in_sds(gain * self.coarse, self.coarse_matrix)
-        return (in_sds(small, self.coarse_matrix) - background) / self.restless[..., None], background, gain
+        return (
+            (in_sds(small, self.coarse_matrix) - background) / self.restless[..., None],
+            background,
+            gain,
+        )
 
 
 def colours(pixels: np.ndarray) -> np.ndarray:
@@ -77,20 +93,34 @@ def grey(pixels: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(pixels, cv2.COLOR_RGB2GRAY).astype(np.float32)
 
 
-def learn_scene(source: FrameSource, still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None) -> Scene:
-    """Estimate background and noise; still(pictures): those whose median is the background, default: evenly spaced in motion."""
+def learn_scene(
+    source: FrameSource,
+    still: Callable[[list[np.ndarray]], list[np.ndarray]] | None = None,
+) -> Scene:
+    """Estimate background and noise; still(pictures): those whose median is the
+    background, default: evenly spaced in motion."""
     frames = source.sample(61)
     if len(frames) < 3:
-        raise MeasurementError(f"{source.path}: {len(frames)} frames can be read; tracking needs at least 3")
+        raise MeasurementError(
+            f"{source.path}: {len(frames)} frames can be read; tracking needs at"
+            " least 3"
+        )
     first = frames[0]
     chosen = even_in_motion(frames) if still is None else still(frames)
     background = np.atleast_3d(_median(chosen))
     height, width = background.shape[:2]
     factor = max(1, round(width / COARSE_WIDTH))
     small = (max(1, width // factor), max(1, height // factor))
-    coarse = np.maximum(np.atleast_3d(cv2.resize(background, small, interpolation=cv2.INTER_AREA)), 1.0)
-    sd, spread, coarse_sd = _noise(frames[:: max(1, len(frames) // 7)], background, coarse)
-    white, steady = float(np.iinfo(first.dtype).max), np.ones(coarse.shape[:2], np.float32)
+    coarse = np.maximum(
+        np.atleast_3d(cv2.resize(background, small, interpolation=cv2.INTER_AREA)), 1.0
+    )
+    sd, spread, coarse_sd = _noise(
+        frames[:: max(1, len(frames) // 7)], background, coarse
+    )
+    white, steady = (
+        float(np.iinfo(first.dtype).max),
+        np.ones(coarse.shape[:2], np.float32),
+    )
     matrices = noise_matrix(sd, white), noise_matrix(coarse_sd, white)
     plain = Scene(background, factor, coarse, *matrices, steady, spread, white, first)
     return replace(plain, restless=_restless(chosen, plain))
@@ -105,18 +135,26 @@ def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     small = [cv2.resize(grey(f), size, interpolation=cv2.INTER_AREA) for f in frames]
     even = [s / max(float(np.median(s)), 1e-6) for s in small]
     change = np.array([np.abs(b - a) for a, b in itertools.pairwise(even)])
-    # In a picture without noise the median is 0, and the changing shading of a turning thing would count as motion.
+    # In a picture without noise the median is 0, and the changing shading of a turning
+    # thing would count as motion.
     level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
     moved = (change > level).mean(axis=(1, 2))
-    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)  # a little for time, so that nothing is skipped
+    moved = np.maximum(
+        moved, 0.02 * moved.max() + 1e-12
+    )  # a little for time, so that nothing is skipped
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
-    # A frame may be taken several times, so that the few frames of a short motion outvote the rest.
-    return [frames[i] for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)]
+    # A frame may be taken several times, so that the few frames of a short motion
+    # outvote the rest.
+    return [
+        frames[i]
+        for i in np.searchsorted(path, wanted - 1e-12).clip(0, len(frames) - 1)
+    ]
 
 
 def _median(frames: list[np.ndarray]) -> np.ndarray:
-    """Median of each pixel, of frames scaled to one brightness; in bands of rows to keep memory small."""
+    """Median of each pixel, of frames scaled to one brightness; in bands of rows to
+    keep memory small."""
     level = [float(np.median(f[::7, ::7])) for f in frames]
     typical = float(np.median(level))
     gain = [typical / v if v > 0 else 1.0 for v in level]
@@ -125,32 +163,61 @@ def _median(frames: list[np.ndarray]) -> np.ndarray:
     for top in range(0, out.shape[0], 64):
         band = np.stack([f[top : top + 64] for f in frames])
         if not steady:
-            band = band * np.array(gain, dtype=np.float32).reshape(-1, *[1] * (band.ndim - 1))
+            band = band * np.array(gain, dtype=np.float32).reshape(
+                -1, *[1] * (band.ndim - 1)
+            )
         half = len(frames) // 2
         out[top : top + 64] = np.partition(band, half, axis=0)[half]
     return out
 
 
-def _noise(frames: list[np.ndarray], background: np.ndarray, coarse: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:
-    """sd of a pixel for each colour axis, variance factor of correlated neighbouring pixels, sds of a coarse pixel."""
+def _noise(
+    frames: list[np.ndarray], background: np.ndarray, coarse: np.ndarray
+) -> tuple[np.ndarray, float, np.ndarray]:
+    """sd of a pixel for each colour axis, variance factor of correlated neighbouring
+    pixels, sds of a coarse pixel."""
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
         plain = colours(frame)
-        gain = float(np.median(plain[::5, ::5].sum(axis=2) / np.maximum(background[::5, ::5].sum(axis=2), 1.0)))
+        gain = float(
+            np.median(
+                plain[::5, ::5].sum(axis=2)
+                / np.maximum(background[::5, ::5].sum(axis=2), 1.0)
+            )
+        )
         off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         power = float((clear**2).mean())
-        near = float((clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()) / power if power > 0 else 0.0
+        near = (
+            float(
+                (clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()
+            )
+            / power
+            if power > 0
+            else 0.0
+        )
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
-        small = colours(cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)) - gain * coarse
+        small = (
+            colours(
+                cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)
+            )
+            - gain * coarse
+        )
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
-    return np.median(sds, axis=0), float(np.median(spreads)), np.maximum(np.median(coarse_sds, axis=0), 0.15)
+    return (
+        np.median(sds, axis=0),
+        float(np.median(spreads)),
+        np.maximum(np.median(coarse_sds, axis=0), 0.15),
+    )
 
 
 def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
-    """Relative noise of each coarse pixel, float32 (h, w) ≥ 1: more at leaves, a lamp, a shaking edge."""
-    off = np.array([np.linalg.norm(scene.coarse_difference(frame)[0], axis=2) for frame in frames])
+    """Relative noise of each coarse pixel, float32 (h, w) ≥ 1: more at leaves, a lamp,
+    a shaking edge."""
+    off = np.array(
+        [np.linalg.norm(scene.coarse_difference(frame)[0], axis=2) for frame in frames]
+    )
     middle = np.median(off, axis=0)
     typical = max(float(np.median(middle)), 1.0)
     share = cv2.GaussianBlur((middle / typical).astype(np.float32), (0, 0), 1.0)
@@ -158,15 +225,16 @@ def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
 
 
 def _spread(off: np.ndarray) -> float:
-    """Robust sd: from the median or the 95th percentile of the deviations, whichever is larger. A
-    video codec repeats most of the picture unchanged and has errors in the rest, which the median
-    alone does not show."""
+    """Robust sd: from the median or the 95th percentile of the deviations, whichever is
+    larger. A video codec repeats most of the picture unchanged and has errors in the
+    rest, which the median alone does not show."""
     size = np.abs(off - np.median(off))
     return max(robust_sd(size), float(np.percentile(size[::2, ::2], 95)) / 1.96)
 
 
 def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:
-    """(c, c): transforms colours to sds of the noise; sd (c,): of brightness and, for three colours, of the two other axes."""
+    """(c, c): transforms colours to sds of the noise; sd (c,): of brightness and, for
+    three colours, of the two other axes."""
     if len(sd) == 1:
         return np.array([[1 / sd[0]]], np.float32)
     hue = max(sd[0], HUE_FLOOR * white)
@@ -175,22 +243,34 @@ def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:
 
 def colour_axes(colours: np.ndarray) -> np.ndarray:
     """(h, w, c): brightness and the two other axes."""
-    return colours if colours.shape[2] == 1 else cv2.transform(colours, AXES.astype(np.float32))
+    return (
+        colours
+        if colours.shape[2] == 1
+        else cv2.transform(colours, AXES.astype(np.float32))
+    )
 
 
 def in_sds(colours: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """(h, w, c) float32 in sds of the noise."""
-    return colours * matrix[0, 0] if matrix.shape == (1, 1) else cv2.transform(colours, matrix)
+    return (
+        colours * matrix[0, 0]
+        if matrix.shape == (1, 1)
+        else cv2.transform(colours, matrix)
+    )
 
 
-def weighted_product(a: np.ndarray, b: np.ndarray, background_sds: np.ndarray, shade: float) -> np.ndarray:
-    """Scalar product of two differences (…, c) where shadows of relative sd `shade` count as noise;
-    all in sds of the noise. Of grey pictures, in which a shadow is a change like any other, the
-    plain product."""
+def weighted_product(
+    a: np.ndarray, b: np.ndarray, background_sds: np.ndarray, shade: float
+) -> np.ndarray:
+    """Scalar product of two differences (…, c) where shadows of relative sd `shade`
+    count as noise; all in sds of the noise. Of grey pictures, in which a shadow is a
+    change like any other, the plain product."""
     plain = dot(a, b)
     if background_sds.shape[-1] == 1 or shade == 0:
         return plain
-    return plain - dot(a, background_sds) * dot(b, background_sds) / (shade**-2 + dot(background_sds, background_sds))
+    return plain - dot(a, background_sds) * dot(b, background_sds) / (
+        shade**-2 + dot(background_sds, background_sds)
+    )
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,4 +1,5 @@
-"""Cuts a drop's track into flights at its lowest points, and finds which of them are free flights."""
+"""Cuts a drop's track into flights at its lowest points, and finds which of them are
+free flights."""
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -7,21 +8,35 @@ from scipy.signal import find_peaks
 from vision.measurement import MeasurementError
 from vision.motion.outliers import despiked
 
-LOW_SD = 8.0  # sds of the noise by which a lowest point stands out: slow noise wanders over ± 3 of its own
+# sds of the noise by which a lowest point stands out: slow noise wanders over ± 3 of
+# its own
+LOW_SD = 8.0
 SCATTER = 6.0  # times the scatter of the first two flights: no parabola
-FREE_SHARE, FREE_SD = 0.3, 5.0  # relative, and in sds: by how much a flight's acceleration may differ from that of the first two
-PLATE_SHARE = 0.15  # of the track's height: contacts are no farther above its lowest place, however the seed lies
+# relative, and in sds: by how much a flight's acceleration may differ from that of the
+# first two
+FREE_SHARE, FREE_SD = (
+    0.3,
+    5.0,
+)
+# of the track's height: contacts are no farther above its lowest place, however the
+# seed lies
+PLATE_SHARE = 0.15
 
 
 def split(height: np.ndarray) -> list[tuple[int, int]]:
-    """Row ranges [start, stop) of the flights between lowest points that stand out, without the rests at both ends."""
+    """Row ranges [start, stop) of the flights between lowest points that stand out,
+    without the rests at both ends."""
     smooth = despiked(height)
     reach = float(np.ptp(smooth))
     if reach <= 0:
         raise MeasurementError("nothing falls: the height never changes")
-    # At a phone's frame rate every stretch contains contacts, which are no noise: hence at most 3 % of the fall.
-    lows = _lows(smooth, max(0.002 * reach, min(LOW_SD * _scatter(smooth), 0.03 * reach)))
-    # The first flight starts where the seed has left its rest: 1 % of the fall below the highest place.
+    # At a phone's frame rate every stretch contains contacts, which are no noise: hence
+    # at most 3 % of the fall.
+    lows = _lows(
+        smooth, max(0.002 * reach, min(LOW_SD * _scatter(smooth), 0.03 * reach))
+    )
+    # The first flight starts where the seed has left its rest: 1 % of the fall below
+    # the highest place.
     first_low = lows[0] if lows else int(np.argmin(smooth))
     before = smooth[: first_low + 1]
     fall = before.max() - before[-1]
@@ -33,15 +48,22 @@ def split(height: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _lows(height: np.ndarray, least: float) -> list[int]:
-    """Rows of the minima that are `least` deep in the running median over a hundredth of the track, which outliers do not move."""
+    """Rows of the minima that are `least` deep in the running median over a hundredth
+    of the track, which outliers do not move."""
     width = min(len(height) // 100, 15) | 1
-    near = find_peaks(-median_filter(height, width, mode="nearest"), prominence=least)[0]
-    spans = [range(max(low - width // 2, 0), min(low + width // 2 + 1, len(height))) for low in near]
+    near = find_peaks(-median_filter(height, width, mode="nearest"), prominence=least)[
+        0
+    ]
+    spans = [
+        range(max(low - width // 2, 0), min(low + width // 2 + 1, len(height)))
+        for low in near
+    ]
     return [min(span, key=height.__getitem__) for span in spans]
 
 
 def _scatter(height: np.ndarray) -> float:
-    """sd of the rows about parabolas through short stretches: their 15th percentile, since many contain a contact."""
+    """sd of the rows about parabolas through short stretches: their 15th percentile,
+    since many contain a contact."""
     size = max(9, len(height) // 32)
     if len(height) < size:
         return 0.0
@@ -52,10 +74,15 @@ def _scatter(height: np.ndarray) -> float:
 
 
 def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
-    """Where the last flight ends: back at the level it left from, at rest, or with the track."""
+    """Where the last flight ends: back at the level it left from, at rest, or with the
+    track."""
     tail = height[start:]
     if not after_contact:
-        return start + int(np.argmin(tail > tail.min() + 0.005 * np.ptp(tail))) + 1 if np.ptp(tail) > 0 else len(height)
+        return (
+            start + int(np.argmin(tail > tail.min() + 0.005 * np.ptp(tail))) + 1
+            if np.ptp(tail) > 0
+            else len(height)
+        )
     apex = int(np.argmax(tail))
     level = tail[0] + 0.05 * (tail[apex] - tail[0])
     low = np.flatnonzero(tail[apex:] < level)
@@ -63,25 +90,37 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
 
 
 def free_flights(
-    rows: tuple[np.ndarray, ...], time: np.ndarray, height: np.ndarray, residual: np.ndarray,
-    contact_states: list[tuple[float, float]], step_s: float,
-) -> int:  # fmt: skip
-    """Number of flights that are free: up to the first (after two) that is no parabola, falls
-    otherwise or ends in mid-air. Rocking, rolling and leaving the picture make minima of the height
-    as well. contact_states: height and speed at each contact."""
-    return min(_scattering_alike(rows, residual), _falling_alike(rows, time, height), _at_plate(contact_states, height, step_s))
+    rows: tuple[np.ndarray, ...],
+    time: np.ndarray,
+    height: np.ndarray,
+    residual: np.ndarray,
+    contact_states: list[tuple[float, float]],
+    step_s: float,
+) -> int:
+    """Number of flights that are free: up to the first (after two) that is no parabola,
+    falls otherwise or ends in mid-air. Rocking, rolling and leaving the picture make
+    minima of the height as well. contact_states: height and speed at each contact."""
+    return min(
+        _scattering_alike(rows, residual),
+        _falling_alike(rows, time, height),
+        _at_plate(contact_states, height, step_s),
+    )
 
 
 def _scattering_alike(rows, residual: np.ndarray) -> int:
-    """Number of flights up to the first (after two) that scatters SCATTER times as much as the first two."""
+    """Number of flights up to the first (after two) that scatters SCATTER times as much
+    as the first two."""
     parts = np.split(residual, np.cumsum([len(r) for r in rows])[:-1])
     scatter = [float(np.sqrt(np.median(p**2))) for p in parts]
     typical = max(scatter[:2])
-    return next((k for k in range(2, len(rows)) if scatter[k] > SCATTER * typical), len(rows))
+    return next(
+        (k for k in range(2, len(rows)) if scatter[k] > SCATTER * typical), len(rows)
+    )
 
 
 def _falling_alike(rows, time: np.ndarray, height: np.ndarray) -> int:
-    """Number of flights up to the first (after two) whose acceleration differs from that of the first two."""
+    """Number of flights up to the first (after two) whose acceleration differs from
+    that of the first two."""
     gammas, sds = np.array([_acceleration(time[r], height[r]) for r in rows]).T
     weight = 1 / np.maximum(sds[:2], 1e-12) ** 2
     if not weight.any():
@@ -91,15 +130,22 @@ def _falling_alike(rows, time: np.ndarray, height: np.ndarray) -> int:
     return next((k for k in range(2, len(rows)) if off[k]), len(rows))
 
 
-def _at_plate(contact_states: list[tuple[float, float]], height: np.ndarray, step_s: float) -> int:
-    """Number of flights up to the first contact that is not at the plate: there the seed had left the picture."""
+def _at_plate(
+    contact_states: list[tuple[float, float]], height: np.ndarray, step_s: float
+) -> int:
+    """Number of flights up to the first contact that is not at the plate: there the
+    seed had left the picture."""
     plate, reach = np.quantile(height, 0.01), np.ptp(height)
-    off = [abs(h - plate) > PLATE_SHARE * reach + step_s * abs(v) for h, v in contact_states]
+    off = [
+        abs(h - plate) > PLATE_SHARE * reach + step_s * abs(v)
+        for h, v in contact_states
+    ]
     return off.index(True) + 1 if any(off) else len(contact_states) + 1
 
 
 def _acceleration(time: np.ndarray, height: np.ndarray) -> tuple[float, float]:
-    """Acceleration of one flight by itself and its sd, which allows for correlated rows; 0 and infinity for fewer than 6 rows."""
+    """Acceleration of one flight by itself and its sd, which allows for correlated
+    rows; 0 and infinity for fewer than 6 rows."""
     if len(time) < 6:
         return 0.0, np.inf
     tau = (time - time.mean()) / np.ptp(time)
@@ -107,6 +153,8 @@ def _acceleration(time: np.ndarray, height: np.ndarray) -> tuple[float, float]:
     params = np.linalg.lstsq(design, height, rcond=None)[0]
     left = height - design @ params
     power = float((left**2).sum()) / (len(tau) - 3)
-    rho = float(np.clip((left[1:] * left[:-1]).sum() / max((left**2).sum(), 1e-300), 0.0, 0.99))
+    rho = float(
+        np.clip((left[1:] * left[:-1]).sum() / max((left**2).sum(), 1e-300), 0.0, 0.99)
+    )
     sd = np.sqrt(power * (1 + rho) / (1 - rho) * np.linalg.inv(design.T @ design)[2, 2])
     return float(params[2] / np.ptp(time) ** 2), float(sd / np.ptp(time) ** 2)

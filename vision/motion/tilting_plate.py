@@ -1,4 +1,5 @@
-"""The block of a slide on its tilting plate, with the plate's angle, in a film whose frames are rotated with the plate."""
+"""The block of a slide on its tilting plate, with the plate's angle, in a film whose
+frames are rotated with the plate."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -22,7 +23,8 @@ STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
 
 @dataclass(frozen=True)
 class PlateOverlay:
-    """For the overlay: the last picture, the block's places in it (columns, rows), and plate lines as segments."""
+    """For the overlay: the last picture, the block's places in it (columns, rows), and
+    plate lines as segments."""
 
     picture: np.ndarray
     places: tuple[np.ndarray, np.ndarray]
@@ -30,62 +32,102 @@ class PlateOverlay:
 
 
 def track_slide(
-    source: FrameSource, recording: Recording, progress: Callable[[float], None] | None = None
+    source: FrameSource,
+    recording: Recording,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[TrackedSeed, PlateOverlay]:
-    """Track the block along the tilting plate [px], with the plate's angle, both from the pictures.
-    Angles are against the picture's horizontal plus `camera.plumb_deg`. In pictures rotated with
-    the plate only the block moves."""
+    """Track the block along the tilting plate [px], with the plate's angle, both from
+    the pictures. Angles are against the picture's horizontal plus `camera.plumb_deg`.
+    In pictures rotated with the plate only the block moves."""
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
-        source.note(f"the plate's edge is seen in {len(lines)} of {source.count} frames only and is not used")
+        source.note(
+            f"the plate's edge is seen in {len(lines)} of {source.count} frames only"
+            " and is not used"
+        )
         lines = None
     if lines is None:
         if recording.slide.tilt_rate_deg_s is None:
-            text = "no tilting plate edge is seen in the picture, and [slide] start_deg and tilt_rate_deg_s are missing"
+            text = (
+                "no tilting plate edge is seen in the picture, and [slide] start_deg"
+                " and tilt_rate_deg_s are missing"
+            )
             raise MeasurementError(f"{recording.toml}: {text}")
         tracked = track_seed(source, falling=False, progress=progress)
         return _along_own_line(tracked)
     pivot = _pivot(lines)
     unit = shape[1] / 640
-    ends = np.array([[line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent] for line in lines.values()])
+    ends = np.array(
+        [
+            [line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent]
+            for line in lines.values()
+        ]
+    )
     reach = (int(ends.min() - 10), int(ends.max() + 10))
-    strip = PlateFrames(source, lines, pivot, reach, above=round(110 * unit), below=round(14 * unit))
-    tracked = track_seed(strip, falling=False, progress=progress, scene=learn_scene(strip, still=plate_only))
+    strip = PlateFrames(
+        source, lines, pivot, reach, above=round(110 * unit), below=round(14 * unit)
+    )
+    tracked = track_seed(
+        strip,
+        falling=False,
+        progress=progress,
+        scene=learn_scene(strip, still=plate_only),
+    )
     plumb = recording.camera.plumb_deg or 0.0
-    tilt = np.array([np.degrees(lines[int(f)].angle) for f in tracked.track.frame]) - plumb
+    tilt = (
+        np.array([np.degrees(lines[int(f)].angle) for f in tracked.track.frame]) - plumb
+    )
     flip = -1.0 if np.median(tilt) < 0 else 1.0
     edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
     notes, level_sd = tracked.track.notes, recording.camera.plumb_sd
     if recording.camera.plumb_deg is None and recording.camera.plumb_sd_deg is None:
         level_sd = UNPLUMBED_SD_DEG
-        notes = (*notes, f"{recording.toml}: [camera] plumb_deg is missing: the plate's angle is known to ± {level_sd:g}° only")
+        notes = (
+            *notes,
+            (
+                f"{recording.toml}: [camera] plumb_deg is missing: the plate's angle is"
+                f" known to ± {level_sd:g}° only"
+            ),
+        )
     sd = float(np.hypot(level_sd, np.degrees(edge_sd)))
     track = replace(tracked.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
-    places = np.array([strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)])
+    places = np.array(
+        [strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)]
+    )
     shown = [lines[min(lines)], lines[max(lines)]]
-    segments = [(tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1]))) for line in shown]
-    return replace(tracked, track=track), PlateOverlay(last, (places[:, 0], places[:, 1]), segments)
+    segments = [
+        (tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1])))
+        for line in shown
+    ]
+    return replace(tracked, track=track), PlateOverlay(
+        last, (places[:, 0], places[:, 1]), segments
+    )
 
 
 def _along_own_line(tracked: TrackedSeed) -> tuple[TrackedSeed, PlateOverlay]:
-    """Without a plate in the picture: the travel along the principal axis of the block's places."""
+    """Without a plate in the picture: the travel along the principal axis of the
+    block's places."""
     track, height = tracked.track, tracked.scene.shape[0]
     centre = np.array([np.median(track.x), np.median(track.y)])
     offset = np.column_stack([track.x, track.y]) - centre
     _, _, directions = np.linalg.svd(offset, full_matrices=False)
     travel = offset @ directions[0]
     places = (track.x, height - 1 - track.y)
-    return replace(tracked, track=replace(track, x=travel, y=offset @ directions[1])), PlateOverlay(tracked.scene.first, places, [])
+    return replace(
+        tracked, track=replace(track, x=travel, y=offset @ directions[1])
+    ), PlateOverlay(tracked.scene.first, places, [])
 
 
 def _pivot(lines: dict[int, Line]) -> np.ndarray:
-    """The pivot P of the plate: n·P − d = c for every line with normal n and offset c; d is constant."""
+    """The pivot P of the plate: n·P − d = c for every line with normal n and offset c;
+    d is constant."""
     normals = np.array([line.across for line in lines.values()])
     offsets = np.array([line.offset for line in lines.values()])
     design = np.column_stack([normals, -np.ones(len(normals))])
-    # A small rotation hardly separates d from P; hinges lie near their plate: prior of d, 600 times an edge's error.
+    # A small rotation hardly separates d from P; hinges lie near their plate: prior of
+    # d, 600 times an edge's error.
     rows = np.vstack([design, [0.0, 0.0, 1 / 600]])
     return np.linalg.lstsq(rows, np.concatenate([offsets, [0.0]]), rcond=None)[0][:2]
 
@@ -93,15 +135,23 @@ def _pivot(lines: dict[int, Line]) -> np.ndarray:
 class PlateFrames(FrameSource):
     """The frames of `source` with a known line, rotated so that the plate rests.
 
-    pivot [px]; reach: first and last place along the plate, from the pivot's foot [px]; above, below: rows on either side of the line.
-    Changes along the whole plate as it tilts (its upper face, its illumination, the background behind it) are no motion: every row is
-    brought to the brightness that it has in the first strip.
-    """
+    pivot [px]; reach: first and last place along the plate, from the pivot's foot [px];
+    above, below: rows on either side of the line. Changes along the whole plate as it
+    tilts (its upper face, its illumination, the background behind it) are no motion:
+    every row is brought to the brightness that it has in the first strip."""
 
     def __init__(
-        self, source: FrameSource, lines: dict[int, Line], pivot: np.ndarray, reach: tuple[int, int], above: int, below: int
+        self,
+        source: FrameSource,
+        lines: dict[int, Line],
+        pivot: np.ndarray,
+        reach: tuple[int, int],
+        above: int,
+        below: int,
     ):
-        super().__init__(path=source.path, count=len(lines), fps=source.fps, notes=source.notes)
+        super().__init__(
+            path=source.path, count=len(lines), fps=source.fps, notes=source.notes
+        )
         self._source, self._lines, self._pivot = source, lines, pivot
         self._reach, self._above, self._below = reach, above, below
         self._first_levels: np.ndarray | None = None
@@ -116,18 +166,27 @@ class PlateFrames(FrameSource):
                 yield self._warped(frame)
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        return [self._warped(frame) for frame in self._source.picked(n, between) if frame.index in self._lines]
+        return [
+            self._warped(frame)
+            for frame in self._source.picked(n, between)
+            if frame.index in self._lines
+        ]
 
     def sample(self, n: int) -> list[np.ndarray]:
-        """About n strips spread over the film, and at least AFTER_SLIDE from after the slide, which may last an instant only."""
+        """About n strips spread over the film, and at least AFTER_SLIDE from after the
+        slide, which may last an instant only."""
         first = next(self.iterate(), None)
         n = n if first is None else limit_to_memory(n, first.pixels)
         frames = self.picked(n)
         left = _block_departure([frame.pixels for frame in frames])
         gone = 0 if left is None else int(np.argmax(left[1] > GONE))
         if gone > 0 and len(frames) - gone < AFTER_SLIDE:
-            closer = self.picked(AFTER_SLIDE, (frames[gone - 1].index, frames[-1].index))
-            frames = sorted({f.index: f for f in [*frames, *closer]}.values(), key=lambda f: f.index)
+            closer = self.picked(
+                AFTER_SLIDE, (frames[gone - 1].index, frames[-1].index)
+            )
+            frames = sorted(
+                {f.index: f for f in [*frames, *closer]}.values(), key=lambda f: f.index
+            )
         return [frame.pixels for frame in frames]
 
     def matrix(self, index: int) -> np.ndarray:
@@ -140,20 +199,31 @@ class PlateFrames(FrameSource):
     def _warped(self, frame: Frame) -> Frame:
         size = (self._reach[1] - self._reach[0], self.height)
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        strip = cv2.warpAffine(frame.pixels, self.matrix(frame.index), size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+        strip = cv2.warpAffine(
+            frame.pixels,
+            self.matrix(frame.index),
+            size,
+            flags=flags,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
         # the mean of each row's middle half, which the block does not change
         ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
         quarter = ordered.shape[1] // 4
-        rows = ordered[:, quarter : ordered.shape[1] - quarter].mean(axis=1, dtype=np.float32)
+        rows = ordered[:, quarter : ordered.shape[1] - quarter].mean(
+            axis=1, dtype=np.float32
+        )
         if self._first_levels is None:
             self._first_levels = rows
         white = np.iinfo(frame.pixels.dtype).max
-        steady = np.clip(np.round(strip + (self._first_levels - rows)[:, None]), 0, white).astype(strip.dtype)
+        steady = np.clip(
+            np.round(strip + (self._first_levels - rows)[:, None]), 0, white
+        ).astype(strip.dtype)
         return replace(frame, pixels=steady)
 
 
 def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
-    """Pictures without the block: its first place from strips after it has left; evenly spaced ones where nothing leaves."""
+    """Pictures without the block: its first place from strips after it has left; evenly
+    spaced ones where nothing leaves."""
     left = _block_departure(strips)
     if left is None:
         return even_in_motion(strips)
@@ -171,9 +241,9 @@ def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Columns (bool) in which the block rests at first, and the share of it that has left them in
-    each strip. The block differs from the median of its rows; where that difference vanishes it has
-    left. None where nothing has left by the last strip."""
+    """Columns (bool) in which the block rests at first, and the share of it that has
+    left them in each strip. The block differs from the median of its rows; where that
+    difference vanishes it has left. None where nothing has left by the last strip."""
     if len(strips) < 4:
         return None
     factor = max(1, strips[0].shape[1] // COLUMNS)
@@ -181,8 +251,14 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
     for strip in strips:
         plain = grey(strip)
         plain = plain[:, : plain.shape[1] // factor * factor]
-        small = cv2.resize(plain, (plain.shape[1] // factor, max(1, plain.shape[0] // factor)), interpolation=cv2.INTER_AREA)
-        outstanding.append(np.abs(small - np.median(small, axis=1, keepdims=True)).sum(axis=0))
+        small = cv2.resize(
+            plain,
+            (plain.shape[1] // factor, max(1, plain.shape[0] // factor)),
+            interpolation=cv2.INTER_AREA,
+        )
+        outstanding.append(
+            np.abs(small - np.median(small, axis=1, keepdims=True)).sum(axis=0)
+        )
     profile = cv2.GaussianBlur(np.array(outstanding), (5, 1), 1.0)
     first = np.median(profile[:3], axis=0)
     gone = first - profile[-1]
@@ -190,5 +266,13 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
         return None
     weight = np.where(gone > 0.3 * gone.max(), gone, 0.0)
     share = (first - profile) @ weight / (gone @ weight)
-    place = cv2.dilate((gone > 0.1 * gone.max()).astype(np.uint8)[None], np.ones((1, 7), np.uint8))[0] > 0
-    return place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)], share
+    place = (
+        cv2.dilate(
+            (gone > 0.1 * gone.max()).astype(np.uint8)[None], np.ones((1, 7), np.uint8)
+        )[0]
+        > 0
+    )
+    return (
+        place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)],
+        share,
+    )

@@ -14,19 +14,22 @@ from vision.motion.least_squares import fit, frame_lag
 from vision.motion.outliers import slips
 from vision.recording import Camera, Recording
 
-GATE_SD_MM = 0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
+GATE_SD_MM = (
+    0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide
+)
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
 _OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
 
 @dataclass(frozen=True)
 class Track:
-    """Arrays of one length n, in the order of time. x to the right, y up, in `unit` ("mm" or "px").
+    """Arrays of one length n, in the order of time. x to the right, y up, in `unit`
+    ("mm" or "px").
 
-    frame: numbers as recorded (a lost frame is a missing row). t_s: all NaN without a frame rate.
-    sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped, anticlockwise; NaN where unknown; None where not measured.
-    tilt_deg: the plate's angle at the same time. outlier: rows that no fit uses.
-    """
+    frame: numbers as recorded (a lost frame is a missing row). t_s: all NaN without a
+    frame rate. sd: of x and of y, each; NaN where not stated. angle_deg: unwrapped,
+    anticlockwise; NaN where unknown; None where not measured. tilt_deg: the plate's
+    angle at the same time. outlier: rows that no fit uses."""
 
     frame: np.ndarray
     t_s: np.ndarray
@@ -54,10 +57,13 @@ class Track:
         return self.unit == "mm" and self.timed
 
     def need_physical(self, recording: Recording) -> None:
-        """MeasurementError, naming the missing key, unless lengths are in mm and times in s."""
+        """MeasurementError, naming the missing key, unless lengths are in mm and times
+        in s."""
         if not self.physical:
             key = "mm_per_px" if self.unit != "mm" else "fps"
-            message = f"[camera] {key} is missing; an acceleration needs lengths and times"
+            message = (
+                f"[camera] {key} is missing; an acceleration needs lengths and times"
+            )
             raise MeasurementError(f"{recording.toml}: {message}")
 
     @property
@@ -80,8 +86,12 @@ class Track:
 
     def take(self, rows: np.ndarray | slice) -> "Track":
         """Some of the rows (a mask, indices or a slice)."""
-        columns: dict[str, Any] = {name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)}
-        some: dict[str, Any] = {k: None if c is None else c[rows] for k, c in columns.items()}
+        columns: dict[str, Any] = {
+            name: getattr(self, name) for name in (*_ALWAYS, *_OPTIONAL)
+        }
+        some: dict[str, Any] = {
+            k: None if c is None else c[rows] for k, c in columns.items()
+        }
         return replace(self, **some)
 
     def marked(self, outlier: np.ndarray) -> "Track":
@@ -89,89 +99,191 @@ class Track:
         return replace(self, outlier=self.outlier | outlier)
 
     def spin(self, rows: np.ndarray) -> tuple[float, float]:
-        """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with an orientation in fewer than 5 of them."""
+        """Spin [rad per time unit, anticlockwise] over some rows and its sd; NaN with
+        an orientation in fewer than 5 of them."""
         if self.angle_deg is None:
             return np.nan, np.nan
         rows = rows[np.isfinite(self.angle_deg[rows])]
         if len(rows) < 5:
             return np.nan, np.nan
-        weight, sd = None, None if self.angle_sd_deg is None else self.angle_sd_deg[rows]
+        weight, sd = (
+            None,
+            None if self.angle_sd_deg is None else self.angle_sd_deg[rows],
+        )
         if sd is not None and np.isfinite(sd).all():
             weight = np.median(sd) / np.maximum(sd, 1e-3)
-        design = np.column_stack([np.ones(len(rows)), self.time[rows] - self.time[rows].mean()])
-        found = fit(design, np.radians(self.angle_deg[rows]), frame_lag(self.frame[rows]), weight=weight)
+        design = np.column_stack(
+            [np.ones(len(rows)), self.time[rows] - self.time[rows].mean()]
+        )
+        found = fit(
+            design,
+            np.radians(self.angle_deg[rows]),
+            frame_lag(self.frame[rows]),
+            weight=weight,
+        )
         return float(found.params[1]), float(np.sqrt(found.cov[1, 1]))
 
     def to_table(self) -> pd.DataFrame:
-        """The columns of track.csv, plus the frame number, the sds and the outlier mark; unknown columns are left out."""
-        places = {f"x_{self.unit}": self.x, f"y_{self.unit}": self.y, f"sd_{self.unit}": self.sd}
-        more = {name: getattr(self, name) for name in _OPTIONAL if getattr(self, name) is not None}
+        """The columns of track.csv, plus the frame number, the sds and the outlier
+        mark; unknown columns are left out."""
+        places = {
+            f"x_{self.unit}": self.x,
+            f"y_{self.unit}": self.y,
+            f"sd_{self.unit}": self.sd,
+        }
+        more = {
+            name: getattr(self, name)
+            for name in _OPTIONAL
+            if getattr(self, name) is not None
+        }
         columns = {"frame": self.frame, "t_s": self.t_s, **places, **more}
         table = pd.DataFrame({**columns, "outlier": self.outlier.astype(int)})
-        return table.drop(columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()])
+        return table.drop(
+            columns=[c for c in ("t_s", f"sd_{self.unit}") if table[c].isna().all()]
+        )
 
 
 def make_track(
-    t_s: ArrayLike | None, x: ArrayLike, y: ArrayLike, *, unit: str = "mm", frame: ArrayLike | None = None,
-    sd: ArrayLike = np.nan, **more: Any,
-) -> Track:  # fmt: skip
+    t_s: ArrayLike | None,
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    unit: str = "mm",
+    frame: ArrayLike | None = None,
+    sd: ArrayLike = np.nan,
+    **more: Any,
+) -> Track:
     """A track from plain arrays; frame numbers default to 0, 1, 2 and so on."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     n = len(x)
     numbers = np.arange(n) if frame is None else np.asarray(frame)
     times = np.full(n, np.nan) if t_s is None else np.asarray(t_s, dtype=float)
     more.setdefault("outlier", np.zeros(n, dtype=bool))
-    return Track(numbers, times, x, y, np.broadcast_to(np.asarray(sd, dtype=float), (n,)).copy(), unit, **more)
+    return Track(
+        numbers,
+        times,
+        x,
+        y,
+        np.broadcast_to(np.asarray(sd, dtype=float), (n,)).copy(),
+        unit,
+        **more,
+    )
 
 
-def track_from_table(rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] = ()) -> Track:
-    """A Track from the rows of track.csv; pixels become millimetres and frames seconds where `camera` knows how."""
+def track_from_table(
+    rows: pd.DataFrame, camera: Camera, notes: tuple[str, ...] = ()
+) -> Track:
+    """A Track from the rows of track.csv; pixels become millimetres and frames seconds
+    where `camera` knows how."""
     unit = "mm" if "x_mm" in rows else "px"
-    column = {name: rows[name].to_numpy(float) if name in rows else None for name in (*_OPTIONAL, "t_s", "frame")}
+    column = {
+        name: rows[name].to_numpy(float) if name in rows else None
+        for name in (*_OPTIONAL, "t_s", "frame")
+    }
     x, y = rows[f"x_{unit}"].to_numpy(float), rows[f"y_{unit}"].to_numpy(float)
-    sd = rows[f"sd_{unit}"].to_numpy(float) if f"sd_{unit}" in rows else np.full(len(rows), np.nan)
+    sd = (
+        rows[f"sd_{unit}"].to_numpy(float)
+        if f"sd_{unit}" in rows
+        else np.full(len(rows), np.nan)
+    )
     if unit == "px" and camera.mm_per_px:
-        x, y, sd, unit = x * camera.mm_per_px, y * camera.mm_per_px, sd * camera.mm_per_px, "mm"
+        x, y, sd, unit = (
+            x * camera.mm_per_px,
+            y * camera.mm_per_px,
+            sd * camera.mm_per_px,
+            "mm",
+        )
     time, frame = column["t_s"], column["frame"]
     if frame is None and time is not None:
         frame = _frame_numbers(time, camera.fps)
     elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
-    outlier = rows["outlier"].fillna(0).to_numpy(float) != 0 if "outlier" in rows else np.zeros(len(rows), dtype=bool)
+    outlier = (
+        rows["outlier"].fillna(0).to_numpy(float) != 0
+        if "outlier" in rows
+        else np.zeros(len(rows), dtype=bool)
+    )
     if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
         outlier = outlier | slipped
-        notes = (*notes, f"{int(slipped.sum())} rows are leaps away and back (a tracker that slipped): marked as outliers")
+        notes = (
+            *notes,
+            (
+                f"{int(slipped.sum())} rows are leaps away and back (a tracker that"
+                " slipped): marked as outliers"
+            ),
+        )
     return make_track(
-        time, x, y, unit=unit, frame=np.asarray(frame).astype(int), sd=sd, outlier=outlier, notes=notes,
+        time,
+        x,
+        y,
+        unit=unit,
+        frame=np.asarray(frame).astype(int),
+        sd=sd,
+        outlier=outlier,
+        notes=notes,
         **{name: column[name] for name in _OPTIONAL},
-    )  # fmt: skip
+    )
 
 
 def track_from_gates(recording: Recording) -> Track:
-    """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the others y = 0. sd: |speed| sd_s and sd_mm together,
-    NaN where sd_s is not stated; a gate without sd_mm has GATE_SD_MM."""
+    """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the
+    others y = 0. sd: |speed| sd_s and sd_mm together, NaN where sd_s is not stated; a
+    gate without sd_mm has GATE_SD_MM."""
     rig = recording.need_rig()
     if rig not in GATE_PLACE:
-        raise MeasurementError(f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)}, not to a {rig}")
+        raise MeasurementError(
+            f"{recording.files[0]}: light gates belong to a {', a '.join(GATE_PLACE)},"
+            f" not to a {rig}"
+        )
     table = read_gates(recording.files[0], rig)
-    rows = table.rows.assign(**{c: v for c, v in (("sd_s", np.nan), ("sd_mm", GATE_SD_MM)) if c not in table.rows})
-    time, place, sd_s, sd_mm = (rows[c].to_numpy(float) for c in ("t_s", GATE_PLACE[rig], "sd_s", "sd_mm"))
-    sd = np.hypot(np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time)) * sd_s, sd_mm)
+    rows = table.rows.assign(
+        **{
+            c: v
+            for c, v in (("sd_s", np.nan), ("sd_mm", GATE_SD_MM))
+            if c not in table.rows
+        }
+    )
+    time, place, sd_s, sd_mm = (
+        rows[c].to_numpy(float) for c in ("t_s", GATE_PLACE[rig], "sd_s", "sd_mm")
+    )
+    sd = np.hypot(
+        np.abs(_falling(time, place) if rig == "drop" else np.gradient(place, time))
+        * sd_s,
+        sd_mm,
+    )
     zero = np.zeros(len(time))
-    return make_track(time, zero if rig == "drop" else place, place if rig == "drop" else zero, sd=sd, notes=table.notes)
+    return make_track(
+        time,
+        zero if rig == "drop" else place,
+        place if rig == "drop" else zero,
+        sd=sd,
+        notes=table.notes,
+    )
 
 
 def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Speed [mm/s] at each row of a drop, under gravity, from the neighbour on its own side of the impact."""
+    """Speed [mm/s] at each row of a drop, under gravity, from the neighbour on its own
+    side of the impact."""
     turn, step = int(np.argmin(place)), np.diff(time)
-    after, before = np.diff(place) / step + G_MM_S2 * step / 2, np.diff(place) / step - G_MM_S2 * step / 2
-    return np.array([before[k - 1] if 0 < k <= turn or k == len(time) - 1 else after[k] for k in range(len(time))])
+    after, before = (
+        np.diff(place) / step + G_MM_S2 * step / 2,
+        np.diff(place) / step - G_MM_S2 * step / 2,
+    )
+    return np.array(
+        [
+            before[k - 1] if 0 < k <= turn or k == len(time) - 1 else after[k]
+            for k in range(len(time))
+        ]
+    )
 
 
 def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:
-    """Frame numbers from times: whole steps of the median interval, so that lost rows leave gaps."""
+    """Frame numbers from times: whole steps of the median interval, so that lost rows
+    leave gaps."""
     step = float(np.median(np.diff(time)))
     if fps and 0.9 < fps * step < 1.1:
         step = 1 / fps
     number = np.round((time - time[0]) / step).astype(int)
-    return number if (np.diff(number) > 0).all() else np.arange(len(time))  # unevenly timed (a phone): count the rows
+    return (
+        number if (np.diff(number) > 0).all() else np.arange(len(time))
+    )  # unevenly timed (a phone): count the rows

@@ -1,9 +1,10 @@
-"""Frames → track of the seed: of all things that move, the one that moves like a falling, sliding or rolling seed.
+"""Frames → track of the seed: of all things that move, the one that moves like a
+falling, sliding or rolling seed.
 
-Moving things are detected in each frame independently (`detect`), so a lost frame costs nothing, and linked to tracklets. The
-tracklets are scored by their motion: in flight the height is a parabola that opens downwards. A hand, a clamp, a mirror image
-(which falls upwards) and a shadow (fainter) score low.
-"""
+Moving things are detected in each frame independently (`detect`), so a lost frame costs
+nothing, and linked to tracklets. The tracklets are scored by their motion: in flight
+the height is a parabola that opens downwards. A hand, a clamp, a mirror image (which
+falls upwards) and a shadow (fainter) score low."""
 
 import itertools
 from collections.abc import Callable
@@ -20,9 +21,13 @@ from vision.motion.track import Track, make_track
 from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
 from vision.robust import robust_sd
 
-MOST_AREA_CHANGE = 0.12  # from the frames around: more means merged with something, or partly hidden
+MOST_AREA_CHANGE = (
+    0.12  # from the frames around: more means merged with something, or partly hidden
+)
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
-LEAST_ELONGATION = 0.01  # (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading give a ball 0.003
+# (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading
+# give a ball 0.003
+LEAST_ELONGATION = 0.01
 
 
 @dataclass(frozen=True)
@@ -36,19 +41,26 @@ class TrackedSeed:
 
 
 def track_seed(
-    source: FrameSource, *, falling: bool, progress: Callable[[float], None] | None = None, scene: Scene | None = None,
-    at: tuple[float, float, float] | None = None, area_px: tuple[float, float] = (0.0, np.inf),
-) -> TrackedSeed:  # fmt: skip
-    """Track the seed, which falls or rolls, through all frames; MeasurementError where nothing
-    moves like a seed. at: frame, x, y [px, y down] where somebody says that it is. area_px: least
-    and greatest silhouette of the stated seed."""
+    source: FrameSource,
+    *,
+    falling: bool,
+    progress: Callable[[float], None] | None = None,
+    scene: Scene | None = None,
+    at: tuple[float, float, float] | None = None,
+    area_px: tuple[float, float] = (0.0, np.inf),
+) -> TrackedSeed:
+    """Track the seed, which falls or rolls, through all frames; MeasurementError where
+    nothing moves like a seed. at: frame, x, y [px, y down] where somebody says that it
+    is. area_px: least and greatest silhouette of the stated seed."""
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []
     active: list[Tracklet] = []
     done = 0
     for frame in source.iterate():
         if frame.pixels.shape[:2] != scene.shape:
-            source.note(f"frame {frame.index} skipped: its size is not that of the others")
+            source.note(
+                f"frame {frame.index} skipped: its size is not that of the others"
+            )
             continue
         shapes = find_silhouettes(frame.pixels, scene)
         active = [p for p in active if frame.index - p.frames[-1] <= PATIENCE]
@@ -59,27 +71,49 @@ def track_seed(
     if progress:
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
-    chosen = _choose(tracklets, falling, scene) if at is None else _nearest_to(tracklets, *at)
+    chosen = (
+        _choose(tracklets, falling, scene)
+        if at is None
+        else _nearest_to(tracklets, *at)
+    )
     if chosen is None:
-        where = "" if at is None else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
-        raise MeasurementError(f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}")
+        where = (
+            ""
+            if at is None
+            else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
+        )
+        raise MeasurementError(
+            f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
+        )
     areas = np.array([s.area for s in chosen.shapes])
-    return TrackedSeed(_to_track(chosen, scene, done, area_px), scene, 2 * float(np.sqrt(np.median(areas) / np.pi)), areas)
+    return TrackedSeed(
+        _to_track(chosen, scene, done, area_px),
+        scene,
+        2 * float(np.sqrt(np.median(areas) / np.pi)),
+        areas,
+    )
 
 
-def _nearest_to(tracklets: list[Tracklet], frame: float, x: float, y: float) -> Tracklet | None:
-    """The tracklet that passes the place at about that frame, joined with others of the same thing."""
+def _nearest_to(
+    tracklets: list[Tracklet], frame: float, x: float, y: float
+) -> Tracklet | None:
+    """The tracklet that passes the place at about that frame, joined with others of the
+    same thing."""
     found: list[tuple[float, int, Tracklet]] = []
     for tracklet in tracklets:
         k = int(np.argmin(np.abs(np.array(tracklet.frames) - frame)))
-        away, size = np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y), np.sqrt(tracklet.area)
+        away, size = (
+            np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y),
+            np.sqrt(tracklet.area),
+        )
         if abs(tracklet.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
             found.append((float(away), len(found), tracklet))
     return join_alike(min(found)[2], tracklets) if found else None
 
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
-    """The tracklet with the highest score, joined with others of the same thing; None where all score 0."""
+    """The tracklet with the highest score, joined with others of the same thing; None
+    where all score 0."""
     scores = [_score(tracklet, falling, scene) for tracklet in tracklets]
     if not max(scores, default=0.0) > 0:
         return None
@@ -88,8 +122,12 @@ def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet 
 
 
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
-    """Score of a tracklet: distance covered, times smoothness and contrast; for a drop, height fallen, times contrast."""
-    x, y = np.array([s.x for s in tracklet.shapes]), -np.array([s.y for s in tracklet.shapes])
+    """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
+    height fallen, times contrast."""
+    x, y = (
+        np.array([s.x for s in tracklet.shapes]),
+        -np.array([s.y for s in tracklet.shapes]),
+    )
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):
@@ -103,10 +141,15 @@ def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
 
 
 def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
-    """Sum of the heights of all flights that are parabolas opening downwards, less those opening upwards."""
+    """Sum of the heights of all flights that are parabolas opening downwards, less
+    those opening upwards."""
     if len(y) < 4:
         return 0.3 * float(np.ptp(y))
-    turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1 if len(y) > 4 else np.array([], int)
+    turns = (
+        np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
+        if len(y) > 4
+        else np.array([], int)
+    )
     big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
     height = 0.0
     for a, b in itertools.pairwise(big):
@@ -140,15 +183,23 @@ def _smoothness(x: np.ndarray, size: float) -> float:
     return float(1 / (1 + 10 * typical / step * (typical > 0.3) + np.mean(jerk > size)))
 
 
-def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]) -> Track:
-    """The tracklet as a Track: y up from the bottom row, orientation unwrapped, outlying silhouettes marked."""
+def _to_track(
+    tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]
+) -> Track:
+    """The tracklet as a Track: y up from the bottom row, orientation unwrapped,
+    outlying silhouettes marked."""
     shapes = tracklet.shapes
     x, y, sd = np.array([(s.x, s.y, s.sd) for s in shapes]).T
     area, cut = np.array([s.area for s in shapes]), np.array([s.cut for s in shapes])
     frame, t_s = np.array(tracklet.frames), np.array(tracklet.times)
     outlying = _outlying_areas(area)
     if (poses := fit_ellipses(shapes, area_px)) is not None:
-        x, y, sd = np.array([(s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd) for s, one in zip(shapes, poses)]).T
+        x, y, sd = np.array(
+            [
+                (s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd)
+                for s, one in zip(shapes, poses)
+            ]
+        ).T
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)
@@ -157,37 +208,61 @@ def _to_track(tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float
     if total > len(shapes):
         notes.append(f"the seed was found in {len(shapes)} of {total} frames")
     if cut.any():
-        notes.append(f"{int(cut.sum())} frames with the seed partly out of the picture (marked as outliers)")
+        notes.append(
+            f"{int(cut.sum())} frames with the seed partly out of the picture (marked"
+            " as outliers)"
+        )
     if (outlying & ~cut).any():
         notes.append(
-            f"{int((outlying & ~cut).sum())} frames with the seed partly hidden or merged with something (marked as outliers)"
+            f"{int((outlying & ~cut).sum())} frames with the seed partly hidden or"
+            " merged with something (marked as outliers)"
         )
     return make_track(
-        t_s, x, y, unit="px", frame=frame, sd=sd, outlier=outlying | cut,
-        angle_deg=angle if has_angle else None, angle_sd_deg=angle_sd if has_angle else None, notes=tuple(notes),
-    )  # fmt: skip
+        t_s,
+        x,
+        y,
+        unit="px",
+        frame=frame,
+        sd=sd,
+        outlier=outlying | cut,
+        angle_deg=angle if has_angle else None,
+        angle_sd_deg=angle_sd if has_angle else None,
+        notes=tuple(notes),
+    )
 
 
 def _outlying_areas(area: np.ndarray) -> np.ndarray:
-    """Rows whose area differs from that of the frames around (a tumbling seed's changes slowly)."""
+    """Rows whose area differs from that of the frames around (a tumbling seed's changes
+    slowly)."""
     if len(area) < 9:
         return np.zeros(len(area), dtype=bool)
     window = 15 if len(area) > 60 else 5
     half = window // 2
     padded = np.pad(area, half, mode="reflect")
-    typical = np.median(np.lib.stride_tricks.sliding_window_view(padded, window), axis=1)
+    typical = np.median(
+        np.lib.stride_tricks.sliding_window_view(padded, window), axis=1
+    )
     off = np.abs(area / typical - 1)
     return off > max(MOST_AREA_CHANGE, 6 * robust_sd(off))
 
 
-def _orientation(shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown. A silhouette
-    gives it up to half turns, so the value nearest to the extrapolated spin is taken. A round
-    outline has none."""
-    raw = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes])
+def _orientation(
+    shapes: list[Silhouette], frame: np.ndarray, outlying: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Unwrapped orientation [deg, anticlockwise] and its sd; NaN where it is unknown. A
+    silhouette gives it up to half turns, so the value nearest to the extrapolated spin
+    is taken. A round outline has none."""
+    raw = np.array(
+        [0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in shapes]
+    )
     sd = np.array([s.angle_sd_deg for s in shapes])
-    stretch = np.array([np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes])
-    round_outline = np.median(stretch[~outlying] if (~outlying).any() else stretch) < LEAST_ELONGATION
+    stretch = np.array(
+        [np.hypot(s.xx - s.yy, 2 * s.xy) / (s.xx + s.yy) for s in shapes]
+    )
+    round_outline = (
+        np.median(stretch[~outlying] if (~outlying).any() else stretch)
+        < LEAST_ELONGATION
+    )
     clear = (sd < MOST_ANGLE_SD_DEG) & ~outlying & ~round_outline
     angle = np.full(len(shapes), np.nan)
     spin = 0.0

@@ -1,4 +1,5 @@
-"""Tracklets: silhouettes of successive frames that are one thing, linked from frame to frame and joined over gaps."""
+"""Tracklets: silhouettes of successive frames that are one thing, linked from frame to
+frame and joined over gaps."""
 
 from dataclasses import dataclass
 
@@ -7,7 +8,10 @@ import numpy as np
 from vision.motion.detect import Silhouette
 
 PATIENCE = 6  # frames for which a thing may be lost before its tracklet ends
-MOST_COLOUR_STEP, MOST_COLOUR_CHANGE = 0.67, 0.5  # colour distance from frame to frame, and over the film
+MOST_COLOUR_STEP, MOST_COLOUR_CHANGE = (
+    0.67,
+    0.5,
+)  # colour distance from frame to frame, and over the film
 
 
 @dataclass
@@ -19,17 +23,21 @@ class Tracklet:
     shapes: list[Silhouette]
 
     def distance(self, shape: Silhouette, frame: int) -> tuple[float, float]:
-        """Distance [px] of `shape` from where this thing is expected in `frame`, and its speed [px per frame].
+        """Distance [px] of `shape` from where this thing is expected in `frame`, and
+        its speed [px per frame].
 
-        A falling thing may have bounced: then any place between a dead stop and a full rebound is expected. (Otherwise the
-        track of a falling seed would continue with its mirror image in the plate.)
-        """
+        A falling thing may have bounced: then any place between a dead stop and a full
+        rebound is expected. (Otherwise the track of a falling seed would continue with
+        its mirror image in the plate.)"""
         last = self.shapes[-1]
         if len(self.shapes) < 2:
             return float(np.hypot(shape.x - last.x, shape.y - last.y)), 0.0
         back = -min(4, len(self.shapes))
         span, ahead = self.frames[-1] - self.frames[back], frame - self.frames[-1]
-        vx, vy = (last.x - self.shapes[back].x) / span, (last.y - self.shapes[back].y) / span
+        vx, vy = (
+            (last.x - self.shapes[back].x) / span,
+            (last.y - self.shapes[back].y) / span,
+        )
         across, along = shape.x - last.x - vx * ahead, shape.y - last.y
         away = float(np.hypot(across, along - vy * ahead))
         if vy > 0:
@@ -53,19 +61,37 @@ class Tracklet:
     @property
     def extent(self) -> float:
         """Diagonal of the box around its places [px]."""
-        return float(np.hypot(np.ptp([s.x for s in self.shapes]), np.ptp([s.y for s in self.shapes])))
+        return float(
+            np.hypot(
+                np.ptp([s.x for s in self.shapes]), np.ptp([s.y for s in self.shapes])
+            )
+        )
 
 
-def extend(active: list[Tracklet], tracklets: list[Tracklet], shapes: list[Silhouette], frame: int, time: float) -> None:
-    """Append each silhouette to the active tracklet that it fits best; the others start new tracklets."""
+def extend(
+    active: list[Tracklet],
+    tracklets: list[Tracklet],
+    shapes: list[Silhouette],
+    frame: int,
+    time: float,
+) -> None:
+    """Append each silhouette to the active tracklet that it fits best; the others start
+    new tracklets."""
     offers = []
     for p, tracklet in enumerate(active):
         last = tracklet.shapes[-1]
         for s, shape in enumerate(shapes):
             size = np.sqrt(max(shape.area, last.area))
             away, speed = tracklet.distance(shape, frame)
-            gate = 1.2 * size + 2.2 * speed + 3.0 if len(tracklet.shapes) > 1 else 2.5 * size + 40.0
-            area, colour_distance = abs(np.log(shape.area / last.area)), shape.colour_distance(last)
+            gate = (
+                1.2 * size + 2.2 * speed + 3.0
+                if len(tracklet.shapes) > 1
+                else 2.5 * size + 40.0
+            )
+            area, colour_distance = (
+                abs(np.log(shape.area / last.area)),
+                shape.colour_distance(last),
+            )
             if away < gate and area < 1.1 and colour_distance < MOST_COLOUR_STEP:
                 offers.append((away / size + 1.5 * area + 2.0 * colour_distance, p, s))
     extended: dict[int, int] = {}  # shape → tracklet
@@ -75,7 +101,11 @@ def extend(active: list[Tracklet], tracklets: list[Tracklet], shapes: list[Silho
             active[p].frames.append(frame)
             active[p].times.append(time)
             active[p].shapes.append(shapes[s])
-    new = [Tracklet([frame], [time], [shape]) for s, shape in enumerate(shapes) if s not in extended]
+    new = [
+        Tracklet([frame], [time], [shape])
+        for s, shape in enumerate(shapes)
+        if s not in extended
+    ]
     tracklets += new
     active += new
 
@@ -85,25 +115,35 @@ def join_alike(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:
     area = best.area
     joined, size = best, np.sqrt(best.area)
     alike = [
-        p for p in tracklets
-        if p is not best and 0.6 < p.area / area < 1.7 and p.typical.colour_distance(best.typical) < MOST_COLOUR_CHANGE
-    ]  # fmt: skip
+        p
+        for p in tracklets
+        if p is not best
+        and 0.6 < p.area / area < 1.7
+        and p.typical.colour_distance(best.typical) < MOST_COLOUR_CHANGE
+    ]
     for tracklet in sorted(alike, key=lambda p: -len(p.frames)):
         joined = _join(joined, tracklet, size)
     return joined
 
 
 def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:
-    """Both in one where they do not overlap in time and the gap can be crossed at their speeds; else `one`."""
+    """Both in one where they do not overlap in time and the gap can be crossed at their
+    speeds; else `one`."""
     first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
     if first.frames[-1] >= second.frames[0]:
         return one
     gap = second.frames[0] - first.frames[-1]
     speed = max(_speed(first, -12), _speed(second, 12))
-    away = np.hypot(second.shapes[0].x - first.shapes[-1].x, second.shapes[0].y - first.shapes[-1].y)
+    away = np.hypot(
+        second.shapes[0].x - first.shapes[-1].x, second.shapes[0].y - first.shapes[-1].y
+    )
     if away > size + 1.6 * speed * gap:
         return one
-    return Tracklet(first.frames + second.frames, first.times + second.times, first.shapes + second.shapes)
+    return Tracklet(
+        first.frames + second.frames,
+        first.times + second.times,
+        first.shapes + second.shapes,
+    )
 
 
 def _speed(tracklet: Tracklet, count: int) -> float:
@@ -112,5 +152,7 @@ def _speed(tracklet: Tracklet, count: int) -> float:
     frames, shapes = tracklet.frames[rows], tracklet.shapes[rows]
     if len(frames) < 2:
         return 0.0
-    steps = np.hypot(np.diff([s.x for s in shapes]), np.diff([s.y for s in shapes])) / np.diff(frames)
+    steps = np.hypot(
+        np.diff([s.x for s in shapes]), np.diff([s.y for s in shapes])
+    ) / np.diff(frames)
     return float(np.max(steps))

@@ -1,4 +1,5 @@
-"""Pictures of seeds: each with outline, number and size over its photo; all outlines of a lot; its sizes."""
+"""Pictures of seeds: each with outline, number and size over its photo; all outlines of
+a lot; its sizes."""
 
 import cv2
 import numpy as np
@@ -13,11 +14,20 @@ from vision.shape.outline import from_fourier_terms
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 REGION, LINE = (0, 120, 255), (0, 200, 255)
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
-PAPER, INK, OUTLINE, BOLD, BAR = 255, (60, 60, 60), (190, 170, 140), (160, 60, 30), (200, 160, 110)
+PAPER, INK, OUTLINE, BOLD, BAR = (
+    255,
+    (60, 60, 60),
+    (190, 170, 140),
+    (160, 60, 30),
+    (200, 160, 110),
+)
 
 
-def draw_grains(image: np.ndarray, grains: Grains, paper: Scale | None = None) -> np.ndarray:
-    """Overlay (uint8 RGB): seeds that count green, doubtful ones amber, what was left out red; numbers as in seeds.csv."""
+def draw_grains(
+    image: np.ndarray, grains: Grains, paper: Scale | None = None
+) -> np.ndarray:
+    """Overlay (uint8 RGB): seeds that count green, doubtful ones amber, what was left
+    out red; numbers as in seeds.csv."""
     canvas = Canvas(image)
     paper = paper or (grains.scale if isinstance(grains.scale, Scale) else None)
     if paper is not None:
@@ -29,7 +39,12 @@ def draw_grains(image: np.ndarray, grains: Grains, paper: Scale | None = None) -
             for ends in _axes(grain):
                 canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
         canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
-    canvas.legend([*_words(grains), *([(scale_words(paper), REGION)] if paper is not None else [])])
+    canvas.legend(
+        [
+            *_words(grains),
+            *([(scale_words(paper), REGION)] if paper is not None else []),
+        ]
+    )
     return canvas.pixels
 
 
@@ -37,7 +52,13 @@ def _words(grains: Grains):
     counts = {q: sum(g.quality == q for g in grains.grains) for q in COLOURS}
     yield ", ".join(f"{n} {q}" for q, n in counts.items()), WHITE
     for row in grains.distribution().itertuples():
-        yield f"{row.quantity} {row.mean:.3g} {row.unit}, sd {row.sd:.2g}, {row.min:.3g} to {row.max:.3g}", WHITE
+        yield (
+            (
+                f"{row.quantity} {row.mean:.3g} {row.unit}, sd {row.sd:.2g},"
+                f" {row.min:.3g} to {row.max:.3g}"
+            ),
+            WHITE,
+        )
 
 
 def _axes(grain: Grain) -> list[np.ndarray]:
@@ -49,13 +70,18 @@ def _axes(grain: Grain) -> list[np.ndarray]:
     middle = np.array([grain.x_px, grain.y_px])
     return [
         grain.edge[[place.argmin(), place.argmax()]],
-        np.stack([middle - across * grain.width_px / 2, middle + across * grain.width_px / 2]),
+        np.stack(
+            [middle - across * grain.width_px / 2, middle + across * grain.width_px / 2]
+        ),
     ]
 
 
 def scale_words(scale: Scale) -> str:
     """A scale in words: pixels a millimetre, and the paper's tilt."""
-    return f"graph paper: {1 / scale.paper_mm_per_px:.2f} px/mm, tilt {scale.tilt_deg:+.2f}°"
+    return (
+        f"graph paper: {1 / scale.paper_mm_per_px:.2f} px/mm, tilt"
+        f" {scale.tilt_deg:+.2f}°"
+    )
 
 
 def paint_scale(canvas: Canvas, scale: Scale) -> None:
@@ -66,14 +92,17 @@ def paint_scale(canvas: Canvas, scale: Scale) -> None:
     region = ((np.asarray(scale.region, float) + 0.5) * canvas.scale - 0.5) * 16
     cv2.fillConvexPoly(inside, np.rint(region).astype(np.int32), 1, shift=4)
     rows, columns = np.nonzero(inside)
-    u, v = scale.to_mm((columns + 0.5) / canvas.scale - 0.5, (rows + 0.5) / canvas.scale - 0.5)
+    u, v = scale.to_mm(
+        (columns + 0.5) / canvas.scale - 0.5, (rows + 0.5) / canvas.scale - 0.5
+    )
     half = round(canvas.unit) * scale.paper_mm_per_px / canvas.scale / 2
     on_line = np.minimum(*(np.abs(w - 10 * np.rint(w / 10)) for w in (u, v))) < half
     canvas.pixels[rows[on_line], columns[on_line]] = LINE
 
 
 def draw_outlines(lot: Lot) -> np.ndarray:
-    """Every outline about its centroid, its length across the picture; the mean outline bold; a bar of 1 mm. uint8 RGB."""
+    """Every outline about its centroid, its length across the picture; the mean outline
+    bold; a bar of 1 mm. uint8 RGB."""
     reach = max(np.abs(s.outline_mm(90)).max() for s in lot.seeds)
     scale = (SIDE / 2 - MARGIN) / reach
     image = np.full((SIDE, SIDE, 3), PAPER, np.uint8)
@@ -84,16 +113,29 @@ def draw_outlines(lot: Lot) -> np.ndarray:
 
     for seed in lot.seeds:
         draw(seed.outline_mm(180), OUTLINE, 1)
-    draw(from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3)
+    draw(
+        from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3
+    )
     cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
-    write(image, f"1 mm; {len(lot.seeds)} seeds, their mean bold", MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
+    write(
+        image,
+        f"1 mm; {len(lot.seeds)} seeds, their mean bold",
+        MARGIN,
+        SIDE - 38,
+        INK,
+        SIDE / SHOWN_PX,
+    )
     return image
 
 
 def draw_sizes(lot: Lot) -> np.ndarray:
     """A histogram a size that was measured, side by side. uint8 RGB."""
     sizes = lot.sizes_mm()
-    panels = [_histogram(sizes[np.isfinite(sizes[:, k]), k], name) for k, name in enumerate(SIZES) if np.isfinite(sizes[:, k]).any()]
+    panels = [
+        _histogram(sizes[np.isfinite(sizes[:, k]), k], name)
+        for k, name in enumerate(SIZES)
+        if np.isfinite(sizes[:, k]).any()
+    ]
     return np.hstack(panels)
 
 
@@ -103,11 +145,31 @@ def _histogram(values: np.ndarray, name: str) -> np.ndarray:
     step, unit = (WIDE - 2 * MARGIN) / BINS, (HIGH - 2 * MARGIN) / counts.max()
     for k, count in enumerate(counts):
         x = MARGIN + k * step
-        cv2.rectangle(image, (round(x), round(HIGH - MARGIN - count * unit)), (round(x + step) - 1, HIGH - MARGIN), BAR, -1)
-    cv2.line(image, (MARGIN, HIGH - MARGIN), (WIDE - MARGIN, HIGH - MARGIN), INK, 1, cv2.LINE_AA)
+        cv2.rectangle(
+            image,
+            (round(x), round(HIGH - MARGIN - count * unit)),
+            (round(x + step) - 1, HIGH - MARGIN),
+            BAR,
+            -1,
+        )
+    cv2.line(
+        image,
+        (MARGIN, HIGH - MARGIN),
+        (WIDE - MARGIN, HIGH - MARGIN),
+        INK,
+        1,
+        cv2.LINE_AA,
+    )
     shown = 2 * WIDE / SHOWN_PX  # two stand side by side
     for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
         write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
     sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
-    write(image, f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}", MARGIN, 30, INK, shown)
+    write(
+        image,
+        f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}",
+        MARGIN,
+        30,
+        INK,
+        shown,
+    )
     return image

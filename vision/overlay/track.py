@@ -1,4 +1,5 @@
-"""What was followed, drawn in its own picture: crosses on the seed, fitted flights, impacts, the plate."""
+"""What was followed, drawn in its own picture: crosses on the seed, fitted flights,
+impacts, the plate."""
 
 from collections.abc import Sequence
 
@@ -7,17 +8,30 @@ from numpy.typing import ArrayLike
 
 from vision.overlay.canvas import WHITE, Canvas
 
-CROSS, BAD, CURVE, MARK, LINE = (0, 200, 255), (255, 60, 60), (255, 220, 0), (255, 0, 255), (0, 230, 90)
+CROSS, BAD, CURVE, MARK, LINE = (
+    (0, 200, 255),
+    (255, 60, 60),
+    (255, 220, 0),
+    (255, 0, 255),
+    (0, 230, 90),
+)
 MOST_CROSSES = 160
 
 
 def on_picture(
-    pixels: np.ndarray, x: np.ndarray, y: np.ndarray, outlier: np.ndarray, *,
-    curves: Sequence[tuple[ArrayLike, ArrayLike]] = (), marks: Sequence[tuple[float, float]] = (),
-    lines: Sequence[tuple[Sequence[float], Sequence[float]]] = (), caption: str = "",
-) -> np.ndarray:  # fmt: skip
-    """uint8 RGB. x, y: columns and rows [px] of the seed; curves: (columns, rows) polylines; marks: (column, row) points;
-    lines: ((column, row), (column, row)) segments."""
+    pixels: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    outlier: np.ndarray,
+    *,
+    curves: Sequence[tuple[ArrayLike, ArrayLike]] = (),
+    marks: Sequence[tuple[float, float]] = (),
+    lines: Sequence[tuple[Sequence[float], Sequence[float]]] = (),
+    caption: str = "",
+) -> np.ndarray:
+    """uint8 RGB. x, y: columns and rows [px] of the seed; curves: (columns, rows)
+    polylines; marks: (column, row) points; lines: ((column, row), (column, row))
+    segments."""
     canvas = Canvas(pixels)
     for (x1, y1), (x2, y2) in lines:
         canvas.line(x1, y1, x2, y2, LINE, 1.0)
@@ -33,8 +47,13 @@ def on_picture(
 
 
 def _spread(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Rows to draw a cross for: MOST_CROSSES at most, evenly along the way; rests count once."""
+    """Rows to draw a cross for: MOST_CROSSES at most, evenly along the way; rests count
+    once."""
     if len(x) <= MOST_CROSSES:
         return np.arange(len(x))
     path = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    return np.unique(np.searchsorted(path, np.linspace(0, path[-1], MOST_CROSSES)).clip(0, len(x) - 1))
+    return np.unique(
+        np.searchsorted(path, np.linspace(0, path[-1], MOST_CROSSES)).clip(
+            0, len(x) - 1
+        )
+    )

@@ -1,4 +1,5 @@
-"""Finds candidates for a grid in a picture by the spectra of small windows on several scales."""
+"""Finds candidates for a grid in a picture by the spectra of small windows on several
+scales."""
 
 from dataclasses import dataclass
 
@@ -25,16 +26,21 @@ class Level:
 
     def full(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Full-resolution coordinates of this level's pixel coordinates."""
-        return (np.asarray(x) + 0.5) * self.fx - 0.5, (np.asarray(y) + 0.5) * self.fy - 0.5
+        return (np.asarray(x) + 0.5) * self.fx - 0.5, (
+            np.asarray(y) + 0.5
+        ) * self.fy - 0.5
 
     def reduced(self, x: ArrayLike, y: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """This level's pixel coordinates of full-resolution coordinates."""
-        return (np.asarray(x) + 0.5) / self.fx - 0.5, (np.asarray(y) + 0.5) / self.fy - 0.5
+        return (np.asarray(x) + 0.5) / self.fx - 0.5, (
+            np.asarray(y) + 0.5
+        ) / self.fy - 0.5
 
 
 @dataclass(frozen=True)
 class GridCandidate:
-    """A window of `level` in which two crossing waves stand out by `contrast` (power over the mean of its ring)."""
+    """A window of `level` in which two crossing waves stand out by `contrast` (power
+    over the mean of its ring)."""
 
     level: int
     at: tuple[float, float]
@@ -44,9 +50,10 @@ class GridCandidate:
 
 
 def pyramid(image: np.ndarray) -> list[Level]:
-    """Levels reduced by 1, 2, 4, … of a grey float picture (0–1), down to a side of `WINDOW_PX`.
-    The logarithm turns uneven illumination into an addend, which the high-pass filter removes.
-    Values are clipped, since the step from paper to table is much stronger than a line."""
+    """Levels reduced by 1, 2, 4, … of a grey float picture (0–1), down to a side of
+    `WINDOW_PX`. The logarithm turns uneven illumination into an addend, which the
+    high-pass filter removes. Values are clipped, since the step from paper to table is
+    much stronger than a line."""
     height, width = image.shape
     levels: list[Level] = []
     while min(image.shape) >= min(WINDOW_PX, min(height, width)) and len(levels) < 7:
@@ -54,12 +61,17 @@ def pyramid(image: np.ndarray) -> list[Level]:
         dark -= cv2.GaussianBlur(dark, (0, 0), WINDOW_PX / 8)
         np.clip(dark, -0.7, 0.7, out=dark)
         levels.append(Level(dark, width / image.shape[1], height / image.shape[0]))
-        image = cv2.resize(image, (image.shape[1] // 2, image.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        image = cv2.resize(
+            image,
+            (image.shape[1] // 2, image.shape[0] // 2),
+            interpolation=cv2.INTER_AREA,
+        )
     return levels
 
 
 def find_candidates(levels: list[Level]) -> list[GridCandidate]:
-    """The windows most like a grid, up to three for each level, best first: two perpendicular waves of one length."""
+    """The windows most like a grid, up to three for each level, best first: two
+    perpendicular waves of one length."""
     found = []
     for index, level in enumerate(levels):
         found += _level_candidates(index, level)
@@ -70,8 +82,15 @@ def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
     height, width = level.lines.shape
     size = min(WINDOW_PX, height, width)
     step = size // 2 if index else size * 3 // 4
-    ys, xs = (np.unique(np.linspace(0, n - size, max(1, -(-(n - size) // step) + 1)).astype(int)) for n in (height, width))
-    windows = np.lib.stride_tricks.sliding_window_view(level.lines, (size, size))[np.ix_(ys, xs)].reshape(-1, size, size)
+    ys, xs = (
+        np.unique(
+            np.linspace(0, n - size, max(1, -(-(n - size) // step) + 1)).astype(int)
+        )
+        for n in (height, width)
+    )
+    windows = np.lib.stride_tricks.sliding_window_view(level.lines, (size, size))[
+        np.ix_(ys, xs)
+    ].reshape(-1, size, size)
     hann = np.hanning(size + 2)[1:-1].astype(np.float32)
     fy, fx = np.meshgrid(fft.fftfreq(WINDOW_PX), fft.rfftfreq(WINDOW_PX), indexing="ij")
     radius = np.hypot(fy, fx)
@@ -79,7 +98,11 @@ def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
     places = [(y, x) for y in ys for x in xs]
     best: list[tuple[float, int, np.ndarray, np.ndarray]] = []
     for start in range(0, len(windows), 512):  # in portions, to stay small in memory
-        spectra = fft.rfft2(windows[start : start + 512] * np.outer(hann, hann), s=(WINDOW_PX, WINDOW_PX), workers=2)
+        spectra = fft.rfft2(
+            windows[start : start + 512] * np.outer(hann, hann),
+            s=(WINDOW_PX, WINDOW_PX),
+            workers=2,
+        )
         power = spectra.real**2 + spectra.imag**2
         ringed = power * ring
         mean = ringed.sum((1, 2)) / ring.sum() + 1e-12
@@ -98,18 +121,24 @@ def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
 
 
 def _pair(power: np.ndarray, ringed: np.ndarray, mean: float, window: int):
-    """The best pair of perpendicular waves in a half-plane spectrum: (contrast of the weaker, window, wave_u, wave_v)."""
+    """The best pair of perpendicular waves in a half-plane spectrum: (contrast of the
+    weaker, window, wave_u, wave_v)."""
     blank = np.zeros(2)
     best = (0.0, window, blank, blank)
     rest = ringed.copy()
-    for _ in range(4):  # the strongest wave may have no partner (stripes, a harmonic): try the next ones
+    # the strongest wave may have no partner (stripes, a harmonic): try the next ones
+    for _ in range(4):
         iy, ix = np.unravel_index(int(np.argmax(rest)), power.shape)
         first = _peak(power, int(iy), int(ix))
         turned = np.array([-first[1], first[0]])
         if turned[0] < 0:
             turned = -turned
         jy, jx = round(turned[1] * WINDOW_PX), round(turned[0] * WINDOW_PX)
-        near = [(y % WINDOW_PX, x) for y in range(jy - 2, jy + 3) for x in range(max(0, jx - 2), min(power.shape[1], jx + 3))]
+        near = [
+            (y % WINDOW_PX, x)
+            for y in range(jy - 2, jy + 3)
+            for x in range(max(0, jx - 2), min(power.shape[1], jx + 3))
+        ]
         jy, jx = max(near, key=lambda p: ringed[p])
         second = _peak(power, jy, jx)
         score = min(ringed[iy, ix], ringed[jy, jx]) / mean
@@ -121,18 +150,28 @@ def _pair(power: np.ndarray, ringed: np.ndarray, mean: float, window: int):
 
 
 def _peak(power: np.ndarray, iy: int, ix: int) -> np.ndarray:
-    """Wave vector (x, y) [cycles per px] of a spectral peak, between the bins by a parabola through the log power."""
+    """Wave vector (x, y) [cycles per px] of a spectral peak, between the bins by a
+    parabola through the log power."""
 
     def shift(before, here, after):
         a, b, c = (np.log(p + 1e-20) for p in (before, here, after))
         bend = a - 2 * b + c
-        return float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5)) if bend < 0 and min(before, after) > 0 else 0.0
+        return (
+            float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5))
+            if bend < 0 and min(before, after) > 0
+            else 0.0
+        )
 
     rows, columns = power.shape
     dy = shift(power[iy - 1, ix], power[iy, ix], power[(iy + 1) % rows, ix])
     left = power[-iy % rows, 1] if ix == 0 else power[iy, ix - 1]
     dx = shift(left, power[iy, ix], power[iy, min(ix + 1, columns - 1)])
-    return np.array([(ix + dx) / WINDOW_PX, ((iy if iy < rows // 2 else iy - rows) + dy) / WINDOW_PX])
+    return np.array(
+        [
+            (ix + dx) / WINDOW_PX,
+            ((iy if iy < rows // 2 else iy - rows) + dy) / WINDOW_PX,
+        ]
+    )
 
 
 def _upright(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

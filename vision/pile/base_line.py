@@ -1,8 +1,9 @@
-"""Base line of a pile and the true horizontal: what heights and angles are measured from.
+"""Base line of a pile and the true horizontal: what heights and angles are measured
+from.
 
-The foot of a segmented heap is straight for a level camera and the near half of an ellipse for one that looks down on a
-round heap. On a shiny plate the base line lies half-way between the heap and its mirror image.
-"""
+The foot of a segmented heap is straight for a level camera and the near half of an
+ellipse for one that looks down on a round heap. On a shiny plate the base line lies
+half-way between the heap and its mirror image."""
 
 from collections.abc import Iterator
 
@@ -19,26 +20,46 @@ from vision.robust import robust_sd
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
-MOST_TILT_DEG = 2.0  # off the stated horizontal: a line farther off is taken only where no other is found
-BASES = ("given", "plate", "edge", "foot", "mirror", "toe")  # how the pile's foot was found, best first
-CLEAR_STEP_SDS = 6.0  # standard errors of a step's mean over the columns, below which it is none
+# off the stated horizontal: a line farther off is taken only where no other is found
+MOST_TILT_DEG = 2.0
+BASES = (
+    "given",
+    "plate",
+    "edge",
+    "foot",
+    "mirror",
+    "toe",
+)  # how the pile's foot was found, best first
+CLEAR_STEP_SDS = (
+    6.0  # standard errors of a step's mean over the columns, below which it is none
+)
 MOST_SLOPE = np.tan(np.radians(2.0))
-LEANING_SAG = 0.05  # of the heap's height: a larger sag of a leaning heap's foot means that the camera looks down
-MIRROR_SAG = 0.4  # of the heap's height: a larger sag means a mirror image (a camera 10° high gives 0.35 at 25°)
+# of the heap's height: a larger sag of a leaning heap's foot means that the camera
+# looks down
+LEANING_SAG = 0.05
+# of the heap's height: a larger sag means a mirror image (a camera 10° high gives 0.35
+# at 25°)
+MIRROR_SAG = 0.4
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 MOST_SDS = 3.0  # robust; columns farther off are outliers
 
 
 def find_base_line(
-    crop: np.ndarray, background: Background, silhouette: Silhouette, surface: np.ndarray, baseline: Segment | None, camera: Camera,
+    crop: np.ndarray,
+    background: Background,
+    silhouette: Silhouette,
+    surface: np.ndarray,
+    baseline: Segment | None,
+    camera: Camera,
     roi: tuple[int, int, int, int],
-) -> BaseLine:  # fmt: skip
+) -> BaseLine:
     """The line that the pile stands on, by the first method of BASES that finds one.
 
-    given: stated; plate: the surface beside the pile; edge: the plate's faint edge beside the pile; foot: the silhouette's lower
-    edge; mirror: half-way between the surface and its mirror image; toe: a level line through the surface's lowest point.
-    A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only where none agrees with it.
-    """
+    given: stated; plate: the surface beside the pile; edge: the plate's faint edge
+    beside the pile; foot: the silhouette's lower edge; mirror: half-way between the
+    surface and its mirror image; toe: a level line through the surface's lowest point.
+    A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
+    where none agrees with it."""
     if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
         return given
     tilted = None
@@ -50,10 +71,20 @@ def find_base_line(
         return tilted
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
-    return BaseLine(float(np.nanpercentile(surface - slope * x, 99.5)), slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+    return BaseLine(
+        float(np.nanpercentile(surface - slope * x, 99.5)),
+        slope,
+        np.radians(UNKNOWN_PLUMB_SD_DEG),
+        "toe",
+    )
 
 
-def _candidate_lines(crop: np.ndarray, background: Background, silhouette: Silhouette, surface: np.ndarray) -> Iterator[BaseLine]:
+def _candidate_lines(
+    crop: np.ndarray,
+    background: Background,
+    silhouette: Silhouette,
+    surface: np.ndarray,
+) -> Iterator[BaseLine]:
     """Lines that the pile may stand on, the most reliable first."""
     plate = _line_through(surface, background.factor, share=0.08 * surface.size)
     if plate is not None and not _runs_over_seed_tops(surface, *plate[:2]):
@@ -72,19 +103,32 @@ def _candidate_lines(crop: np.ndarray, background: Background, silhouette: Silho
                 yield BaseLine(*lowest, source)
 
 
-def stated_base_line(baseline: Segment | None, shape: tuple[int, ...], roi: tuple[int, int, int, int]) -> BaseLine | None:
-    """The base line as stated in px of the whole picture, converted to px of the roi; None where none is stated."""
+def stated_base_line(
+    baseline: Segment | None, shape: tuple[int, ...], roi: tuple[int, int, int, int]
+) -> BaseLine | None:
+    """The base line as stated in px of the whole picture, converted to px of the roi;
+    None where none is stated."""
     if baseline is None:
         return None
     x1, y1, x2, y2 = baseline
     if x1 == x2 or not -shape[0] < (y1 + y2) / 2 - roi[1] < 2 * shape[0]:
-        raise MeasurementError(f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture")
+        raise MeasurementError(
+            f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture"
+        )
     slope = (y2 - y1) / (x2 - x1)
-    return BaseLine(y1 - roi[1] - slope * (x1 - roi[0]), slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    return BaseLine(
+        y1 - roi[1] - slope * (x1 - roi[0]),
+        slope,
+        np.hypot(1, 1) / abs(x2 - x1),
+        "given",
+    )
 
 
-def _line_through(profile: np.ndarray, factor: float, share: float, below: float = 0.15) -> tuple[float, float, float] | None:
-    """Intercept, slope and the slope's sd of a nearly level line through most of the profile's points; None where there is none."""
+def _line_through(
+    profile: np.ndarray, factor: float, share: float, below: float = 0.15
+) -> tuple[float, float, float] | None:
+    """Intercept, slope and the slope's sd of a nearly level line through most of the
+    profile's points; None where there is none."""
     tolerance = 1.0 + 0.5 * factor
     step = max(1, int(factor))
     found = level_line(profile[::step], tolerance, share / profile.size, below)
@@ -106,15 +150,20 @@ def _line_through(profile: np.ndarray, factor: float, share: float, below: float
 
 
 def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
-    """Whether a line is off the stated horizontal by more than MOST_TILT_DEG and its error."""
+    """Whether a line is off the stated horizontal by more than MOST_TILT_DEG and its
+    error."""
     if camera.plumb_deg is None:
         return False
     sd = np.hypot(np.degrees(line.slope_sd), camera.plumb_sd)
-    return bool(abs(np.degrees(np.arctan(line.slope)) - camera.plumb_deg) > MOST_TILT_DEG + 3 * sd)
+    return bool(
+        abs(np.degrees(np.arctan(line.slope)) - camera.plumb_deg)
+        > MOST_TILT_DEG + 3 * sd
+    )
 
 
 def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) -> bool:
-    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of the crest's height: it runs over seeds."""
+    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of
+    the crest's height: it runs over seeds."""
     depth = surface - intercept - slope * np.arange(surface.size)
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
@@ -124,28 +173,48 @@ def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) ->
 
 
 def in_reduced_px(base: BaseLine, factor: float) -> BaseLine:
-    """The base line in px of a picture reduced by `factor`: (y + ½)/f − ½ over (x + ½)/f − ½."""
+    """The base line in px of a picture reduced by `factor`: (y + ½)/f − ½ over (x +
+    ½)/f − ½."""
     intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
     return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
 
 
-def find_horizontal(base: BaseLine, camera: Camera) -> tuple[float, float, tuple[str, ...]]:
-    """Inclination of the true horizontal in the picture [deg, clockwise], its sd, and doubts about it."""
+def find_horizontal(
+    base: BaseLine, camera: Camera
+) -> tuple[float, float, tuple[str, ...]]:
+    """Inclination of the true horizontal in the picture [deg, clockwise], its sd, and
+    doubts about it."""
     if camera.plumb_deg is not None:
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
-        return 0.0, UNKNOWN_PLUMB_SD_DEG, ("no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°",)
+        return (
+            0.0,
+            UNKNOWN_PLUMB_SD_DEG,
+            (
+                (
+                    "no plate line and no plumb_deg: the picture's rows are taken as"
+                    " level, ± 0.5°"
+                ),
+            ),
+        )
     angle = np.arctan(base.slope)
-    return float(np.degrees(angle)), float(np.degrees(base.slope_sd * np.cos(angle) ** 2)), ()
+    return (
+        float(np.degrees(angle)),
+        float(np.degrees(base.slope_sd * np.cos(angle) ** 2)),
+        (),
+    )
 
 
-def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Line | None:
-    """The plate's edge beside the pile, as a line in px of the full picture; None where there is none.
+def plate_edge(
+    image: np.ndarray, background: Background, top: np.ndarray
+) -> Line | None:
+    """The plate's edge beside the pile, as a line in px of the full picture; None where
+    there is none.
 
-    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every slope within MAX_PLATE_SLOPE the vertical
-    gradient is averaged over those columns; the strongest mean near the pile's lowest visible point is the edge, if it is
-    CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture.
-    """
+    top (w,): the silhouette's rows in the small picture, −1 beside the pile. For every
+    slope within MAX_PLATE_SLOPE the vertical gradient is averaged over those columns;
+    the strongest mean near the pile's lowest visible point is the edge, if it is
+    CLEAR_STEP_SDS. It is then refined to sub-pixel rows on the full picture."""
     columns = np.flatnonzero(top < 0)
     columns = columns[(columns > 2) & (columns < top.size - 3)]
     if columns.size < 0.08 * top.size or (top >= 0).sum() < 8:
@@ -160,10 +229,19 @@ def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Li
     for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 81):
         rows = offsets[:, None] + slope * (columns - middle)
         inside = (rows >= 2) & (rows <= grey.shape[0] - 3)
-        steps = gradient[np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1), np.arange(columns.size)]
-        mean = np.where(inside.mean(axis=1) > 0.8, (steps * inside).sum(axis=1) / np.maximum(inside.sum(axis=1), 1), 0.0)
+        steps = gradient[
+            np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1),
+            np.arange(columns.size),
+        ]
+        mean = np.where(
+            inside.mean(axis=1) > 0.8,
+            (steps * inside).sum(axis=1) / np.maximum(inside.sum(axis=1), 1),
+            0.0,
+        )
         at = int(np.abs(mean).argmax())
-        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]  # a blot is not a line
+        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[
+            inside[at]
+        ]  # a blot is not a line
         if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
             best = (float(mean[at]), slope, float(offsets[at]))
     step, slope, row = best
@@ -173,7 +251,8 @@ def plate_edge(image: np.ndarray, background: Background, top: np.ndarray) -> Li
 
 
 def _refine(image, background: Background, columns, slope, intercept) -> Line | None:
-    """The line through the gradient's centroid in each full column beside the pile; None where that is no straight line."""
+    """The line through the gradient's centroid in each full column beside the pile;
+    None where that is no straight line."""
     factor, (height, width) = background.factor, image.shape[:2]
     x = np.arange(width)
     x = x[np.isin(((x + 0.5) / factor).astype(int), columns)]
@@ -196,11 +275,14 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
         return None
     y = (rows * rise).sum(axis=0) / np.maximum(weight, 1e-9)
     line = fit_line(x[clear], y[clear], EDGE_FLOOR_PX)
-    return line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
+    return (
+        line if line.rms < max(1.0, 0.7 * factor) and line.outlier_share < 0.4 else None
+    )
 
 
 def foot_line(region: Region, level: float) -> BaseLine | None:
-    """The line through the heap's two toes, in px of the picture; None where there is none. level: dy/dx of a level line."""
+    """The line through the heap's two toes, in px of the picture; None where there is
+    none. level: dy/dx of a level line."""
     mask = region.mask
     columns = np.flatnonzero(mask.any(axis=0))
     if columns.size < 16:
@@ -211,22 +293,35 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     leaning = middle in (columns[0], columns[-1])
     heap_height = float(np.median(bottom) - top.min())
     line, source = _fit_line_and_bow(columns, bottom, middle, half), "foot"
-    if leaning and (line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE):
-        line, source = _fit_line_and_bow(columns, bottom - level * columns, middle, half, tilted=False), "toe"
+    if leaning and (
+        line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE
+    ):
+        line, source = (
+            _fit_line_and_bow(
+                columns, bottom - level * columns, middle, half, tilted=False
+            ),
+            "toe",
+        )
         line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
     if line[2] > MIRROR_SAG * heap_height:
-        line, source = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half), "mirror"
+        line, source = (
+            _fit_line_and_bow(columns, (top + bottom) / 2, middle, half),
+            "mirror",
+        )
     intercept, slope, _, slope_sd = line
     if abs(slope) > MAX_PLATE_SLOPE:
         return None
     x0, y0 = region.origin
     f = region.factor
     at = (intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
-    return BaseLine(float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source)
+    return BaseLine(
+        float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source
+    )
 
 
 def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
-    """Middle and half width of the ellipse whose near half is the foot; a heap that leans on a wall shows half of it."""
+    """Middle and half width of the ellipse whose near half is the foot; a heap that
+    leans on a wall shows half of it."""
     left, right = float(columns[0]), float(columns[-1])
     high = columns[top < top.min() + 0.1 * np.ptp(top)]
     crest = float((np.median(high) - left) / (right - left))
@@ -238,7 +333,8 @@ def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
 def _fit_line_and_bow(
     x: np.ndarray, y: np.ndarray, middle: float, half: float, tilted: bool = True
 ) -> tuple[float, float, float, float]:
-    """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without outliers: intercept, slope, sag, sd of the slope."""
+    """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without
+    outliers: intercept, slope, sag, sd of the slope."""
     bow = np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
     keep = np.ones(x.size, dtype=bool)
     for _ in range(6):
@@ -254,4 +350,9 @@ def _fit_line_and_bow(
     rms = float(np.sqrt(np.mean(off[keep] ** 2)))
     extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
     sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
-    return float(found[0] - found[1] * middle), float(found[1]), float(found[2]), float(sd)
+    return (
+        float(found[0] - found[1] * middle),
+        float(found[1]),
+        float(found[2]),
+        float(sd),
+    )

@@ -1,9 +1,11 @@
-"""Centroid angle of a pile: atan(z̄ / x̄) of the part of its outline above a tenth of the crest's height.
+"""Centroid angle of a pile: atan(z̄ / x̄) of the part of its outline above a tenth of
+the crest's height.
 
-z̄ is the mean height above that level; x̄ is the mean distance from the wall that the pile leans on or, without a wall, from the
-heap's own axis. For a straight-sided pile this is the angle of repose. All of the outline counts, so no single seed decides:
-between packings of a few hundred seeds it scatters less than half as much as a line through part of the slope.
-"""
+z̄ is the mean height above that level; x̄ is the mean distance from the wall that the
+pile leans on or, without a wall, from the heap's own axis. For a straight-sided pile
+this is the angle of repose. All of the outline counts, so no single seed decides:
+between packings of a few hundred seeds it scatters less than half as much as a line
+through part of the slope."""
 
 import numpy as np
 
@@ -13,23 +15,34 @@ from vision.pile.heap import BaseLine, Heap
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
 BARE = 0.02  # of the crest's height: lower is bare plate
-LOOSE = 0.25  # of the crest's height: how far beyond the toe loose seeds may belong to the pile
+# of the crest's height: how far beyond the toe loose seeds may belong to the pile
+LOOSE = 0.25
 MARGIN = 2  # small px by which heap.py widens a wall when it removes it
 
 
-def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: float, doubts: tuple[str, ...] = ()) -> Quantity:
-    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or its wall is
-    not in the picture. surface (w,): rows [px, y down], NaN where there is none; heap: in small px
-    of `factor` px each."""
+def centroid_angle(
+    surface: np.ndarray,
+    base: BaseLine,
+    heap: Heap,
+    factor: float,
+    doubts: tuple[str, ...] = (),
+) -> Quantity:
+    """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or
+    its wall is not in the picture. surface (w,): rows [px, y down], NaN where there is
+    none; heap: in small px of `factor` px each."""
     good = {f.side: f for f in heap.flanks if not f.problem}
     walls = {f.side for f in heap.flanks if f.problem.startswith("a wall")}
     if not good or len(good) + len(walls) < 2:
-        return failed(NAME, "deg", "the pile's foot is not in the picture on both sides")
+        return failed(
+            NAME, "deg", "the pile's foot is not in the picture on both sides"
+        )
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     for side in walls - set(good):
         at = _wall_face(heap, side)
         if at is None:
-            return failed(NAME, "deg", "where the wall stands that the pile leans on is not seen")
+            return failed(
+                NAME, "deg", "where the wall stands that the pile leans on is not seen"
+            )
         ends[side] = at * factor
     found = _rise_and_reach(surface, base, heap, factor, ends, walls - set(good))
     if found is None:
@@ -40,14 +53,22 @@ def centroid_angle(surface: np.ndarray, base: BaseLine, heap: Heap, factor: floa
         for toes in _alternative_toes(surface, base, heap, factor, ends, good)
     ]
     toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
-    # half a small pixel in the base line's height, one in where the wall or the foot stands
-    edge_sd = slope * np.hypot(0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach)
+    # half a small pixel in the base line's height, one in where the wall or the foot
+    # stands
+    edge_sd = slope * np.hypot(
+        0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach
+    )
     sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
-    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg").doubt(*dict.fromkeys(doubts))
+    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg").doubt(
+        *dict.fromkeys(doubts)
+    )
 
 
-def _rise_and_reach(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set) -> tuple[float, float, float] | None:
-    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing is above the foot. leaning: sides with a wall."""
+def _rise_and_reach(
+    surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set
+) -> tuple[float, float, float] | None:
+    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing is above the foot.
+    leaning: sides with a wall."""
     x = np.arange(surface.size)
     inside = (x >= ends["left"]) & (x <= ends["right"]) & np.isfinite(surface)
     rows = surface[inside]
@@ -55,28 +76,59 @@ def _rise_and_reach(surface, base: BaseLine, heap: Heap, factor: float, ends: di
         hidden = np.abs(x[inside] - ends[side]) < (MARGIN + 0.5) * factor
         if hidden.any() and not hidden.all():
             rows[hidden] = rows[~hidden][0 if side == "left" else -1]
-    height = np.clip(base.at(x[inside]) - rows - FOOT * heap.height_px * factor, 0.0, None)
+    height = np.clip(
+        base.at(x[inside]) - rows - FOOT * heap.height_px * factor, 0.0, None
+    )
     area = height.sum()
     if not area > 0:
         return None
-    axis = ends[next(iter(leaning))] if leaning else float((x[inside] * height).sum() / area)
+    axis = (
+        ends[next(iter(leaning))]
+        if leaning
+        else float((x[inside] * height).sum() / area)
+    )
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
     return rise / reach, rise, reach
 
 
-def _alternative_toes(surface, base: BaseLine, heap: Heap, factor: float, ends: dict, good) -> tuple[dict, dict]:
-    """Two other choices of the toes: the first bare column outwards from the crest, and LOOSE of the height beyond the toe."""
+def _alternative_toes(
+    surface, base: BaseLine, heap: Heap, factor: float, ends: dict, good
+) -> tuple[dict, dict]:
+    """Two other choices of the toes: the first bare column outwards from the crest, and
+    LOOSE of the height beyond the toe."""
     height = heap.height_px * factor
     bare = base.at(np.arange(surface.size)) - surface <= BARE * height
     crest = int(heap.crest * factor)
-    nearer = {"left": np.flatnonzero(bare[:crest]), "right": crest + np.flatnonzero(bare[crest:])}
-    near = {side: float(nearer[side][-1 if side == "left" else 0]) if len(nearer[side]) else ends[side] for side in good}
-    return near, {side: ends[side] + (-LOOSE if side == "left" else LOOSE) * height for side in good}
+    nearer = {
+        "left": np.flatnonzero(bare[:crest]),
+        "right": crest + np.flatnonzero(bare[crest:]),
+    }
+    near = {
+        side: float(nearer[side][-1 if side == "left" else 0])
+        if len(nearer[side])
+        else ends[side]
+        for side in good
+    }
+    return near, {
+        side: ends[side] + (-LOOSE if side == "left" else LOOSE) * height
+        for side in good
+    }
 
 
 def _wall_face(heap: Heap, side: str) -> float | None:
-    """Column [small px] of the face of the wall nearest to the crest on that side; None where no wall is seen."""
+    """Column [small px] of the face of the wall nearest to the crest on that side; None
+    where no wall is seen."""
     if side == "left":
-        return max((high - MARGIN for _, high in heap.walls if high - MARGIN <= heap.crest + 1), default=None)
-    return min((low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1), default=None)
+        return max(
+            (
+                high - MARGIN
+                for _, high in heap.walls
+                if high - MARGIN <= heap.crest + 1
+            ),
+            default=None,
+        )
+    return min(
+        (low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1),
+        default=None,
+    )

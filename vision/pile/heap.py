@@ -1,7 +1,7 @@
 """Geometry of a pile's profile: walls, crest, toes, flanks.
 
-A profile is the row y_px (down) of the surface in each column x; heights are measured up from the base line.
-"""
+A profile is the row y_px (down) of the surface in each column x; heights are measured
+up from the base line."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-MAX_PLATE_SLOPE = np.tan(np.radians(6.0))  # a plate farther from level than this is taken for a slope
+MAX_PLATE_SLOPE = np.tan(
+    np.radians(6.0)
+)  # a plate farther from level than this is taken for a slope
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
 TOE = 0.02  # of the crest's height: where the pile ends
 
 
 @dataclass(frozen=True)
 class BaseLine:
-    """The line that the pile stands on: y_px = intercept + slope · x, and how it was found (base_line.BASES)."""
+    """The line that the pile stands on: y_px = intercept + slope · x, and how it was
+    found (base_line.BASES)."""
 
     intercept: float
     slope: float
@@ -31,7 +34,8 @@ class BaseLine:
 
 @dataclass(frozen=True)
 class Flank:
-    """One side of the pile: columns from crest to toe, or the reason why it cannot be measured."""
+    """One side of the pile: columns from crest to toe, or the reason why it cannot be
+    measured."""
 
     side: str  # "left" | "right"
     crest: int
@@ -41,7 +45,8 @@ class Flank:
 
 @dataclass(frozen=True)
 class Heap:
-    """Crest and flanks; `height_px` above the base line, `walls` as column ranges, `problem` if there is no single pile."""
+    """Crest and flanks; `height_px` above the base line, `walls` as column ranges,
+    `problem` if there is no single pile."""
 
     crest: int
     height_px: float
@@ -50,10 +55,12 @@ class Heap:
     problem: str = ""
 
 
-def level_line(profile: np.ndarray, tolerance: float, share: float, below: float = 0.15) -> tuple[float, float] | None:
-    """Intercept and slope of the nearly level line with most points of the profile; None where
-    there is none. At least `share` of the columns must lie within `tolerance` px of it, and at most
-    `below` of the others under it."""
+def level_line(
+    profile: np.ndarray, tolerance: float, share: float, below: float = 0.15
+) -> tuple[float, float] | None:
+    """Intercept and slope of the nearly level line with most points of the profile;
+    None where there is none. At least `share` of the columns must lie within
+    `tolerance` px of it, and at most `below` of the others under it."""
     x = np.flatnonzero(np.isfinite(profile)).astype(float)
     if x.size < 8:
         return None
@@ -61,38 +68,56 @@ def level_line(profile: np.ndarray, tolerance: float, share: float, below: float
     lines = []
     for slope in np.linspace(-MAX_PLATE_SLOPE, MAX_PLATE_SLOPE, 61):
         offsets = np.sort(y - slope * x)
-        counts = np.searchsorted(offsets, offsets + 2 * tolerance, side="right") - np.arange(offsets.size)
-        lines.append((int(counts.max()), slope, float(offsets[counts.argmax()] + tolerance)))
+        counts = np.searchsorted(
+            offsets, offsets + 2 * tolerance, side="right"
+        ) - np.arange(offsets.size)
+        lines.append(
+            (int(counts.max()), slope, float(offsets[counts.argmax()] + tolerance))
+        )
     for count, slope, intercept in sorted(lines, reverse=True):
         if count < max(8, share * profile.size):
             return None
-        if (line := _refit_level_line(x, y, slope, intercept, tolerance, share * profile.size, below)) is not None:
+        if (
+            line := _refit_level_line(
+                x, y, slope, intercept, tolerance, share * profile.size, below
+            )
+        ) is not None:
             return line
     return None
 
 
-def _refit_level_line(x, y, slope, intercept, tolerance, least, below) -> tuple[float, float] | None:
-    """The line refitted to the points near it; None where it is no longer level, loses its points or has too many below it."""
+def _refit_level_line(
+    x, y, slope, intercept, tolerance, least, below
+) -> tuple[float, float] | None:
+    """The line refitted to the points near it; None where it is no longer level, loses
+    its points or has too many below it."""
     for _ in range(3):
         on = np.abs(y - intercept - slope * x) <= tolerance
         if on.sum() < max(8, least):
             return None
         slope, intercept = np.polyfit(x[on], y[on], 1)
     rest = y[~on] - intercept - slope * x[~on]
-    if abs(slope) > MAX_PLATE_SLOPE or (rest.size and (rest > tolerance).mean() > below):
+    if abs(slope) > MAX_PLATE_SLOPE or (
+        rest.size and (rest > tolerance).mean() > below
+    ):
         return None
     return float(intercept), float(slope)
 
 
 def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
-    """Crest and flanks of the tallest part of the profile (n,), without box walls; window: shares of the height to be spanned."""
+    """Crest and flanks of the tallest part of the profile (n,), without box walls;
+    window: shares of the height to be spanned."""
     x = np.arange(profile.size)
     height = base.at(x) - profile
     walls = _walls(height)
     free = np.isfinite(height)
     for low, high in walls:
         free[low:high] = False
-    pieces = [p for p in _true_ranges(free, gap=max(2, profile.size // 100)) if p[1] - p[0] >= 8]
+    pieces = [
+        p
+        for p in _true_ranges(free, gap=max(2, profile.size // 100))
+        if p[1] - p[0] >= 8
+    ]
     if not pieces:
         return Heap(0, 0.0, (), walls, "no pile in the picture")
     smooth = _smooth(height, free)
@@ -104,11 +129,22 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     near = near[np.abs(near - crest) <= reach]
     top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
-        return Heap(crest, top, (), walls, "no pile in the picture: nothing rises above the plate")
+        return Heap(
+            crest,
+            top,
+            (),
+            walls,
+            "no pile in the picture: nothing rises above the plate",
+        )
     if profile[crest] <= 1:
-        return Heap(crest, top, (), walls, "the pile is cut by the picture's top border")
+        return Heap(
+            crest, top, (), walls, "the pile is cut by the picture's top border"
+        )
     sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
-    flanks = tuple(_flank(side, smooth, sharp, crest, top, low, high, window) for side in ("left", "right"))
+    flanks = tuple(
+        _flank(side, smooth, sharp, crest, top, low, high, window)
+        for side in ("left", "right")
+    )
     return Heap(crest, top, flanks, walls, _second_pile(smooth, free, crest, flanks))
 
 
@@ -122,7 +158,8 @@ def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 
 def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:
-    """Column ranges of box walls: flat-topped, high, and cut off by a cliff on at least one side."""
+    """Column ranges of box walls: flat-topped, high, and cut off by a cliff on at least
+    one side."""
     filled = np.where(np.isfinite(height), height, 0.0)
     top = float(np.percentile(filled, 99.5))
     cliffs = _cliffs(filled, least=max(0.12 * top, 6.0))
@@ -140,12 +177,17 @@ def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:
 
 
 def _cliffs(height: np.ndarray, least: float) -> list[int]:
-    """Columns in the middle of every drop or rise steeper than CLIFF that amounts to `least` px."""
+    """Columns in the middle of every drop or rise steeper than CLIFF that amounts to
+    `least` px."""
     step = np.diff(height)
     cliffs, i = [], 0
     while i < step.size:
         j = i
-        while j < step.size and abs(step[j]) >= CLIFF and np.sign(step[j]) == np.sign(step[i]):
+        while (
+            j < step.size
+            and abs(step[j]) >= CLIFF
+            and np.sign(step[j]) == np.sign(step[i])
+        ):
             j += 1
         if j > i and abs(step[i:j].sum()) >= least:
             cliffs.append((i + j) // 2 + 1)
@@ -164,13 +206,22 @@ def _true_ranges(flags: np.ndarray, gap: int) -> list[tuple[int, int]]:
 
 
 def _flank(
-    side: str, smooth: np.ndarray, sharp: np.ndarray, crest: int, top: float, low: int, high: int, window: tuple[float, float]
+    side: str,
+    smooth: np.ndarray,
+    sharp: np.ndarray,
+    crest: int,
+    top: float,
+    low: int,
+    high: int,
+    window: tuple[float, float],
 ) -> Flank:
-    """From the crest outwards to the first column lower than TOE of the height, or to where the surface ends."""
+    """From the crest outwards to the first column lower than TOE of the height, or to
+    where the surface ends."""
     outward = smooth[low : crest + 1][::-1] if side == "left" else smooth[crest:high]
     ends = np.flatnonzero(outward < TOE * top)
     length = int(ends[0]) if ends.size else outward.size - 1
-    if ends.size:  # the running mean has rounded the toe: look for it in the unsmoothed surface nearby
+    # the running mean has rounded the toe: look for it in the unsmoothed surface nearby
+    if ends.size:
         reach = max(3, smooth.size // 50)
         raw = sharp[low : crest + 1][::-1] if side == "left" else sharp[crest:high]
         near = np.arange(max(length - reach, 1), min(length + reach, raw.size))
@@ -183,17 +234,29 @@ def _flank(
     if length < 8 or length < 0.25 * top:
         return Flank(side, crest, toe, "a wall or nothing on this side")
     if lowest > window[0] * 0.9:
-        what = f"the pile is cut by the picture's {side} border" if at_border else "the surface ends"
+        what = (
+            f"the pile is cut by the picture's {side} border"
+            if at_border
+            else "the surface ends"
+        )
         return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
     upwards = outward[: length + 1][::-1]
     upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it
     if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
-        return Flank(side, crest, toe, "the surface falls and rises again: two piles, or something in front of it")
+        return Flank(
+            side,
+            crest,
+            toe,
+            "the surface falls and rises again: two piles, or something in front of it",
+        )
     return Flank(side, crest, toe)
 
 
-def _second_pile(smooth: np.ndarray, free: np.ndarray, crest: int, flanks: tuple[Flank, ...]) -> str:
-    """The problem that another hump of more than 40 % of the height lies beyond the toes; "" where none does."""
+def _second_pile(
+    smooth: np.ndarray, free: np.ndarray, crest: int, flanks: tuple[Flank, ...]
+) -> str:
+    """The problem that another hump of more than 40 % of the height lies beyond the
+    toes; "" where none does."""
     low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
     outside = np.where(free, smooth, 0.0)
     outside[low : high + 1] = 0.0

@@ -1,9 +1,10 @@
-"""Segments a heap by colour and texture, where cloth, wood, a horizon or a shelf is behind it.
+"""Segments a heap by colour and texture, where cloth, wood, a horizon or a shelf is
+behind it.
 
-Every pixel is described by colour and texture. The triangle that differs most from its surroundings (`triangle_search`) is the
-start of a graph cut (GrabCut: Rother, Kolmogorov & Blake, ACM Trans. Graphics 23 (2004) 309), first coarse, then on a close-up.
-On a smooth background `surface` is far more exact.
-"""
+Every pixel is described by colour and texture. The triangle that differs most from its
+surroundings (`triangle_search`) is the start of a graph cut (GrabCut: Rother,
+Kolmogorov & Blake, ACM Trans. Graphics 23 (2004) 309), first coarse, then on a
+close-up. On a smooth background `surface` is far more exact."""
 
 from dataclasses import dataclass
 
@@ -13,21 +14,30 @@ import numpy as np
 from vision.pile.surface import as_float, shrink
 from vision.pile.triangle_search import best_triangle
 
-SEARCH_PX, FEATURES_PX, CUT_PX = 96, 480, 480  # longest side: for the triangles, the features, the cut of the close-up
+SEARCH_PX, FEATURES_PX, CUT_PX = (
+    96,
+    480,
+    480,
+)  # longest side: for the triangles, the features, the cut of the close-up
 CLUSTERS = 20  # of colour and texture
-LOCAL = 0.08  # of the close-up's width: radius within which colours of seeds and surroundings are compared
+# of the close-up's width: radius within which colours of seeds and surroundings are
+# compared
+LOCAL = 0.08
 LEAST_OVERLAP = 0.55  # of mask and triangle, intersection over union: less is no heap
-SEED_TEXTURE = 1.7  # of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds in focus 2 to 5)
+# of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds
+# in focus 2 to 5)
+SEED_TEXTURE = 1.7
 
 
 @dataclass(frozen=True)
 class Region:
-    """The pixels of a heap in a close-up whose px are `factor` full px each and whose corner is `origin` in the picture.
+    """The pixels of a heap in a close-up whose px are `factor` full px each and whose
+    corner is `origin` in the picture.
 
     mask (h, w): the heap; grown (h, w): the coarse segmentation, a little too large.
-    confidence: 1 or more where the inside has the texture of seeds all over, more than around it, and a heap's form.
-    rival: triangle [px of the picture] of another part that looks as much like a heap, None where there is none.
-    """
+    confidence: 1 or more where the inside has the texture of seeds all over, more than
+    around it, and a heap's form. rival: triangle [px of the picture] of another part
+    that looks as much like a heap, None where there is none."""
 
     mask: np.ndarray
     grown: np.ndarray
@@ -38,48 +48,85 @@ class Region:
 
 
 def pixel_features(small: np.ndarray) -> np.ndarray:
-    """Colour and texture at every pixel, float32 (h, w, 6): L, a, b, and logs of local contrast, isotropy and dark gaps."""
+    """Colour and texture at every pixel, float32 (h, w, 6): L, a, b, and logs of local
+    contrast, isotropy and dark gaps."""
     lab = cv2.cvtColor(_as_rgb(small), cv2.COLOR_RGB2LAB)
     light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7)
     reach = small.shape[1] / 120
     mean = cv2.GaussianBlur(light, (0, 0), reach)
-    contrast = np.sqrt(np.clip(cv2.GaussianBlur(light**2, (0, 0), reach) - mean**2, 0, None))
-    gx, gy = cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8, cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8
-    xx, yy, xy = (cv2.GaussianBlur(g, (0, 0), reach) for g in (gx * gx, gy * gy, gx * gy))
-    weaker = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)  # eigenvalue of the structure tensor: 0 along an edge or a stripe
+    contrast = np.sqrt(
+        np.clip(cv2.GaussianBlur(light**2, (0, 0), reach) - mean**2, 0, None)
+    )
+    gx, gy = (
+        cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8,
+        cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8,
+    )
+    xx, yy, xy = (
+        cv2.GaussianBlur(g, (0, 0), reach) for g in (gx * gx, gy * gy, gx * gy)
+    )
+    weaker = (xx + yy) / 2 - np.sqrt(
+        ((xx - yy) / 2) ** 2 + xy**2
+    )  # eigenvalue of the structure tensor: 0 along an edge or a stripe
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(reach) + 1,) * 2)
-    gaps = cv2.GaussianBlur(cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach)
-    texture = [np.log(1 + contrast), np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None))), np.log(1 + gaps)]
-    return np.dstack([cv2.GaussianBlur(lab, (0, 0), 1.0) / 20, *(2 * t for t in texture)]).astype(np.float32)
+    gaps = cv2.GaussianBlur(
+        cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach
+    )
+    texture = [
+        np.log(1 + contrast),
+        np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None))),
+        np.log(1 + gaps),
+    ]
+    return np.dstack(
+        [cv2.GaussianBlur(lab, (0, 0), 1.0) / 20, *(2 * t for t in texture)]
+    ).astype(np.float32)
 
 
 def cluster_pixels(features: np.ndarray, count: int) -> np.ndarray:
-    """Every pixel's cluster, 0 … count − 1, (h, w): k-means on some of the pixels, nearest centre for all."""
+    """Every pixel's cluster, 0 … count − 1, (h, w): k-means on some of the pixels,
+    nearest centre for all."""
     flat = features.reshape(-1, features.shape[2])
     cv2.setRNGSeed(1)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[:: max(1, len(flat) // 8000)])
-    centres = cv2.kmeans(some, min(count, len(some)), np.zeros((len(some), 1), np.int32), stop, 1, cv2.KMEANS_PP_CENTERS)[2]
+    centres = cv2.kmeans(
+        some,
+        min(count, len(some)),
+        np.zeros((len(some), 1), np.int32),
+        stop,
+        1,
+        cv2.KMEANS_PP_CENTERS,
+    )[2]
     distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
     return distance.argmin(axis=1).reshape(features.shape[:2])
 
 
 def find_region(image: np.ndarray) -> Region | None:
-    """The seeds in `image`; None where nothing triangular differs from its surroundings."""
+    """The seeds in `image`; None where nothing triangular differs from its
+    surroundings."""
     small, factor = shrink(image, FEATURES_PX)
     features = pixel_features(small)
     clusters = cluster_pixels(features, CLUSTERS)
-    triangle, rival = best_triangle(clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX))
+    triangle, rival = best_triangle(
+        clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX)
+    )
     if triangle is None:
         return None
     rough = _coarse_cut(features, clusters, triangle)
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
-    close = cv2.resize(image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA)
+    close = cv2.resize(
+        image[y0:y1, x0:x1],
+        None,
+        fx=1 / zoom,
+        fy=1 / zoom,
+        interpolation=cv2.INTER_AREA,
+    )
     scale = factor / zoom
     shift = [(0.5 * factor - 0.5 - corner) / zoom for corner in (x0, y0)]
     where = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float32)
-    grown = cv2.warpAffine(rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST)
+    grown = cv2.warpAffine(
+        rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST
+    )
     inner = (triangle - [x0, y0, y0, 0, 0]) / zoom
     lab = cv2.cvtColor(_as_rgb(as_float(close)), cv2.COLOR_RGB2LAB)
     mask = _heap_component(_fine_cut(lab, grown, 4 * factor / zoom), inner)
@@ -87,39 +134,73 @@ def find_region(image: np.ndarray) -> Region | None:
         return None
     texture = cv2.warpAffine(features[..., 4], where, close.shape[1::-1])
     confidence = _confidence(mask, texture, inner, 4 * factor / zoom)
-    return Region(mask, grown > 0, confidence, zoom, (x0, y0), None if rival is None else rival * factor)
+    return Region(
+        mask,
+        grown > 0,
+        confidence,
+        zoom,
+        (x0, y0),
+        None if rival is None else rival * factor,
+    )
 
 
 def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
-    """The connected part that fills most of the triangle, without thin lines and single seeds beside it, its gaps filled."""
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1,) * 2)
-    count, labels = cv2.connectedComponents(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4)
-    inside = np.bincount(labels[_triangle_mask(mask.shape, triangle, 0.0)], minlength=count)
+    """The connected part that fills most of the triangle, without thin lines and single
+    seeds beside it, its gaps filled."""
+    disc = cv2.getStructuringElement(
+        cv2.MORPH_ELLIPSE, (max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1,) * 2
+    )
+    count, labels = cv2.connectedComponents(
+        cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4
+    )
+    inside = np.bincount(
+        labels[_triangle_mask(mask.shape, triangle, 0.0)], minlength=count
+    )
     inside[0] = 0
     if count < 2 or not inside.max():
         return None
     whole = np.zeros(mask.shape, np.uint8)
-    contours = cv2.findContours((labels == inside.argmax()).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    contours = cv2.findContours(
+        (labels == inside.argmax()).astype(np.uint8),
+        cv2.RETR_EXTERNAL,
+        cv2.CHAIN_APPROX_NONE,
+    )[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
     return whole.astype(bool)
 
 
-def _confidence(mask: np.ndarray, texture: np.ndarray, triangle: np.ndarray, halo: float) -> float:
-    """The least of three ratios: overlap with the triangle, texture of the inside, and its texture over the surroundings'; 1 is enough."""
-    discs = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 1.5, 6.0)]
+def _confidence(
+    mask: np.ndarray, texture: np.ndarray, triangle: np.ndarray, halo: float
+) -> float:
+    """The least of three ratios: overlap with the triangle, texture of the inside, and
+    its texture over the surroundings'; 1 is enough."""
+    discs = [
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
+        for r in (2.0, 1.5, 6.0)
+    ]
     seeds = mask.astype(np.uint8)
     core = cv2.erode(seeds, discs[0]) > 0
     around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
     form = _triangle_mask(mask.shape, triangle, 0.0)
     if not core.any() or not around.any():
         return 0.0
-    inside, outside = float(np.percentile(texture[core], 10)), float(np.median(texture[around]))
+    inside, outside = (
+        float(np.percentile(texture[core], 10)),
+        float(np.median(texture[around])),
+    )
     overlap = float((mask & form).sum() / (mask | form).sum())
-    return min(overlap / LEAST_OVERLAP, inside / SEED_TEXTURE, (inside - outside) / (SEED_TEXTURE / 2))
+    return min(
+        overlap / LEAST_OVERLAP,
+        inside / SEED_TEXTURE,
+        (inside - outside) / (SEED_TEXTURE / 2),
+    )
 
 
-def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, int, int, int], float]:
-    """The part of the picture about the triangle (x0, y0, x1, y1), and the factor by which it is reduced."""
+def _close_up(
+    shape: tuple[int, ...], triangle: np.ndarray
+) -> tuple[tuple[int, int, int, int], float]:
+    """The part of the picture about the triangle (x0, y0, x1, y1), and the factor by
+    which it is reduced."""
     x, top, foot, left, right = triangle
     wide, tall = 0.35 * (left + right), 0.6 * (foot - top)
     x0, x1 = (int(np.clip(v, 0, shape[1])) for v in (x - left - wide, x + right + wide))
@@ -128,82 +209,160 @@ def _close_up(shape: tuple[int, ...], triangle: np.ndarray) -> tuple[tuple[int, 
 
 
 def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
-    """The coarse mask, up to `halo` px too large where texture was averaged, refined by local colour."""
-    disc = [cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2) for r in (2.0, 0.5)]
+    """The coarse mask, up to `halo` px too large where texture was averaged, refined by
+    local colour."""
+    disc = [
+        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
+        for r in (2.0, 0.5)
+    ]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS), core > 0, reach == 0)
     certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)))
-    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)])
+    mask = np.where(
+        certain,
+        cv2.GC_FGD,
+        np.where(
+            reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
+        ),
+    )
+    picture = np.dstack(
+        [
+            255 * odds,
+            2.55 * lab[..., 0],
+            128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0),
+        ]
+    )
     return _graph_cut(picture, mask, rounds=3)
 
 
 def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray:
-    """Foreground of a graph cut that starts from `mask` (GC_FGD … GC_PR_BGD); empty where it has no seeds or no surroundings."""
+    """Foreground of a graph cut that starts from `mask` (GC_FGD … GC_PR_BGD); empty
+    where it has no seeds or no surroundings."""
     seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
     if not seeds.any() or seeds.all():
         return np.zeros(mask.shape, bool)
     mask = np.ascontiguousarray(mask, dtype=np.uint8)
     cv2.setRNGSeed(1)
     models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(picture.clip(0, 255).astype(np.uint8), mask, (0, 0, 1, 1), *models, rounds, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(
+        picture.clip(0, 255).astype(np.uint8),
+        mask,
+        (0, 0, 1, 1),
+        *models,
+        rounds,
+        cv2.GC_INIT_WITH_MASK,
+    )
     return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
 
 
 def _as_rgb(small: np.ndarray) -> np.ndarray:
     """Float RGB 0–1 of a grey or colour picture."""
-    return np.ascontiguousarray(small if small.shape[2] == 3 else np.repeat(small[..., :1], 3, axis=2), dtype=np.float32) / 255
+    return (
+        np.ascontiguousarray(
+            small if small.shape[2] == 3 else np.repeat(small[..., :1], 3, axis=2),
+            dtype=np.float32,
+        )
+        / 255
+    )
 
 
 def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Unit vector in (a, b) from the colour of the surroundings to that of the seeds."""
-    off = lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0) if seeds.any() and others.any() else np.ones(2)
+    """Unit vector in (a, b) from the colour of the surroundings to that of the
+    seeds."""
+    off = (
+        lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
+        if seeds.any() and others.any()
+        else np.ones(2)
+    )
     return (off / max(float(np.linalg.norm(off)), 1e-6)).astype(np.float32)
 
 
-def _local_odds(clusters: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Log odds, scaled to 0…1, that a pixel's cluster belongs to the seeds rather than to the surroundings near it."""
+def _local_odds(
+    clusters: np.ndarray, seeds: np.ndarray, others: np.ndarray
+) -> np.ndarray:
+    """Log odds, scaled to 0…1, that a pixel's cluster belongs to the seeds rather than
+    to the surroundings near it."""
     size = (max(4, clusters.shape[1] // 4), max(4, clusters.shape[0] // 4))
     near = LOCAL * max(size)
 
     def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        return cv2.GaussianBlur(cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA), (0, 0), sigma)
+        return cv2.GaussianBlur(
+            cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA),
+            (0, 0),
+            sigma,
+        )
 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]
     odds = np.zeros(clusters.shape, np.float32)
     for k in range(clusters.max() + 1):
         in_cluster = clusters == k
-        inside, outside = (density(in_cluster & where, near) / total for where, total in zip((seeds, others), whole))
-        log = cv2.resize(np.log((inside + 0.003) / (outside + 0.003)), clusters.shape[1::-1])
+        inside, outside = (
+            density(in_cluster & where, near) / total
+            for where, total in zip((seeds, others), whole)
+        )
+        log = cv2.resize(
+            np.log((inside + 0.003) / (outside + 0.003)), clusters.shape[1::-1]
+        )
         odds[in_cluster] = log[in_cluster]
     return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
-def _coarse_cut(features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-    """Graph cut of colour and of the log odds that a pixel's cluster lies inside the triangle rather than outside."""
-    core, body, shell = (_triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8))
-    mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD))).astype(np.uint8)
+def _coarse_cut(
+    features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray
+) -> np.ndarray:
+    """Graph cut of colour and of the log odds that a pixel's cluster lies inside the
+    triangle rather than outside."""
+    core, body, shell = (
+        _triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8)
+    )
+    mask = np.where(
+        core,
+        cv2.GC_FGD,
+        np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)),
+    ).astype(np.uint8)
     near = _triangle_mask(clusters.shape, triangle, 1.5)
     inside = np.bincount(clusters[body], minlength=CLUSTERS) / max(body.sum(), 1) + 1e-3
-    outside = np.bincount(clusters[near & ~body], minlength=CLUSTERS) / max((near & ~body).sum(), 1) + 1e-3
+    outside = (
+        np.bincount(clusters[near & ~body], minlength=CLUSTERS)
+        / max((near & ~body).sum(), 1)
+        + 1e-3
+    )
     odds = np.clip(np.log(inside / outside) / 6 + 0.5, 0, 1)[clusters]
     odds = cv2.GaussianBlur(odds.astype(np.float32), (0, 0), 1.0)
     colour = features[..., :3] * 20
     within = np.cov(colour[body].T) + np.cov(colour[near & ~body].T) + np.eye(3)
-    axis = np.linalg.solve(within, colour[body].mean(axis=0) - colour[near & ~body].mean(axis=0))
+    axis = np.linalg.solve(
+        within, colour[body].mean(axis=0) - colour[near & ~body].mean(axis=0)
+    )
     along = colour @ (axis / max(np.linalg.norm(axis), 1e-9)).astype(np.float32)
     low, high = np.percentile(along, [1, 99])
-    picture = np.dstack([255 * odds, 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1), colour[..., 0] * 2.55])
+    picture = np.dstack(
+        [
+            255 * odds,
+            255 * np.clip((along - low) / max(high - low, 1.0), 0, 1),
+            colour[..., 0] * 2.55,
+        ]
+    )
     return _graph_cut(picture, mask, rounds=2)
 
 
-def _triangle_mask(shape: tuple[int, ...], triangle: np.ndarray, grow: float) -> np.ndarray:
-    """Mask of the triangle, enlarged by a share `grow` of its height and half widths."""
+def _triangle_mask(
+    shape: tuple[int, ...], triangle: np.ndarray, grow: float
+) -> np.ndarray:
+    """Mask of the triangle, enlarged by a share `grow` of its height and half
+    widths."""
     x, top, foot, left, right = triangle
     rise, wide = foot - top, grow * (left + right) / 2
-    points = [(x - left - wide, foot + grow * rise / 2), (x, top - grow * rise), (x + right + wide, foot + grow * rise / 2)]
+    points = [
+        (x - left - wide, foot + grow * rise / 2),
+        (x, top - grow * rise),
+        (x + right + wide, foot + grow * rise / 2),
+    ]
     if grow > 0:  # flanks may bulge
-        points[1:2] = [(x - 0.3 * left - wide / 2, top - grow * rise), (x + 0.3 * right + wide / 2, top - grow * rise)]
+        points[1:2] = [
+            (x - 0.3 * left - wide / 2, top - grow * rise),
+            (x + 0.3 * right + wide / 2, top - grow * rise),
+        ]
     mask = np.zeros(shape[:2], np.uint8)
     cv2.fillPoly(mask, [np.array(points).round().astype(np.int32)], 1)
     return mask.astype(bool)

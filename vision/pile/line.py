@@ -1,15 +1,18 @@
-"""Least-squares lines through boundary points, with standard errors that allow for correlated grain roughness.
+"""Least-squares lines through boundary points, with standard errors that allow for
+correlated grain roughness.
 
-Neighbouring boundary points lie on the same grain: their residuals are not independent, and the textbook standard error
-is many times too small. The slope's error is due to roughness at long wavelengths, of the order of the window. Therefore the
-residuals are expanded in orthonormal polynomials over the window. The slope is polynomial 1; the coefficients of polynomials
-2 … K+1, its neighbours in wavelength, show how large coefficient 1 is by chance:
+Neighbouring boundary points lie on the same grain: their residuals are not independent,
+and the textbook standard error is many times too small. The slope's error is due to
+roughness at long wavelengths, of the order of the window. Therefore the residuals are
+expanded in orthonormal polynomials over the window. The slope is polynomial 1; the
+coefficients of polynomials 2 … K+1, its neighbours in wavelength, show how large
+coefficient 1 is by chance:
 
     s² = mean(a₂² … a²_{K+1}),      se(slope) = s · t_{.975, K} / 1.96 / √Σ(x − x̄)²
 
-K is at most a quarter of the number of roughness correlation lengths in the window, so that all K wavelengths are longer than
-the grains. Few grains give a small K and, by Student's t, a wider interval. Curvature of the pile is part of s, too.
-"""
+K is at most a quarter of the number of roughness correlation lengths in the window, so
+that all K wavelengths are longer than the grains. Few grains give a small K and, by
+Student's t, a wider interval. Curvature of the pile is part of s, too."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,8 +25,9 @@ from vision.robust import robust_sd
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
 STEEP_DEG = 50.0  # beyond this an angle is doubtful
-# A surface is curved, so that a line is the wrong model, where its local slopes differ by so much within the window and a cubic
-# explains this share of the residuals' variance: a curved surface leaves 0.03 of it, grains on a straight one 0.25 and more.
+# A surface is curved, so that a line is the wrong model, where its local slopes differ
+# by so much within the window and a cubic explains this share of the residuals'
+# variance: a curved surface leaves 0.03 of it, grains on a straight one 0.25 and more.
 CURVED_DEG, CURVED_SHARE = 8.0, 0.8
 
 
@@ -32,10 +36,10 @@ class Line:
     """y = intercept + slope · x, fitted between x_low and x_high.
 
     slope_sd: value ± 1.96 sd is a 95 % interval. rms: of the residuals (unit of y).
-    outlier_share: of points farther off than 4 robust standard deviations.
-    slope_low, slope_high: smallest and largest local slope of a cubic through the same points.
-    cubic_share: of the residuals' variance that the cubic explains (little for grains, nearly all for an S-shaped surface).
-    """
+    outlier_share: of points farther off than 4 robust standard deviations. slope_low,
+    slope_high: smallest and largest local slope of a cubic through the same points.
+    cubic_share: of the residuals' variance that the cubic explains (little for grains,
+    nearly all for an S-shaped surface)."""
 
     slope: float
     intercept: float
@@ -63,15 +67,18 @@ class Line:
 
 
 def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
-    """Least-squares line through points (x, y), n ≥ 8, with the standard error described at the
-    head of this file. Points farther than 4 robust standard deviations from the line are left out
-    (a stray seed, a scratch). floor: least error of the line at an end of the window, in units of
-    y. Raises ValueError for fewer than 8 points or no extent in x."""
+    """Least-squares line through points (x, y), n ≥ 8, with the standard error
+    described at the head of this file. Points farther than 4 robust standard deviations
+    from the line are left out (a stray seed, a scratch). floor: least error of the line
+    at an end of the window, in units of y. Raises ValueError for fewer than 8 points or
+    no extent in x."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     if x.size < 8 or x[-1] - x[0] <= 0:
-        raise ValueError(f"a line needs at least 8 points that differ in x; here are {x.size}")
+        raise ValueError(
+            f"a line needs at least 8 points that differ in x; here are {x.size}"
+        )
     keep = np.ones(x.size, dtype=bool)
     for _ in range(4):
         centred, middle = x[keep] - x[keep].mean(), y[keep].mean()
@@ -89,14 +96,22 @@ def fit_line(x: np.ndarray, y: np.ndarray, floor: float = 0.0) -> Line:
     slope_sd = float(np.hypot(s / extent, floor / (xk[-1] - xk[0]) * 2))
     low, high, cubic_share = _cubic(xk, rk)
     return Line(
-        slope=float(slope), intercept=float(intercept), x_low=float(x[0]), x_high=float(x[-1]), slope_sd=slope_sd,
-        rms=float(np.sqrt(np.mean(rk**2))), outlier_share=float(1 - keep.mean()),
-        slope_low=slope + low, slope_high=slope + high, cubic_share=cubic_share,
-    )  # fmt: skip
+        slope=float(slope),
+        intercept=float(intercept),
+        x_low=float(x[0]),
+        x_high=float(x[-1]),
+        slope_sd=slope_sd,
+        rms=float(np.sqrt(np.mean(rk**2))),
+        outlier_share=float(1 - keep.mean()),
+        slope_low=slope + low,
+        slope_high=slope + high,
+        cubic_share=cubic_share,
+    )
 
 
 def _correlation_lengths(residual: np.ndarray) -> float:
-    """Number of the roughness's correlation lengths in the window: n / (1 + 2 Σ ρ_k), summed up to the first ρ < 0.05."""
+    """Number of the roughness's correlation lengths in the window: n / (1 + 2 Σ ρ_k),
+    summed up to the first ρ < 0.05."""
     n = residual.size
     padded = np.zeros(2 * n)
     padded[:n] = residual - residual.mean()
@@ -109,8 +124,11 @@ def _correlation_lengths(residual: np.ndarray) -> float:
     return float(n / (1 + 2 * correlation[1:end].sum()))
 
 
-def _long_wave_sd(x: np.ndarray, residual: np.ndarray, correlation_lengths: float) -> float:
-    """t-widened root mean square of the residual's coefficients 2 … K+1 in orthonormal polynomials."""
+def _long_wave_sd(
+    x: np.ndarray, residual: np.ndarray, correlation_lengths: float
+) -> float:
+    """t-widened root mean square of the residual's coefficients 2 … K+1 in orthonormal
+    polynomials."""
     k = min(int(np.clip(correlation_lengths / 4, 4, 16)), x.size - 3)
     u = 2 * (x - x[0]) / (x[-1] - x[0]) - 1
     basis, _ = np.linalg.qr(np.polynomial.legendre.legvander(u, k + 1))
@@ -119,19 +137,23 @@ def _long_wave_sd(x: np.ndarray, residual: np.ndarray, correlation_lengths: floa
 
 
 def _cubic(x: np.ndarray, residual: np.ndarray) -> tuple[float, float, float]:
-    """Smallest and largest slope of the residual's cubic inside the window, and the fraction of its variance that it explains."""
+    """Smallest and largest slope of the residual's cubic inside the window, and the
+    fraction of its variance that it explains."""
     centre, half = (x[0] + x[-1]) / 2, (x[-1] - x[0]) / 2
     u = (x - centre) / half
     cubic = np.polynomial.Polynomial.fit(u, residual, 3, domain=[-1, 1], window=[-1, 1])
     slopes = cubic.deriv()(np.linspace(-1, 1, 21)) / half
     total = float(residual @ residual)
-    explained = 1 - float(np.sum((residual - cubic(u)) ** 2)) / total if total > 0 else 0.0
+    explained = (
+        1 - float(np.sum((residual - cubic(u)) ** 2)) / total if total > 0 else 0.0
+    )
     return float(slopes.min()), float(slopes.max()), explained
 
 
 @dataclass(frozen=True)
 class FlankLine:
-    """The line through one flank in the picture [px, y down], and its angle against the horizontal."""
+    """The line through one flank in the picture [px, y down], and its angle against the
+    horizontal."""
 
     side: str
     line: Line
@@ -141,14 +163,23 @@ class FlankLine:
 
 
 def fit_flank(
-    surface: np.ndarray, base: BaseLine, heap: Heap, flank: Flank, factor: float, window: tuple[float, float],
-    horizontal: float, horizontal_sd: float,
-) -> FlankLine | None:  # fmt: skip
-    """The line through the flank's surface between the window's heights; None where it is too short, too flat or too rough."""
+    surface: np.ndarray,
+    base: BaseLine,
+    heap: Heap,
+    flank: Flank,
+    factor: float,
+    window: tuple[float, float],
+    horizontal: float,
+    horizontal_sd: float,
+) -> FlankLine | None:
+    """The line through the flank's surface between the window's heights; None where it
+    is too short, too flat or too rough."""
     x = np.arange(surface.size)
     height = (base.at(x) - surface) / factor
     crest, toe = (heap.crest + 0.5) * factor - 0.5, (flank.toe + 0.5) * factor - 0.5
-    side = (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
+    side = (
+        (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
+    )
     side &= np.isfinite(height)
     inside = _columns_in_window(x, height, side, heap.height_px, window)
     if inside is None:
@@ -157,21 +188,33 @@ def fit_flank(
     doubts = list(_doubts(line))
     margin = 0.01 * surface.size
     if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
-        doubts.append(f"the pile is cut by the picture's {flank.side} border: the window is of the height that shows")
+        doubts.append(
+            f"the pile is cut by the picture's {flank.side} border: the window is of"
+            " the height that shows"
+        )
     sign = 1 if flank.side == "right" else -1
     angle = sign * (line.angle_deg - horizontal)
     rise = abs(line.slope) * (line.x_high - line.x_low)
     if angle < 3 or line.rms > 0.25 * rise:
         return None
     if angle > STEEP_DEG:
-        doubts.append(f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope of grains?")
-    return FlankLine(flank.side, line, angle, float(np.hypot(line.angle_sd_deg, horizontal_sd)), tuple(doubts))
+        doubts.append(
+            f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope"
+            " of grains?"
+        )
+    return FlankLine(
+        flank.side,
+        line,
+        angle,
+        float(np.hypot(line.angle_sd_deg, horizontal_sd)),
+        tuple(doubts),
+    )
 
 
 def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:
-    """Columns whose fitted height lies in the window: a cubic through the flank, refitted until it
-    selects the same columns. Points are not selected by their own height: that would cut the bumps
-    off at both ends and flatten the line."""
+    """Columns whose fitted height lies in the window: a cubic through the flank,
+    refitted until it selects the same columns. Points are not selected by their own
+    height: that would cut the bumps off at both ends and flatten the line."""
     low, high = window[0] * top, window[1] * top
     inside = side & (height > low) & (height < high)
     wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)
@@ -196,7 +239,15 @@ def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:
 def _doubts(line: Line):
     bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
     if bend > CURVED_DEG and line.cubic_share > CURVED_SHARE:
-        low, high = sorted(abs(np.degrees(np.arctan([line.slope_low, line.slope_high]))))
-        yield f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one line is the wrong model"
+        low, high = sorted(
+            abs(np.degrees(np.arctan([line.slope_low, line.slope_high])))
+        )
+        yield (
+            f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one"
+            " line is the wrong model"
+        )
     if line.outlier_share > 0.1:
-        yield f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was left out"
+        yield (
+            f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
+            " left out"
+        )

@@ -1,11 +1,12 @@
 """Photo of a pile → angle of repose.
 
-The angle of repose is the inclination of the least-squares line through the pile's surface between two heights, by default
-20 and 80 % of the crest's height above the base line. The rounded crest and the long toe are thus left out.
+The angle of repose is the inclination of the least-squares line through the pile's
+surface between two heights, by default 20 and 80 % of the crest's height above the base
+line. The rounded crest and the long toe are thus left out.
 
-Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angles. Where the background is not smooth, the
-heap is segmented by colour and texture instead (`heap_region`).
-"""
+Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angles.
+Where the background is not smooth, the heap is segmented by colour and texture instead
+(`heap_region`)."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -14,7 +15,14 @@ from itertools import pairwise
 import numpy as np
 
 from vision.measurement import MeasurementError, Quantity, failed
-from vision.pile.base_line import BASES, find_base_line, find_horizontal, foot_line, in_reduced_px, stated_base_line
+from vision.pile.base_line import (
+    BASES,
+    find_base_line,
+    find_horizontal,
+    foot_line,
+    in_reduced_px,
+    stated_base_line,
+)
 from vision.pile.centroid import centroid_angle
 from vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from vision.pile.heap_region import Region, find_region
@@ -24,16 +32,18 @@ from vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
 NO_LINE = "the surface is too rough or too short for a line"
-LEAST_CONFIDENCE = 0.6  # of a region that is measured, with a doubt, where there is no smooth background
-MOST_APART, MOST_AREA = 0.1, 0.15  # shares of the heap's height and area by which two segmentations of one heap may differ
+# of a region that is measured, with a doubt, where there is no smooth background
+LEAST_CONFIDENCE = 0.6
+# shares of the heap's height and area by which two segmentations of one heap may differ
+MOST_APART, MOST_AREA = (0.1, 0.15)
 
 
 @dataclass(frozen=True)
 class PileOptions:
-    """How a pile photo is read. window: heights between which the line is fitted, as shares of the
-    crest's height. roi: x, y, width, height [px] of the part that is looked at. baseline: two
-    points x1, y1, x2, y2 [px] of the base line. side: "left" or "right" for a pile with one flank
-    only (it leans on a box), else ""."""
+    """How a pile photo is read. window: heights between which the line is fitted, as
+    shares of the crest's height. roi: x, y, width, height [px] of the part that is
+    looked at. baseline: two points x1, y1, x2, y2 [px] of the base line. side: "left"
+    or "right" for a pile with one flank only (it leans on a box), else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
@@ -43,9 +53,10 @@ class PileOptions:
 
 @dataclass(frozen=True)
 class Repose:
-    """What was found in one pile photo. surface (w,): row in each column of the roi, NaN where
-    there is none; base: in the roi, too. crest, toes: in px of the whole picture, y down.
-    horizontal_deg: inclination of the true horizontal in the picture."""
+    """What was found in one pile photo. surface (w,): row in each column of the roi,
+    NaN where there is none; base: in the roi, too. crest, toes: in px of the whole
+    picture, y down. horizontal_deg: inclination of the true horizontal in the
+    picture."""
 
     surface: np.ndarray
     base: BaseLine
@@ -70,20 +81,32 @@ class _Photo:
 
 
 def measure_repose(
-    image: np.ndarray, camera: Camera | None = None, options: PileOptions | None = None, *,
+    image: np.ndarray,
+    camera: Camera | None = None,
+    options: PileOptions | None = None,
+    *,
     find: Callable[[np.ndarray], Region | None] = find_region,
-) -> Repose:  # fmt: skip
+) -> Repose:
     """Angle of repose of the pile in `image`, (h, w) or (h, w, 3), uint8 or uint16.
 
-    find: segments the seeds in the cropped picture. It depends on no option but the roi, so its result may be cached.
-    The horizontal is camera.plumb_deg where that is stated, else the plate's line. Raises MeasurementError with the reason
-    where no pile can be measured. Valid for slopes of about 8° to 65° seen from the side, with background at the picture's top.
-    """
+    find: segments the seeds in the cropped picture. It depends on no option but the
+    roi, so its result may be cached. The horizontal is camera.plumb_deg where that is
+    stated, else the plate's line. Raises MeasurementError with the reason where no pile
+    can be measured. Valid for slopes of about 8° to 65° seen from the side, with
+    background at the picture's top."""
     camera, options = camera or Camera(), options or PileOptions()
     x0, y0, width, height = roi = _roi(image, options)
-    photo = _Photo(np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width]), camera, options, roi)
+    photo = _Photo(
+        np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width]),
+        camera,
+        options,
+        roi,
+    )
     if min(photo.crop.shape[:2]) < 24:
-        raise MeasurementError(f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile needs at least 24 px each way")
+        raise MeasurementError(
+            f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile"
+            " needs at least 24 px each way"
+        )
     smooth = _on_smooth_background(photo)
     region = find(photo.crop)
     by_hand = options.roi is not None or options.baseline is not None
@@ -91,10 +114,16 @@ def measure_repose(
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     segmented = _of_region(photo, region)
-    if isinstance(segmented, str) or (isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)):
-        return _or_raise(smooth)  # the more exact one: its edges are read off the full picture
+    if isinstance(segmented, str) or (
+        isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)
+    ):
+        return _or_raise(
+            smooth
+        )  # the more exact one: its edges are read off the full picture
     doubt = "" if by_hand else _doubt_of_region(region)
-    return replace(segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities))
+    return replace(
+        segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)
+    )
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -103,7 +132,10 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
         return 0, 0, width, height
     x, y, w, h = options.roi
     if x < 0 or y < 0 or w <= 0 or h <= 0 or x + w > width or y + h > height:
-        raise MeasurementError(f"--roi {x},{y},{w},{h} does not lie inside the picture ({width} × {height} px)")
+        raise MeasurementError(
+            f"--roi {x},{y},{w},{h} does not lie inside the picture ({width} ×"
+            f" {height} px)"
+        )
     return x, y, w, h
 
 
@@ -114,40 +146,73 @@ def _or_raise(found: Repose | str) -> Repose:
 
 
 def _on_smooth_background(photo: _Photo) -> Repose | str:
-    """The pile whose surface is where one smooth background ends; the reason where there is none."""
+    """The pile whose surface is where one smooth background ends; the reason where
+    there is none."""
     background = fit_background(photo.crop)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(background):
-        surface = subpixel_edge(photo.crop, background, silhouette.top, silhouette.threshold)
+        surface = subpixel_edge(
+            photo.crop, background, silhouette.top, silhouette.threshold
+        )
         base = find_base_line(
-            photo.crop, background, silhouette, surface, photo.options.baseline, photo.camera, photo.roi
+            photo.crop,
+            background,
+            silhouette,
+            surface,
+            photo.options.baseline,
+            photo.camera,
+            photo.roi,
         )
         tried.append(_of_surface(photo, surface, base, background.factor))
         if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
             break  # there is no better kind of base line
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
-        return str(tried[0]) if tried else "no pile in the picture: nothing stands out from the background"
+        return (
+            str(tried[0])
+            if tried
+            else "no pile in the picture: nothing stands out from the background"
+        )
     best = min(found, key=lambda r: BASES.index(r.base.source))
-    cut_off = next((r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r), "")
-    if best.base.source == "toe" and cut_off:  # by a better base line the foot is not in the picture
-        return replace(best, quantities=tuple(q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities))
+    cut_off = next(
+        (
+            r
+            for r in tried
+            if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r
+        ),
+        "",
+    )
+    if (
+        best.base.source == "toe" and cut_off
+    ):  # by a better base line the foot is not in the picture
+        return replace(
+            best,
+            quantities=tuple(
+                q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities
+            ),
+        )
     return best
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
-    """The pile that was segmented by colour and texture; the reason where it cannot be measured."""
+    """The pile that was segmented by colour and texture; the reason where it cannot be
+    measured."""
     width = photo.crop.shape[1]
     level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
-    base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi) or foot_line(region, level)
+    base = stated_base_line(
+        photo.options.baseline, photo.crop.shape, photo.roi
+    ) or foot_line(region, level)
     if base is None:
         return "no line is seen that the pile stands on: name it by --baseline"
-    surface = np.minimum(_upper_border(region, region.mask, width), base.at(np.arange(width)))
+    surface = np.minimum(
+        _upper_border(region, region.mask, width), base.at(np.arange(width))
+    )
     return _of_surface(photo, surface, base, region.factor)
 
 
 def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
-    """The upper border of a mask of the region's close-up in every column of the picture, inf where it has none."""
+    """The upper border of a mask of the region's close-up in every column of the
+    picture, inf where it has none."""
     columns = np.flatnonzero(mask.any(axis=0))
     rows = mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
     x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
@@ -155,9 +220,9 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
 
 
 def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
-    """Whether the silhouette on a smooth background and the segmented region are the same heap.
-    Then it misses few of the segmented seeds, includes little that has no seed texture, and has the
-    same base line and crest."""
+    """Whether the silhouette on a smooth background and the segmented region are the
+    same heap. Then it misses few of the segmented seeds, includes little that has no
+    seed texture, and has the same base line and crest."""
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -170,9 +235,16 @@ def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     missed = np.clip(surface - segmented.surface, 0, None).sum()
     surplus = np.clip(textured - surface, 0, None)[heap].sum()
     under = foot - segmented.surface > 0
-    top, loose, close = (float(s[heap].min()) for s in (surface, textured, segmented.surface))  # the crest lies between the last two
-    apart = max(np.abs(smooth.base.at(x) - foot)[under].mean(), loose - top, top - close)
-    height, area = float(np.ptp(segmented.surface[under])), float((foot - segmented.surface).sum())
+    top, loose, close = (
+        float(s[heap].min()) for s in (surface, textured, segmented.surface)
+    )  # the crest lies between the last two
+    apart = max(
+        np.abs(smooth.base.at(x) - foot)[under].mean(), loose - top, top - close
+    )
+    height, area = (
+        float(np.ptp(segmented.surface[under])),
+        float((foot - segmented.surface).sum()),
+    )
     return bool(max(missed, surplus) < MOST_AREA * area and apart < MOST_APART * height)
 
 
@@ -180,31 +252,61 @@ def _doubt_of_region(region: Region) -> str:
     """Why the region may not be the pile; "" where nothing speaks against it."""
     if region.rival is not None:
         x, _, foot = region.rival[:3]
-        return f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as much like a heap: name the pile by --roi"
+        return (
+            f"another part of the picture, about x {x:.0f}, y {foot:.0f} px, looks as"
+            " much like a heap: name the pile by --roi"
+        )
     if region.confidence < 1:
-        return "it is not sure that what was taken for the pile (see the overlay) is all of it and only that: name it by --roi"
+        return (
+            "it is not sure that what was taken for the pile (see the overlay) is all"
+            " of it and only that: name it by --roi"
+        )
     return ""
 
 
-def _of_surface(photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float) -> Repose | str:
-    """Angles of a surface above its base line; the reason where it is no measurable pile. factor: px per small px."""
+def _of_surface(
+    photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
+) -> Repose | str:
+    """Angles of a surface above its base line; the reason where it is no measurable
+    pile. factor: px per small px."""
     options = photo.options
-    heap = find_heap(_shrink_profile(surface, factor), in_reduced_px(base, factor), options.window)
+    heap = find_heap(
+        _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
+    )
     if heap.problem:
         return heap.problem
     if options.side:
-        flanks = (f if f.side == options.side else replace(f, problem="a wall, as stated") for f in heap.flanks)
+        flanks = (
+            f if f.side == options.side else replace(f, problem="a wall, as stated")
+            for f in heap.flanks
+        )
         heap = replace(heap, flanks=tuple(flanks))
     horizontal, horizontal_sd, doubts = find_horizontal(base, photo.camera)
     if base.source == "toe" and np.nanmax(surface) > 0.985 * photo.crop.shape[0]:
-        doubts = (*doubts, "the pile is cut by the picture's bottom border: the window is of the height that shows")
-    fits = [fit_flank(surface, base, heap, f, factor, options.window, horizontal, horizontal_sd) for f in heap.flanks if not f.problem]
+        doubts = (
+            *doubts,
+            (
+                "the pile is cut by the picture's bottom border: the window is of the"
+                " height that shows"
+            ),
+        )
+    fits = [
+        fit_flank(
+            surface, base, heap, f, factor, options.window, horizontal, horizontal_sd
+        )
+        for f in heap.flanks
+        if not f.problem
+    ]
     slopes = tuple(fit for fit in fits if fit is not None)
     if not slopes:
-        return NO_SLOPE + "; ".join(sorted({f.problem for f in heap.flanks if f.problem} or {NO_LINE}))
+        return NO_SLOPE + "; ".join(
+            sorted({f.problem for f in heap.flanks if f.problem} or {NO_LINE})
+        )
     crest_x = (heap.crest + 0.5) * factor - 0.5
     fitted = {s.side for s in slopes}
-    left, right = ((f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks)
+    left, right = (
+        (f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks
+    )
     quantities = (
         _repose_angle(slopes, horizontal_sd, doubts, heap),
         *_side_angles(slopes, doubts, heap),
@@ -214,12 +316,27 @@ def _of_surface(photo: _Photo, surface: np.ndarray, base: BaseLine, factor: floa
     x0, y0 = photo.roi[:2]
     crest = (crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0)
     low, high = options.window
-    definition = f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base line: {base.source}"
-    return Repose(surface, base, horizontal, crest, (left, right), slopes, options.window, photo.roi, quantities, (definition,))
+    definition = (
+        f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base"
+        f" line: {base.source}"
+    )
+    return Repose(
+        surface,
+        base,
+        horizontal,
+        crest,
+        (left, right),
+        slopes,
+        options.window,
+        photo.roi,
+        quantities,
+        (definition,),
+    )
 
 
 def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
-    """The surface in px of `factor` columns each: the median of the full columns in each."""
+    """The surface in px of `factor` columns each: the median of the full columns in
+    each."""
     count = max(1, round(surface.size / factor))
     columns = ((np.arange(surface.size) + 0.5) / factor).astype(int).clip(0, count - 1)
     bounds = np.searchsorted(columns, np.arange(count + 1))
@@ -232,49 +349,97 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
     return out
 
 
-def _repose_angle(slopes: tuple[FlankLine, ...], horizontal_sd: float, doubts: tuple[str, ...], heap: Heap) -> Quantity:
-    """Mean of both flanks, in which the horizontal's error cancels, or the one flank there is."""
+def _repose_angle(
+    slopes: tuple[FlankLine, ...],
+    horizontal_sd: float,
+    doubts: tuple[str, ...],
+    heap: Heap,
+) -> Quantity:
+    """Mean of both flanks, in which the horizontal's error cancels, or the one flank
+    there is."""
     notes = [d for s in slopes for d in s.doubts] + list(doubts)
     if len(slopes) == 1:
-        cut = [f"{f.side} side: {f.problem}" for f in heap.flanks if f.problem and not f.problem.startswith("a wall")]
-        return _angle("repose_angle", slopes[0].angle_deg, slopes[0].angle_sd_deg, [*notes, *cut])
+        cut = [
+            f"{f.side} side: {f.problem}"
+            for f in heap.flanks
+            if f.problem and not f.problem.startswith("a wall")
+        ]
+        return _angle(
+            "repose_angle", slopes[0].angle_deg, slopes[0].angle_sd_deg, [*notes, *cut]
+        )
     left, right = slopes
     mean = (left.angle_deg + right.angle_deg) / 2
     sd = float(np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)) / 2
     apart = abs(left.angle_deg - right.angle_deg)
     if apart > max(3 * np.hypot(2 * sd, 2 * horizontal_sd), 4.0):
-        notes.append(f"left and right differ by {apart:.1f}°: the camera or the plate is tilted, or the heap is lopsided")
-    return _angle("repose_angle", mean, sd, [n for n in notes if not n.startswith("no plate line")])
+        notes.append(
+            f"left and right differ by {apart:.1f}°: the camera or the plate is tilted,"
+            " or the heap is lopsided"
+        )
+    return _angle(
+        "repose_angle",
+        mean,
+        sd,
+        [n for n in notes if not n.startswith("no plate line")],
+    )
 
 
-def _side_angles(slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: Heap) -> list[Quantity]:
+def _side_angles(
+    slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: Heap
+) -> list[Quantity]:
     """The angle of each flank; none for a side with a wall."""
     fitted = {s.side: s for s in slopes}
     found = []
     for flank in heap.flanks:
         name = f"repose_angle_{flank.side}"
         if slope := fitted.get(flank.side):
-            found.append(_angle(name, slope.angle_deg, slope.angle_sd_deg, (*slope.doubts, *doubts)))
+            found.append(
+                _angle(
+                    name, slope.angle_deg, slope.angle_sd_deg, (*slope.doubts, *doubts)
+                )
+            )
         elif not flank.problem.startswith("a wall"):
             found.append(failed(name, "deg", flank.problem or NO_LINE))
     return found
 
 
-def _height_over_radius(heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float, doubts) -> Quantity:
-    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one flank), both
-    at the toe's height TOE · h. It is the angle of a straight-sided pile; rounded crests and long
-    toes lower it."""
+def _height_over_radius(
+    heap: Heap,
+    slopes: tuple[FlankLine, ...],
+    toes,
+    crest_x: float,
+    factor: float,
+    doubts,
+) -> Quantity:
+    """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one
+    flank), both at the toe's height TOE · h. It is the angle of a straight-sided pile;
+    rounded crests and long toes lower it."""
     name = "height_over_radius_angle"
     known = [abs(t - crest_x) for t in toes if t is not None]
-    complete = len(slopes) == 2 or any(f.problem.startswith("a wall") for f in heap.flanks)
+    complete = len(slopes) == 2 or any(
+        f.problem.startswith("a wall") for f in heap.flanks
+    )
     if not known or not complete:
-        return failed(name, "deg", "the pile's foot is not in the picture on both sides")
+        return failed(
+            name, "deg", "the pile's foot is not in the picture on both sides"
+        )
     radius, height = float(np.mean(known)), heap.height_px * factor * (1 - TOE)
     ratio = height / radius
     rms = float(np.mean([s.line.rms for s in slopes]))
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
-    sd_ratio = np.hypot(max(rms, blunt) / height, max(rms / ratio, factor) / radius / np.sqrt(len(known))) * ratio
-    return _angle(name, float(np.degrees(np.arctan(ratio))), float(np.degrees(sd_ratio / (1 + ratio**2))), doubts)
+    sd_ratio = (
+        np.hypot(
+            max(rms, blunt) / height,
+            max(rms / ratio, factor) / radius / np.sqrt(len(known)),
+        )
+        * ratio
+    )
+    return _angle(
+        name,
+        float(np.degrees(np.arctan(ratio))),
+        float(np.degrees(sd_ratio / (1 + ratio**2))),
+        doubts,
+    )
 
 
 def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:

@@ -1,7 +1,8 @@
-"""Silhouette and surface of a pile on a smooth background: where, going down each column, the background ends.
+"""Silhouette and surface of a pile on a smooth background: where, going down each
+column, the background ends.
 
-Steps: reduce, denoise, fit the illumination, find a threshold, read the edge off the full picture.
-"""
+Steps: reduce, denoise, fit the illumination, find a threshold, read the edge off the
+full picture."""
 
 from dataclasses import dataclass
 
@@ -11,32 +12,49 @@ from scipy.ndimage import median_filter
 
 from vision.robust import robust_sd
 
-WORKING_PX = 1024  # longest side of the reduced picture; edges are read off the full one
+WORKING_PX = (
+    1024  # longest side of the reduced picture; edges are read off the full one
+)
 
 
 def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray, float]:
-    """The picture with its longest side at most `longest_px` (area-averaged, float32, 0–255), and the factor px : px'."""
+    """The picture with its longest side at most `longest_px` (area-averaged, float32,
+    0–255), and the factor px : px'."""
     factor = max(1.0, max(image.shape[:2]) / longest_px)
-    size = (max(1, round(image.shape[1] / factor)), max(1, round(image.shape[0] / factor)))
-    small = cv2.resize(image, size, interpolation=cv2.INTER_AREA) if factor > 1 else image
+    size = (
+        max(1, round(image.shape[1] / factor)),
+        max(1, round(image.shape[0] / factor)),
+    )
+    small = (
+        cv2.resize(image, size, interpolation=cv2.INTER_AREA) if factor > 1 else image
+    )
     return as_float(small), factor
 
 
 def as_float(image: np.ndarray) -> np.ndarray:
-    """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width, channels)."""
-    scale = 255.0 / np.iinfo(image.dtype).max if np.issubdtype(image.dtype, np.integer) else 1.0
+    """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
+    channels)."""
+    scale = (
+        255.0 / np.iinfo(image.dtype).max
+        if np.issubdtype(image.dtype, np.integer)
+        else 1.0
+    )
     pixels = image.astype(np.float32) * np.float32(scale)
     return pixels if pixels.ndim == 3 else pixels[..., None]
 
 
 def denoise(image: np.ndarray, aperture_px: int = 5) -> np.ndarray:
-    """Median over aperture_px × aperture_px (at most 5 for float and 16-bit pictures): removes single wrong pixels."""
+    """Median over aperture_px × aperture_px (at most 5 for float and 16-bit pictures):
+    removes single wrong pixels."""
     blurred = cv2.medianBlur(image, aperture_px)
     return blurred.reshape(image.shape)
 
 
-def fit_illumination(image: np.ndarray, where: np.ndarray, order: int = 2) -> np.ndarray:
-    """Polynomial of `order` in x and y for each channel, fitted to the pixels of `where` without outliers: (terms, channels)."""
+def fit_illumination(
+    image: np.ndarray, where: np.ndarray, order: int = 2
+) -> np.ndarray:
+    """Polynomial of `order` in x and y for each channel, fitted to the pixels of
+    `where` without outliers: (terms, channels)."""
     height, width = where.shape
     y, x = np.nonzero(where)
     step = max(1, y.size // 20_000)  # a smooth surface needs no more
@@ -47,22 +65,31 @@ def fit_illumination(image: np.ndarray, where: np.ndarray, order: int = 2) -> np
         coefficients, *_ = np.linalg.lstsq(terms[keep], values[keep], rcond=None)
         residual = np.linalg.norm(values - terms @ coefficients, axis=1)
         limit = 3 * max(1.48 * float(np.median(residual)), 0.5)
-        if keep.sum() == (kept := residual < limit).sum() or kept.sum() < 10 * terms.shape[1]:
+        if (
+            keep.sum() == (kept := residual < limit).sum()
+            or kept.sum() < 10 * terms.shape[1]
+        ):
             break
         keep = kept
     return coefficients
 
 
-def illumination_at(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The fitted illumination (…, channels) at pixels x, y of a picture of `shape` (height, width)."""
+def illumination_at(
+    coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]
+) -> np.ndarray:
+    """The fitted illumination (…, channels) at pixels x, y of a picture of `shape`
+    (height, width)."""
     order = {1: 0, 3: 1, 6: 2}[coefficients.shape[0]]
     x, y = np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
-    flat = _terms(np.ravel(x) / shape[1], np.ravel(y) / shape[0], order) @ coefficients.astype(np.float32)
+    flat = _terms(
+        np.ravel(x) / shape[1], np.ravel(y) / shape[0], order
+    ) @ coefficients.astype(np.float32)
     return flat.reshape(*x.shape, coefficients.shape[1])
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
-    """Otsu's threshold (1979) on a grey picture, and its separability σ²_between / σ²_total (noise alone gives about 0.64)."""
+    """Otsu's threshold (1979) on a grey picture, and its separability σ²_between /
+    σ²_total (noise alone gives about 0.64)."""
     low, high = float(grey.min()), float(grey.max())
     if high - low < 1e-6:
         return high, 0.0
@@ -72,23 +99,35 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
     mean = np.cumsum(counts * middles) / counts.sum()
     total = mean[-1]
     with np.errstate(divide="ignore", invalid="ignore"):
-        between = np.where((weight > 0) & (weight < 1), (total * weight - mean) ** 2 / (weight * (1 - weight)), 0.0)
+        between = np.where(
+            (weight > 0) & (weight < 1),
+            (total * weight - mean) ** 2 / (weight * (1 - weight)),
+            0.0,
+        )
     variance = float((counts * (middles - total) ** 2).sum() / counts.sum())
-    best = between >= between.max() * (1 - 1e-9)  # an empty valley is a plateau: take its middle
+    best = between >= between.max() * (
+        1 - 1e-9
+    )  # an empty valley is a plateau: take its middle
     return float(edges[1:][best].mean()), float(between.max() / variance)
 
 
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
     one = np.ones_like(x)
-    columns = [one] if order == 0 else [one, x, y] if order == 1 else [one, x, y, x * x, x * y, y * y]
+    columns = (
+        [one]
+        if order == 0
+        else [one, x, y]
+        if order == 1
+        else [one, x, y, x * x, x * y, y * y]
+    )
     return np.stack(columns, axis=1)
 
 
 @dataclass(frozen=True)
 class Background:
-    """The picture's background, and how far the colour of every pixel is from it. small: the
-    reduced picture, float32 (h, w, c); factor: full px per small px. light: coefficients of
-    fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
+    """The picture's background, and how far the colour of every pixel is from it.
+    small: the reduced picture, float32 (h, w, c); factor: full px per small px. light:
+    coefficients of fit_illumination; distance: float32 (h, w) ≥ 0, levels of 255."""
 
     small: np.ndarray
     factor: float
@@ -98,7 +137,8 @@ class Background:
 
 @dataclass(frozen=True)
 class Silhouette:
-    """What differs from the background in the small picture: mask (h, w), top and bottom row of each column (−1: none)."""
+    """What differs from the background in the small picture: mask (h, w), top and
+    bottom row of each column (−1: none)."""
 
     mask: np.ndarray
     top: np.ndarray
@@ -109,15 +149,20 @@ class Silhouette:
 def fit_background(image: np.ndarray) -> Background:
     """Fit the illumination of the background, which must show at the picture's top.
 
-    Starts from the median colour of the top rows. The pixels nearest to the fit (below the lowest of Otsu's thresholds) are
-    background; the illumination is fitted to them, first a plane, then a quadratic, over more and more rows. (Starting with all
-    rows, a plate between background and pile in brightness would be taken for uneven light.)
+    Starts from the median colour of the top rows. The pixels nearest to the fit (below
+    the lowest of Otsu's thresholds) are background; the illumination is fitted to them,
+    first a plane, then a quadratic, over more and more rows. (Starting with all rows, a
+    plate between background and pile in brightness would be taken for uneven light.)
     """
     small, factor = shrink(image)
     small = denoise(small, 3 if factor > 1 else 5)
-    start = np.median(small[: max(1, small.shape[0] // 20)].reshape(-1, small.shape[2]), axis=0)
+    start = np.median(
+        small[: max(1, small.shape[0] // 20)].reshape(-1, small.shape[2]), axis=0
+    )
     light = start[None].astype(float)
-    coarse = np.ascontiguousarray(small[::2, ::2])  # three quarters of the pixels are needed only once
+    coarse = np.ascontiguousarray(
+        small[::2, ::2]
+    )  # three quarters of the pixels are needed only once
     for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
         light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
     light = _refit(small, light, small.shape[0], 2)
@@ -125,7 +170,8 @@ def fit_background(image: np.ndarray) -> Background:
 
 
 def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.ndarray:
-    """The illumination refitted to those pixels of the upper `rows` that are near the present fit."""
+    """The illumination refitted to those pixels of the upper `rows` that are near the
+    present fit."""
     distance = _distance(small, light, rows)
     where = np.zeros(small.shape[:2], dtype=bool)
     where[:rows] = distance <= _thresholds(distance)[-1]
@@ -140,20 +186,27 @@ def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
 
 
 def silhouettes(background: Background) -> list[Silhouette]:
-    """Candidate silhouettes, one for each threshold: the plate may lie between background and pile in brightness."""
-    found = [_silhouette(background.distance > threshold, threshold) for threshold in _thresholds(background.distance)]
+    """Candidate silhouettes, one for each threshold: the plate may lie between
+    background and pile in brightness."""
+    found = [
+        _silhouette(background.distance > threshold, threshold)
+        for threshold in _thresholds(background.distance)
+    ]
     return [s for s in found if (s.top >= 0).sum() >= 8]
 
 
 def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
-    """Otsu's threshold, then Otsu's of what is below it, and so on down to the background's noise."""
+    """Otsu's threshold, then Otsu's of what is below it, and so on down to the
+    background's noise."""
     values = np.minimum(distance.ravel()[::3], np.percentile(distance[::4, ::4], 99.8))
     found: list[float] = []
     for _ in range(most):
         threshold, _ = binarise(values)
         below = values[values <= threshold]
         noise = robust_sd(below) if below.size else 0.0
-        if found and (below.size < 0.05 * distance.size / 3 or threshold < max(4 * noise, 4.0)):
+        if found and (
+            below.size < 0.05 * distance.size / 3 or threshold < max(4 * noise, 4.0)
+        ):
             break
         found.append(threshold)
         values = below
@@ -161,7 +214,8 @@ def _thresholds(distance: np.ndarray, most: int = 3) -> list[float]:
 
 
 def _silhouette(mask: np.ndarray, threshold: float) -> Silhouette:
-    """The mask opened by 3 px (thin lines, specks), without small parts; gaps of 1 % of the picture do not separate parts."""
+    """The mask opened by 3 px (thin lines, specks), without small parts; gaps of 1 % of
+    the picture do not separate parts."""
     size = max(mask.shape)
     solid = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, _disc(3))
     joined = cv2.morphologyEx(solid, cv2.MORPH_CLOSE, _disc(max(3, size // 100)))
@@ -180,17 +234,27 @@ def _disc(diameter: int) -> np.ndarray:
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter | 1, diameter | 1))
 
 
-def subpixel_edge(image: np.ndarray, background: Background, coarse: np.ndarray, threshold: float, upward: bool = False) -> np.ndarray:
-    """Sub-pixel row of the surface in every column of the full picture; NaN where `coarse` has none.
+def subpixel_edge(
+    image: np.ndarray,
+    background: Background,
+    coarse: np.ndarray,
+    threshold: float,
+    upward: bool = False,
+) -> np.ndarray:
+    """Sub-pixel row of the surface in every column of the full picture; NaN where
+    `coarse` has none.
 
-    coarse: rows in the small picture (−1: none); threshold: distance from the background by which they were found.
-    In a strip about the coarse row the picture is denoised, the illumination subtracted, and the rest projected on the pile's
-    local colour (running median over 2 % of the width), so that background = 0 and pile = 1. The surface is where ½ is first
-    crossed, interpolated between two rows. upward: read a lower edge, coming from below.
-    """
+    coarse: rows in the small picture (−1: none); threshold: distance from the
+    background by which they were found. In a strip about the coarse row the picture is
+    denoised, the illumination subtracted, and the rest projected on the pile's local
+    colour (running median over 2 % of the width), so that background = 0 and pile = 1.
+    The surface is where ½ is first crossed, interpolated between two rows. upward: read
+    a lower edge, coming from below."""
     (height, width), factor = image.shape[:2], background.factor
     columns = np.arange(width)
-    nearest = np.clip(np.rint((columns + 0.5) / factor - 0.5).astype(int), 0, coarse.size - 1)
+    nearest = np.clip(
+        np.rint((columns + 0.5) / factor - 0.5).astype(int), 0, coarse.size - 1
+    )
     known = coarse[nearest] >= 0
     if known.sum() < 2:
         return np.full(width, np.nan)
@@ -203,24 +267,39 @@ def subpixel_edge(image: np.ndarray, background: Background, coarse: np.ndarray,
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
     strip = band[visible - first, columns] - _colour_at(background, visible, columns)
-    strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)  # what the fitted illumination leaves
+    strip = strip - _running_median(
+        strip[: reach - 4].mean(axis=0), run
+    )  # what the fitted illumination leaves
     face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)
-    clear = (face**2).sum(axis=1) >= (0.5 * threshold) ** 2  # otherwise uneven light, no edge
-    level = np.einsum("rxc,xc->rx", strip, face) / np.maximum((face**2).sum(axis=1), 1e-9)
+    clear = (face**2).sum(axis=1) >= (
+        0.5 * threshold
+    ) ** 2  # otherwise uneven light, no edge
+    level = np.einsum("rxc,xc->rx", strip, face) / np.maximum(
+        (face**2).sum(axis=1), 1e-9
+    )
     level = (np.roll(level, 1, 0) + 2 * level + np.roll(level, -1, 0)) / 4
     crossing = _first_crossing(level, rows == visible)
     found = np.where(known & clear, start + inward * (crossing - reach), np.nan)
-    border = known & ((coarse[nearest] >= background.small.shape[0] - 2) if upward else (coarse[nearest] <= 1))
-    return np.where(border, height - 1.0 if upward else 0.0, found)  # it goes on beyond the picture
+    border = known & (
+        (coarse[nearest] >= background.small.shape[0] - 2)
+        if upward
+        else (coarse[nearest] <= 1)
+    )
+    return np.where(
+        border, height - 1.0 if upward else 0.0, found
+    )  # it goes on beyond the picture
 
 
 def _running_median(values: np.ndarray, run: int) -> np.ndarray:
     """Running median of (columns, channels) along the columns."""
-    return np.stack([median_filter(channel, run, mode="nearest") for channel in values.T], axis=1)
+    return np.stack(
+        [median_filter(channel, run, mode="nearest") for channel in values.T], axis=1
+    )
 
 
 def _first_crossing(level: np.ndarray, visible: np.ndarray) -> np.ndarray:
-    """Fractional index at which `level` first rises through ½ along axis 0; NaN where it starts above or never does."""
+    """Fractional index at which `level` first rises through ½ along axis 0; NaN where
+    it starts above or never does."""
     before, after = level[1:-2], level[2:-1]
     rises = (before < 0.5) & (after >= 0.5) & visible[1:-2] & visible[2:-1]
     at, columns = rises.argmax(axis=0), np.arange(level.shape[1])
@@ -230,8 +309,11 @@ def _first_crossing(level: np.ndarray, visible: np.ndarray) -> np.ndarray:
     return np.where(rises.any(axis=0), crossing, np.nan)
 
 
-def _colour_at(background: Background, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """The background's colour at pixels of the full picture (its polynomial is in px of the small one)."""
+def _colour_at(
+    background: Background, rows: np.ndarray, columns: np.ndarray
+) -> np.ndarray:
+    """The background's colour at pixels of the full picture (its polynomial is in px of
+    the small one)."""
     x = (np.broadcast_to(columns, rows.shape) + 0.5) / background.factor - 0.5
     y = (rows + 0.5) / background.factor - 0.5
     return illumination_at(background.light, x, y, background.small.shape[:2])

@@ -1,30 +1,37 @@
-"""Where in a picture is the heap? The triangle whose colours and texture differ most from its surroundings.
+"""Where in a picture is the heap? The triangle whose colours and texture differ most
+from its surroundings.
 
-Random triangles are scored by integral images of the pixels' clusters; the best are refined by small random moves.
-A triangle is (apex x, apex y, foot y, width to the left, width to the right) [px].
-"""
+Random triangles are scored by integral images of the pixels' clusters; the best are
+refined by small random moves. A triangle is (apex x, apex y, foot y, width to the left,
+width to the right) [px]."""
 
 import cv2
 import numpy as np
 
-SHELL = 0.45  # how far the surroundings reach beyond the triangle, of its height and half widths
+# how far the surroundings reach beyond the triangle, of its height and half widths
+SHELL = 0.45
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
-RIVAL = 0.9  # of the best score: another triangle with more beside it may as well be the heap
+# of the best score: another triangle with more beside it may as well be the heap
+RIVAL = 0.9
 TRIES, ROUNDS, KEPT = 6000, 5, 24
 
 
 def best_triangle(
     clusters: np.ndarray, texture: np.ndarray, coarse: float
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """The best triangle in px of `clusters` (None: nothing differs), and its rival, if there is
-    one. clusters (h, w): each pixel's cluster; texture (h, w); coarse: by how much the picture is
-    reduced for the search."""
+    """The best triangle in px of `clusters` (None: nothing differs), and its rival, if
+    there is one. clusters (h, w): each pixel's cluster; texture (h, w); coarse: by how
+    much the picture is reduced for the search."""
     height, width = (max(8, round(n / coarse)) for n in clusters.shape)
     members = [(clusters == k).astype(np.float32) for k in range(clusters.max() + 1)]
-    layers = [cv2.resize(m, (width, height), interpolation=cv2.INTER_AREA) for m in members]
+    layers = [
+        cv2.resize(m, (width, height), interpolation=cv2.INTER_AREA) for m in members
+    ]
     sums = np.zeros((height + 1, width, len(layers)), np.float32)
     np.cumsum(np.dstack(layers), axis=0, out=sums[1:])
-    of_cluster = np.bincount(clusters.ravel(), texture.ravel()) / np.maximum(np.bincount(clusters.ravel()), 1)
+    of_cluster = np.bincount(clusters.ravel(), texture.ravel()) / np.maximum(
+        np.bincount(clusters.ravel()), 1
+    )
     of_cluster = of_cluster / max(of_cluster.max(), 1e-6)
     rng = np.random.default_rng(0)
     rise = rng.uniform(0.08, 0.8, TRIES) * height
@@ -32,24 +39,35 @@ def best_triangle(
     left, right = (rise / rng.uniform(*SLOPES, TRIES) for _ in "lr")
     wall = rng.integers(0, 6, TRIES)  # a third lean on a wall
     left[wall == 0], right[wall == 1] = 0.5, 0.5
-    triangles = np.c_[rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right]
+    triangles = np.c_[
+        rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right
+    ]
     score = _score(sums, triangles, of_cluster)
     best, high = _refine_best(sums, triangles, score, of_cluster, rng)
     if not high > 0:
         return None, None
-    beside = (triangles[:, 0] + triangles[:, 4] < best[0] - best[3]) | (triangles[:, 0] - triangles[:, 3] > best[0] + best[4])
+    beside = (triangles[:, 0] + triangles[:, 4] < best[0] - best[3]) | (
+        triangles[:, 0] - triangles[:, 3] > best[0] + best[4]
+    )
     rival, second = (best, 0.0)
     if beside.any() and score[beside].max() > RIVAL * score.max():
-        rival, second = _refine_best(sums, triangles[beside], score[beside], of_cluster, rng)
+        rival, second = _refine_best(
+            sums, triangles[beside], score[beside], of_cluster, rng
+        )
     return best * coarse, rival * coarse if second > RIVAL * high else None
 
 
-def _refine_best(sums: np.ndarray, triangles: np.ndarray, score: np.ndarray, texture: np.ndarray, rng) -> tuple[np.ndarray, float]:
+def _refine_best(
+    sums: np.ndarray, triangles: np.ndarray, score: np.ndarray, texture: np.ndarray, rng
+) -> tuple[np.ndarray, float]:
     """The best of the triangles after small moves of the best few, and its score."""
     for step in 0.1 * 0.6 ** np.arange(ROUNDS):
         best = triangles[np.argsort(score)[-KEPT:]]
         size = np.c_[best[:, 3] + best[:, 4], best[:, 2] - best[:, 1]]
-        moves = rng.normal(0, step, (40, len(best), 5)) * np.c_[size[:, 0], size[:, 1], size[:, 1], size[:, 0], size[:, 0]]
+        moves = (
+            rng.normal(0, step, (40, len(best), 5))
+            * np.c_[size[:, 0], size[:, 1], size[:, 1], size[:, 0], size[:, 0]]
+        )
         moves[:, :, 3:][:, best[:, 3:] <= 0.5] = 0
         triangles = np.concatenate([best[None], best + moves]).reshape(-1, 5)
         triangles[:, 3:] = np.maximum(triangles[:, 3:], 0.5)
@@ -58,13 +76,25 @@ def _refine_best(sums: np.ndarray, triangles: np.ndarray, score: np.ndarray, tex
 
 
 def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.ndarray:
-    """How much each triangle looks like a heap: contrast to its surroundings, evenness, texture; −1 where its form is no heap's."""
+    """How much each triangle looks like a heap: contrast to its surroundings, evenness,
+    texture; −1 where its form is no heap's."""
     height, width = sums.shape[0] - 1, sums.shape[1]
     x, top, foot, left, right = triangles.T
     rise = foot - top
-    steep = np.minimum(*(np.where(side <= 0.5, 9.0, rise / np.maximum(side, 1e-3)) for side in (left, right)))
+    steep = np.minimum(
+        *(
+            np.where(side <= 0.5, 9.0, rise / np.maximum(side, 1e-3))
+            for side in (left, right)
+        )
+    )
     gentle = rise / np.maximum(left, right)
-    ok = (gentle > SLOPES[0]) & (steep < SLOPES[1]) & (top > 0.02 * height) & (foot <= height) & (rise > 0.06 * height)
+    ok = (
+        (gentle > SLOPES[0])
+        & (steep < SLOPES[1])
+        & (top > 0.02 * height)
+        & (foot <= height)
+        & (rise > 0.06 * height)
+    )
     ok &= (x - left > -0.15 * width) & (x + right < 1.15 * width)
     out = np.full(len(triangles), -1.0)
     for some in np.array_split(np.flatnonzero(ok), max(1, ok.sum() // 1500)):
@@ -72,7 +102,9 @@ def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.n
         core = _pixels_inside(sums, *_inner_half(triangles[some]).T)
         alike = _jensen_shannon(core, np.maximum(inside - core, 0.0))
         grainy = _normalised(inside) @ texture - 0.5 * _normalised(around) @ texture
-        out[some] = (_jensen_shannon(inside, around) - alike + grainy) * inside.sum(axis=1) ** 0.05
+        out[some] = (_jensen_shannon(inside, around) - alike + grainy) * inside.sum(
+            axis=1
+        ) ** 0.05
     return out
 
 
@@ -88,30 +120,43 @@ def _normalised(counts: np.ndarray) -> np.ndarray:
     return counts / np.maximum(counts.sum(axis=1, keepdims=True), 1e-9)
 
 
-def _histograms(sums: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers of pixels of each cluster in the triangles and in the shells around them, (m, clusters) each."""
+def _histograms(
+    sums: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of pixels of each cluster in the triangles and in the shells around them,
+    (m, clusters) each."""
     x, top, foot, left, right = triangles.T
     rise = foot - top
     inside = _pixels_inside(sums, x, top, foot, left, right)
     wide = SHELL * (left + right) / 2
-    outside = _pixels_inside(sums, x, top - SHELL * rise, foot + SHELL * rise / 2, left + wide, right + wide)
+    outside = _pixels_inside(
+        sums, x, top - SHELL * rise, foot + SHELL * rise / 2, left + wide, right + wide
+    )
     return inside, np.maximum(outside - inside, 0.0)
 
 
 def _pixels_inside(sums, x, top, foot, left, right) -> np.ndarray:
-    """Numbers of pixels of each cluster in triangles, (m, clusters), from column sums (h + 1, w, clusters)."""
+    """Numbers of pixels of each cluster in triangles, (m, clusters), from column sums
+    (h + 1, w, clusters)."""
     height, columns = sums.shape[0] - 1, np.arange(sums.shape[1]) + 0.5
     off = columns - x[:, None]
-    share = np.clip(1 - np.where(off < 0, -off / left[:, None], off / right[:, None]), 0, 1)
-    upper = np.clip(np.rint(foot[:, None] - (foot - top)[:, None] * share), 0, height).astype(int)
-    lower = np.broadcast_to(np.clip(np.rint(foot), 0, height).astype(int)[:, None], upper.shape)
+    share = np.clip(
+        1 - np.where(off < 0, -off / left[:, None], off / right[:, None]), 0, 1
+    )
+    upper = np.clip(
+        np.rint(foot[:, None] - (foot - top)[:, None] * share), 0, height
+    ).astype(int)
+    lower = np.broadcast_to(
+        np.clip(np.rint(foot), 0, height).astype(int)[:, None], upper.shape
+    )
     upper = np.minimum(upper, lower)
     at = np.arange(sums.shape[1])
     return (sums[lower, at] - sums[upper, at]).sum(axis=1)
 
 
 def _jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Jensen–Shannon divergence of two histograms, 0 (alike) to 1 (nothing in common)."""
+    """Jensen–Shannon divergence of two histograms, 0 (alike) to 1 (nothing in
+    common)."""
     p, q = _normalised(a), _normalised(b)
     m = (p + q) / 2
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,5 @@
-"""`benchtwin shape`: measures photos of spread seeds and writes a lot of seed shapes."""
+"""`benchtwin shape`: measures photos of spread seeds and writes a lot of seed
+shapes."""
 
 import math
 import sys
@@ -13,7 +14,15 @@ from vision.evidence.photo import PHOTO_SUFFIXES
 from vision.measurement import MeasurementError
 from vision.out_folder import check_out, new_folder
 from vision.overlay.seeds import draw_outlines, draw_sizes
-from vision.shape.lot import OUTLINES, SEEDS, SIZES, SUMMARY, WHOLE, lot_summary, read_lot
+from vision.shape.lot import (
+    OUTLINES,
+    SEEDS,
+    SIZES,
+    SUMMARY,
+    WHOLE,
+    lot_summary,
+    read_lot,
+)
 from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
 
 DONE, NOTHING, MISUSED = 0, 1, 2
@@ -21,33 +30,61 @@ OWN = {SEEDS, OUTLINES, SUMMARY, "overlays", "outlines.png", "sizes.png"}
 
 
 def shape_command(
-    photos: list[Path], out: Path, side: list[Path], mm_per_px: float | None, mm_per_px_sd: float | None,
-    distance_mm: float | None, scanner: bool, overwrite: bool, quiet: bool,
-) -> int:  # fmt: skip
-    """Measure the seeds of all photos and write the lot into the folder `out`; returns the exit code."""
+    photos: list[Path],
+    out: Path,
+    side: list[Path],
+    mm_per_px: float | None,
+    mm_per_px_sd: float | None,
+    distance_mm: float | None,
+    scanner: bool,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Measure the seeds of all photos and write the lot into the folder `out`; returns
+    the exit code."""
     console = Console(stderr=True, quiet=quiet)
     try:
         check_out(out, "a lot", _is_own, overwrite)
         if scanner and distance_mm is not None:
-            raise MeasurementError("--scanner and --distance-mm: a scanner has no distance; give one of them")
+            raise MeasurementError(
+                "--scanner and --distance-mm: a scanner has no distance; give one of"
+                " them"
+            )
         if distance_mm is not None and not distance_mm > 50:
-            raise MeasurementError(f"--distance-mm {distance_mm:g}: must be above 50; it is the lens's distance from the paper")
+            raise MeasurementError(
+                f"--distance-mm {distance_mm:g}: must be above 50; it is the lens's"
+                " distance from the paper"
+            )
         view = View(mm_per_px, mm_per_px_sd, math.inf if scanner else distance_mm)
         found, turned = _photos(photos), _photos(side) if side else []
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return MISUSED
     try:
-        with new_folder(out, _is_own, overwrite) as part, console.status("measuring") as status:
-            content, notes = _write(part, found, turned, view, lambda name: status.update(f"measuring {name}"))
+        with (
+            new_folder(out, _is_own, overwrite) as part,
+            console.status("measuring") as status,
+        ):
+            content, notes = _write(
+                part,
+                found,
+                turned,
+                view,
+                lambda name: status.update(f"measuring {name}"),
+            )
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
         return NOTHING
     except OSError as error:
-        print(f"benchtwin shape: cannot write to {out}: {error.strerror or error}", file=sys.stderr)
+        print(
+            f"benchtwin shape: cannot write to {out}: {error.strerror or error}",
+            file=sys.stderr,
+        )
         return MISUSED
     except KeyboardInterrupt:
-        print(f"\nbenchtwin shape: stopped; nothing was written to {out}", file=sys.stderr)
+        print(
+            f"\nbenchtwin shape: stopped; nothing was written to {out}", file=sys.stderr
+        )
         return NOTHING
     if not quiet:
         _show(content, notes, out)
@@ -59,19 +96,30 @@ def _is_own(path: Path) -> bool:
 
 
 def _write(
-    part: Path, photos: list[Path], turned: list[Path], view: View, report: Callable[[str], None]
+    part: Path,
+    photos: list[Path],
+    turned: list[Path],
+    view: View,
+    report: Callable[[str], None],
 ) -> tuple[dict, tuple[str, ...]]:
-    """Measure the photos and write the lot's files; returns the content of lot.toml and the notes."""
+    """Measure the photos and write the lot's files; returns the content of lot.toml and
+    the notes."""
     lot_photos, thickness = measure_lot_photos(photos, view, report), None
     if turned:
-        lot_photos, thickness = with_thickness(lot_photos, measure_lot_photos(turned, view, report))
+        lot_photos, thickness = with_thickness(
+            lot_photos, measure_lot_photos(turned, view, report)
+        )
     lot_photos.seeds.to_csv(part / SEEDS, index=False)
     lot_photos.outlines.to_csv(part / OUTLINES, index=False)
     lot = read_lot(part)
-    content = lot_summary(lot_photos.seeds, lot, lot_photos.scale, lot_photos.common, thickness)
+    content = lot_summary(
+        lot_photos.seeds, lot, lot_photos.scale, lot_photos.common, thickness
+    )
     (part / SUMMARY).write_text(tomli_w.dumps(content), encoding="utf8")
     (part / "overlays").mkdir()
-    pictures = {f"overlays/{Path(name).stem}.png": p for name, p in lot_photos.pictures.items()}
+    pictures = {
+        f"overlays/{Path(name).stem}.png": p for name, p in lot_photos.pictures.items()
+    }
     pictures |= {"outlines.png": draw_outlines(lot), "sizes.png": draw_sizes(lot)}
     for name, picture in pictures.items():
         Image.fromarray(picture).save(part / name)
@@ -82,27 +130,48 @@ def _photos(paths: list[Path]) -> list[Path]:
     found: list[Path] = []
     for path in paths:
         if path.is_dir():
-            inside = sorted(p for p in path.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES)
+            inside = sorted(
+                p for p in path.iterdir() if p.suffix.lower() in PHOTO_SUFFIXES
+            )
             if not inside:
-                raise MeasurementError(f"{path}: no photo in it ({', '.join(PHOTO_SUFFIXES)})")
+                raise MeasurementError(
+                    f"{path}: no photo in it ({', '.join(PHOTO_SUFFIXES)})"
+                )
             found += inside
         elif path.is_file():
             found.append(path)
         else:
             raise MeasurementError(f"{path}: no such file or folder")
     if twice := {p.name for p in found if sum(q.name == p.name for q in found) > 1}:
-        raise MeasurementError(f"{min(twice)}: two photos of one name; seeds are named by their photo")
+        raise MeasurementError(
+            f"{min(twice)}: two photos of one name; seeds are named by their photo"
+        )
     return found
 
 
 def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
-    counts = ", ".join(f"{n} {kind}" for kind, n in sorted(content["counts"].items(), key=lambda item: item[0] != WHOLE))
+    counts = ", ".join(
+        f"{n} {kind}"
+        for kind, n in sorted(
+            content["counts"].items(), key=lambda item: item[0] != WHOLE
+        )
+    )
     print(counts)
     for name in SIZES:
         if name in content:
             of = content[name]
-            interval = " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"]) if of["mean_low_high_mm"] else ""
-            print(f"{name:9}  {of['mean_mm']:.3f}{interval} mm, sd {of['sd_mm']:.3f}, n = {of['n']}")
+            interval = (
+                " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
+                if of["mean_low_high_mm"]
+                else ""
+            )
+            print(
+                f"{name:9}  {of['mean_mm']:.3f}{interval} mm, sd {of['sd_mm']:.3f}, n ="
+                f" {of['n']}"
+            )
     for note in notes:
         print(note)
-    print(f"Seeds: {out / SEEDS}; summary: {out / SUMMARY}; look at {out / 'overlays'} and {out / 'outlines.png'}")
+    print(
+        f"Seeds: {out / SEEDS}; summary: {out / SUMMARY}; look at {out / 'overlays'}"
+        f" and {out / 'outlines.png'}"
+    )

@@ -1,4 +1,5 @@
-"""Photo of spread seeds → length and width of every seed, as a caliper measures them, and their distribution."""
+"""Photo of spread seeds → length and width of every seed, as a caliper measures them,
+and their distribution."""
 
 from dataclasses import dataclass, replace
 
@@ -9,21 +10,30 @@ import pandas as pd
 from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from vision.paper.scale import Scale
 from vision.shape.outline import centroid, ellipse_agreement, feret, solidity
-from vision.shape.silhouettes import Piece, Relief, make_relief, split, touching_patch, without_thin_parts
+from vision.shape.silhouettes import (
+    Piece,
+    Relief,
+    make_relief,
+    split,
+    touching_patch,
+    without_thin_parts,
+)
 from vision.shape.subpixel_outline import Edge, find_edge
 
 LEAST_AREA_PX = 60  # smaller things are dust
 CONVEX = 0.955  # least solidity of a single grain; touching grains have notches
-MOST_SOFTNESS = 1.8  # reached by seeds without shadow; dark seeds measured with their shadow start at 1.85
+# reached by seeds without shadow; dark seeds measured with their shadow start at 1.85
+MOST_SOFTNESS = 1.8
 UNKNOWN_SCALE_SD = 0.01  # relative, of a stated mm_per_px without an sd
 
 
 @dataclass(frozen=True)
 class Grain:
-    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown; edge (n,
-    2): outline [px]. quality failed: no whole seed, not part of the distribution; reason says why.
-    angle_deg: direction of the length, clockwise from the picture's x axis, −90 to 90. hidden:
-    share of the edge that neighbours cover, where an ellipse replaces it."""
+    """One thing found in the picture. Lengths in mm are NaN where the scale is unknown;
+    edge (n, 2): outline [px]. quality failed: no whole seed, not part of the
+    distribution; reason says why. angle_deg: direction of the length, clockwise from
+    the picture's x axis, −90 to 90. hidden: share of the edge that neighbours cover,
+    where an ellipse replaces it."""
 
     x_px: float
     y_px: float
@@ -46,13 +56,15 @@ class Grain:
 
 @dataclass(frozen=True)
 class Grains:
-    """All seeds of a picture, left to right in rows, and rejected things (quality failed).
+    """All seeds of a picture, left to right in rows, and rejected things (quality
+    failed).
 
-    **Length** is the largest, **width** the smallest Feret diameter. Thickness cannot be seen from above. A seed's widest section lies
-    about half its thickness t above the paper: at the camera's distance D it looks larger by t/(2D), 1 % for 6 mm at 300 mm. This is
-    not corrected and not in the sd, since D is not known. Each sd contains the edge's noise, the error of its level, and the scale's
-    sd at the seed; the last is common to all seeds of a picture.
-    """
+    **Length** is the largest, **width** the smallest Feret diameter. Thickness cannot
+    be seen from above. A seed's widest section lies about half its thickness t above
+    the paper: at the camera's distance D it looks larger by t/(2D), 1 % for 6 mm at 300
+    mm. This is not corrected and not in the sd, since D is not known. Each sd contains
+    the edge's noise, the error of its level, and the scale's sd at the seed; the last
+    is common to all seeds of a picture."""
 
     grains: tuple[Grain, ...]
     scale: Scale | float | None
@@ -69,58 +81,113 @@ class Grains:
         unit = "px" if self.scale is None else "mm"
         rows = []
         for number, g in enumerate(self.grains, 1):
-            sizes = {f"{q}_{unit}": getattr(g, f"{q}_{unit}") for q in ("length", "length_sd", "width", "width_sd")}
-            area = {"area_px": g.area_px} if self.scale is None else {"area_mm2": g.area_mm2}
+            sizes = {
+                f"{q}_{unit}": getattr(g, f"{q}_{unit}")
+                for q in ("length", "length_sd", "width", "width_sd")
+            }
+            area = (
+                {"area_px": g.area_px}
+                if self.scale is None
+                else {"area_mm2": g.area_mm2}
+            )
             place = {"seed": number, "x_px": g.x_px, "y_px": g.y_px}
-            rows.append({**place, **sizes, "angle_deg": g.angle_deg, **area, "quality": g.quality, "reason": g.reason})
+            rows.append(
+                {
+                    **place,
+                    **sizes,
+                    "angle_deg": g.angle_deg,
+                    **area,
+                    "quality": g.quality,
+                    "reason": g.reason,
+                }
+            )
         return pd.DataFrame(rows)
 
     def distribution(self) -> pd.DataFrame:
-        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows length and
-        width. mean_sd is √(spread²/n + common²), where common is the scale's sd, which does not
-        average out."""
+        """n, mean, sd, min and max over the seeds that count, and the mean's sd; rows
+        length and width. mean_sd is √(spread²/n + common²), where common is the scale's
+        sd, which does not average out."""
         unit, rows = ("px" if self.scale is None else "mm"), []
         for name in ("length", "width"):
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
-            mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common)) if len(values) > 1 else float("nan")
-            mean, low, high = (float(v) for v in (values.mean(), values.min(), values.max()))
+            mean_sd = (
+                float(np.hypot(spread / np.sqrt(len(values)), common))
+                if len(values) > 1
+                else float("nan")
+            )
+            mean, low, high = (
+                float(v) for v in (values.mean(), values.min(), values.max())
+            )
             rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
-        return pd.DataFrame(rows, columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"])
+        return pd.DataFrame(
+            rows,
+            columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"],
+        )
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
         if not isinstance(self.scale, Scale):
             return self.stated_scale_sd
-        return float(np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured]))
+        return float(
+            np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured])
+        )
 
 
 def measure_seeds(
-    image: np.ndarray, scale: Scale | float | None = None, *, mm_per_px_sd: float | None = None, paper: Scale | None = None
+    image: np.ndarray,
+    scale: Scale | float | None = None,
+    *,
+    mm_per_px_sd: float | None = None,
+    paper: Scale | None = None,
 ) -> Grains:
-    """Length and width of every seed on a contrasting background in `image` ((h, w) or (h, w, 3), uint8 or uint16).
+    """Length and width of every seed on a contrasting background in `image` ((h, w) or
+    (h, w, 3), uint8 or uint16).
 
-    scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not stated), or None: sizes in px.
-    `paper`: graph paper whose region is no place for seeds (default: `scale` if it is one), unless it is the background.
-    A shadow as dark as the seeds counts as seed (doubtful): light them from all sides.
-    Valid for seeds of 12 px and more with a contrast of at least some 5 % of white that do not lie on each other.
-    Raises MeasurementError when no whole seed is found.
-    """
-    if not isinstance(image, np.ndarray) or image.dtype not in (np.uint8, np.uint16) or image.ndim not in (2, 3):
-        raise MeasurementError("a picture must be grey or RGB with 8 or 16 bits a channel")
+    scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not
+    stated), or None: sizes in px. `paper`: graph paper whose region is no place for
+    seeds (default: `scale` if it is one), unless it is the background. A shadow as dark
+    as the seeds counts as seed (doubtful): light them from all sides. Valid for seeds
+    of 12 px and more with a contrast of at least some 5 % of white that do not lie on
+    each other. Raises MeasurementError when no whole seed is found."""
+    if (
+        not isinstance(image, np.ndarray)
+        or image.dtype not in (np.uint8, np.uint16)
+        or image.ndim not in (2, 3)
+    ):
+        raise MeasurementError(
+            "a picture must be grey or RGB with 8 or 16 bits a channel"
+        )
     if image.ndim == 3 and image.shape[2] != 3:
         image = image[..., 0]
     if min(image.shape[:2]) < 24:
-        raise MeasurementError(f"the picture is too small ({image.shape[1]} × {image.shape[0]} px) to measure seeds in it")
+        raise MeasurementError(
+            f"the picture is too small ({image.shape[1]} × {image.shape[0]} px) to"
+            " measure seeds in it"
+        )
     if isinstance(scale, int | float) and not (np.isfinite(scale) and scale > 0):
         raise MeasurementError(f"mm_per_px = {scale} is not a scale")
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
     # Seeds on graph paper: its lines are below 0.4 mm wide.
-    relief = make_relief(image, region, int(np.ceil(0.5 / paper.mm_per_px)) if paper is not None and region is None else 0)
-    relative_sd = UNKNOWN_SCALE_SD if mm_per_px_sd is None or not isinstance(scale, int | float) else mm_per_px_sd / scale
-    grains = [g for g in _find_grains(relief, scale, relative_sd, region) if g is not None]
+    relief = make_relief(
+        image,
+        region,
+        (
+            int(np.ceil(0.5 / paper.mm_per_px))
+            if paper is not None and region is None
+            else 0
+        ),
+    )
+    relative_sd = (
+        UNKNOWN_SCALE_SD
+        if mm_per_px_sd is None or not isinstance(scale, int | float)
+        else mm_per_px_sd / scale
+    )
+    grains = [
+        g for g in _find_grains(relief, scale, relative_sd, region) if g is not None
+    ]
     if not any(g.quality != FAILED for g in grains):
         why = f" ({grains[0].reason})" if grains else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
@@ -128,14 +195,19 @@ def measure_seeds(
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
     row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
-    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))  # in rows, each from left to right
+    grains.sort(
+        key=lambda g: (round(g.y_px / row), g.x_px)
+    )  # in rows, each from left to right
     return Grains(tuple(grains), scale, tuple(notes), relative_sd)
 
 
 def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray | None):
-    """A grain for every connected patch of the mask, several for touching seeds; rejected things too."""
+    """A grain for every connected patch of the mask, several for touching seeds;
+    rejected things too."""
     yield from (_rejected(other, "too large for a seed") for other in relief.others)
-    contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    contours = cv2.findContours(relief.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[
+        0
+    ]
     patches = [c[:, 0] for c in contours if cv2.contourArea(c) >= LEAST_AREA_PX]
     typical = _typical_area(patches, relief)
     for patch in patches:
@@ -149,15 +221,24 @@ def _find_grains(relief: Relief, scale, relative_sd: float, region: np.ndarray |
             pieces = [Piece(patch.astype(float), np.ones(len(patch), bool))]
         else:
             shape, corner = touching_patch(relief, patch)
-            pieces = [replace(p, outline=p.outline + corner) for p in split(without_thin_parts(shape, typical))]
+            pieces = [
+                replace(p, outline=p.outline + corner)
+                for p in split(without_thin_parts(shape, typical))
+            ]
         for piece in pieces:
             yield _grain(piece, relief, typical, scale, relative_sd)
 
 
-def _grain(piece: Piece, relief: Relief, typical: float, scale, relative_sd: float) -> Grain | None:
+def _grain(
+    piece: Piece, relief: Relief, typical: float, scale, relative_sd: float
+) -> Grain | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
-        return _rejected(piece.outline, "too small for a seed") if area >= 0.1 * typical else None
+        return (
+            _rejected(piece.outline, "too small for a seed")
+            if area >= 0.1 * typical
+            else None
+        )
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
         return _rejected(piece.outline, "too much of its edge is hidden by neighbours")
@@ -169,20 +250,47 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
     length, width, angle = feret(edge.points)
     # A size has two edges; hidden parts have the error of the ellipse.
     noise = np.hypot(edge.sd_px * np.sqrt(2), 2 * edge.level_px)
-    sds = [float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in (length, width)]
+    sds = [
+        float(np.hypot(noise, 0.03 * edge.hidden * size)) for size in (length, width)
+    ]
     if scale is None:
         in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
     elif isinstance(scale, Scale):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
-        in_mm, relative, area_mm2 = feret(flat)[:2], _scale_sd(scale, *middle), centroid(flat)[1]
+        in_mm, relative, area_mm2 = (
+            feret(flat)[:2],
+            _scale_sd(scale, *middle),
+            centroid(flat)[1],
+        )
     else:
-        in_mm, relative, area_mm2 = (length * scale, width * scale), relative_sd, area * scale**2
-    sds_mm = [float(mm * np.hypot(sd / px, relative)) for mm, sd, px in zip(in_mm, sds, (length, width))]
+        in_mm, relative, area_mm2 = (
+            (length * scale, width * scale),
+            relative_sd,
+            area * scale**2,
+        )
+    sds_mm = [
+        float(mm * np.hypot(sd / px, relative))
+        for mm, sd, px in zip(in_mm, sds, (length, width))
+    ]
     quality = DOUBTFUL if doubts else GOOD
     return Grain(
-        *middle, length, sds[0], width, sds[1], float(in_mm[0]), sds_mm[0], float(in_mm[1]), sds_mm[1],
-        angle, area, float(area_mm2), quality, "; ".join(doubts), edge.points, edge.hidden,
-    )  # fmt: skip
+        *middle,
+        length,
+        sds[0],
+        width,
+        sds[1],
+        float(in_mm[0]),
+        sds_mm[0],
+        float(in_mm[1]),
+        sds_mm[1],
+        angle,
+        area,
+        float(area_mm2),
+        quality,
+        "; ".join(doubts),
+        edge.points,
+        edge.hidden,
+    )
 
 
 def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
@@ -192,7 +300,9 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
     if edge.lost > 0.25:
         doubts.append(f"no clear edge over {100 * edge.lost:.0f} % of its outline")
     if edge.softness > MOST_SOFTNESS or edge.rim > 0.2:
-        doubts.append("its edge is soft or darker on one side: a shadow may be measured with it")
+        doubts.append(
+            "its edge is soft or darker on one side: a shadow may be measured with it"
+        )
     if solidity(edge.points.astype(np.float32)) < 0.95:
         doubts.append("its outline is dented: two seeds, or a broken one")
     if ellipse_agreement(edge.points) < 0.93:
@@ -205,22 +315,44 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
 
 
 def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
-    """Typical area of a seed: median of the convex whole patches, weighted by area so that dust does not count."""
+    """Typical area of a seed: median of the convex whole patches, weighted by area so
+    that dust does not count."""
     whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
     lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
-    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):  # nearly all touch: split them first
-        lone = [cv2.contourArea(q.outline.astype(np.float32)) for p in whole for q in split(touching_patch(relief, p)[0])]
+    if sum(lone) < 0.2 * sum(
+        cv2.contourArea(p) for p in whole
+    ):  # nearly all touch: split them first
+        lone = [
+            cv2.contourArea(q.outline.astype(np.float32))
+            for p in whole
+            for q in split(touching_patch(relief, p)[0])
+        ]
     areas = np.sort(lone)
     if not len(areas):
-        raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
+        raise MeasurementError(
+            "no seeds stand out from the ground; spread them on paper or cloth of a"
+            " contrasting colour"
+        )
     return float(areas[np.searchsorted(np.cumsum(areas), areas.sum() / 2)])
 
 
-def _rejection(patch: np.ndarray, area: float, typical: float, relief: Relief, region: np.ndarray | None) -> str:
+def _rejection(
+    patch: np.ndarray,
+    area: float,
+    typical: float,
+    relief: Relief,
+    region: np.ndarray | None,
+) -> str:
     """Why a patch is no whole seed; "" where it may be one or several."""
     if region is not None:
-        x, y = np.clip(patch[:, 0], 2, region.shape[1] - 3), np.clip(patch[:, 1], 2, region.shape[0] - 3)
-        if any(region[y + dy, x + dx].any() for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))):
+        x, y = (
+            np.clip(patch[:, 0], 2, region.shape[1] - 3),
+            np.clip(patch[:, 1], 2, region.shape[0] - 3),
+        )
+        if any(
+            region[y + dy, x + dx].any()
+            for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))
+        ):
             return "it touches the graph paper"
     if _at_border(patch, relief.mask.shape):
         return "cut by the picture's border"
@@ -233,11 +365,24 @@ def _rejection(patch: np.ndarray, area: float, typical: float, relief: Relief, r
 
 def _rejected(patch: np.ndarray, reason: str) -> Grain:
     (x, y), area = centroid(patch.astype(float))
-    return Grain(x, y, *(float("nan"),) * 9, area, float("nan"), FAILED, reason, patch.astype(float))
+    return Grain(
+        x,
+        y,
+        *(float("nan"),) * 9,
+        area,
+        float("nan"),
+        FAILED,
+        reason,
+        patch.astype(float),
+    )
 
 
 def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:
-    return bool((patch <= 1).any() or (patch[:, 0] >= shape[1] - 2).any() or (patch[:, 1] >= shape[0] - 2).any())
+    return bool(
+        (patch <= 1).any()
+        or (patch[:, 0] >= shape[1] - 2).any()
+        or (patch[:, 1] >= shape[0] - 2).any()
+    )
 
 
 def _scale_sd(scale: Scale, x: float, y: float) -> float:
@@ -245,11 +390,20 @@ def _scale_sd(scale: Scale, x: float, y: float) -> float:
 
 
 def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | None:
-    """Mask of the graph paper, enlarged by two lines; None where it is the background itself."""
+    """Mask of the graph paper, enlarged by two lines; None where it is the background
+    itself."""
     if paper is None:
         return None
-    region = cv2.fillConvexPoly(np.zeros(shape, np.uint8), np.rint(paper.region).astype(np.int32), 1)
+    region = cv2.fillConvexPoly(
+        np.zeros(shape, np.uint8), np.rint(paper.region).astype(np.int32), 1
+    )
     if region.mean() > 0.5:
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
-    return np.maximum(cv2.dilate(region, np.ones((1, size), np.uint8)), cv2.dilate(region, np.ones((size, 1), np.uint8))) > 0
+    return (
+        np.maximum(
+            cv2.dilate(region, np.ones((1, size), np.uint8)),
+            cv2.dilate(region, np.ones((size, 1), np.uint8)),
+        )
+        > 0
+    )

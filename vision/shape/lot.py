@@ -1,7 +1,7 @@
 """The files of a lot of seeds measured from photos, as `benchtwin shape` writes them.
 
-seeds.csv: a row for each thing found; outlines.csv: elliptic Fourier terms of each whole seed [mm]; lot.toml: a summary.
-"""
+seeds.csv: a row for each thing found; outlines.csv: elliptic Fourier terms of each
+whole seed [mm]; lot.toml: a summary."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,18 +14,33 @@ from vision.measurement import MeasurementError
 from vision.shape.outline import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
-WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = "whole", "touching another", "broken", "husk", "cut by the border", "other"
+WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = (
+    "whole",
+    "touching another",
+    "broken",
+    "husk",
+    "cut by the border",
+    "other",
+)
 SIZES = ("length", "width", "thickness")
 SEED_COLUMNS = (
-    "photo", "seed", "kind", "x_px", "y_px", *(f"{name}{end}_mm" for name in SIZES for end in ("", "_sd")), "area_mm2", "reason",
-)  # fmt: skip
+    "photo",
+    "seed",
+    "kind",
+    "x_px",
+    "y_px",
+    *(f"{name}{end}_mm" for name in SIZES for end in ("", "_sd")),
+    "area_mm2",
+    "reason",
+)
 OUTLINE_COLUMNS = ("photo", "seed", "harmonic", "ax", "bx", "ay", "by")
 MODES = 5
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredSeed:
-    """One whole seed: sizes with sds [mm], thickness None where no photo shows it; terms (h, 4): Fourier terms of the outline [mm]."""
+    """One whole seed: sizes with sds [mm], thickness None where no photo shows it;
+    terms (h, 4): Fourier terms of the outline [mm]."""
 
     photo: str
     seed: int
@@ -38,7 +53,8 @@ class MeasuredSeed:
     terms: np.ndarray
 
     def outline_mm(self, points: int) -> np.ndarray:
-        """Its outline (points, 2) about the centroid, length along x, counter-clockwise [mm]."""
+        """Its outline (points, 2) about the centroid, length along x, counter-clockwise
+        [mm]."""
         return from_fourier_terms(self.terms, points)
 
 
@@ -49,32 +65,63 @@ class Lot:
     seeds: tuple[MeasuredSeed, ...]
 
     def sizes_mm(self) -> np.ndarray:
-        """Length, width, thickness of each seed (n, 3); NaN for an unknown thickness."""
-        return np.array([[s.length_mm, s.width_mm, np.nan if s.thickness_mm is None else s.thickness_mm] for s in self.seeds])
+        """Length, width, thickness of each seed (n, 3); NaN for an unknown
+        thickness."""
+        return np.array(
+            [
+                [
+                    s.length_mm,
+                    s.width_mm,
+                    np.nan if s.thickness_mm is None else s.thickness_mm,
+                ]
+                for s in self.seeds
+            ]
+        )
 
 
 def read_lot(folder: Path) -> Lot:
-    """Read a lot that `benchtwin shape` wrote; MeasurementError naming the file and what is wrong."""
-    rows, lines = _table(folder / SEEDS, SEED_COLUMNS), _table(folder / OUTLINES, OUTLINE_COLUMNS)
+    """Read a lot that `benchtwin shape` wrote; MeasurementError naming the file and
+    what is wrong."""
+    rows, lines = (
+        _table(folder / SEEDS, SEED_COLUMNS),
+        _table(folder / OUTLINES, OUTLINE_COLUMNS),
+    )
     terms: dict[tuple[str, int], np.ndarray] = {}
     for key, group in lines.groupby(["photo", "seed"], sort=False):
         ordered = group.sort_values("harmonic")
         if list(ordered["harmonic"]) != list(range(1, len(ordered) + 1)):
-            raise MeasurementError(f"{folder / OUTLINES}: seed {key[0]}:{key[1]}: harmonic must be 1, 2, 3 … without a gap")
-        terms[str(key[0]), int(key[1])] = ordered[["ax", "bx", "ay", "by"]].to_numpy(float)
+            raise MeasurementError(
+                f"{folder / OUTLINES}: seed {key[0]}:{key[1]}: harmonic must be 1, 2, 3"
+                " … without a gap"
+            )
+        terms[str(key[0]), int(key[1])] = ordered[["ax", "bx", "ay", "by"]].to_numpy(
+            float
+        )
     seeds = []
     for row in rows[rows["kind"] == WHOLE].to_dict("records"):
         key = (str(row["photo"]), int(row["seed"]))
         if key not in terms:
-            raise MeasurementError(f"{folder / OUTLINES}: no outline of seed {key[0]}:{key[1]}, which {SEEDS} lists as whole")
-        numbers = {f"{name}{end}_mm": _number(folder, row, f"{name}{end}_mm") for name in SIZES for end in ("", "_sd")}
+            raise MeasurementError(
+                f"{folder / OUTLINES}: no outline of seed {key[0]}:{key[1]}, which"
+                f" {SEEDS} lists as whole"
+            )
+        numbers = {
+            f"{name}{end}_mm": _number(folder, row, f"{name}{end}_mm")
+            for name in SIZES
+            for end in ("", "_sd")
+        }
         length, width = (numbers[f"{name}_mm"] or 0.0 for name in ("length", "width"))
         for name, size in (("length_mm", length), ("width_mm", width)):
             if not 0.05 <= size <= 2000:
-                raise MeasurementError(f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name} must be 0.05 to 2000")
+                raise MeasurementError(
+                    f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name} must be 0.05 to"
+                    " 2000"
+                )
         sds = (numbers["length_sd_mm"] or 0.0, numbers["width_sd_mm"] or 0.0)
         thin = numbers["thickness_mm"], numbers["thickness_sd_mm"]
-        seeds.append(MeasuredSeed(*key, length, sds[0], width, sds[1], *thin, terms[key]))
+        seeds.append(
+            MeasuredSeed(*key, length, sds[0], width, sds[1], *thin, terms[key])
+        )
     if not seeds:
         raise MeasurementError(f"{folder / SEEDS}: no whole seed in it")
     return Lot(tuple(seeds))
@@ -84,7 +131,9 @@ def _table(file: Path, columns: tuple[str, ...]) -> pd.DataFrame:
     try:
         table = pd.read_csv(file, dtype={"photo": str, "kind": str, "reason": str})
     except FileNotFoundError:
-        raise MeasurementError(f"{file}: is missing; benchtwin shape writes it") from None
+        raise MeasurementError(
+            f"{file}: is missing; benchtwin shape writes it"
+        ) from None
     except (ValueError, OSError) as error:
         raise MeasurementError(f"{file}: cannot be read as a table: {error}") from error
     if missing := [name for name in columns if name not in table]:
@@ -92,49 +141,95 @@ def _table(file: Path, columns: tuple[str, ...]) -> pd.DataFrame:
     for name in set(columns) - {"photo", "kind", "reason"}:
         numbers = pd.to_numeric(table[name], errors="coerce")
         if bad := np.flatnonzero(numbers.isna() & table[name].notna()).tolist():
-            raise MeasurementError(f"{file}: row {bad[0] + 2}: {name} = {table[name].iloc[bad[0]]!r} is not a number")
+            raise MeasurementError(
+                f"{file}: row {bad[0] + 2}: {name} = {table[name].iloc[bad[0]]!r} is"
+                " not a number"
+            )
         table[name] = numbers
     for name in {"seed", "harmonic"} & set(columns):
         if table[name].isna().any():
-            raise MeasurementError(f"{file}: column {name} must hold a whole number in every row")
+            raise MeasurementError(
+                f"{file}: column {name} must hold a whole number in every row"
+            )
     return table
 
 
 def _number(folder: Path, row: dict, name: str) -> float | None:
     value = float(row[name])
     if np.isinf(value):
-        raise MeasurementError(f"{folder / SEEDS}: seed {row['photo']}:{row['seed']}: {name} must be finite")
+        raise MeasurementError(
+            f"{folder / SEEDS}: seed {row['photo']}:{row['seed']}: {name} must be"
+            " finite"
+        )
     return None if np.isnan(value) else value
 
 
-def lot_summary(rows: pd.DataFrame, lot: Lot, scale: str, common: float, thickness: tuple[float, float, int] | None) -> dict:
-    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd of each
-    size, correlations, shape modes. common: relative sd of the errors that all seeds share, for
-    each size. thickness: mean, sd [mm] and number where it is from other seeds of the lot."""
+def lot_summary(
+    rows: pd.DataFrame,
+    lot: Lot,
+    scale: str,
+    common: float,
+    thickness: tuple[float, float, int] | None,
+) -> dict:
+    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd
+    of each size, correlations, shape modes. common: relative sd of the errors that all
+    seeds share, for each size. thickness: mean, sd [mm] and number where it is from
+    other seeds of the lot."""
     sizes = lot.sizes_mm()
-    content: dict = {"counts": {kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()}, "scale": scale}
+    content: dict = {
+        "counts": {
+            kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()
+        },
+        "scale": scale,
+    }
     for k, name in enumerate(SIZES):
         values = sizes[np.isfinite(sizes[:, k]), k]
         if len(values):
-            mean, sd, n = float(values.mean()), float(values.std(ddof=1)) if len(values) > 1 else 0.0, len(values)
+            mean, sd, n = (
+                float(values.mean()),
+                float(values.std(ddof=1)) if len(values) > 1 else 0.0,
+                len(values),
+            )
         elif name == "thickness" and thickness is not None:
             mean, sd, n = thickness
         else:
             continue
-        half = float(np.hypot(student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf, 1.96 * common * mean))
-        interval = [round(mean - half, 4), round(mean + half, 4)] if np.isfinite(half) else []
-        content[name] = {"mean_mm": round(mean, 4), "mean_low_high_mm": interval, "sd_mm": round(sd, 4), "n": n}
+        half = float(
+            np.hypot(
+                student.ppf(0.975, n - 1) * sd / np.sqrt(n) if n > 1 else np.inf,
+                1.96 * common * mean,
+            )
+        )
+        interval = (
+            [round(mean - half, 4), round(mean + half, 4)] if np.isfinite(half) else []
+        )
+        content[name] = {
+            "mean_mm": round(mean, 4),
+            "mean_low_high_mm": interval,
+            "sd_mm": round(sd, 4),
+            "n": n,
+        }
     seen = [k for k in range(3) if np.isfinite(sizes[:, k]).all()]
     if len(sizes) > 2:
         matrix = np.corrcoef(sizes[:, seen].T)
-        pairs = {f"{SIZES[i]}_{SIZES[j]}": round(float(matrix[a, b]), 3) for a, i in enumerate(seen) for b, j in enumerate(seen) if a < b}
-        content["correlations"] = {name: value for name, value in pairs.items() if np.isfinite(value)}
-        content["shape_modes"] = {"share_of_variance": [round(v, 3) for v in shape_modes(lot)[1]]}
+        pairs = {
+            f"{SIZES[i]}_{SIZES[j]}": round(float(matrix[a, b]), 3)
+            for a, i in enumerate(seen)
+            for b, j in enumerate(seen)
+            if a < b
+        }
+        content["correlations"] = {
+            name: value for name, value in pairs.items() if np.isfinite(value)
+        }
+        content["shape_modes"] = {
+            "share_of_variance": [round(v, 3) for v in shape_modes(lot)[1]]
+        }
     return content
 
 
 def shape_modes(lot: Lot, most: int = MODES) -> tuple[np.ndarray, list[float]]:
-    """Principal components of the outlines, each scaled by half the length: (k, terms), and their shares of the variance."""
+    """Principal components of the outlines, each scaled by half the length: (k, terms),
+    and their shares of the variance."""
     flat = np.array([(2 * s.terms / s.length_mm).ravel() for s in lot.seeds])
     _, values, vectors = np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)
     share = values**2 / max(float((values**2).sum()), 1e-30)

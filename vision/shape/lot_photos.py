@@ -13,24 +13,38 @@ from vision.measurement import FAILED, GOOD, MeasurementError
 from vision.overlay.seeds import draw_grains
 from vision.paper.scale import Scale, read_scale
 from vision.shape.grains import Grain, Grains, measure_seeds
-from vision.shape.lot import BROKEN, CUT, HUSK, OTHER, OUTLINE_COLUMNS, SEED_COLUMNS, TOUCHING, WHOLE
+from vision.shape.lot import (
+    BROKEN,
+    CUT,
+    HUSK,
+    OTHER,
+    OUTLINE_COLUMNS,
+    SEED_COLUMNS,
+    TOUCHING,
+    WHOLE,
+)
 from vision.shape.outline import aligned_outline, fourier_terms, solidity
 
 BROKEN_SHARE = 0.6  # of the median area: smaller things are parts of seeds
 DENTED = 0.94  # solidity below which a seed has lost a piece
 HUSK_SHARE = 0.55  # of the median contrast to the background: husks are translucent
-HIDDEN = 0.03  # share of the edge that a neighbour covers, above which the seed's own shape is not seen
+# share of the edge that a neighbour covers, above which the seed's own shape is not
+# seen
+HIDDEN = 0.03
 SAME_PLACE = 0.75  # of a length: within it, a seed turned on its side is the same seed
 SAME_SHARE = 0.8  # of the seeds that must be in the same place
 NEAREST_M, FARTHEST_M = 0.25, 1.5  # distance of the camera where it is not stated
 DISTANCE_SD = 0.05  # relative, of a stated distance
-THICKNESS_SHARE, THICKNESS_SD = 0.8, 0.25  # thickness over width of seeds on their broad side; its relative sd
+THICKNESS_SHARE, THICKNESS_SD = (
+    0.8,
+    0.25,
+)  # thickness over width of seeds on their broad side; its relative sd
 
 
 @dataclass(frozen=True)
 class View:
-    """How the photos were taken. mm_per_px: None where it is read from graph paper; distance_mm: of
-    the lens from the paper, None: unknown, math.inf: a scanner."""
+    """How the photos were taken. mm_per_px: None where it is read from graph paper;
+    distance_mm: of the lens from the paper, None: unknown, math.inf: a scanner."""
 
     mm_per_px: float | None
     mm_per_px_sd: float | None
@@ -39,8 +53,8 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class LotPhotos:
-    """seeds, outlines: rows of seeds.csv and outlines.csv; pictures, mm_per_px: by photo; scale: its source; common: shared relative sd of
-    each size."""
+    """seeds, outlines: rows of seeds.csv and outlines.csv; pictures, mm_per_px: by
+    photo; scale: its source; common: shared relative sd of each size."""
 
     seeds: pd.DataFrame
     outlines: pd.DataFrame
@@ -51,8 +65,11 @@ class LotPhotos:
     notes: tuple[str, ...]
 
 
-def measure_lot_photos(photos: list[Path], view: View, report: Callable[[str], None]) -> LotPhotos:
-    """Measure the seeds of all photos; say(name) is called for each. MeasurementError for a photo without seeds or scale."""
+def measure_lot_photos(
+    photos: list[Path], view: View, report: Callable[[str], None]
+) -> LotPhotos:
+    """Measure the seeds of all photos; say(name) is called for each. MeasurementError
+    for a photo without seeds or scale."""
     rows: list[dict] = []
     lines: list[dict] = []
     pictures: dict[str, np.ndarray] = {}
@@ -67,101 +84,183 @@ def measure_lot_photos(photos: list[Path], view: View, report: Callable[[str], N
             hint = "lay millimetre paper beside the seeds, or state --mm-per-px"
             raise MeasurementError(f"{photo}: its scale is unknown: {hint}")
         if isinstance(grains.scale, Scale) and grains.scale.quality != GOOD:
-            raise MeasurementError(f"{photo}: the scale of its graph paper is in doubt ({grains.scale.reason}); state --mm-per-px")
+            raise MeasurementError(
+                f"{photo}: the scale of its graph paper is in doubt"
+                f" ({grains.scale.reason}); state --mm-per-px"
+            )
         image = read_photo(photo)
-        bright, middle = _contrasts(image, grains), (np.array(image.shape[1::-1]) - 1) / 2
+        bright, middle = (
+            _contrasts(image, grains),
+            (np.array(image.shape[1::-1]) - 1) / 2,
+        )
         kinds = _kinds(grains.grains, bright)
         for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
-            row, outline = _seed(photo.name, number, grain, kind, grains, magnification(grain, middle, view))
+            row, outline = _seed(
+                photo.name,
+                number,
+                grain,
+                kind,
+                grains,
+                magnification(grain, middle, view),
+            )
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
-        scales.append("graph paper in the picture" if isinstance(grains.scale, Scale) else f"stated: {grains.scale:g} mm per px")
+        scales.append(
+            "graph paper in the picture"
+            if isinstance(grains.scale, Scale)
+            else f"stated: {grains.scale:g} mm per px"
+        )
         common.append(grains.common_sd())
-        sizes[photo.name] = float(np.nanmedian([g.length_mm / g.length_px for g in grains.measured]))
-        notes += [f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note]
+        sizes[photo.name] = float(
+            np.nanmedian([g.length_mm / g.length_px for g in grains.measured])
+        )
+        notes += [
+            f"{photo.name}: {note}" for note in grains.notes if "thickness" not in note
+        ]
     seeds = pd.DataFrame(rows, columns=list(SEED_COLUMNS))
     higher = _mean_magnification(seeds, view)
     shared = float(np.hypot(np.mean(common), higher[1]))
     if view.distance_mm is None:
         hint = f"sizes may be up to {100 * 2 * higher[1]:.1f} % too large"
-        notes.append(f"the camera's distance is not stated: seeds are above the paper, so that {hint}; state --distance-mm")
+        notes.append(
+            "the camera's distance is not stated: seeds are above the paper, so that"
+            f" {hint}; state --distance-mm"
+        )
     return LotPhotos(
-        seeds, pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)), pictures, sizes, "; ".join(dict.fromkeys(scales)),
-        shared, tuple(notes),
-    )  # fmt: skip
+        seeds,
+        pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)),
+        pictures,
+        sizes,
+        "; ".join(dict.fromkeys(scales)),
+        shared,
+        tuple(notes),
+    )
 
 
-def with_thickness(spread: LotPhotos, side: LotPhotos) -> tuple[LotPhotos, tuple[float, float, int] | None]:
-    """Add the thickness, the width of seeds turned on their side; of seeds in other places its mean, sd and number are returned."""
+def with_thickness(
+    spread: LotPhotos, side: LotPhotos
+) -> tuple[LotPhotos, tuple[float, float, int] | None]:
+    """Add the thickness, the width of seeds turned on their side; of seeds in other
+    places its mean, sd and number are returned."""
     seeds, whole = spread.seeds.copy(), side.seeds[side.seeds["kind"] == WHOLE]
     if len(whole) < 2:
-        raise MeasurementError("the photos of the seeds on their side show fewer than two whole seeds")
+        raise MeasurementError(
+            "the photos of the seeds on their side show fewer than two whole seeds"
+        )
     found = _same_places(seeds[seeds["kind"] == WHOLE], whole, spread.mm_per_px)
     if found:
         for index, other in found.items():
             thin = min(side.seeds.loc[other, "width_mm"], seeds.loc[index, "width_mm"])
-            seeds.loc[index, ["thickness_mm", "thickness_sd_mm"]] = thin, side.seeds.loc[other, "width_sd_mm"]
+            seeds.loc[index, ["thickness_mm", "thickness_sd_mm"]] = (
+                thin,
+                side.seeds.loc[other, "width_sd_mm"],
+            )
         return replace(spread, seeds=seeds), None
     values = whole["width_mm"].to_numpy(float)
     return spread, (float(values.mean()), float(values.std(ddof=1)), len(values))
 
 
-def _same_places(here: pd.DataFrame, turned: pd.DataFrame, mm_per_px: dict[str, float]) -> dict[int, int]:
-    """Rows of seeds → rows of the same seeds on their side, photo by photo; empty where too few are in the same places."""
+def _same_places(
+    here: pd.DataFrame, turned: pd.DataFrame, mm_per_px: dict[str, float]
+) -> dict[int, int]:
+    """Rows of seeds → rows of the same seeds on their side, photo by photo; empty where
+    too few are in the same places."""
     photos, others = list(here["photo"].unique()), list(turned["photo"].unique())
     if len(photos) != len(others):
         return {}
     found: dict[int, int] = {}
     for index, row in here.iterrows():
         beside = turned[turned["photo"] == others[photos.index(row["photo"])]]
-        away = mm_per_px[row["photo"]] * np.hypot(beside["x_px"] - row["x_px"], beside["y_px"] - row["y_px"])
+        away = mm_per_px[row["photo"]] * np.hypot(
+            beside["x_px"] - row["x_px"], beside["y_px"] - row["y_px"]
+        )
         if len(away) and away.min() < SAME_PLACE * row["length_mm"]:
             found[int(index)] = int(away.idxmin())
-    alike = len(found) >= SAME_SHARE * len(here) and len(set(found.values())) == len(found)
+    alike = len(found) >= SAME_SHARE * len(here) and len(set(found.values())) == len(
+        found
+    )
     return found if alike else {}
 
 
-def _seed(photo: str, number: int, grain: Grain, kind: str, grains: Grains, above: tuple[float, float]) -> tuple[dict, list[dict]]:
-    """Row of seeds.csv and, for a whole seed, rows of outlines.csv; sizes are corrected for the height of the widest section."""
+def _seed(
+    photo: str,
+    number: int,
+    grain: Grain,
+    kind: str,
+    grains: Grains,
+    above: tuple[float, float],
+) -> tuple[dict, list[dict]]:
+    """Row of seeds.csv and, for a whole seed, rows of outlines.csv; sizes are corrected
+    for the height of the widest section."""
     row: dict = {name: np.nan for name in SEED_COLUMNS}
-    row |= {"photo": photo, "seed": number, "kind": kind, "x_px": round(grain.x_px, 2), "y_px": round(grain.y_px, 2)}
+    row |= {
+        "photo": photo,
+        "seed": number,
+        "kind": kind,
+        "x_px": round(grain.x_px, 2),
+        "y_px": round(grain.y_px, 2),
+    }
     row["reason"] = grain.reason
     if not np.isfinite(grain.length_mm):
         return row, []
     for name, more in zip(("length", "width"), above):
-        row |= {f"{name}{end}_mm": round(float(getattr(grain, f"{name}{end}_mm")) / (1 + more), 5) for end in ("", "_sd")}
+        row |= {
+            f"{name}{end}_mm": round(
+                float(getattr(grain, f"{name}{end}_mm")) / (1 + more), 5
+            )
+            for end in ("", "_sd")
+        }
     share = 1.0 / (1.0 + sum(above) / 2)
     row["area_mm2"] = round(grain.area_mm2 * share**2, 4)
     if kind != WHOLE:
         return row, []
     scale = grains.scale
-    points = np.stack(scale.to_mm(*grain.edge.T), -1) if isinstance(scale, Scale) else grain.edge * float(scale or 1.0)
+    points = (
+        np.stack(scale.to_mm(*grain.edge.T), -1)
+        if isinstance(scale, Scale)
+        else grain.edge * float(scale or 1.0)
+    )
     found = fourier_terms(aligned_outline(share * points))
-    return row, [dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6)))) for h, of in enumerate(found, 1)]
+    return row, [
+        dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6))))
+        for h, of in enumerate(found, 1)
+    ]
 
 
 def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, float]:
-    """Relative magnification of a seed's length and width due to its height; thickness t is assumed
-    to be 0.8 widths. The widest section is t/2 above the paper: t/2D. At an angle θ off the
-    camera's axis the top adds ½ (t/s)² tan²θ to a size s that points away from the picture's
-    middle."""
+    """Relative magnification of a seed's length and width due to its height; thickness
+    t is assumed to be 0.8 widths. The widest section is t/2 above the paper: t/2D. At
+    an angle θ off the camera's axis the top adds ½ (t/s)² tan²θ to a size s that points
+    away from the picture's middle."""
     if view.distance_mm is None or not np.isfinite(grain.width_mm):
         return 0.0, 0.0
     thick = THICKNESS_SHARE * grain.width_mm
     away = np.array([grain.x_px, grain.y_px]) - middle
-    tangent = float(np.hypot(*away)) * grain.length_mm / grain.length_px / view.distance_mm
+    tangent = (
+        float(np.hypot(*away)) * grain.length_mm / grain.length_px / view.distance_mm
+    )
     across = np.radians(grain.angle_deg) - np.arctan2(away[1], away[0])
     parts = ((grain.length_mm, np.cos(across)), (grain.width_mm, np.sin(across)))
-    along, wide = (thick / 2 / view.distance_mm + 0.5 * (thick / size * tangent * float(part)) ** 2 for size, part in parts)
+    along, wide = (
+        thick / 2 / view.distance_mm + 0.5 * (thick / size * tangent * float(part)) ** 2
+        for size, part in parts
+    )
     return along, wide
 
 
 def _mean_magnification(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
-    """Mean relative magnification and its sd; for an unknown distance no correction, but an sd that contains it."""
-    height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"])) if seeds["width_mm"].notna().any() else 0.0
+    """Mean relative magnification and its sd; for an unknown distance no correction,
+    but an sd that contains it."""
+    height = (
+        THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
+        if seeds["width_mm"].notna().any()
+        else 0.0
+    )
     if view.distance_mm is not None:
-        return height / view.distance_mm, float(height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD))
+        return height / view.distance_mm, float(
+            height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD)
+        )
     low, high = 1e-3 / FARTHEST_M, 1e-3 / NEAREST_M  # 1/mm, log-uniform
     square = (high**2 - low**2) / 2 / np.log(high / low)
     return 0.0, float(height * np.sqrt(square))
@@ -171,7 +270,10 @@ def _kinds(grains: tuple[Grain, ...], contrast: np.ndarray) -> list[str]:
     lone = [k for k, g in enumerate(grains) if g.quality != FAILED]
     area = float(np.median([grains[k].area_px for k in lone])) if lone else 1.0
     typical = float(np.median(contrast[lone])) if lone else 1.0
-    return [_kind(g, contrast[k] / max(typical, 1e-9), g.area_px / max(area, 1e-9)) for k, g in enumerate(grains)]
+    return [
+        _kind(g, contrast[k] / max(typical, 1e-9), g.area_px / max(area, 1e-9))
+        for k, g in enumerate(grains)
+    ]
 
 
 def _kind(grain: Grain, contrast: float, area: float) -> str:
@@ -195,20 +297,35 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     every = np.zeros(image.shape[:2], np.uint8)
     masks = [np.rint(g.edge).astype(np.int32) for g in grains.grains]
     cv2.fillPoly(every, masks, 1)
-    ground = cv2.dilate(every, np.ones((25, 25), np.uint8)) - cv2.dilate(every, np.ones((7, 7), np.uint8)) > 0
-    behind = np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
+    ground = (
+        cv2.dilate(every, np.ones((25, 25), np.uint8))
+        - cv2.dilate(every, np.ones((7, 7), np.uint8))
+        > 0
+    )
+    behind = (
+        np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
+    )
     found = []
     for polygon in masks:
         low, high = np.maximum(polygon.min(0), 0), polygon.max(0) + 1
-        inside = cv2.fillPoly(np.zeros((high - low)[::-1], np.uint8), [polygon - low.astype(np.int32)], 1)
+        inside = cv2.fillPoly(
+            np.zeros((high - low)[::-1], np.uint8), [polygon - low.astype(np.int32)], 1
+        )
         patch = colour[low[1] : high[1], low[0] : high[0]]
         within = inside[: patch.shape[0], : patch.shape[1]] > 0
-        found.append(float(np.linalg.norm(np.median(patch[within], axis=0) - behind)) if within.any() else 0.0)
+        found.append(
+            float(np.linalg.norm(np.median(patch[within], axis=0) - behind))
+            if within.any()
+            else 0.0
+        )
     return np.array(found)
 
 
-def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None) -> tuple[Grains, np.ndarray]:
-    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from graph paper, else sizes are in px."""
+def observe_seeds(
+    path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None
+) -> tuple[Grains, np.ndarray]:
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from
+    graph paper, else sizes are in px."""
     image = read_photo(path)
     try:
         try:
@@ -220,5 +337,11 @@ def observe_seeds(path: Path, mm_per_px: float | None = None, mm_per_px_sd: floa
     except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from error
     if scale is None:
-        grains = replace(grains, notes=(*grains.notes, f"sizes are in px: no mm_per_px was given and {trouble}"))
+        grains = replace(
+            grains,
+            notes=(
+                *grains.notes,
+                f"sizes are in px: no mm_per_px was given and {trouble}",
+            ),
+        )
     return grains, draw_grains(image, grains, paper)

@@ -1,6 +1,8 @@
-"""Geometry of closed outlines: Feret diameters, centroid, ellipse, elliptic Fourier terms, a standard pose.
+"""Geometry of closed outlines: Feret diameters, centroid, ellipse, elliptic Fourier
+terms, a standard pose.
 
-x(t) = Σ ax_h cos 2πht + bx_h sin 2πht, y(t) = Σ ay_h cos 2πht + by_h sin 2πht, t from 0 to 1 along the outline, h = 1, 2, …
+x(t) = Σ ax_h cos 2πht + bx_h sin 2πht, y(t) = Σ ay_h cos 2πht + by_h sin 2πht, t from 0
+to 1 along the outline, h = 1, 2, …
 
 Source: Kuhl, Giardina, Comput. Graph. Image Process. 18 (1982) 236-258.
 """
@@ -13,9 +15,9 @@ HARMONICS = 12  # that an edge known to a tenth of a pixel resolves on a seed of
 
 
 def feret(points: np.ndarray) -> tuple[float, float, float]:
-    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the largest
-    [deg, −90 to 90]. Exact for polygons: the smallest is perpendicular to a side of the hull, the
-    largest joins two corners."""
+    """Largest and smallest Feret diameter of `points` (n, 2), and the direction of the
+    largest [deg, −90 to 90]. Exact for polygons: the smallest is perpendicular to a
+    side of the hull, the largest joins two corners."""
     hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
     side = np.roll(hull, -1, 0) - hull
     side = side[np.hypot(*side.T) > 1e-9]
@@ -25,7 +27,11 @@ def feret(points: np.ndarray) -> tuple[float, float, float]:
     distance = np.hypot(apart[..., 0], apart[..., 1])
     i, j = np.unravel_index(int(distance.argmax()), distance.shape)
     angle = float(np.degrees(np.arctan2(apart[i, j, 1], apart[i, j, 0])))
-    return float(distance[i, j]), float(np.ptp(across, axis=1).min()), (angle + 90) % 180 - 90
+    return (
+        float(distance[i, j]),
+        float(np.ptp(across, axis=1).min()),
+        (angle + 90) % 180 - 90,
+    )
 
 
 def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
@@ -36,16 +42,23 @@ def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
     area = float(cross.sum()) / 2
     if abs(area) < 1e-9:
         return (float(origin[0]), float(origin[1])), 0.0
-    x0, y0 = (float(o + ((a + b) * cross).sum() / (6 * area)) for o, a, b in zip(origin, (x, y), (xn, yn)))
+    x0, y0 = (
+        float(o + ((a + b) * cross).sum() / (6 * area))
+        for o, a, b in zip(origin, (x, y), (xn, yn))
+    )
     return (x0, y0), abs(area)
 
 
 def ellipse_agreement(points: np.ndarray) -> float:
-    """Agreement of the outline with a fitted ellipse: 1 − 2 · mean relative difference of the radii."""
+    """Agreement of the outline with a fitted ellipse: 1 − 2 · mean relative difference
+    of the radii."""
     (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
     turn = np.radians(angle)
     x, y = points[:, 0] - cx, points[:, 1] - cy
-    along, across = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
+    along, across = (
+        x * np.cos(turn) + y * np.sin(turn),
+        -x * np.sin(turn) + y * np.cos(turn),
+    )
     depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
     return float(1 - 2 * np.mean(np.abs(depth - 1)))
 
@@ -73,35 +86,59 @@ def fourier_terms(points: Array, harmonics: int = HARMONICS) -> Array:
 
 
 def from_fourier_terms(of: Array, count: int) -> Array:
-    """Outline (count, 2) with these Fourier terms (h, 4), about the centroid of its area."""
+    """Outline (count, 2) with these Fourier terms (h, 4), about the centroid of its
+    area."""
     angle = 2 * np.pi * np.outer(np.arange(count) / count, np.arange(1, len(of) + 1))
     cos, sin = np.cos(angle), np.sin(angle)
-    points = np.column_stack([cos @ of[:, 0] + sin @ of[:, 1], cos @ of[:, 2] + sin @ of[:, 3]])
+    points = np.column_stack(
+        [cos @ of[:, 0] + sin @ of[:, 1], cos @ of[:, 2] + sin @ of[:, 3]]
+    )
     return points - np.array(centroid(points)[0])
 
 
 def aligned_outline(points: Array, count: int = 256) -> Array:
-    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length along x,
-    counter-clockwise from +x, y up. It is rotated by half a turn and mirrored (a seed lies on
-    either side) so that its third moments along x and y are not negative: the blunter end is at +x.
-    points (n, 2): y down, as in a picture."""
+    """The outline in a standard pose, (count, 2) at even steps: centroid at 0, length
+    along x, counter-clockwise from +x, y up. It is rotated by half a turn and mirrored
+    (a seed lies on either side) so that its third moments along x and y are not
+    negative: the blunter end is at +x. points (n, 2): y down, as in a picture."""
     flat = points * [1.0, -1.0]
     flat = flat - np.array(centroid(flat)[0])
     turn = np.radians(feret(flat)[2])
-    flat = flat @ np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
-    flat = flat * [-1.0 if _third_moment(flat, 0) < 0 else 1.0, -1.0 if _third_moment(flat, 1) < 0 else 1.0]
-    if np.sum(flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)) < 0:
+    flat = flat @ np.array(
+        [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    )
+    flat = flat * [
+        -1.0 if _third_moment(flat, 0) < 0 else 1.0,
+        -1.0 if _third_moment(flat, 1) < 0 else 1.0,
+    ]
+    if (
+        np.sum(
+            flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1)
+        )
+        < 0
+    ):
         flat = flat[::-1]
-    crossing = np.flatnonzero((flat[:, 1] <= 0) & (np.roll(flat[:, 1], -1) > 0) & (flat[:, 0] > 0))
-    flat = np.roll(flat, -(int(crossing[-1]) + 1) if len(crossing) else -int(flat[:, 0].argmax()), axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*(np.roll(flat, -1, 0) - flat).T))])
+    crossing = np.flatnonzero(
+        (flat[:, 1] <= 0) & (np.roll(flat[:, 1], -1) > 0) & (flat[:, 0] > 0)
+    )
+    flat = np.roll(
+        flat,
+        -(int(crossing[-1]) + 1) if len(crossing) else -int(flat[:, 0].argmax()),
+        axis=0,
+    )
+    along = np.concatenate(
+        [[0.0], np.cumsum(np.hypot(*(np.roll(flat, -1, 0) - flat).T))]
+    )
     closed, at = np.vstack([flat, flat[:1]]), np.arange(count) / count * along[-1]
     return np.column_stack([np.interp(at, along, closed[:, k]) for k in range(2)])
 
 
 def _third_moment(flat: Array, axis: int) -> float:
-    """Third moment of the area along an axis, up to a factor, summed over triangles from the centroid."""
+    """Third moment of the area along an axis, up to a factor, summed over triangles
+    from the centroid."""
     a, b = flat, np.roll(flat, -1, 0)
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     p, q = a[:, axis], b[:, axis]
-    return float(np.sign(cross.sum()) * (cross * (p**3 + p**2 * q + p * q**2 + q**3)).sum())
+    return float(
+        np.sign(cross.sum()) * (cross * (p**3 + p**2 * q + p * q**2 + q**3)).sum()
+    )

@@ -1,4 +1,5 @@
-"""Mask of spread grains, corrected for uneven illumination, and splitting of touching grains."""
+"""Mask of spread grains, corrected for uneven illumination, and splitting of touching
+grains."""
 
 from dataclasses import dataclass
 
@@ -7,15 +8,20 @@ import numpy as np
 
 from vision.measurement import MeasurementError
 
-SMALL_SIDE = 700  # px of the reduced picture on which background and threshold are found
+SMALL_SIDE = (
+    700  # px of the reduced picture on which background and threshold are found
+)
 LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
-SADDLE = 0.88  # two maxima of depth are one grain where the path between them stays above this share of the lower one
+# two maxima of depth are one grain where the path between them stays above this share
+# of the lower one
+SADDLE = 0.88
 
 
 @dataclass(frozen=True)
 class Relief:
-    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on grains. others:
-    outlines (n, 2) [px] of large things that are no grains (a label)."""
+    """height: float32, about 0 on the background and 1 on grains; mask: uint8, 1 on
+    grains. others: outlines (n, 2) [px] of large things that are no grains (a
+    label)."""
 
     height: np.ndarray
     mask: np.ndarray
@@ -24,24 +30,30 @@ class Relief:
 
 @dataclass(frozen=True)
 class Piece:
-    """Closed pixel outline (n, 2) [px] of one grain; free (n,): points that are not on a cut to a neighbour."""
+    """Closed pixel outline (n, 2) [px] of one grain; free (n,): points that are not on
+    a cut to a neighbour."""
 
     outline: np.ndarray
     free: np.ndarray
 
 
-def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0) -> Relief:
-    """Scale the channel with the best contrast so that grains are about 1 and the background about
-    0, whichever is lighter. The background's illumination is a quadratic surface. forbidden (h, w),
-    bool: neither grains nor background (graph paper). Things thinner than thin_px (printed lines)
-    are not in the mask. Raises MeasurementError where nothing stands out."""
+def make_relief(
+    image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0
+) -> Relief:
+    """Scale the channel with the best contrast so that grains are about 1 and the
+    background about 0, whichever is lighter. The background's illumination is a
+    quadratic surface. forbidden (h, w), bool: neither grains nor background (graph
+    paper). Things thinner than thin_px (printed lines) are not in the mask. Raises
+    MeasurementError where nothing stands out."""
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
     small = cv2.resize(image, small_allowed.shape[::-1], interpolation=cv2.INTER_AREA)
     best = _best_channel(small, small_allowed)
     others: tuple[np.ndarray, ...] = ()
-    for _ in range(2):  # repeated without large things: a white label beside brown seeds would be the upper level
+    # repeated without large things: a white label beside brown seeds would be the upper
+    # level
+    for _ in range(2):
         large = None if best is None else _large_things(best, small, small_allowed)
         if large is None:
             break
@@ -52,38 +64,70 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None, thin_px:
         best, small_allowed = again, small_allowed & ~mask
         others += tuple(o * step + step // 2 for o in outlines)
     if best is None or best[0] < LEAST_CONTRAST:
-        raise MeasurementError("no seeds stand out from the ground; spread them on paper or cloth of a contrasting colour")
+        raise MeasurementError(
+            "no seeds stand out from the ground; spread them on paper or cloth of a"
+            " contrasting colour"
+        )
     if others:
-        allowed = allowed & (cv2.resize(small_allowed.astype(np.uint8), allowed.shape[::-1], interpolation=cv2.INTER_NEAREST) > 0)
+        allowed = allowed & (
+            cv2.resize(
+                small_allowed.astype(np.uint8),
+                allowed.shape[::-1],
+                interpolation=cv2.INTER_NEAREST,
+            )
+            > 0
+        )
     _, surface, gain, threshold, name = best
     height = channel(image, name)
     height -= _surface(surface, height.shape)
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
-    thick = cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8)) if thin_px > 1 else height
+    thick = (
+        cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8))
+        if thin_px > 1
+        else height
+    )
     return Relief(height, ((thick > threshold) & allowed).astype(np.uint8), others)
 
 
-def _best_channel(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float, str] | None:
-    """Contrast, background, gain and threshold (see `_separate_levels`) of the channel with the best contrast, and its name."""
+def _best_channel(
+    small: np.ndarray, allowed: np.ndarray
+) -> tuple[float, np.ndarray, float, float, str] | None:
+    """Contrast, background, gain and threshold (see `_separate_levels`) of the channel
+    with the best contrast, and its name."""
     best = None
     if allowed.mean() < 0.03:
         return None
-    for name in ("light", "red", "green", "blue", "colour") if small.ndim == 3 else ("light",):
-        found = _separate_levels(cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed)
+    for name in (
+        ("light", "red", "green", "blue", "colour") if small.ndim == 3 else ("light",)
+    ):
+        found = _separate_levels(
+            cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed
+        )
         if found and (best is None or found[0] > best[0] + 0.5):
             best = (*found, name)
     return best
 
 
-def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]] | None:
-    """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times the typical area; None without any."""
+def _large_things(
+    best, small: np.ndarray, allowed: np.ndarray
+) -> tuple[np.ndarray, list[np.ndarray]] | None:
+    """(mask, outlines) of things larger than 2 % of the reduced picture and 20 times
+    the typical area; None without any."""
     _, surface, gain, threshold, name = best
-    height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(gain)
-    contours = cv2.findContours(((height > threshold) & allowed).astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+    height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(
+        gain
+    )
+    contours = cv2.findContours(
+        ((height > threshold) & allowed).astype(np.uint8),
+        cv2.RETR_EXTERNAL,
+        cv2.CHAIN_APPROX_NONE,
+    )[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
-    chosen = [c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * typical)]
+    chosen = [
+        c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * typical)
+    ]
     if not chosen or len(chosen) == (areas > 12).sum() > 1:
         return None
     mask = cv2.drawContours(np.zeros(allowed.shape, np.uint8), chosen, -1, 1, -1)
@@ -91,7 +135,8 @@ def _large_things(best, small: np.ndarray, allowed: np.ndarray) -> tuple[np.ndar
 
 
 def channel(image: np.ndarray, name: str) -> np.ndarray:
-    """A grey picture, float32 0–1: brightness, one channel, or colourfulness (largest − smallest channel)."""
+    """A grey picture, float32 0–1: brightness, one channel, or colourfulness (largest −
+    smallest channel)."""
     top = np.float32(np.iinfo(image.dtype).max)
     if image.ndim == 2:
         return image.astype(np.float32) / top
@@ -99,12 +144,17 @@ def channel(image: np.ndarray, name: str) -> np.ndarray:
         return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32) / top
     if name == "colour":
         red, green, blue = cv2.split(image)
-        return (cv2.max(cv2.max(red, green), blue) - cv2.min(cv2.min(red, green), blue)).astype(np.float32) / top
+        return (
+            cv2.max(cv2.max(red, green), blue) - cv2.min(cv2.min(red, green), blue)
+        ).astype(np.float32) / top
     return image[..., ("red", "green", "blue").index(name)].astype(np.float32) / top
 
 
-def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.ndarray, float, float] | None:
-    """Contrast, coefficients of the background, the gain that scales grains to 1, and the threshold on that scale."""
+def _separate_levels(
+    small: np.ndarray, allowed: np.ndarray
+) -> tuple[float, np.ndarray, float, float] | None:
+    """Contrast, coefficients of the background, the gain that scales grains to 1, and
+    the threshold on that scale."""
     ys, xs = (np.linspace(-1, 1, n, dtype=np.float32) for n in small.shape)
     flat, surface = small, np.zeros(6, np.float32)
     for _ in range(3):
@@ -119,7 +169,10 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
         grains = allowed & (high if up else ~high)
         if ground.sum() < 50 or grains.sum() < 20:
             return None
-        inner = cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1) > 0
+        inner = (
+            cv2.erode(ground.astype(np.uint8), np.ones((5, 5), np.uint8), borderValue=1)
+            > 0
+        )
         where = inner if inner.sum() > 50 else ground
         y, x = np.nonzero(where)
         u, v = xs[x], ys[y]
@@ -130,13 +183,18 @@ def _separate_levels(small: np.ndarray, allowed: np.ndarray) -> tuple[float, np.
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
         return None
-    return abs(gap) / spread, surface, 1 / gap, float(np.clip(_isodata_threshold(flat[allowed] / gap), 0.2, 0.3))
+    return (
+        abs(gap) / spread,
+        surface,
+        1 / gap,
+        float(np.clip(_isodata_threshold(flat[allowed] / gap), 0.2, 0.3)),
+    )
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
-    """The level midway between the means below and above it (Ridler & Calvard), iterated from the
-    middle of the range. Unlike Otsu's it does not split the background's noise where grains cover
-    less than 1 % of the picture."""
+    """The level midway between the means below and above it (Ridler & Calvard),
+    iterated from the middle of the range. Unlike Otsu's it does not split the
+    background's noise where grains cover less than 1 % of the picture."""
     low, high = (float(v) for v in np.percentile(values, (0.02, 99.98)))
     if high - low < 1e-4:
         return high
@@ -145,7 +203,10 @@ def _isodata_threshold(values: np.ndarray) -> float:
     level = (low + high) / 2
     for _ in range(30):
         under = middle <= level
-        parts = [(count[s] * middle[s]).sum() / max(count[s].sum(), 1) for s in (under, ~under)]
+        parts = [
+            (count[s] * middle[s]).sum() / max(count[s].sum(), 1)
+            for s in (under, ~under)
+        ]
         level, before = sum(parts) / 2, level
         if abs(level - before) < 1e-6:
             break
@@ -153,15 +214,18 @@ def _isodata_threshold(values: np.ndarray) -> float:
 
 
 def _surface(c: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    """The quadratic surface of these coefficients over a picture whose sides go from −1 to 1."""
+    """The quadratic surface of these coefficients over a picture whose sides go from −1
+    to 1."""
     y, x = np.ix_(*(np.linspace(-1, 1, n, dtype=np.float32) for n in shape))
     return c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * (x * y) + c[5] * y * y
 
 
-def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> tuple[np.ndarray, tuple[int, int]]:
-    """A patch of touching grains in its bounding box (uint8), and the box's corner [px]. The
-    threshold is higher than the mask's, so that grains separate better. Holes down to the
-    background stay (between grains), dark spots on a grain are filled."""
+def touching_patch(
+    relief: Relief, outline: np.ndarray, level: float = 0.4
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """A patch of touching grains in its bounding box (uint8), and the box's corner
+    [px]. The threshold is higher than the mask's, so that grains separate better. Holes
+    down to the background stay (between grains), dark spots on a grain are filled."""
     x, y, w, h = cv2.boundingRect(outline)
     inside = cv2.drawContours(np.zeros((h, w), np.uint8), [outline - (x, y)], -1, 1, -1)
     height = relief.height[y : y + h, x : x + w]
@@ -170,7 +234,9 @@ def touching_patch(relief: Relief, outline: np.ndarray, level: float = 0.4) -> t
     for contour, links in zip(contours, tree[0] if tree is not None else ()):
         if links[3] >= 0:
             left, top, wide, high = cv2.boundingRect(contour)
-            hole = cv2.drawContours(np.zeros((high, wide), np.uint8), [contour - (left, top)], -1, 1, -1)
+            hole = cv2.drawContours(
+                np.zeros((high, wide), np.uint8), [contour - (left, top)], -1, 1, -1
+            )
             here = slice(top, top + high), slice(left, left + wide)
             if float(np.percentile(height[here][hole > 0], 20)) > 0.15:
                 shape[here] |= hole
@@ -181,36 +247,59 @@ def without_thin_parts(shape: np.ndarray, typical: float) -> np.ndarray:
     """The patch without thin parts (dust, hairs, printed lines)."""
     size = max(3, 2 * int(0.08 * np.sqrt(typical)) + 1)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    opened = cv2.morphologyEx(np.pad(shape, size), cv2.MORPH_OPEN, disc)[size:-size, size:-size]
+    opened = cv2.morphologyEx(np.pad(shape, size), cv2.MORPH_OPEN, disc)[
+        size:-size, size:-size
+    ]
     return opened if opened.any() else shape
 
 
 def split(shape: np.ndarray) -> list[Piece]:
-    """Split a patch (uint8) of touching grains where it is narrow. Maxima of the distance to the
-    edge with a saddle below SADDLE between them are different grains. Every pixel is assigned to
-    the grain with the least Mahalanobis distance, iterated."""
+    """Split a patch (uint8) of touching grains where it is narrow. Maxima of the
+    distance to the edge with a saddle below SADDLE between them are different grains.
+    Every pixel is assigned to the grain with the least Mahalanobis distance,
+    iterated."""
     padded = np.pad(shape, 3)
-    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))  # resolution of the cut
-    coarse = padded if step == 1 else cv2.resize(padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA)
+    step = max(
+        1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20)
+    )  # resolution of the cut
+    coarse = (
+        padded
+        if step == 1
+        else cv2.resize(
+            padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA
+        )
+    )
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
     depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
     summits = _summits(depth)
     if len(summits) < 2:
         return [_make_piece(padded, padded)]
     labels = _assigned(coarse, depth, summits)
-    labels = cv2.resize(labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))  # the rim that the coarse patch lacks
+    labels = cv2.resize(
+        labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST
+    )
+    near = cv2.dilate(
+        labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8)
+    )  # the rim that the coarse patch lacks
     labels = np.where(labels == 0, near, labels)
-    grains = ((labels == label).astype(np.uint8) & padded for label in range(1, len(summits) + 1))
+    grains = (
+        (labels == label).astype(np.uint8) & padded
+        for label in range(1, len(summits) + 1)
+    )
     return [_make_piece(grain, padded) for grain in grains if grain.any()]
 
 
-def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]) -> np.ndarray:
-    """Label image: 1, 2, … for the maximum to which each pixel of the patch is assigned."""
+def _assigned(
+    coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, int]]
+) -> np.ndarray:
+    """Label image: 1, 2, … for the maximum to which each pixel of the patch is
+    assigned."""
     ys, xs = np.nonzero(coarse)
     place = np.stack([xs, ys], -1).astype(np.float32)
     centre = np.array(summits, np.float32)
-    spread = np.stack([np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits])  # a full ellipse has covariance semi-axis²/4
+    spread = np.stack(
+        [np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits]
+    )  # a full ellipse has covariance semi-axis²/4
     for _ in range(6):
         away = np.empty((len(summits), len(place)), np.float32)
         for i, (c, s) in enumerate(zip(centre, spread)):
@@ -220,21 +309,30 @@ def _assigned(coarse: np.ndarray, depth: np.ndarray, summits: list[tuple[int, in
         for i in range(len(summits)):
             members = place[owner == i]
             if len(members) > 10:
-                centre[i], spread[i] = members.mean(0), np.cov(members.T) + 0.05 * np.eye(2)
+                centre[i], spread[i] = (
+                    members.mean(0),
+                    np.cov(members.T) + 0.05 * np.eye(2),
+                )
     labels = np.zeros(coarse.shape, np.int32)
     labels[ys, xs] = owner + 1
     return labels
 
 
 def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
-    """Maxima of the distance map, deepest first, that a saddle separates from all deeper ones."""
+    """Maxima of the distance map, deepest first, that a saddle separates from all
+    deeper ones."""
     size = 2 * max(2, int(0.25 * depth.max())) + 1
-    tops = (depth >= cv2.dilate(depth, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))) & (depth > 0.3 * depth.max())
+    tops = (
+        depth
+        >= cv2.dilate(depth, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)))
+    ) & (depth > 0.3 * depth.max())
     count, labels, _, centres = cv2.connectedComponentsWithStats(tops.astype(np.uint8))
     candidates = []
     for label in range(1, count):
         ys, xs = np.nonzero(labels == label)
-        middle = int(np.argmin(np.hypot(xs - centres[label][0], ys - centres[label][1])))
+        middle = int(
+            np.argmin(np.hypot(xs - centres[label][0], ys - centres[label][1]))
+        )
         candidates.append((int(xs[middle]), int(ys[middle])))
     kept: list[tuple[int, int]] = []
     for x, y in sorted(candidates, key=lambda p: -depth[p[1], p[0]]):
@@ -246,15 +344,29 @@ def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
 def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
     """Least depth on the straight line from `a` to `b` [px]."""
     n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
-    return float(depth[np.rint(np.linspace(a[1], b[1], n)).astype(int), np.rint(np.linspace(a[0], b[0], n)).astype(int)].min())
+    return float(
+        depth[
+            np.rint(np.linspace(a[1], b[1], n)).astype(int),
+            np.rint(np.linspace(a[0], b[0], n)).astype(int),
+        ].min()
+    )
 
 
 def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:
-    """Outline of `mine` in the unpadded patch; points deep inside `whole` are on a cut."""
-    contour = max(cv2.findContours(grain, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len)[:, 0]
+    """Outline of `mine` in the unpadded patch; points deep inside `whole` are on a
+    cut."""
+    contour = max(
+        cv2.findContours(grain, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0], key=len
+    )[:, 0]
     inside = cv2.distanceTransform(whole, cv2.DIST_L2, 5)
     cut = inside[contour[:, 1], contour[:, 0]] >= 2.2
-    # Near a cut the outline bends towards the neighbour: some points on each side are not free either.
+    # Near a cut the outline bends towards the neighbour: some points on each side are
+    # not free either.
     beside = 2 * max(6, len(contour) // 70) + 1
-    free = cv2.dilate(np.tile(cut, 3)[None].astype(np.uint8), np.ones((1, beside), np.uint8))[0, len(cut) : -len(cut)] == 0
+    free = (
+        cv2.dilate(
+            np.tile(cut, 3)[None].astype(np.uint8), np.ones((1, beside), np.uint8)
+        )[0, len(cut) : -len(cut)]
+        == 0
+    )
     return Piece(contour.astype(float) - 3, free)

@@ -1,4 +1,5 @@
-"""Arguments of the laws of drops (flights, view, impacts), and laws shared with nuisances."""
+"""Arguments of the laws of drops (flights, view, impacts), and laws shared with
+nuisances."""
 
 from dataclasses import dataclass
 
@@ -43,14 +44,16 @@ class Hits:
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """Places (n, 2) along the stated plumb line if the true one is `value` [deg] clockwise."""
+    """Places (n, 2) along the stated plumb line if the true one is `value` [deg]
+    clockwise."""
     c, s = np.cos(np.radians(value)), np.sin(np.radians(value))
     x, z = (places - view.middle).T
     return view.middle + np.column_stack([x * c + z * s, z * c - x * s])
 
 
 def scaled(places: np.ndarray, view: View, value: float) -> np.ndarray:
-    """As read with the stated scale: true place over 1 + `value`, about the middle of the view."""
+    """As read with the stated scale: true place over 1 + `value`, about the middle of
+    the view."""
     return view.middle + (places - view.middle) / (1 + value)
 
 
@@ -63,11 +66,14 @@ def keystone(places: np.ndarray, view: View, value: float) -> np.ndarray:
 def distorted(places: np.ndarray, view: View, value: float) -> np.ndarray:
     """r → r (1 + `value` (r/reach)²) about the middle of the view."""
     off = places - view.middle
-    return view.middle + off * (1 + value * (off**2).sum(1, keepdims=True) / view.reach**2)
+    return view.middle + off * (
+        1 + value * (off**2).sum(1, keepdims=True) / view.reach**2
+    )
 
 
 def wobbled(phase: int):
-    """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1: (−sin 2θ, cos 2θ)."""
+    """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1:
+    (−sin 2θ, cos 2θ)."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
         c, s = np.cos(2 * view.angle), np.sin(2 * view.angle)

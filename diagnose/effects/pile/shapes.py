@@ -1,4 +1,5 @@
-"""Shapes along a flank, and laws of heaps; u: share of the flank's way, 0 at the crest."""
+"""Shapes along a flank, and laws of heaps; u: share of the flank's way, 0 at the
+crest."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,7 +9,11 @@ import numpy as np
 from diagnose.effects.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
-BENDS, BEND_WIDTH, BEND_SD = (0.0, 0.1, 0.2, 0.3, 0.4), 0.08, 0.04  # sds by which a crest may depart from `crest`
+BENDS, BEND_WIDTH, BEND_SD = (
+    (0.0, 0.1, 0.2, 0.3, 0.4),
+    0.08,
+    0.04,
+)  # sds by which a crest may depart from `crest`
 
 
 def crest(u: np.ndarray) -> np.ndarray:
@@ -33,10 +38,16 @@ class Law:
     twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap.
     """
 
-    surface: Callable[[np.ndarray], np.ndarray] | None = None  # (u) → (n,) in shares of the height
+    surface: Callable[[np.ndarray], np.ndarray] | None = (
+        None  # (u) → (n,) in shares of the height
+    )
     angle_deg: float = 0.0  # of every flank
-    turn_deg: dict[str, float] = field(default_factory=dict)  # of flanks by Photo.reference
-    turn_after_deg: dict[str, float] = field(default_factory=dict)  # after the heap was poured
+    turn_deg: dict[str, float] = field(
+        default_factory=dict
+    )  # of flanks by Photo.reference
+    turn_after_deg: dict[str, float] = field(
+        default_factory=dict
+    )  # after the heap was poured
     plate_deg: float = 0.0  # clockwise, of the plate
     creep_deg: float = 0.0  # flattening from first to last photo
     weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))  # (R,)
@@ -53,7 +64,8 @@ class HeapEffect(Effect):
 
 
 def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
-    """Weights ∝ powers of stated quantities, those not stated left out; 1 on average."""
+    """Weights ∝ powers of stated quantities, those not stated left out; 1 on
+    average."""
 
     def weight(photos: tuple) -> np.ndarray:
         raised = np.ones(len(photos))
@@ -66,21 +78,47 @@ def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
     return weight
 
 
-def further(effect: str, source: str, **of: tuple[str, str, str, float, Law]) -> tuple[HeapEffect, ...]:
+def further(
+    effect: str, source: str, **of: tuple[str, str, str, float, Law]
+) -> tuple[HeapEffect, ...]:
     """Further parameters of an effect, each (sector, unit, meaning, prior sd, law)."""
     return tuple(
-        HeapEffect(f"{effect}.{name}", sector, unit, meaning, sd, -np.inf, np.inf, source, group=effect, law=law)
+        HeapEffect(
+            f"{effect}.{name}",
+            sector,
+            unit,
+            meaning,
+            sd,
+            -np.inf,
+            np.inf,
+            source,
+            group=effect,
+            law=law,
+        )
         for name, (sector, unit, meaning, sd, law) in of.items()
     )
 
 
-def bends(effect: str, source: str, weight: Callable[[tuple], np.ndarray]) -> tuple[HeapEffect, ...]:
+def bends(
+    effect: str, source: str, weight: Callable[[tuple], np.ndarray]
+) -> tuple[HeapEffect, ...]:
     """The crest's own shape, as bumps at BENDS of the way."""
 
     def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
         return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
 
     said = "crest's own shape at {:.0%} of the way"
-    return further(effect, source, **{
-        f"bend-{at:g}": ("crest", "1", said.format(at), BEND_SD, Law(surface=bump(at), weight=weight)) for at in BENDS
-    })  # fmt: skip
+    return further(
+        effect,
+        source,
+        **{
+            f"bend-{at:g}": (
+                "crest",
+                "1",
+                said.format(at),
+                BEND_SD,
+                Law(surface=bump(at), weight=weight),
+            )
+            for at in BENDS
+        },
+    )

@@ -1,4 +1,5 @@
-"""The centre rises and falls twice a turn: h = ½ (c cos φ + s sin φ), rise √(c² + s²)."""
+"""The centre rises and falls twice a turn: h = ½ (c cos φ + s sin φ), rise √(c² +
+s²)."""
 
 import numpy as np
 
@@ -8,7 +9,8 @@ NAME, PRIOR_SD_MM = "shape-barrier", 0.1
 
 
 def rise(e) -> tuple[float, float]:
-    """√ of the mean of c² + s² over the runs [mm], corrected for its variance; and its sd."""
+    """√ of the mean of c² + s² over the runs [mm], corrected for its variance; and its
+    sd."""
     mean, covariance = e.table.estimate(e.names, 5.0)
     first = sum(len(e.table.index[n]) for n in e.names[: e.names.index(NAME)]) + 1
     own = np.arange(first, first + len(e.table.index[NAME]) - 1)
@@ -22,11 +24,19 @@ def quadratures(count: int) -> dict[str, Effect]:
     """c ("cos") and s ("sin") [mm] of `count` recordings."""
     found = [
         Effect(
-            name=f"{NAME}.{kind}.{r}", sector="run-out", unit="mm", meaning=f"{kind} of the rise", prior_sd=PRIOR_SD_MM, low=-5.0,
-            high=5.0, source=f"see {NAME}", group=NAME,
+            name=f"{NAME}.{kind}.{r}",
+            sector="run-out",
+            unit="mm",
+            meaning=f"{kind} of the rise",
+            prior_sd=PRIOR_SD_MM,
+            low=-5.0,
+            high=5.0,
+            source=f"see {NAME}",
+            group=NAME,
         )
-        for r in range(count) for kind in ("cos", "sin")
-    ]  # fmt: skip
+        for r in range(count)
+        for kind in ("cos", "sin")
+    ]
     return {e.name: e for e in found}
 
 
@@ -37,9 +47,20 @@ def ripple(at: dict[str, float], r: int) -> tuple[float, float]:
 
 EFFECTS = (
     Effect(
-        name=NAME, sector="run-out", unit="mm", meaning="rise", prior_sd=PRIOR_SD_MM, low=0.0, high=5.0, summary=rise,
-        source="potential energy of an ellipse that rolls: its centre rises by the difference of its half axes",
-        wording=("the seed's shape makes it climb as it rolls", "mm"), not_simulated="shape is the twin's own already",
+        name=NAME,
+        sector="run-out",
+        unit="mm",
+        meaning="rise",
+        prior_sd=PRIOR_SD_MM,
+        low=0.0,
+        high=5.0,
+        summary=rise,
+        source=(
+            "potential energy of an ellipse that rolls: its centre rises by the"
+            " difference of its half axes"
+        ),
+        wording=("the seed's shape makes it climb as it rolls", "mm"),
+        not_simulated="shape is the twin's own already",
         separating="the seed's turning in the picture (angle_deg), and its sizes",
     ),
-)  # fmt: skip
+)

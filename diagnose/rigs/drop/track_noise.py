@@ -1,4 +1,5 @@
-"""Noise of a session's tracks: residuals about a curve more flexible than any effect."""
+"""Noise of a session's tracks: residuals about a curve more flexible than any
+effect."""
 
 from dataclasses import dataclass
 
@@ -35,13 +36,20 @@ def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
     return legendre.legvander(tau / half, DEGREE)[:, SMOOTH.start :]
 
 
-def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -> TrackNoise:
-    """ρ and white share by REML over the longest flights, or `known`; σ of each recording."""
+def estimate_noise(
+    session: Session, known: tuple[Noise, Noise] | None = None
+) -> TrackNoise:
+    """ρ and white share by REML over the longest flights, or `known`; σ of each
+    recording."""
     axes, sigma = [], np.empty((len(session.names), 2))
     least = max(EXACT_M, TRACKER_PX * session.view.pixel)
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
-        noise = known[axis] if known else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
+        noise = (
+            known[axis]
+            if known
+            else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
+        )
         found = spreads(stretches, session.recording, len(session.names), noise)
         sigma[:, axis] = np.maximum(found, least)
         if np.ptp(session.places[:, axis]) < EXACT_M:
@@ -52,15 +60,37 @@ def estimate_noise(session: Session, known: tuple[Noise, Noise] | None = None) -
 
 def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     rows = slice(session.first[flight], session.stop[flight])
-    tau, angle, phase = session.tau[rows], session.angle[rows], session.view.phase[rows, axis]
+    tau, angle, phase = (
+        session.tau[rows],
+        session.angle[rows],
+        session.view.phase[rows, axis],
+    )
     if len(tau) < LEAST_ROWS:  # a line beside known gravity
         fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
-        return Stretch(legendre.legvander(tau / session.half[flight], 1), fallen - fallen.mean(), frame_lag(session.frame[rows]))
-    degree = min(DEGREE, max(2, len(tau) // 25))  # a short flight's curve must not take the noise for motion
+        return Stretch(
+            legendre.legvander(tau / session.half[flight], 1),
+            fallen - fallen.mean(),
+            frame_lag(session.frame[rows]),
+        )
+    degree = min(
+        DEGREE, max(2, len(tau) // 25)
+    )  # a short flight's curve must not take the noise for motion
     columns = [legendre.legvander(tau / session.half[flight], degree)]
     if len(tau) > 60:  # waves of less than a turn are covered by the curve
-        columns += [np.column_stack([np.cos(2 * angle), np.sin(2 * angle)])] if np.ptp(2 * angle) > 2 * np.pi else []
-        columns += [np.column_stack([np.cos(phase), np.sin(phase)])] if np.ptp(phase) > 4 * np.pi else []
+        columns += (
+            [np.column_stack([np.cos(2 * angle), np.sin(2 * angle)])]
+            if np.ptp(2 * angle) > 2 * np.pi
+            else []
+        )
+        columns += (
+            [np.column_stack([np.cos(phase), np.sin(phase)])]
+            if np.ptp(phase) > 4 * np.pi
+            else []
+        )
     left, size, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
     data = session.places[rows, axis]
-    return Stretch(left[:, size > 1e-3 * size[0]], data - data.mean(), frame_lag(session.frame[rows]))
+    return Stretch(
+        left[:, size > 1e-3 * size[0]],
+        data - data.mean(),
+        frame_lag(session.frame[rows]),
+    )

@@ -1,9 +1,8 @@
 """Flights under gravity and any force that depends on velocity and spin, all at once.
 
 x(t) = x₀ + v₀ τ + ∬ a(v),  τ = t − middle of the flight: Picard iteration on a(v) at
-Chebyshev–Lobatto points, exact for parabolas and to 1e-9 of the fall for drag. Source: Clenshaw &
-Norton (1963), Comput. J. 6, 88.
-"""
+Chebyshev–Lobatto points, exact for parabolas and to 1e-9 of the fall for drag. Source:
+Clenshaw & Norton (1963), Comput. J. 6, 88."""
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -13,13 +12,16 @@ MAX_ITERATIONS = 60
 SMALL_M_S = 1e-6  # for derivatives
 NODES = -np.cos(np.pi * np.arange(POINTS) / (POINTS - 1))
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(NODES, POINTS - 1))
-_ONCE = np.array([chebyshev.chebint(c, lbnd=0) for c in _TO_COEFFICIENTS.T])  # (points, degree): ∫₀ of each cardinal function
+_ONCE = np.array(
+    [chebyshev.chebint(c, lbnd=0) for c in _TO_COEFFICIENTS.T]
+)  # (points, degree): ∫₀ of each cardinal function
 _TWICE = np.array([chebyshev.chebint(c, m=2, lbnd=0) for c in _TO_COEFFICIENTS.T])
 _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
 def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
-    """a (F, POINTS, 2) of a force(velocity) on flights that have `speeds` in their middle."""
+    """a (F, POINTS, 2) of a force(velocity) on flights that have `speeds` in their
+    middle."""
     velocity = np.repeat(speeds[:, None, :], POINTS, axis=1)
     for _ in range(MAX_ITERATIONS):
         now = force(velocity)
@@ -31,26 +33,42 @@ def accelerations(speeds: np.ndarray, half: np.ndarray, force) -> np.ndarray:
     return force(velocity)
 
 
-def changes(velocity: np.ndarray, half: np.ndarray, force, speeds: np.ndarray, direct: np.ndarray) -> np.ndarray:
-    """Derivative of `accelerations` by those speeds (K, F, 2), and by the force itself (direct)."""
+def changes(
+    velocity: np.ndarray,
+    half: np.ndarray,
+    force,
+    speeds: np.ndarray,
+    direct: np.ndarray,
+) -> np.ndarray:
+    """Derivative of `accelerations` by those speeds (K, F, 2), and by the force itself
+    (direct)."""
     now = force(velocity)
-    slopes = [(force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)]
+    slopes = [
+        (force(velocity + small) - now) / SMALL_M_S for small in SMALL_M_S * np.eye(2)
+    ]
     out = direct
     for _ in range(MAX_ITERATIONS):
         moved = speeds_at_nodes(speeds, half, out)
-        before, out = out, direct + moved[..., :1] * slopes[0] + moved[..., 1:] * slopes[1]
+        before, out = (
+            out,
+            direct + moved[..., :1] * slopes[0] + moved[..., 1:] * slopes[1],
+        )
         if np.abs(out - before).max() <= 1e-9 * np.abs(out).max():
             break
     return out
 
 
-def speeds_at_nodes(speeds: np.ndarray, half: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Velocities (…, F, POINTS, 2) of flights that pass their middle with `speeds` (…, F, 2)."""
+def speeds_at_nodes(
+    speeds: np.ndarray, half: np.ndarray, push: np.ndarray
+) -> np.ndarray:
+    """Velocities (…, F, POINTS, 2) of flights that pass their middle with `speeds` (…,
+    F, 2)."""
     return speeds[..., None, :] + half[:, None, None] * (_SPEEDS_AT_NODES @ push)
 
 
 def shift_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
-    """(n, POINTS): displacement at τ by unit acceleration at each node, in half²; half (n,)."""
+    """(n, POINTS): displacement at τ by unit acceleration at each node, in half²; half
+    (n,)."""
     return chebyshev.chebvander(tau / half, POINTS + 1) @ _TWICE.T
 
 
@@ -59,8 +77,17 @@ def speed_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
     return chebyshev.chebvander(tau / half, POINTS) @ _ONCE.T
 
 
-def positions_at_nodes(starts: np.ndarray, half: np.ndarray, push: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def positions_at_nodes(
+    starts: np.ndarray, half: np.ndarray, push: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities (F, POINTS, 2) for starts and accelerations."""
     tau = half[:, None, None] * NODES[None, :, None]
-    shift = np.einsum("ij,fjc->fic", chebyshev.chebvander(NODES, POINTS + 1) @ _TWICE.T, push) * half[:, None, None] ** 2
-    return starts[:, None, :2] + starts[:, None, 2:4] * tau + shift, speeds_at_nodes(starts[:, 2:4], half, push)
+    shift = (
+        np.einsum(
+            "ij,fjc->fic", chebyshev.chebvander(NODES, POINTS + 1) @ _TWICE.T, push
+        )
+        * half[:, None, None] ** 2
+    )
+    return starts[:, None, :2] + starts[:, None, 2:4] * tau + shift, speeds_at_nodes(
+        starts[:, 2:4], half, push
+    )

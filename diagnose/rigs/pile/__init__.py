@@ -1,1 +1,2 @@
-"""Heaps: what surfaces in photos tell of cohesion, walls, gate, shaking, tilt and shape."""
+"""Heaps: what surfaces in photos tell of cohesion, walls, gate, shaking, tilt and
+shape."""

@@ -1,12 +1,12 @@
 """A heap's flanks in shares of their own size, independent of position, size and angle.
 
-    u = (distance out from the top of the flank's line) / (its way to the plate),   v = height / H
+    u = (distance out from the top of the flank's line) / (its way to the plate),
+    v = height / H
 
-A straight flank is v = 1 − u. The line is that through 20–80 % of the crest's height. Two flanks:
-the top is where their lines meet. One flank: the wall's foot; a heap whose top never moved (its
-line passes above it at the wall) starts where the line reaches the crest's height, and its crest
-is not used, nor half a seed next to a wall.
-"""
+A straight flank is v = 1 − u. The line is that through 20–80 % of the crest's height.
+Two flanks: the top is where their lines meet. One flank: the wall's foot; a heap whose
+top never moved (its line passes above it at the wall) starts where the line reaches the
+crest's height, and its crest is not used, nor half a seed next to a wall."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -16,12 +16,17 @@ from scipy.ndimage import uniform_filter1d
 
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
 STEP, REACH = 0.0125, 1.4  # of u
-PLATEAU = 1.15  # height of the line at the wall, over the crest, above which the top never moved
+# height of the line at the wall, over the crest, above which the top never moved
+PLATEAU = 1.15
 WALL_JUMP = 0.12  # of the crest's height
 LEAST_ROWS = 40
-EDGE = 0.03  # of the flank's way, where no seed's size is known: half a seed, of which at a wall only the round side is seen
+# of the flank's way, where no seed's size is known: half a seed, of which at a wall
+# only the round side is seen
+EDGE = 0.03
 SAME_SIZE = 0.2  # of ln
-SAME_VIEW = 0.5  # correlation of the grains' outline between photos that follow each other
+SAME_VIEW = (
+    0.5  # correlation of the grains' outline between photos that follow each other
+)
 GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
@@ -63,7 +68,10 @@ class Photo:
     def stated(self) -> tuple:
         """Known quantities that may differ; photos of equal `stated` are repeats."""
         size = np.round(np.log(self.rig_mm) / SAME_SIZE)
-        known = np.nan_to_num([self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size], nan=-1.0)
+        known = np.nan_to_num(
+            [self.gate_speed_mm_s, self.photo_s, self.width_mm, self.seed_mm, size],
+            nan=-1.0,
+        )
         return (*known.tolist(), *sorted(self.conditions.items()))
 
 
@@ -83,7 +91,10 @@ def photos_of(piles) -> tuple[tuple[Photo, ...], tuple[str, ...]]:
             none += f": {doubts}" if doubts else ""
             refused.append(f"{seen.recording}: {seen.trouble or none}")
     if not photos:
-        raise ValueError("no photo shows a flank from crest to toe" + "".join(f"\n  {r}" for r in refused))
+        raise ValueError(
+            "no photo shows a flank from crest to toe"
+            + "".join(f"\n  {r}" for r in refused)
+        )
     return tuple(_by_heap(photos, kept)), tuple(refused)
 
 
@@ -92,9 +103,13 @@ def _by_heap(photos: list[Photo], piles: list) -> list[Photo]:
     groups: dict[tuple, list[tuple]] = {}
     for photo, seen in zip(photos, piles, strict=True):
         since = photo.photo_s if np.isfinite(photo.photo_s) else None
-        groups.setdefault((seen.heap or seen.recording, since), []).append((seen, photo))
+        groups.setdefault((seen.heap or seen.recording, since), []).append(
+            (seen, photo)
+        )
     pairs = [tuple(map(list, zip(*group))) for group in groups.values()]
-    return [replace(_mean(mine), creep_deg=creep_deg(seen, mine)) for seen, mine in pairs]
+    return [
+        replace(_mean(mine), creep_deg=creep_deg(seen, mine)) for seen, mine in pairs
+    ]
 
 
 def _mean(photos: list[Photo]) -> Photo:
@@ -102,25 +117,43 @@ def _mean(photos: list[Photo]) -> Photo:
     first = photos[0]
     if len(photos) == 1:
         return first
-    sides = [f.side for f in first.flanks if all(f.side in [g.side for g in p.flanks] for p in photos)]
-    flanks = tuple(_mean_flank([f for p in photos for f in p.flanks if f.side == side]) for side in sides)
+    sides = [
+        f.side
+        for f in first.flanks
+        if all(f.side in [g.side for g in p.flanks] for p in photos)
+    ]
+    flanks = tuple(
+        _mean_flank([f for p in photos for f in p.flanks if f.side == side])
+        for side in sides
+    )
     plate = float(np.mean([p.plate_deg for p in photos]))
     notes = tuple(dict.fromkeys(n for p in photos for n in p.notes))
     name = first.recording.rpartition("/")[0] or first.recording
-    return replace(first, recording=name, flanks=flanks or first.flanks, plate_deg=plate, notes=notes)
+    return replace(
+        first,
+        recording=name,
+        flanks=flanks or first.flanks,
+        plate_deg=plate,
+        notes=notes,
+    )
 
 
 def _mean_flank(flanks: list[Flank]) -> Flank:
     low, high = max(f.u[0] for f in flanks), min(f.u[-1] for f in flanks)
     at = flanks[0].u[(flanks[0].u >= low - 1e-9) & (flanks[0].u <= high + 1e-9)]
     v = np.mean([np.interp(at, f.u, f.v) for f in flanks], axis=0)
-    means = (float(np.mean([getattr(f, k) for f in flanks])) for k in ("angle_deg", "height", "length", "start"))
+    means = (
+        float(np.mean([getattr(f, k) for f in flanks]))
+        for k in ("angle_deg", "height", "length", "start")
+    )
     return Flank(flanks[0].side, at, v, *means)
 
 
 def photo_of(seen) -> Photo:
     """Turned upright, heights from the plate's line, each flank in its own shares."""
-    camera, pile, seed = (seen.description.get(s, {}) for s in ("camera", "pile", "seed"))
+    camera, pile, seed = (
+        seen.description.get(s, {}) for s in ("camera", "pile", "seed")
+    )
     plumb, plate_seen = camera.get("plumb_deg"), seen.base_source != "toe"
     reference = "plumb" if plumb is not None else "plate" if plate_seen else "rows"
     level = {"plumb": plumb, "plate": seen.base_deg, "rows": 0.0}[reference]
@@ -128,22 +161,47 @@ def photo_of(seen) -> Photo:
     crest = _upright_x(seen.crest_x, seen, level)
     notes: list[str] = []
     lean = float(np.tan(np.radians(seen.base_deg - level)))
-    half = seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
-    flanks = _flanks(x, height, crest, [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x], lean, half, notes)
+    half = (
+        seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
+    )
+    flanks = _flanks(
+        x,
+        height,
+        crest,
+        [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x],
+        lean,
+        half,
+        notes,
+    )
     box = pile.get("box_mm")
     both = plumb is not None and plate_seen
     return Photo(
-        seen.recording, seen.session, seen.unit, flanks, reference, seen.base_deg - plumb if both else float("nan"),
-        seen.base_sd_deg, camera.get("plumb_sd_deg", 0.5), pile.get("gate_speed_mm_s", float("nan")),
-        pile.get("photo_s", float("nan")), box[1] if box else float("nan"), seed.get("length_mm", float("nan")), _rig_mm(pile),
-        (*notes, *(n for n in seen.notes if "cut by" in n)), seen.description.get("conditions", {}),
-    )  # fmt: skip
+        seen.recording,
+        seen.session,
+        seen.unit,
+        flanks,
+        reference,
+        seen.base_deg - plumb if both else float("nan"),
+        seen.base_sd_deg,
+        camera.get("plumb_sd_deg", 0.5),
+        pile.get("gate_speed_mm_s", float("nan")),
+        pile.get("photo_s", float("nan")),
+        box[1] if box else float("nan"),
+        seed.get("length_mm", float("nan")),
+        _rig_mm(pile),
+        (*notes, *(n for n in seen.notes if "cut by" in n)),
+        seen.description.get("conditions", {}),
+    )
 
 
 def _rig_mm(pile: dict) -> float:
     """√(width × fill height) of what was emptied, or its width; NaN if not stated."""
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
-    return float(np.sqrt(across * pile["fill_height_mm"])) if "fill_height_mm" in pile else float(across)
+    return (
+        float(np.sqrt(across * pile["fill_height_mm"]))
+        if "fill_height_mm" in pile
+        else float(across)
+    )
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
@@ -159,11 +217,16 @@ def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _upright_x(x: float, seen, level_deg: float) -> float:
     """The same for one place on the surface."""
-    z = np.interp(x, seen.x[np.isfinite(seen.z)], seen.z[np.isfinite(seen.z)]) - seen.base_z
+    z = (
+        np.interp(x, seen.x[np.isfinite(seen.z)], seen.z[np.isfinite(seen.z)])
+        - seen.base_z
+    )
     return float(x * np.cos(np.radians(level_deg)) - z * np.sin(np.radians(level_deg)))
 
 
-def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]) -> tuple[Flank, ...]:
+def _flanks(
+    x, height, crest: float, toes, lean: float, half_seed: float, notes: list[str]
+) -> tuple[Flank, ...]:
     """lean: how far the plate falls per x; half_seed: in the photo's unit, or NaN."""
     found = []
     for side, toe in ((-1, toes[0]), (1, toes[1])):
@@ -183,15 +246,39 @@ def _flanks(x, height, crest: float, toes, lean: float, half_seed: float, notes:
         if not np.isfinite(level) or level <= 0:
             continue
         length = level / slope
-        edge = 0.0 if len(found) > 1 else half_seed / length if np.isfinite(half_seed) else EDGE
-        u, v = _rows(out / length, height / level, max(cut, edge), min(side * (toe - start) / length, REACH))
+        edge = (
+            0.0
+            if len(found) > 1
+            else half_seed / length
+            if np.isfinite(half_seed)
+            else EDGE
+        )
+        u, v = _rows(
+            out / length,
+            height / level,
+            max(cut, edge),
+            min(side * (toe - start) / length, REACH),
+        )
         if len(u) >= LEAST_ROWS:
-            made.append(Flank(side, u, v, float(np.degrees(np.arctan(slope + side * lean))), level, length, start))
+            made.append(
+                Flank(
+                    side,
+                    u,
+                    v,
+                    float(np.degrees(np.arctan(slope + side * lean))),
+                    level,
+                    length,
+                    start,
+                )
+            )
     return tuple(made)
 
 
-def _line(out: np.ndarray, height: np.ndarray, toe: float) -> tuple[float, float] | None:
-    """Slope (falling, positive) and height at the crest of the line through the window, or None."""
+def _line(
+    out: np.ndarray, height: np.ndarray, toe: float
+) -> tuple[float, float] | None:
+    """Slope (falling, positive) and height at the crest of the line through the window,
+    or None."""
     here = (out >= 0) & (out <= toe)
     if here.sum() < LEAST_ROWS // 2:
         return None
@@ -216,7 +303,13 @@ def _top(x, height, crest: float, found, notes: list[str]) -> tuple[float, float
     if not found:
         return crest, 0.0
     side, _, (slope, level) = found[0]
-    top = float(np.interp(crest, x, uniform_filter1d(height, max(3, len(x) // 100) | 1, mode="nearest")))
+    top = float(
+        np.interp(
+            crest,
+            x,
+            uniform_filter1d(height, max(3, len(x) // 100) | 1, mode="nearest"),
+        )
+    )
     wall = _wall(side * (x - crest), height, top)
     if level - slope * wall <= PLATEAU * top:
         return crest + side * wall, 0.0
@@ -236,7 +329,9 @@ def _wall(out: np.ndarray, height: np.ndarray, top: float) -> float:
     return reach
 
 
-def _rows(u: np.ndarray, v: np.ndarray, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+def _rows(
+    u: np.ndarray, v: np.ndarray, low: float, high: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Means over steps of u between `low` and `high`."""
     edges = np.arange(low, high, STEP)
     if len(edges) < 2:
@@ -249,16 +344,22 @@ def _rows(u: np.ndarray, v: np.ndarray, low: float, high: float) -> tuple[np.nda
 
 
 def creep_deg(piles: list, photos: list) -> float:
-    """By how much flanks [deg] flatten from first to last photo; NaN where not comparable."""
+    """By how much flanks [deg] flatten from first to last photo; NaN where not
+    comparable."""
     angles = [_angle_deg(photo) for photo in photos]
-    if len(piles) < 2 or not np.isfinite(angles).all() or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW:
+    if (
+        len(piles) < 2
+        or not np.isfinite(angles).all()
+        or min(_alike(a, b) for a, b in pairwise(piles)) < SAME_VIEW
+    ):
         return float("nan")
     turns = np.arange(len(angles))
     return float(-np.polyfit(turns, angles, 1)[0] * turns[-1])
 
 
 def _angle_deg(photo) -> float:
-    """Mean angle of the flanks against the plate, NaN where the camera's tilt is unknown."""
+    """Mean angle of the flanks against the plate, NaN where the camera's tilt is
+    unknown."""
     known = np.isfinite(photo.plate_deg)
     if len(photo.flanks) < 2 and photo.reference != "plate" and not known:
         return float("nan")
@@ -269,13 +370,31 @@ def _angle_deg(photo) -> float:
 def _alike(one, other) -> float:
     """Correlation of the short waves of two surfaces."""
     count = min(len(one.z), len(other.z))
-    if count < 2 or one.unit != other.unit or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0]):
+    if (
+        count < 2
+        or one.unit != other.unit
+        or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0])
+    ):
         return 0.0
-    high = max(3, round(GRAINS * float(np.nanmax(one.z - one.base_z)) / float(one.x[1] - one.x[0]))) | 1
+    high = (
+        max(
+            3,
+            round(
+                GRAINS
+                * float(np.nanmax(one.z - one.base_z))
+                / float(one.x[1] - one.x[0])
+            ),
+        )
+        | 1
+    )
     a, b = (_grains(seen.z[:count], high) for seen in (one, other))
     there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
     a, b = a[there], b[there]
-    return float(np.corrcoef(a, b)[0, 1]) if len(a) > 2 and a.std() > 0 and b.std() > 0 else 0.0
+    return (
+        float(np.corrcoef(a, b)[0, 1])
+        if len(a) > 2 and a.std() > 0 and b.std() > 0
+        else 0.0
+    )
 
 
 def _grains(z: np.ndarray, wide: int) -> np.ndarray:

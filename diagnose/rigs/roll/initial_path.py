@@ -1,7 +1,8 @@
-"""A first path of a roll: at rest, speeding up, slowing down, at rest. Initialises the fit.
+"""A first path of a roll: at rest, speeding up, slowing down, at rest. Initialises the
+fit.
 
-x = x₀ + a B(t; t₀, t₁, t₂): the speed of B grows by 1 a second from t₀ to t₁ and falls to 0 at t₂.
-"""
+x = x₀ + a B(t; t₀, t₁, t₂): the speed of B grows by 1 a second from t₀ to t₁ and falls
+to 0 at t₂."""
 
 from dataclasses import dataclass
 
@@ -22,7 +23,11 @@ class Path:
     @property
     def slowing(self) -> float:
         """Deceleration on the level [m/s²]."""
-        return self.acceleration * (self.corner - self.release) / max(self.stop - self.corner, 1e-9)
+        return (
+            self.acceleration
+            * (self.corner - self.release)
+            / max(self.stop - self.corner, 1e-9)
+        )
 
     @property
     def way_down(self) -> float:
@@ -39,12 +44,16 @@ def shape(time: np.ndarray, release: float, corner: float, stop: float) -> np.nd
 
 
 def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
-    """Least squares over all five numbers, from several starts; ValueError where nothing rolls."""
+    """Least squares over all five numbers, from several starts; ValueError where
+    nothing rolls."""
     thin = slice(None, None, max(1, len(time) // 200))
     t, y = time[thin], x[thin]
     begin, end = t[0], t[-1]
     span, way = end - begin, np.ptp(y)
-    quarter = [float(np.interp(q * way + y[0], np.maximum.accumulate(y), t)) for q in (0.01, 0.05, 0.2, 0.99)]
+    quarter = [
+        float(np.interp(q * way + y[0], np.maximum.accumulate(y), t))
+        for q in (0.01, 0.05, 0.2, 0.99)
+    ]
 
     def solve(times):
         basis = shape(t, *times)
@@ -60,21 +69,42 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
 
     def first(share):
         up = share * span
-        start = np.array([quarter[0], np.log(up), np.log(max(quarter[3] - quarter[0] - up, 0.2 * span))])
-        return minimize(misfit, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150})
+        start = np.array(
+            [
+                quarter[0],
+                np.log(up),
+                np.log(max(quarter[3] - quarter[0] - up, 0.2 * span)),
+            ]
+        )
+        return minimize(
+            misfit,
+            start,
+            method="Nelder-Mead",
+            options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150},
+        )
 
-    best = min((first(share) for share in (0.03, 0.1, 0.25)), key=lambda found: found.fun)
-    best = minimize(misfit, best.x, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300})
+    best = min(
+        (first(share) for share in (0.03, 0.1, 0.25)), key=lambda found: found.fun
+    )
+    best = minimize(
+        misfit,
+        best.x,
+        method="Nelder-Mead",
+        options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300},
+    )
     release, up, on = best.x[0], np.exp(best.x[1]), np.exp(best.x[2])
     corner, stop = release + up, release + up + on
     place, acceleration = solve((release, corner, stop))
     if not acceleration > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
-    return Path(float(release), float(corner), float(stop), float(place), float(acceleration))
+    return Path(
+        float(release), float(corner), float(stop), float(place), float(acceleration)
+    )
 
 
 def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
-    """Of a seed that stays on its incline: a parabola; corner and stop lie behind it."""
+    """Of a seed that stays on its incline: a parabola; corner and stop lie behind
+    it."""
     going = int(np.argmax(x > x[0] + 0.02 * np.ptp(x)))
     first = max(min(going - 1, len(x) - 3), 0)
     at = time.mean()
@@ -83,19 +113,31 @@ def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
         raise ValueError("the seed does not speed up on its incline")
     rest = -speed / (2 * half)
     corner = time[-1] + 0.3 * (time[-1] - at - rest)
-    return Path(float(at + rest), float(corner), float(2 * corner - at - rest), float(place - half * rest**2), float(2 * half))
+    return Path(
+        float(at + rest),
+        float(corner),
+        float(2 * corner - at - rest),
+        float(place - half * rest**2),
+        float(2 * half),
+    )
 
 
 FEW_UNKNOWNS = 5  # of a path: place, release, corner, stop, acceleration
 USUAL_FRICTION = 0.03
 
 
-def path_of_few(time: np.ndarray, x: np.ndarray, f: float, incline: float, length: float) -> Path:
-    """Of few rows on both legs, from stated incline [rad] and length [m]; f: g over inertia."""
+def path_of_few(
+    time: np.ndarray, x: np.ndarray, f: float, incline: float, length: float
+) -> Path:
+    """Of few rows on both legs, from stated incline [rad] and length [m]; f: g over
+    inertia."""
     if not (np.isfinite(incline) and np.isfinite(length)):
         if len(x) > FEW_UNKNOWNS:
             return fit_path(time, x)
-        raise ValueError(f"{len(x)} rows; [roll] incline_deg and incline_length_mm are missing, without which it takes {FEW_UNKNOWNS + 1}")
+        raise ValueError(
+            f"{len(x)} rows; [roll] incline_deg and incline_length_mm are missing,"
+            f" without which it takes {FEW_UNKNOWNS + 1}"
+        )
     drive = f * (np.sin(incline) - USUAL_FRICTION * np.cos(incline))
     down = (2 * length / drive) ** 0.5
     if x[0] < 0.5 * length:
@@ -104,4 +146,10 @@ def path_of_few(time: np.ndarray, x: np.ndarray, f: float, incline: float, lengt
         release = time[0] - down - max(x[0] - length, 0.0) / (drive * down)
     level = np.maximum(x - length, 1e-3)[x > length]
     slow = (drive * down) ** 2 / 2 / max(level.max() if len(level) else length, 1e-3)
-    return Path(float(release), float(release + down), float(release + down + drive * down / slow), 0.0, float(drive))
+    return Path(
+        float(release),
+        float(release + down),
+        float(release + down + drive * down / slow),
+        0.0,
+        float(drive),
+    )

@@ -1,9 +1,9 @@
 """From parameters to the travel of each run that a camera reads.
 
-Locals of a run (OWN): time and place of release [s, m], way on the incline beside the stated one
-[m], incline [deg] and rolling friction (relative) beside the common ones, drag (relative) beside
-that of the stated sizes, depth [m] and direction of the run beside the plane of the scale.
-"""
+Locals of a run (OWN): time and place of release [s, m], way on the incline beside the
+stated one [m], incline [deg] and rolling friction (relative) beside the common ones,
+drag (relative) beside that of the stated sizes, depth [m] and direction of the run
+beside the plane of the scale."""
 
 import math
 from dataclasses import dataclass, field
@@ -20,7 +20,16 @@ from diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 SPEEDS = 240  # points of the table of resistance over speed
 REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
-OWN = ("release_s", "place_m", "length_m", "incline_deg", "mu", "drag", "depth_m", "astray")
+OWN = (
+    "release_s",
+    "place_m",
+    "length_m",
+    "incline_deg",
+    "mu",
+    "drag",
+    "depth_m",
+    "astray",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +49,20 @@ class Model:
     seen: dict = field(default_factory=dict)  # cache of predictions
 
     def usual_loss(self, r: int, rank: float) -> float:
-        """Share of the speed that the corner takes of run r; rank: the nuisance `corner`."""
+        """Share of the speed that the corner takes of run r; rank: the nuisance
+        `corner`."""
         return usual_loss(self.incline[r], self.seed.inertia, self.mu, rank)
 
     def relevant(self, r: int) -> tuple[str, ...]:
-        """Globals on which run r depends: no other session's scale, no other run's parameter."""
+        """Globals on which run r depends: no other session's scale, no other run's
+        parameter."""
         scale = f"scale.{self.runs[r].session}"
         return tuple(
-            n for n in self.names
-            if (n == scale or not n.startswith("scale.")) and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
-        )  # fmt: skip
+            n
+            for n in self.names
+            if (n == scale or not n.startswith("scale."))
+            and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
+        )
 
 
 @dataclass(frozen=True)
@@ -70,9 +83,16 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     beta = model.incline[r] + math.radians(own[3] + get("incline", 0.0))
     mu = max(model.mu * (1 + get("mu", 0.0)) * (1 + own[4]), 0.0)
     length = max(model.length[r] + own[2], 1e-4)
-    speed = math.sqrt(max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6))
-    way = {"level": drive(get("level", 0.0), model.runs[r].sign), "keep": 1 - model.usual_loss(r, get("corner", 0.0))}
-    if "oval" in at:  # d ln(1 + I/(m h²)) = −2 (1 − 1/c) δh/r for an ellipse; half of it, ± half: seeds are not ellipses
+    speed = math.sqrt(
+        max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6)
+    )
+    way = {
+        "level": drive(get("level", 0.0), model.runs[r].sign),
+        "keep": 1 - model.usual_loss(r, get("corner", 0.0)),
+    }
+    # d ln(1 + I/(m h²)) = −2 (1 − 1/c) δh/r for an ellipse; half of it, ± half: seeds
+    # are not ellipses
+    if "oval" in at:
         way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
     resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
     context = Context(model.runs[r], seed, speed, resisted, at)
@@ -82,15 +102,26 @@ def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     if model.runs[r].stays:  # the whole apparatus leans
         beta += math.asin(max(min(way["level"], 0.9), -0.9))
     return Way(
-        own[0], own[1], own[1] + length, f, math.sin(beta), math.cos(beta), mu, ripple=ripple(at, r), turn=model.turn[r],
-        phase=model.phase[r], **way,
-    )  # fmt: skip
+        own[0],
+        own[1],
+        own[1] + length,
+        f,
+        math.sin(beta),
+        math.cos(beta),
+        mu,
+        ripple=ripple(at, r),
+        turn=model.turn[r],
+        phase=model.phase[r],
+        **way,
+    )
 
 
 def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
     """Speed-dependent resistance over weight of run r: stated air, and effects."""
     air = model.seed.drag * (1 + at.get("air", 0.0)) * model.runs[r].drag * (1 + own[5])
-    acting = [(e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)]
+    acting = [
+        (e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)
+    ]
     if not air and not acting:
         return NOTHING
     speed = np.linspace(0, model.top, SPEEDS)
@@ -110,25 +141,40 @@ def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.n
     return model.seen[key]
 
 
-def run_motion(model: Model, r: int, own: np.ndarray, at: dict[str, float], more: Table | None = None, place: Table = NOTHING,
-          time: Table = NOTHING, way: Way | None = None) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+def run_motion(
+    model: Model,
+    r: int,
+    own: np.ndarray,
+    at: dict[str, float],
+    more: Table | None = None,
+    place: Table = NOTHING,
+    time: Table = NOTHING,
+    way: Way | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Travel as read (n,) [m] and true speed (n,) [m/s] of run r.
 
-    more: further resistance over speed; place, time: pushes over weight along travel and time since
-    release; way: instead of `way_of`.
-    """
+    more: further resistance over speed; place, time: pushes over weight along travel
+    and time since release; way: instead of `way_of`."""
     by_speed = resistance_of(model, r, own, at)
     if more is not None:
         grid = more.low + more.step * np.arange(len(more.values))
         known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low
-        by_speed = Table(more.low, more.step, more.values + np.interp(grid, known, by_speed.values))
-    # Rows are block means: the mean of two points one sd before and after agrees to third order.
+        by_speed = Table(
+            more.low, more.step, more.values + np.interp(grid, known, by_speed.values)
+        )
+    # Rows are block means: the mean of two points one sd before and after agrees to
+    # third order.
     run = model.runs[r]
     times = np.column_stack([run.time_s - run.spread_s, run.time_s + run.spread_s])
     x, v = (
-        both.reshape(-1, 2).mean(1) for both in travel(times.ravel(), way or way_of(model, r, own, at), by_speed, place, time)
+        both.reshape(-1, 2).mean(1)
+        for both in travel(
+            times.ravel(), way or way_of(model, r, own, at), by_speed, place, time
+        )
     )
-    off = x - 0.5 * (run.x.min() + run.x.max())  # perspective about the picture's middle
+    off = x - 0.5 * (
+        run.x.min() + run.x.max()
+    )  # perspective about the picture's middle
     x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
     x = x / (1 + at.get(f"scale.{run.session}", 0.0))
     if run.gates:

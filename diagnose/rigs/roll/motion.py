@@ -3,11 +3,11 @@
     dv/dt = F [ drive − n s (μ + R(|v|)) − n h'(x) + P(x) + Q(t) ] + o v² h'(x)
     F = g / (1 + I/(m r²))
 
-drive: sin β on the incline, that of the slope on the level; n: cos β and 1; s: sign of the motion;
-R: speed-dependent resistance over weight; h: height of the centre over its path; P, Q: pushes over
-weight; o: an oval seed turns more slowly where its centre is high (v = ω h). Runge–Kutta of fourth
-order between events, each met exactly. R, P, Q are tables, linear between points.
-"""
+drive: sin β on the incline, that of the slope on the level; n: cos β and 1; s: sign of
+the motion; R: speed-dependent resistance over weight; h: height of the centre over its
+path; P, Q: pushes over weight; o: an oval seed turns more slowly where its centre is
+high (v = ω h). Runge–Kutta of fourth order between events, each met exactly. R, P, Q
+are tables, linear between points."""
 
 from typing import NamedTuple
 
@@ -63,14 +63,26 @@ class Way(NamedTuple):
 
 
 def travel(
-    times: np.ndarray, way: Way, resistance: Table = NOTHING, place: Table = NOTHING, time: Table = NOTHING
+    times: np.ndarray,
+    way: Way,
+    resistance: Table = NOTHING,
+    place: Table = NOTHING,
+    time: Table = NOTHING,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Place and speed (n,) at `times` (n,), ascending."""
     ripple = abs(way.turn) if any(way.ripple) or len(place.values) > 1 else 0.0
     longest = max(LONGEST_STEP_S, (times[-1] - way.t0) / MOST_STEPS)
     way = way._replace(slip_time=max(way.slip_time, 1e-6))
     x, v = np.empty(len(times)), np.empty(len(times))
-    _travel(times, way, Tables(resistance, place, time), longest, ripple / LONGEST_TURN, x, v)
+    _travel(
+        times,
+        way,
+        Tables(resistance, place, time),
+        longest,
+        ripple / LONGEST_TURN,
+        x,
+        v,
+    )
     return x, v
 
 
@@ -125,12 +137,18 @@ def _rate(t, x, v, heading, way, on_incline, slipping, tables):
 def _step(t, x, v, h, heading, way, on_incline, slipping, tables):
     k1 = _rate(t, x, v, heading, way, on_incline, slipping, tables)
     v2 = v + 0.5 * h * k1
-    k2 = _rate(t + 0.5 * h, x + 0.5 * h * v, v2, heading, way, on_incline, slipping, tables)
+    k2 = _rate(
+        t + 0.5 * h, x + 0.5 * h * v, v2, heading, way, on_incline, slipping, tables
+    )
     v3 = v + 0.5 * h * k2
-    k3 = _rate(t + 0.5 * h, x + 0.5 * h * v2, v3, heading, way, on_incline, slipping, tables)
+    k3 = _rate(
+        t + 0.5 * h, x + 0.5 * h * v2, v3, heading, way, on_incline, slipping, tables
+    )
     v4 = v + h * k3
     k4 = _rate(t + h, x + h * v3, v4, heading, way, on_incline, slipping, tables)
-    return x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return x + h / 6 * (v + 2 * v2 + 2 * v3 + v4), v + h / 6 * (
+        k1 + 2 * k2 + 2 * k3 + k4
+    )
 
 
 @compiled
@@ -177,6 +195,9 @@ def _travel(times, way, tables, longest_step, steps_per_way, x_out, v_out):
                 v, stops = 0.0, stops + 1
                 push = _push(t, x, way, on_incline, tables)
                 normal = way.cos if on_incline else 1.0
-                resting = abs(push) <= normal * way.mu * (1 + 1e-9) + 1e-12 or stops > MOST_STOPS
+                resting = (
+                    abs(push) <= normal * way.mu * (1 + 1e-9) + 1e-12
+                    or stops > MOST_STOPS
+                )
                 heading = 1.0 if push > 0 else -1.0
         x_out[i], v_out[i] = x, 0.0 if t > times[i] or resting else v

@@ -1,4 +1,5 @@
-"""Noise of a session's rolls: residuals about curves more flexible than any effect, leg by leg."""
+"""Noise of a session's rolls: residuals about curves more flexible than any effect, leg
+by leg."""
 
 import math
 from dataclasses import dataclass
@@ -11,7 +12,9 @@ from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
 from diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
-ENOUGH_ROWS = 10  # spare rows from which gates' noise is estimated instead of taken as stated
+ENOUGH_ROWS = (
+    10  # spare rows from which gates' noise is estimated instead of taken as stated
+)
 USUAL_SD_M = 0.5e-3  # where neither stated nor estimated
 STATED_LEVEL_SD = 0.3  # of ln of a stated noise's power
 DEGREE_DOWN, DEGREE_LEVEL = 3, 6
@@ -45,7 +48,8 @@ def has_few_rows(run: Run) -> bool:
 
 
 def row_weight(run: Run) -> np.ndarray:
-    """(n,) sd of each row over the run's σ; light gates read times, so theirs grow with speed."""
+    """(n,) sd of each row over the run's σ; light gates read times, so theirs grow with
+    speed."""
     if not run.gates:
         return np.ones(len(run.x))
     speed = np.maximum(np.abs(np.gradient(run.x, run.time_s)), 1e-6)
@@ -62,7 +66,10 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
         unknowns = 3 if run.stays else 5
         t, way = run.time_s, run.way
         columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
-        columns += [np.maximum(t - way.corner, 0) ** 2, np.maximum(t - way.stop, 0) ** 2]
+        columns += [
+            np.maximum(t - way.corner, 0) ** 2,
+            np.maximum(t - way.stop, 0) ** 2,
+        ]
         design = np.column_stack(columns[:unknowns]) / row_weight(run)[:, None]
         data = run.x / row_weight(run)
         rest = data - design @ np.linalg.lstsq(design, data, rcond=1e-12)[0]
@@ -73,12 +80,20 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
         shared = len(rests) > 1 and rests.shape[1] > 0
         off = rests - rests.mean(0) if shared else rests
         power += float((off**2).sum())
-        spare += sum(free for _, free in alike) * ((len(rests) - 1) / len(rests) if shared else 1)
+        spare += sum(free for _, free in alike) * (
+            (len(rests) - 1) / len(rests) if shared else 1
+        )
     sigma = np.zeros(len(runs))
     for r, run in enumerate(runs):
-        stated = float(np.median(run.sd_m / row_weight(run))) if has_few_rows(run) else math.nan
+        stated = (
+            float(np.median(run.sd_m / row_weight(run)))
+            if has_few_rows(run)
+            else math.nan
+        )
         told = math.sqrt(power / spare) if spare >= 1 else USUAL_SD_M
-        sigma[r] = stated if stated > 0 and not (run.gates and spare >= ENOUGH_ROWS) else told
+        sigma[r] = (
+            stated if stated > 0 and not (run.gates and spare >= ENOUGH_ROWS) else told
+        )
     if others is not None:
         sigma[long] = others.sigma
     stated_all = all(np.isfinite(run.sd_m).all() for run in runs if has_few_rows(run))
@@ -88,12 +103,15 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
 
 
 def _stretches(run: Run, turn: float) -> list[Stretch]:
-    """The run as one stretch with a curve in each leg, rows at the transitions left out."""
+    """The run as one stretch with a curve in each leg, rows at the transitions left
+    out."""
     t, way = run.time_s, run.way
     guard = GUARD * float(np.median(np.diff(t)))
     used, curves, data = [], [], []
     borders = (-np.inf, way.release, way.corner, way.stop, np.inf)
-    for low, high, design in zip(borders[:-1], borders[1:], (_still, _down, _level, _still), strict=True):
+    for low, high, design in zip(
+        borders[:-1], borders[1:], (_still, _down, _level, _still), strict=True
+    ):
         rows = np.flatnonzero((t > low + guard) & (t < high - guard))
         if len(rows) < 8:
             continue
@@ -136,7 +154,11 @@ def _level(run: Run, rows, turn: float) -> np.ndarray:
     columns += [np.maximum(run.way.corner + s - t, 0) ** 2 for s in SOON_S]
     columns += [np.maximum(t - run.way.stop + s, 0) ** 2 for s in LATE_S]
     if turn:
-        curve = np.column_stack(columns)  # from a smooth path: places as read would explain their own noise
+        curve = np.column_stack(
+            columns
+        )  # from a smooth path: places as read would explain their own noise
         path = curve @ np.linalg.lstsq(curve, run.x[rows], rcond=1e-9)[0]
-        columns += [wave(turn * path) * tau**k for wave in (np.cos, np.sin) for k in range(3)]
+        columns += [
+            wave(turn * path) * tau**k for wave in (np.cos, np.sin) for k in range(3)
+        ]
     return np.column_stack(columns)

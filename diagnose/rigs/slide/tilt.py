@@ -1,4 +1,5 @@
-"""The plate's angle over time, from its column or the stated rate; steps in the column."""
+"""The plate's angle over time, from its column or the stated rate; steps in the
+column."""
 
 import math
 from dataclasses import dataclass
@@ -6,11 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 STATED_RATE_SD = 0.01  # of a rate that is only stated
-STATED_START_SD_DEG, UNSTATED_START_SD_DEG = 0.5, 30.0  # of the initial angle where there is no column
-SLIDES_SEEN = 3.0  # the angle is learnt from so many times the slide's duration, up to its end
+STATED_START_SD_DEG, UNSTATED_START_SD_DEG = (
+    0.5,
+    30.0,
+)  # of the initial angle where there is no column
+SLIDES_SEEN = (
+    3.0  # the angle is learnt from so many times the slide's duration, up to its end
+)
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
-STAIR_SHARE, STAIR_CHI2 = 0.6, 60.0  # of steps: greatest share of the variance left, least fall of χ²
+STAIR_SHARE, STAIR_CHI2 = (
+    0.6,
+    60.0,
+)  # of steps: greatest share of the variance left, least fall of χ²
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +41,14 @@ def stated_tilt(told: dict, origin: float) -> Tilt:
     start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
     coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
     sd = math.radians(STATED_START_SD_DEG if known else UNSTATED_START_SD_DEG)
-    return Tilt(origin, coefficients, sd, STATED_RATE_SD * math.radians(rate), rate, False)
+    return Tilt(
+        origin, coefficients, sd, STATED_RATE_SD * math.radians(rate), rate, False
+    )
 
 
 def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
-    """A polynomial of degree ≤ 3 through the column's end; ValueError without tilting."""
+    """A polynomial of degree ≤ 3 through the column's end; ValueError without
+    tilting."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -44,8 +56,14 @@ def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -
     coefficients, covariance, noise = _line(s, y, 1)
     bent, wide, fine = _line(s, y, 3)
     spread = _independent(s, y, bent)
-    gain = len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread if len(s) > 20 else 0.0
-    stair = _stairs(np.degrees(np.polynomial.polynomial.polyval(s, coefficients)), np.degrees(y))
+    gain = (
+        len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread
+        if len(s) > 20
+        else 0.0
+    )
+    stair = _stairs(
+        np.degrees(np.polynomial.polynomial.polyval(s, coefficients)), np.degrees(y)
+    )
     if gain > BEND_CHI2 and not stair:
         coefficients, covariance = bent, wide
     spread = _independent(s, y, coefficients)
@@ -53,15 +71,30 @@ def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -
     full = np.zeros(4)
     full[: len(coefficients)] = coefficients
     if not full[1] > 3 * rate:
-        raise ValueError(f"the plate does not tilt: tilt_deg changes by {math.degrees(full[1]):.2g} °/s when the block lets go")
-    return Tilt(origin, full, max(float(level), 1e-7), max(float(rate), 1e-9), math.degrees(full[1]), True, stair)
+        raise ValueError(
+            f"the plate does not tilt: tilt_deg changes by {math.degrees(full[1]):.2g}"
+            " °/s when the block lets go"
+        )
+    return Tilt(
+        origin,
+        full,
+        max(float(level), 1e-7),
+        max(float(rate), 1e-9),
+        math.degrees(full[1]),
+        True,
+        stair,
+    )
 
 
-def _line(s: np.ndarray, y: np.ndarray, degree: int) -> tuple[np.ndarray, np.ndarray, float]:
+def _line(
+    s: np.ndarray, y: np.ndarray, degree: int
+) -> tuple[np.ndarray, np.ndarray, float]:
     """Coefficients, their covariance for independent noise, and its variance."""
     design = np.vander(s, degree + 1, increasing=True)
     coefficients = np.linalg.lstsq(design, y, rcond=None)[0]
-    variance = float(((y - design @ coefficients) ** 2).sum()) / max(len(s) - degree - 1, 1)
+    variance = float(((y - design @ coefficients) ** 2).sum()) / max(
+        len(s) - degree - 1, 1
+    )
     return coefficients, variance * np.linalg.pinv(design.T @ design), variance
 
 
@@ -86,14 +119,21 @@ def _stairs(ramp: np.ndarray, column: np.ndarray) -> float:
         stairs = phase + height * np.floor((ramp + height / 2 - phase) / height)
         return float(((column - stairs) ** 2).mean())
 
-    grid = np.exp(np.arange(math.log(lowest), math.log(highest), 0.15 * lowest / span + 0.01))
+    grid = np.exp(
+        np.arange(math.log(lowest), math.log(highest), 0.15 * lowest / span + 0.01)
+    )
     best = min((left(h, f * h), h, f * h) for h in grid for f in np.arange(0, 1, 0.1))
     for width in (0.01, 0.003, 0.001):
         near = best
         best = min(
-            (left(near[1] * (1 + a), near[2] + b * near[1]), near[1] * (1 + a), near[2] + b * near[1])
-            for a in np.linspace(-width, width, 9) for b in np.linspace(-3 * width, 3 * width, 9)
-        )  # fmt: skip
+            (
+                left(near[1] * (1 + a), near[2] + b * near[1]),
+                near[1] * (1 + a),
+                near[2] + b * near[1],
+            )
+            for a in np.linspace(-width, width, 9)
+            for b in np.linspace(-3 * width, 3 * width, 9)
+        )
     share = best[0] / about
     if share > STAIR_SHARE or -len(ramp) * math.log(max(share, 1e-12)) < STAIR_CHI2:
         return 0.0

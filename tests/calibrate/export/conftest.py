@@ -14,11 +14,24 @@ VALUES = {
     "seed_rolling_friction": 0.04,
 }
 RESULT = {
-    "parameters": {k: {"value": v, "low": 0.9 * v, "high": 1.1 * v, "unit": "1"} for k, v in VALUES.items()},
+    "parameters": {
+        k: {"value": v, "low": 0.9 * v, "high": 1.1 * v, "unit": "1"}
+        for k, v in VALUES.items()
+    },
     "conventions": {"rolling": "edem"},
     "materials": {
-        "seed": {"name": "soybean", "density_kg_m3": 1250.0, "shear_modulus_pa": 1e7, "poisson_ratio": 0.4},
-        "wall": {"name": "Q235", "density_kg_m3": 7850.0, "shear_modulus_pa": 8.2e10, "poisson_ratio": 0.28},
+        "seed": {
+            "name": "soybean",
+            "density_kg_m3": 1250.0,
+            "shear_modulus_pa": 1e7,
+            "poisson_ratio": 0.4,
+        },
+        "wall": {
+            "name": "Q235",
+            "density_kg_m3": 7850.0,
+            "shear_modulus_pa": 8.2e10,
+            "poisson_ratio": 0.28,
+        },
     },
     "seed_shape": {
         "length_mm": 8.0,

@@ -34,21 +34,35 @@ def put(content, path, value=None, *, drop=False):
 @pytest.mark.parametrize("path", LEAVES)
 def test_a_missing_key_is_named_with_its_file_and_what_it_should_hold(result, path):
     put(result, path, drop=True)
-    with pytest.raises(ValueError, match=rf"^some/result\.json: {path} is missing: it should hold .+"):
+    with pytest.raises(
+        ValueError, match=rf"^some/result\.json: {path} is missing: it should hold .+"
+    ):
         calibrated_from(result, "some/result.json")
 
 
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        ("parameters.restitution.value", 1.2, "restitution.value = 1.2: must be a number above 0, up to 1"),
+        (
+            "parameters.restitution.value",
+            1.2,
+            "restitution.value = 1.2: must be a number above 0, up to 1",
+        ),
         ("parameters.restitution.value", float("nan"), "restitution.value = nan"),
         ("parameters.restitution.value", "0.5", "restitution.value = '0.5'"),
         ("parameters.restitution.value", None, "restitution.value = None"),
-        ("parameters.restitution.low", 0.6, "the interval 0.6 to 0.594 does not hold the value"),
+        (
+            "parameters.restitution.low",
+            0.6,
+            "the interval 0.6 to 0.594 does not hold the value",
+        ),
         ("parameters.restitution.unit", "%", "unit = '%': must be \"1\""),
         ("parameters.restitution", 0.5, "restitution.unit is missing"),
-        ("conventions.rolling", "viscous", "rolling = 'viscous': must be one of edem, type_a, type_c"),
+        (
+            "conventions.rolling",
+            "viscous",
+            "rolling = 'viscous': must be one of edem, type_a, type_c",
+        ),
         ("materials.seed.poisson_ratio", 0.7, "poisson_ratio = 0.7"),
         ("materials.seed.name", "a\nb", "one line of text"),
         ("seed_shape.spheres", [], "a list of"),
@@ -79,8 +93,15 @@ def test_the_command_writes_replaces_only_when_told_and_names_what_is_wrong(fold
     card = folder / "export" / "yade" / "seed_contact.py"
     card.write_text("mine")
     refused = export(folder, "--to", "yade")
-    assert refused.exit_code == 2 and "exists already" in refused.output and card.read_text() == "mine"
-    assert export(folder, "--to", "yade", "--overwrite").exit_code == 0 and card.read_text() != "mine"
+    assert (
+        refused.exit_code == 2
+        and "exists already" in refused.output
+        and card.read_text() == "mine"
+    )
+    assert (
+        export(folder, "--to", "yade", "--overwrite").exit_code == 0
+        and card.read_text() != "mine"
+    )
     assert export(folder, "--to", "pfc").exit_code == 2
     assert "result.json: not there" in export(folder / "export", "--to", "yade").output
     (folder / "result.json").write_text("{")

@@ -1,5 +1,5 @@
-"""A calibration's folder without a calibration: a posterior drawn here, and a simulator in closed
-form."""
+"""A calibration's folder without a calibration: a posterior drawn here, and a simulator
+in closed form."""
 
 import json
 
@@ -7,33 +7,47 @@ import numpy as np
 import pandas as pd
 
 MEAN = {
-    "restitution": 0.50, "static_friction": 0.36, "rolling_friction": 0.03,
-    "seed_restitution": 0.60, "seed_static_friction": 0.50, "seed_rolling_friction": 0.04,
-}  # fmt: skip
+    "restitution": 0.50,
+    "static_friction": 0.36,
+    "rolling_friction": 0.03,
+    "seed_restitution": 0.60,
+    "seed_static_friction": 0.50,
+    "seed_rolling_friction": 0.04,
+}
 FRICTION_SD = 0.06  # of the seed–seed static friction, which the angles rise with
 SLOPE_DEG = 20.0  # degrees by friction
 
 
 def write_calibrated(folder, **changed):
-    """A folder as `benchtwin calibrate` leaves it, of which only one parameter is uncertain.
-    changed: entries of result.json in place of the usual ones."""
+    """A folder as `benchtwin calibrate` leaves it, of which only one parameter is
+    uncertain. changed: entries of result.json in place of the usual ones."""
     (folder / "tables").mkdir(parents=True)
     draws = pd.DataFrame([MEAN] * 500)
-    draws["seed_static_friction"] += np.random.default_rng(5).normal(0, FRICTION_SD, 500)
+    draws["seed_static_friction"] += np.random.default_rng(5).normal(
+        0, FRICTION_SD, 500
+    )
     draws.to_csv(folder / "tables" / "posterior.csv", index=False)
-    seed = {"length_mm": 7.5, "width_mm": 7.1, "thickness_mm": 6.9, "density_kg_m3": 1250.0}
+    seed = {
+        "length_mm": 7.5,
+        "width_mm": 7.1,
+        "thickness_mm": 6.9,
+        "density_kg_m3": 1250.0,
+    }
     content = {
-        "mode": "simulated", "conventions": {"rolling": "edem"}, "pile": {},
-        "not_calibrated": {}, "options": {},
+        "mode": "simulated",
+        "conventions": {"rolling": "edem"},
+        "pile": {},
+        "not_calibrated": {},
+        "options": {},
         "bench": {"described": {"seed": seed}},
-    }  # fmt: skip
+    }
     (folder / "result.json").write_text(json.dumps(content | changed))
     return folder
 
 
 class Angles:
-    """A simulator whose angles are SLOPE_DEG × friction + a packing's own scatter; it keeps what it
-    was asked for. lost: how many of the first runs fail."""
+    """A simulator whose angles are SLOPE_DEG × friction + a packing's own scatter; it
+    keeps what it was asked for. lost: how many of the first runs fail."""
 
     def __init__(self, packing_sd: float = 0.8, lost: int = 0):
         self.packing_sd, self.lost, self.runs = packing_sd, lost, []
@@ -42,7 +56,9 @@ class Angles:
         rows = [self._row(run) for run in runs]
         for row in rows[: self.lost]:
             row.update(
-                status="failed", reason="ValueError: it blew up", true_repose_angle_deg=np.nan
+                status="failed",
+                reason="ValueError: it blew up",
+                true_repose_angle_deg=np.nan,
             )
         self.runs += runs
         return pd.DataFrame(rows)

@@ -1,5 +1,5 @@
-"""`benchtwin predict`: draws, packings, files, comparison with recordings, and what is refused,
-over a simulator in closed form."""
+"""`benchtwin predict`: draws, packings, files, comparison with recordings, and what is
+refused, over a simulator in closed form."""
 
 import json
 
@@ -39,11 +39,15 @@ def test_every_draw_has_its_own_parameters_and_packing_and_the_mean_its_repeats(
     calibrated, tmp_path
 ):
     simulate = Angles()
-    found, _, _ = predict_into(asked(calibrated, tmp_path, draws=10, packings=5), simulate)
+    found, _, _ = predict_into(
+        asked(calibrated, tmp_path, draws=10, packings=5), simulate
+    )
     frictions = [run.values["seed_static_friction"] for run in simulate.runs]
     assert len(set(frictions[:10])) == 10 and len(set(frictions[10:])) == 1
     assert frictions[10] == pytest.approx(
-        pd.read_csv(calibrated / "tables" / "posterior.csv")["seed_static_friction"].mean()
+        pd.read_csv(calibrated / "tables" / "posterior.csv")[
+            "seed_static_friction"
+        ].mean()
     )
     assert len({run.rng for run in simulate.runs}) == 15
     assert simulate.runs[0].description["pile"]["cylinder_mm"] == [70.0, 150.0]
@@ -63,13 +67,16 @@ def test_the_known_answer_is_predicted_and_written(calibrated, tmp_path, rig):
     """200 draws: the mean to 4 standard errors, and both parts of the scatter."""
     assert (
         predict_command(
-            asked(calibrated, tmp_path, rig=rig, draws=200, packings=60, quiet=True), Angles(0.8)
+            asked(calibrated, tmp_path, rig=rig, draws=200, packings=60, quiet=True),
+            Angles(0.8),
         )
         == 0
     )
     table = pd.read_csv(tmp_path / "out" / "predicted.csv").set_index("quantity")
     row = table.loc["flowing_angle_deg" if rig == "drum" else "repose_angle_deg"]
-    expected = 15 + SLOPE_DEG * MEAN["seed_static_friction"] + (10 if rig == "drum" else 0)
+    expected = (
+        15 + SLOPE_DEG * MEAN["seed_static_friction"] + (10 if rig == "drum" else 0)
+    )
     assert row["mean"] == pytest.approx(expected, abs=0.45)
     assert row["parameter_sd"] == pytest.approx(SLOPE_DEG * FRICTION_SD, abs=0.3)
     assert row["packing_sd"] == pytest.approx(0.8, abs=0.2)
@@ -85,7 +92,9 @@ def test_the_known_answer_is_predicted_and_written(calibrated, tmp_path, rig):
 )
 def test_recordings_beside_are_compared(calibrated, tmp_path, angles, word):
     beside = recordings(tmp_path / "bench", angles)
-    _, _, compared = predict_into(asked(calibrated, tmp_path, beside=beside, draws=30), Angles())
+    _, _, compared = predict_into(
+        asked(calibrated, tmp_path, beside=beside, draws=30), Angles()
+    )
     (one,) = compared
     assert word in one.said and one.n == len(angles)
     assert (abs(one.z) <= 1.96) == (word == "within")
@@ -103,9 +112,18 @@ def test_recordings_describe_the_rig_that_is_predicted(calibrated, tmp_path):
 
 
 def test_a_recording_of_another_drum_is_left_out_by_name(calibrated, tmp_path, capsys):
-    beside = recordings(tmp_path / "bench", [35.0, 36.0], 'rig = "drum"\n', "flowing_angle_deg")
-    (beside / "r-1" / "recording.toml").write_text('rig = "drum"\n[drum]\nspeed_rpm = 20\n')
-    assert predict_command(asked(calibrated, tmp_path, rig="drum", beside=beside), Angles()) == 0
+    beside = recordings(
+        tmp_path / "bench", [35.0, 36.0], 'rig = "drum"\n', "flowing_angle_deg"
+    )
+    (beside / "r-1" / "recording.toml").write_text(
+        'rig = "drum"\n[drum]\nspeed_rpm = 20\n'
+    )
+    assert (
+        predict_command(
+            asked(calibrated, tmp_path, rig="drum", beside=beside), Angles()
+        )
+        == 0
+    )
     assert "r-1: another drum" in capsys.readouterr().out
     again = asked(
         calibrated,
@@ -123,7 +141,10 @@ def test_a_few_lost_runs_are_told_and_many_stop_it(calibrated, tmp_path, capsys)
     assert predict_command(asked(calibrated, tmp_path, draws=12), Angles(lost=2)) == 0
     assert "2 of 16 simulated runs gave nothing" in capsys.readouterr().out
     assert (
-        predict_command(asked(calibrated, tmp_path, draws=12, overwrite=True), Angles(lost=8)) == 1
+        predict_command(
+            asked(calibrated, tmp_path, draws=12, overwrite=True), Angles(lost=8)
+        )
+        == 1
     )
     assert "it blew up" in capsys.readouterr().err
 
@@ -143,7 +164,9 @@ def test_a_few_lost_runs_are_told_and_many_stop_it(calibrated, tmp_path, capsys)
         ({"settings": ("pile.cylinder_mm=[400,150]",)}, "must stand on it"),
     ],
 )
-def test_what_cannot_be_is_said_before_anything_runs(calibrated, tmp_path, capsys, more, said):
+def test_what_cannot_be_is_said_before_anything_runs(
+    calibrated, tmp_path, capsys, more, said
+):
     simulate = Angles()
     assert predict_command(asked(calibrated, tmp_path, **more), simulate) == 2
     assert said in capsys.readouterr().err and not simulate.runs
@@ -153,21 +176,31 @@ def test_what_cannot_be_is_said_before_anything_runs(calibrated, tmp_path, capsy
     ("changed", "said"),
     [
         (
-            {"pile": None, "not_calibrated": {"pile": "no pile recording was measured"}},
+            {
+                "pile": None,
+                "not_calibrated": {"pile": "no pile recording was measured"},
+            },
             "no pile was calibrated (no pile recording",
         ),
         ({"bench": {}}, "bench.described, the lot's seeds, is missing"),
         ({"conventions": 3}, "not a calibration's result"),
     ],
 )
-def test_a_calibration_that_tells_too_little_is_refused(tmp_path, capsys, changed, said):
+def test_a_calibration_that_tells_too_little_is_refused(
+    tmp_path, capsys, changed, said
+):
     assert (
-        predict_command(asked(write_calibrated(tmp_path / "c", **changed), tmp_path), Angles()) == 2
+        predict_command(
+            asked(write_calibrated(tmp_path / "c", **changed), tmp_path), Angles()
+        )
+        == 2
     )
     assert said in capsys.readouterr().err
 
 
-def test_no_calibration_no_posterior_and_a_foreign_folder_are_refused(calibrated, tmp_path, capsys):
+def test_no_calibration_no_posterior_and_a_foreign_folder_are_refused(
+    calibrated, tmp_path, capsys
+):
     assert predict_command(asked(tmp_path / "nowhere", tmp_path), Angles()) == 2
     assert "benchtwin calibrate" in capsys.readouterr().err
     (tmp_path / "out").mkdir()
@@ -180,10 +213,15 @@ def test_no_calibration_no_posterior_and_a_foreign_folder_are_refused(calibrated
     assert "draws from the posterior" in capsys.readouterr().err
 
 
-def test_a_rig_that_was_not_calibrated_is_assumed_and_said(calibrated, tmp_path, capsys):
+def test_a_rig_that_was_not_calibrated_is_assumed_and_said(
+    calibrated, tmp_path, capsys
+):
     file = calibrated / "tables" / "posterior.csv"
     pd.read_csv(file).drop(columns="rolling_friction").to_csv(file, index=False)
     simulate = Angles()
     assert predict_command(asked(calibrated, tmp_path), simulate) == 0
     assert simulate.runs[0].values["rolling_friction"] == 0.01
-    assert "rolling_friction was not calibrated: 0.01 is assumed" in capsys.readouterr().out
+    assert (
+        "rolling_friction was not calibrated: 0.01 is assumed"
+        in capsys.readouterr().out
+    )

@@ -9,5 +9,6 @@ from calibrate.procedure import joint
 
 @pytest.fixture
 def few_draws(monkeypatch):
-    """A posterior of so few steps that it costs nothing, for tests that ask about what comes before it."""
+    """A posterior of so few steps that it costs nothing, for tests that ask about what
+    comes before it."""
     monkeypatch.setattr(joint, "sample", partial(joint.sample, max_steps=60))

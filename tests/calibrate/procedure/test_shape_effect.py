@@ -1,4 +1,5 @@
-"""Does shape matter: differences between kinds of seeds, and what they mean for a parameter."""
+"""Does shape matter: differences between kinds of seeds, and what they mean for a
+parameter."""
 
 import numpy as np
 import pandas as pd
@@ -7,14 +8,39 @@ import pytest
 from calibrate.procedure import shape_effect as module
 from calibrate.procedure.shape_effect import Question, shape_effect, verdict
 
-DROP = Question("drop", "rebound_height_mm", "mm", "restitution", {"seed": {"lot": "a"}}, {"restitution": 0.5}, 40, 300.0)
-PILE = Question("pile", "repose_angle_deg", "deg", "", {"seed": {"lot": "a"}}, {"restitution": 0.5}, 40, None)
+DROP = Question(
+    "drop",
+    "rebound_height_mm",
+    "mm",
+    "restitution",
+    {"seed": {"lot": "a"}},
+    {"restitution": 0.5},
+    40,
+    300.0,
+)
+PILE = Question(
+    "pile",
+    "repose_angle_deg",
+    "deg",
+    "",
+    {"seed": {"lot": "a"}},
+    {"restitution": 0.5},
+    40,
+    None,
+)
 
 
 @pytest.fixture
 def kinds(monkeypatch):
     """Two other kinds of seeds, without a lot to read."""
-    monkeypatch.setattr(module, "other_seeds", lambda section: {"typical seed": {"lot_seed": "a:1"}, "ellipsoids": {"length_mm": 8.0}})
+    monkeypatch.setattr(
+        module,
+        "other_seeds",
+        lambda section: {
+            "typical seed": {"lot_seed": "a:1"},
+            "ellipsoids": {"length_mm": 8.0},
+        },
+    )
 
 
 def simulator(effect_mm: float, sd: float = 2.0, missing: int = 0):
@@ -42,13 +68,18 @@ def test_a_shift_of_the_reading_becomes_one_of_the_parameter(kinds):
     assert other.parameter_shift == pytest.approx(-other.difference / 300.0)
     said = verdict(table.reset_index())
     assert len(said) == 2 and "restitution would have come out" in said[1]
-    assert "is the same within" in said[0]  # the control: the typical seed differs by nothing
+    assert (
+        "is the same within" in said[0]
+    )  # the control: the typical seed differs by nothing
 
 
 def test_a_pile_has_an_angle_and_no_single_parameter(kinds):
     table = shape_effect([PILE], simulator(-6.0), seed=1)
     assert "parameter_shift" not in table
-    assert any("pile: with ellipsoids of the lot's sizes the repose angle differs by -" in line for line in verdict(table))
+    assert any(
+        "pile: with ellipsoids of the lot's sizes the repose angle differs by -" in line
+        for line in verdict(table)
+    )
 
 
 def test_runs_that_gave_nothing_are_left_out(kinds):

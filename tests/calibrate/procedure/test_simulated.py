@@ -1,4 +1,5 @@
-"""The procedure with simulations, on a stand-in whose true parameters are known: what comes back, in what order, at what cost."""
+"""The procedure with simulations, on a stand-in whose true parameters are known: what
+comes back, in what order, at what cost."""
 
 import json
 import shutil
@@ -24,7 +25,8 @@ PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 
 
 def calibrated(bench, simulator, **more):
-    """With a posterior of at most 500 steps: not converged, but its sds are good to a tenth."""
+    """With a posterior of at most 500 steps: not converged, but its sds are good to a
+    tenth."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
         return calibrate_simulated(bench, simulator, effort=EASY, seed=7, **more)
@@ -52,7 +54,9 @@ def spoilt(bench, tmp_path, few_draws):
 
 
 def readings(folder, rig, column, values):
-    (folder / rig / "readings.csv").write_text(column + "\n" + "\n".join(map(str, values)) + "\n")
+    (folder / rig / "readings.csv").write_text(
+        column + "\n" + "\n".join(map(str, values)) + "\n"
+    )
 
 
 def test_the_true_parameters_lie_within_the_intervals(found):
@@ -61,7 +65,9 @@ def test_the_true_parameters_lie_within_the_intervals(found):
     assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
     assert abs(t["value"] - truth)[["restitution", "static_friction"]].max() < 0.02
     assert abs(t.loc["rolling_friction", "value"] - TRUE["rolling_friction"]) < 0.0005
-    assert angle(found.pile.optimum.point) == pytest.approx(found.pile.bench.value, abs=1.0)
+    assert angle(found.pile.optimum.point) == pytest.approx(
+        found.pile.bench.value, abs=1.0
+    )
 
 
 def test_each_rig_is_simulated_with_what_the_earlier_ones_found(found, simulator):
@@ -74,38 +80,65 @@ def test_each_rig_is_simulated_with_what_the_earlier_ones_found(found, simulator
 
 
 def test_quick_asks_for_little(simulator, found):
-    assert simulator.rigs["pile"] == 2 * 3 + 4 + 12 + 3 + 3 + QUICK.more and sum(simulator.rigs.values()) < 200
+    assert (
+        simulator.rigs["pile"] == 2 * 3 + 4 + 12 + 3 + 3 + QUICK.more
+        and sum(simulator.rigs.values()) < 200
+    )
     assert any("quick" in line for line in found.options["said"])
 
 
-def test_no_two_runs_of_a_rig_share_a_generator_unless_they_share_a_packing(simulator, found):
-    steel = {(r.rig, r.rng, tuple(r.values.items())) for r in simulator.runs if r.rig != "pile"}
+def test_no_two_runs_of_a_rig_share_a_generator_unless_they_share_a_packing(
+    simulator, found
+):
+    steel = {
+        (r.rig, r.rng, tuple(r.values.items()))
+        for r in simulator.runs
+        if r.rig != "pile"
+    }
     assert len({(rig, rng) for rig, rng, _ in steel}) == len(steel)
     piles = [r.rng for r in simulator.runs if r.rig == "pile"]
     assert len(set(piles)) < len(piles)
-    assert found.pile.noise.sd > 0 and found.pile.plan.replicates == 1 and found.pile.verification is not None
+    assert (
+        found.pile.noise.sd > 0
+        and found.pile.plan.replicates == 1
+        and found.pile.verification is not None
+    )
 
 
 def test_the_same_seed_gives_the_same_result(bench, few_draws):
-    once, again = (calibrate_simulated(bench, StandIn(), effort=EASY, seed=7) for _ in range(2))
+    once, again = (
+        calibrate_simulated(bench, StandIn(), effort=EASY, seed=7) for _ in range(2)
+    )
     pd.testing.assert_frame_equal(parameters(again), parameters(once))
-    pd.testing.assert_frame_equal(again.joint.posterior.draws, once.joint.posterior.draws)
+    pd.testing.assert_frame_equal(
+        again.joint.posterior.draws, once.joint.posterior.draws
+    )
 
 
 def test_full_effort_chooses_replicates_from_the_noise(bench, few_draws):
     quiet, loud = (
         calibrate_simulated(
-            bench, StandIn(packing_sd=sd, own_sd=sd), effort=replace(FULL, repeats=3, verify=3, draws=200), seed=1
+            bench,
+            StandIn(packing_sd=sd, own_sd=sd),
+            effort=replace(FULL, repeats=3, verify=3, draws=200),
+            seed=1,
         ).pile
         for sd in (0.05, 0.9)
     )
     assert quiet.plan.replicates == 1 and quiet.plan.reached
-    assert loud.plan.replicates > 1 and loud.box.half_width[0] > quiet.box.half_width[0] - 1e-9
+    assert (
+        loud.plan.replicates > 1
+        and loud.box.half_width[0] > quiet.box.half_width[0] - 1e-9
+    )
     assert len(loud.design) == 12 * loud.plan.replicates + FULL.centre
 
 
 def test_the_range_is_extended_until_the_bench_lies_inside(spoilt):
-    (spoilt / "bench.toml").write_text((spoilt / "bench.toml").read_text().replace("height_mm = 310", "height_mm = 900"))
+    (spoilt / "bench.toml").write_text(
+        (spoilt / "bench.toml")
+        .read_text()
+        .replace("height_mm = 310", "height_mm = 900")
+    )
     fit = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1).steel["drop"]
     assert any("range extended" in n for n in fit.notes)
     assert fit.inverse.value == pytest.approx(TRUE["restitution"], abs=0.03)
@@ -114,8 +147,13 @@ def test_the_range_is_extended_until_the_bench_lies_inside(spoilt):
 def test_a_height_that_no_restitution_gives_is_a_finding(spoilt):
     readings(spoilt, "drop", "rebound_height_mm", [326, 327, 328, 325])
     found = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1)
-    assert "drop" not in found.steel and any("finding for diagnosis: no restitution" in f for f in found.findings)
-    assert any("restitution = 0.54 was assumed" in s for s in found.options["said"]) and "slide" in found.steel
+    assert "drop" not in found.steel and any(
+        "finding for diagnosis: no restitution" in f for f in found.findings
+    )
+    assert (
+        any("restitution = 0.54 was assumed" in s for s in found.options["said"])
+        and "slide" in found.steel
+    )
 
 
 def test_an_angle_that_no_parameters_give_is_a_finding(spoilt):
@@ -123,7 +161,9 @@ def test_an_angle_that_no_parameters_give_is_a_finding(spoilt):
     found = calibrate_simulated(spoilt, StandIn(), effort=EASY, seed=1)
     assert found.pile.optimum.outcome == "target above all"
     assert any("finding for diagnosis: the bench's 55.5°" in f for f in found.findings)
-    assert len(found.pile.path.errors) > 6 and any("does not bracket" in n for n in found.pile.path.notes)
+    assert len(found.pile.path.errors) > 6 and any(
+        "does not bracket" in n for n in found.pile.path.notes
+    )
 
 
 def test_one_reading_takes_the_scatter_of_simulated_runs(spoilt):
@@ -134,67 +174,116 @@ def test_one_reading_takes_the_scatter_of_simulated_runs(spoilt):
     assert any("one bench pile" in n for n in found.pile.notes)
 
 
-def test_runs_that_fail_are_named_with_how_to_run_one_alone(bench, tmp_path, capsys, few_draws):
+def test_runs_that_fail_are_named_with_how_to_run_one_alone(
+    bench, tmp_path, capsys, few_draws
+):
     asked = Asked(bench, tmp_path / "out", quick=True)
     assert calibrate_command(asked, StandIn(fails=("pile",))) == DONE
     said = capsys.readouterr().out
-    assert "not calibrated: pile: 6 of 6 simulated runs gave nothing (ValueError: it blew up; run it alone: python -m" in said
     assert (
-        calibrate_command(Asked(bench, tmp_path / "b", quick=True), StandIn(fails=("drop", "slide", "roll", "pile"))) == FAILED
+        "not calibrated: pile: 6 of 6 simulated runs gave nothing (ValueError: it blew"
+        " up; run it alone: python -m" in said
     )
-    assert "nothing could be calibrated" in capsys.readouterr().err and not (tmp_path / "b" / "result.json").exists()
+    assert (
+        calibrate_command(
+            Asked(bench, tmp_path / "b", quick=True),
+            StandIn(fails=("drop", "slide", "roll", "pile")),
+        )
+        == FAILED
+    )
+    assert (
+        "nothing could be calibrated" in capsys.readouterr().err
+        and not (tmp_path / "b" / "result.json").exists()
+    )
 
 
 def test_piles_that_show_nothing_are_not_taken_for_a_calibration(bench, few_draws):
-    found = calibrate_simulated(bench, StandIn(packing_sd=0.0, own_sd=6.0), effort=EASY, seed=3)
+    found = calibrate_simulated(
+        bench, StandIn(packing_sd=0.0, own_sd=6.0), effort=EASY, seed=3
+    )
     status = parameters(found).set_index("parameter")["status"]
-    assert any("packing noise hides what the parameters do" in n for n in found.pile.notes)
-    assert "not resolved" in status["seed_static_friction"] or "not calibrated" in status["seed_static_friction"]
+    assert any(
+        "packing noise hides what the parameters do" in n for n in found.pile.notes
+    )
+    assert (
+        "not resolved" in status["seed_static_friction"]
+        or "not calibrated" in status["seed_static_friction"]
+    )
 
 
 def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
     readings(spoilt, "pile", "repose_angle_deg", [22.0, 30.0, 38.0])
-    found = calibrate_simulated(spoilt, StandIn(packing_sd=0.1, own_sd=0.1), effort=EASY, seed=1)
+    found = calibrate_simulated(
+        spoilt, StandIn(packing_sd=0.1, own_sd=0.1), effort=EASY, seed=1
+    )
     assert any("the bench's piles scatter by 8°" in f for f in found.findings)
 
 
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     known_before = Prescribed(priors={"seed_restitution": (0.6, 0.01)})
-    known = calibrated(bench, StandIn(), prescribed=known_before).joint.table.set_index("factor")
-    assert known.loc["seed_restitution", "sd"] < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
+    known = calibrated(bench, StandIn(), prescribed=known_before).joint.table.set_index(
+        "factor"
+    )
+    assert (
+        known.loc["seed_restitution", "sd"]
+        < 0.5 * found.joint.table.set_index("factor").loc["seed_restitution", "sd"]
+    )
 
 
 def test_what_else_the_piles_show_is_a_candidate(found):
     assert "crest mm" in found.joint.narrowing["candidate"].tolist()
 
 
-def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(bench, tmp_path, capsys, few_draws):
+def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(
+    bench, tmp_path, capsys, few_draws
+):
     out, states = tmp_path / "out", []
 
     class Watching(StandIn):
         def __call__(self, runs):
             report = out / "report.html"
-            states.append((report.exists() and "still running" in report.read_text(), (out / "result.json").exists()))
+            states.append(
+                (
+                    report.exists() and "still running" in report.read_text(),
+                    (out / "result.json").exists(),
+                )
+            )
             return super().__call__(runs)
 
     assert calibrate_command(Asked(bench, out, quick=True), Watching()) == DONE
     assert states[0] == (False, False) and states[-1] == (True, False)
     assert "still running" not in (out / "report.html").read_text()
     told = json.loads((out / "result.json").read_text())
-    assert told["mode"] == "simulated" and told["options"]["effort"]["name"] == "quick" and len(told["parameters"]) == 6
+    assert (
+        told["mode"] == "simulated"
+        and told["options"]["effort"]["name"] == "quick"
+        and len(told["parameters"]) == 6
+    )
     assert "quick calibration" in capsys.readouterr().out
 
 
-def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(bench, tmp_path, capsys, monkeypatch, few_draws):
+def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
+    bench, tmp_path, capsys, monkeypatch, few_draws
+):
     def broken(c, out):
         raise ZeroDivisionError("no width")
 
     monkeypatch.setattr("calibrate.calibrate_command.write_report", broken)
     out = tmp_path / "out"
-    assert calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn()) == FAILED
+    assert (
+        calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn())
+        == FAILED
+    )
     said = capsys.readouterr().err
-    assert "could not be drawn, a fault of benchtwin" in said and "no width" in said and "result.json" in said
-    assert "Traceback" not in said and len(json.loads((out / "result.json").read_text())["parameters"]) == 6
+    assert (
+        "could not be drawn, a fault of benchtwin" in said
+        and "no width" in said
+        and "result.json" in said
+    )
+    assert (
+        "Traceback" not in said
+        and len(json.loads((out / "result.json").read_text())["parameters"]) == 6
+    )
 
 
 def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, found):
@@ -202,22 +291,47 @@ def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, foun
         """Piles fill in less the more they rub: seen without the angle's noise."""
 
         def __call__(self, runs):
-            weigh = [140 - 30 * r.values.get("seed_static_friction", 0) + np.random.default_rng(r.rng).normal() for r in runs]
+            weigh = [
+                140
+                - 30 * r.values.get("seed_static_friction", 0)
+                + np.random.default_rng(r.rng).normal()
+                for r in runs
+            ]
             return super().__call__(runs).assign(true_filled_mass_g=weigh)
 
     def weighed(name: str, shape: str):
         """Calibrated on a bench whose pile, of that shape, was weighed."""
         shutil.copytree(bench, bench.parent / name)
         with (bench.parent / name / "pile" / "recording.toml").open("a") as file:
-            file.write(f"[pile]\n{shape}\nfilled_mass_g = {140 - 30 * TRUE['seed_static_friction']}\n")
+            file.write(
+                f"[pile]\n{shape}\nfilled_mass_g ="
+                f" {140 - 30 * TRUE['seed_static_friction']}\n"
+            )
         return calibrated(bench.parent / name, Weighing())
 
-    both = weighed("slice", "slab = true\nbox_mm = [105, 30, 200]\ngate_mm = [30, 200]\nplate_mm = [200, 30]\nfill_height_mm = 60")
-    box = weighed("box", "box_mm = [105, 105, 200]")  # the control: its slice weighs something else
-    assert "pile: filled_mass_g" not in box.joint.posterior.tension["observable"].tolist()
-    assert any("filled_mass_g, weighed of the pile as described" in note for note in box.pile.notes)
-    sd, before = (c.joint.table.set_index("factor").loc["seed_static_friction", "sd"] for c in (both, found))
-    assert "pile: filled_mass_g" in both.joint.posterior.tension["observable"].tolist() and sd < 0.7 * before
+    both = weighed(
+        "slice",
+        "slab = true\nbox_mm = [105, 30, 200]\ngate_mm = [30, 200]\nplate_mm = [200,"
+        " 30]\nfill_height_mm = 60",
+    )
+    box = weighed(
+        "box", "box_mm = [105, 105, 200]"
+    )  # the control: its slice weighs something else
+    assert (
+        "pile: filled_mass_g" not in box.joint.posterior.tension["observable"].tolist()
+    )
+    assert any(
+        "filled_mass_g, weighed of the pile as described" in note
+        for note in box.pile.notes
+    )
+    sd, before = (
+        c.joint.table.set_index("factor").loc["seed_static_friction", "sd"]
+        for c in (both, found)
+    )
+    assert (
+        "pile: filled_mass_g" in both.joint.posterior.tension["observable"].tolist()
+        and sd < 0.7 * before
+    )
     assert {"restitution", "static_friction"} <= set(both.joint.posterior.draws)
 
 
@@ -235,66 +349,149 @@ def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys, few_draws
     assert calibrate_command(asked, StandIn()) == DONE
 
 
-@pytest.mark.parametrize(("more", "reason"), [
-    ({"ranges": ("seed_restitution=0.7:0.5",)}, "seed_restitution: low must be below high; here are 0.7 and 0.5"),
-    ({"ranges": ("seed_restitution=0.5",)}, "expected NAME=NUMBER:NUMBER"),
-    ({"ranges": ("bounce=0.5:0.6",)}, "--range bounce: no such factor"),
-    ({"priors": ("seed_restitution=0.5:-1",)}, "sd above 0"),
-    ({"priors": ("bounce=0.5:0.1",)}, "prior for bounce"),
-])  # fmt: skip
-def test_misuse_is_told_before_anything_is_simulated(bench, tmp_path, capsys, more, reason):
+@pytest.mark.parametrize(
+    ("more", "reason"),
+    [
+        (
+            {"ranges": ("seed_restitution=0.7:0.5",)},
+            "seed_restitution: low must be below high; here are 0.7 and 0.5",
+        ),
+        ({"ranges": ("seed_restitution=0.5",)}, "expected NAME=NUMBER:NUMBER"),
+        ({"ranges": ("bounce=0.5:0.6",)}, "--range bounce: no such factor"),
+        ({"priors": ("seed_restitution=0.5:-1",)}, "sd above 0"),
+        ({"priors": ("bounce=0.5:0.1",)}, "prior for bounce"),
+    ],
+)
+def test_misuse_is_told_before_anything_is_simulated(
+    bench, tmp_path, capsys, more, reason
+):
     simulator = StandIn()
-    assert calibrate_command(Asked(bench, tmp_path / "out", **more), simulator) == MISUSED
-    assert reason in capsys.readouterr().err and not simulator.runs and not (tmp_path / "out").exists()
+    assert (
+        calibrate_command(Asked(bench, tmp_path / "out", **more), simulator) == MISUSED
+    )
+    assert (
+        reason in capsys.readouterr().err
+        and not simulator.runs
+        and not (tmp_path / "out").exists()
+    )
 
 
-def test_the_papers_tables_simulated_anew_stand_beside_its_own(tmp_path, capsys, few_draws):
+def test_the_papers_tables_simulated_anew_stand_beside_its_own(
+    tmp_path, capsys, few_draws
+):
     simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
-    assert calibrate_command(Asked(PAPER, out, tables=True, twin=True, quick=True), simulator) == DONE
+    assert (
+        calibrate_command(
+            Asked(PAPER, out, tables=True, twin=True, quick=True), simulator
+        )
+        == DONE
+    )
     values = {r.values["restitution"] for r in simulator.runs if r.rig == "drop"}
     assert {0.45, 0.49, 0.53, 0.57, 0.61, 0.65} <= values
     beside = pd.read_csv(out / "tables" / "beside_tables.csv").set_index("item")
-    assert beside.loc["drop: parameter", "on_the_tables"] == pytest.approx(0.5398, abs=1e-4)
-    assert beside.loc["pile: Table 10: B f", ["printed", "on_the_tables"]].tolist() == ["85.48", pytest.approx(85.48, abs=0.01)]
-    assert beside.loc["pile: Table 10: B f", "simulated"] > 0 and beside["simulated"].notna().all()
-    for item in ("contribution of B (Eqs. 9, 10)", "Eq. 8, BC", "angle at the optimum", "Table 7: group 3 r (%)"):
+    assert beside.loc["drop: parameter", "on_the_tables"] == pytest.approx(
+        0.5398, abs=1e-4
+    )
+    assert beside.loc["pile: Table 10: B f", ["printed", "on_the_tables"]].tolist() == [
+        "85.48",
+        pytest.approx(85.48, abs=0.01),
+    ]
+    assert (
+        beside.loc["pile: Table 10: B f", "simulated"] > 0
+        and beside["simulated"].notna().all()
+    )
+    for item in (
+        "contribution of B (Eqs. 9, 10)",
+        "Eq. 8, BC",
+        "angle at the optimum",
+        "Table 7: group 3 r (%)",
+    ):
         assert f"pile: {item}" in beside.index
-    assert "Our simulations beside the tabulated ones" in (out / "report.html").read_text()
+    assert (
+        "Our simulations beside the tabulated ones" in (out / "report.html").read_text()
+    )
     said = capsys.readouterr().out
-    assert "Residual df = 1 does not follow" in said and "printed contributions are δ_i" in said
+    assert (
+        "Residual df = 1 does not follow" in said
+        and "printed contributions are δ_i" in said
+    )
 
 
 def test_the_papers_path_and_design_are_simulated_run_by_run(tmp_path, few_draws):
     simulator, out = StandIn(packing_sd=0.2, own_sd=0.1), tmp_path / "out"
-    assert calibrate_command(Asked(PAPER, out, tables=True, twin=True, quick=True, quiet=True), simulator) == DONE
+    assert (
+        calibrate_command(
+            Asked(PAPER, out, tables=True, twin=True, quick=True, quiet=True), simulator
+        )
+        == DONE
+    )
     runs = pd.read_csv(out / "tables" / "runs_beside_tables.csv")
-    assert runs["table"].value_counts().to_dict() == {"design": 13, "drop": 6, "slide": 6, "roll": 6, "path": 6}
+    assert runs["table"].value_counts().to_dict() == {
+        "design": 13,
+        "drop": 6,
+        "slide": 6,
+        "roll": 6,
+        "path": 6,
+    }
     path = runs[runs["table"] == "path"]
     assert path["on_the_tables"].tolist() == [24, 26.2, 28.1, 30, 31.9, 33.8]
-    piles = {tuple(r.values[f] for f in SEED_FACTORS) for r in simulator.runs if r.rig == "pile"}
-    assert {(0.45, 0.2, 0.01), (0.7, 0.7, 0.06), (0.55, 0.4, 0.04), (0.6, 0.5, 0.04)} <= piles
+    piles = {
+        tuple(r.values[f] for f in SEED_FACTORS)
+        for r in simulator.runs
+        if r.rig == "pile"
+    }
+    assert {
+        (0.45, 0.2, 0.01),
+        (0.7, 0.7, 0.06),
+        (0.55, 0.4, 0.04),
+        (0.6, 0.5, 0.04),
+    } <= piles
     centre = runs[runs["at"] == "0.6, 0.5, 0.04"].iloc[0]
-    assert centre["runs"] == QUICK.centre and centre["on_the_tables"] == pytest.approx(30.04) and centre["sd"] > 0
-    assert centre["simulated"] == pytest.approx(30.04, abs=0.5)  # the stand-in is the paper's Eq. 8
+    assert (
+        centre["runs"] == QUICK.centre
+        and centre["on_the_tables"] == pytest.approx(30.04)
+        and centre["sd"] > 0
+    )
+    assert centre["simulated"] == pytest.approx(
+        30.04, abs=0.5
+    )  # the stand-in is the paper's Eq. 8
 
 
-def test_a_central_composite_design_has_corners_and_stays_in_its_box(bench, tmp_path, capsys, few_draws):
+def test_a_central_composite_design_has_corners_and_stays_in_its_box(
+    bench, tmp_path, capsys, few_draws
+):
     simulator = StandIn()
-    asked = Asked(bench, tmp_path / "out", quick=True, quiet=True, design="central-composite")
-    assert calibrate_command(asked, simulator) == DONE and capsys.readouterr() == ("", "")
+    asked = Asked(
+        bench, tmp_path / "out", quick=True, quiet=True, design="central-composite"
+    )
+    assert calibrate_command(asked, simulator) == DONE and capsys.readouterr() == (
+        "",
+        "",
+    )
     told = json.loads((tmp_path / "out" / "result.json").read_text())
     assert told["options"]["effort"]["design"] == "central-composite"
     design = pd.read_csv(tmp_path / "out" / "tables" / "pile_design.csv")
     coded = design[[f"{n}_coded" for n in SEED_FACTORS]].to_numpy()
-    assert design["point"].value_counts().to_dict() == {"factorial": 8, "axial": 6, "centre": QUICK.centre}
+    assert design["point"].value_counts().to_dict() == {
+        "factorial": 8,
+        "axial": 6,
+        "centre": QUICK.centre,
+    }
     assert abs(coded).max() == 1 and (abs(coded).sum(axis=1) == 3).sum() == 8
-    # those of a common packing: both halves of the corners, and the axes; the centre's own
+    # those of a common packing: both halves of the corners, and the axes; the centre's
+    # own
     assert design.groupby("packing")["point"].count().isin([1, 4, 6]).all()
 
 
 def test_a_design_that_is_not_there_is_misuse(bench, tmp_path, capsys):
-    assert calibrate_command(Asked(bench, tmp_path / "out", design="taguchi"), StandIn()) == MISUSED
-    assert "--design taguchi: one of box-behnken, central-composite" in capsys.readouterr().err
+    assert (
+        calibrate_command(Asked(bench, tmp_path / "out", design="taguchi"), StandIn())
+        == MISUSED
+    )
+    assert (
+        "--design taguchi: one of box-behnken, central-composite"
+        in capsys.readouterr().err
+    )
 
 
 def test_results_are_not_written_among_the_recordings(bench, capsys):
@@ -303,13 +500,30 @@ def test_results_are_not_written_among_the_recordings(bench, capsys):
 
 
 def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
-    section, said = pile_description({"box_mm": [105.0, 105.0, 200.0], "plate_mm": [200.0, 200.0], "gate_speed_mm_s": 30.0}, FULL)
-    assert section["box_mm"] == [105.0, 30.0, 200.0] and section["slab"] and section["gate_speed_mm_s"] == 30.0 and said
-    assert pile_description(section, FULL) == (section, ()) and pile_description(section, replace(QUICK, slab=None))[1] == ()
+    section, said = pile_description(
+        {
+            "box_mm": [105.0, 105.0, 200.0],
+            "plate_mm": [200.0, 200.0],
+            "gate_speed_mm_s": 30.0,
+        },
+        FULL,
+    )
+    assert (
+        section["box_mm"] == [105.0, 30.0, 200.0]
+        and section["slab"]
+        and section["gate_speed_mm_s"] == 30.0
+        and said
+    )
+    assert (
+        pile_description(section, FULL) == (section, ())
+        and pile_description(section, replace(QUICK, slab=None))[1] == ()
+    )
 
 
 def test_a_slide_begins_a_little_below_its_onset():
-    begun = _begun(Run("slide", {"static_friction": 0.34}, (1,), {"seed": {"count": 4}}))
+    begun = _begun(
+        Run("slide", {"static_friction": 0.34}, (1,), {"seed": {"count": 4}})
+    )
     assert begun == {"seed": {"count": 4}, "slide": {"start_deg": 17.0}}
     assert _begun(Run("slide", {"static_friction": 0.03}, (1,)))["slide"] == {}
     assert seed_numbers(1, "a") != seed_numbers(2, "a")

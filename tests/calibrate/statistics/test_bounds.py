@@ -7,7 +7,8 @@ from scipy import stats
 from calibrate.statistics.bounds import interval, open_ends
 
 LIMITS = (0.2, 0.7)
-N = 4000  # of a kernel estimate that is good to some percent: draws of a usual calibration
+# of a kernel estimate that is good to some percent: draws of a usual calibration
+N = 4000
 
 
 def cut_off(mean: float, sd: float) -> np.ndarray:
@@ -32,8 +33,8 @@ def test_a_limit_is_open_where_the_posterior_does_not_exclude_it(mean, sd, ends)
 
 
 def test_the_density_and_not_a_share_of_the_range_decides():
-    """1.96 sds from the mode a likelihood-ratio test at 5 % changes sides; 1.6 and 2.4 are clear of
-    the kernel's error."""
+    """1.96 sds from the mode a likelihood-ratio test at 5 % changes sides; 1.6 and 2.4
+    are clear of the kernel's error."""
     for sd in (0.003, 0.03):
         assert open_ends(cut_off(0.7 - 1.6 * sd, sd), LIMITS) == {"high"}
         assert open_ends(cut_off(0.7 - 2.4 * sd, sd), LIMITS) == set()
@@ -44,4 +45,6 @@ def test_an_open_end_makes_the_interval_one_sided_and_reaches_to_what_was_search
     low, high = interval(draws, (0.1, 0.9), frozenset({"high"}), 0.95)
     assert high == 0.9 and np.mean(draws > low) == pytest.approx(0.95, abs=1e-3)
     inside = interval(draws, (0.1, 0.9), frozenset(), 0.95)
-    assert np.mean(draws < inside[0]) == pytest.approx(np.mean(draws > inside[1]), abs=1e-3)
+    assert np.mean(draws < inside[0]) == pytest.approx(
+        np.mean(draws > inside[1]), abs=1e-3
+    )

@@ -36,8 +36,12 @@ def test_box_behnken_tells_all_quadratic_terms_apart(k):
 
 @pytest.mark.parametrize("k", [3, 4])
 def test_what_a_block_shares_leaves_main_effects_alone(k):
-    """Points of a block may share a packing: its scatter must cancel in every main effect."""
-    designs = [box_behnken(unit_box(k), centre_points=2), central_composite(unit_box(k), centre_points=2)]
+    """Points of a block may share a packing: its scatter must cancel in every main
+    effect."""
+    designs = [
+        box_behnken(unit_box(k), centre_points=2),
+        central_composite(unit_box(k), centre_points=2),
+    ]
     for design in designs:
         outer = design[design["point"] != "centre"]
         assert (design.loc[design["point"] == "centre", "block"] == -1).all()
@@ -47,14 +51,23 @@ def test_what_a_block_shares_leaves_main_effects_alone(k):
 
 def test_the_papers_design_is_box_behnken(runs):
     published = sorted(map(tuple, runs[["A", "B", "C"]].to_numpy()))
-    assert sorted(map(tuple, coded(box_behnken(unit_box(3), centre_points=5)))) == published
+    assert (
+        sorted(map(tuple, coded(box_behnken(unit_box(3), centre_points=5))))
+        == published
+    )
 
 
 @pytest.mark.parametrize("k", [2, 3, 4])
-def test_a_face_centred_composite_is_a_cube_with_its_faces_and_tells_all_quadratic_terms_apart(k):
+def test_a_face_centred_composite_is_a_cube_with_faces_and_tells_quadratic_terms_apart(
+    k,
+):
     design = central_composite(unit_box(k), centre_points=2)
     z, kinds = coded(design), design["point"]
-    assert kinds.value_counts().to_dict() == {"factorial": 2**k, "axial": 2 * k, "centre": 2}
+    assert kinds.value_counts().to_dict() == {
+        "factorial": 2**k,
+        "axial": 2 * k,
+        "centre": 2,
+    }
     assert abs(z).max() == 1 and (abs(z[kinds == "axial"]).sum(axis=1) == 1).all()
     x = polynomial.matrix(z, polynomial.full(k))
     assert np.linalg.matrix_rank(x) == x.shape[1] and not z.sum(axis=0).any()

@@ -1,4 +1,5 @@
-"""The posterior: closed forms, calibration by simulation, two ways of drawing, what is resolved, what would narrow it."""
+"""The posterior: closed forms, calibration by simulation, two ways of drawing, what is
+resolved, what would narrow it."""
 
 import dataclasses
 
@@ -19,7 +20,9 @@ from calibrate.statistics.resolution import Candidate, directions, narrowing
 from calibrate.statistics.sampling import effective_draws, sample, split_r_hat
 from calibrate.statistics.surface import fit_surface
 
-EQ8 = np.array([30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575])
+EQ8 = np.array(
+    [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]
+)
 
 
 class Plane:
@@ -47,17 +50,27 @@ def known(value, sd):
 
 
 def test_a_known_plane_and_normal_priors_give_the_textbook_posterior(rng):
-    """Cov' = (D⁻¹ + s sᵀ/σ²)⁻¹, mean' = Cov' (D⁻¹ m + s ȳ/σ²): priors far inside a wide box."""
+    """Cov' = (D⁻¹ + s sᵀ/σ²)⁻¹, mean' = Cov' (D⁻¹ m + s ȳ/σ²): priors far inside a wide
+    box."""
     box = Box(("a", "b"), [-10.0, -10.0], [10.0, 10.0])
     prior = Prior(box, {"a": (1.0, 1.0), "b": (-0.5, 0.5)})
     slope, value, sd = np.array([1.0, 2.0]), 1.5, 0.4
-    found = sample([Observable("y", Plane(box, slope * 10), known(value, sd))], prior, rng=rng, ess=4000)
+    found = sample(
+        [Observable("y", Plane(box, slope * 10), known(value, sd))],
+        prior,
+        rng=rng,
+        ess=4000,
+    )
     precision = np.diag([1.0, 4.0]) + np.outer(slope, slope) / sd**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ (np.array([1.0, -2.0]) + slope * value / sd**2)
     assert found.converged and not found.note
-    assert (abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 4000)).all()
-    np.testing.assert_allclose(np.cov(found.draws.T), covariance, atol=0.1 * covariance.max())
+    assert (
+        abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 4000)
+    ).all()
+    np.testing.assert_allclose(
+        np.cov(found.draws.T), covariance, atol=0.1 * covariance.max()
+    )
 
 
 def test_few_bench_readings_leave_students_tails(rng):
@@ -66,27 +79,42 @@ def test_few_bench_readings_leave_students_tails(rng):
     seen = [Observable("y", Plane(box, [1.0]), BenchMean(0.0, 0.02, 2.0, 0.0, 3))]
     found = on_grid(seen, Prior.uniform(box), rng=rng, cells=4001, draws=40_000)
     for q in (0.9, 0.99):
-        assert found.draws["a"].quantile(q) == pytest.approx(0.02 * stats.t.ppf(q, 2), rel=0.08)
+        assert found.draws["a"].quantile(q) == pytest.approx(
+            0.02 * stats.t.ppf(q, 2), rel=0.08
+        )
 
 
 def test_ensembles_and_grid_agree(angle, rng):
     prior = Prior.uniform(angle.surrogate.box)
-    chain, grid = sample([angle], prior, rng=rng), on_grid([angle], prior, rng=rng, draws=20_000)
+    chain, grid = (
+        sample([angle], prior, rng=rng),
+        on_grid([angle], prior, rng=rng, draws=20_000),
+    )
     a, b = summary(chain).set_index("factor"), summary(grid).set_index("factor")
     assert chain.converged and grid.converged
-    assert (abs(a["mean"] - b["mean"]) < 0.1 * b["prior_sd"]).all() and (abs(a["sd"] / b["sd"] - 1) < 0.06).all()
+    assert (abs(a["mean"] - b["mean"]) < 0.1 * b["prior_sd"]).all() and (
+        abs(a["sd"] / b["sd"] - 1) < 0.06
+    ).all()
     assert (a["ess"] > 1000).all() and (a["r_hat"] < 1.01).all()
 
 
 def test_the_same_seed_gives_the_same_draws():
     box = Box.of({"a": (-1.0, 1.0)})
-    seen, prior = [Observable("y", Plane(box, [1.0]), known(0.3, 0.2))], Prior.uniform(box)
-    one, two, other = (sample(seen, prior, rng=np.random.default_rng(s), ess=1, max_steps=60) for s in (1, 1, 2))
+    seen, prior = (
+        [Observable("y", Plane(box, [1.0]), known(0.3, 0.2))],
+        Prior.uniform(box),
+    )
+    one, two, other = (
+        sample(seen, prior, rng=np.random.default_rng(s), ess=1, max_steps=60)
+        for s in (1, 1, 2)
+    )
     assert one.draws.equals(two.draws) and not one.draws.equals(other.draws)
 
 
 def test_a_short_chain_is_not_called_converged(angle, rng):
-    found = sample([angle], Prior.uniform(angle.surrogate.box), rng=rng, ess=100_000, max_steps=150)
+    found = sample(
+        [angle], Prior.uniform(angle.surrogate.box), rng=rng, ess=100_000, max_steps=150
+    )
     assert not found.converged and "not converged" in found.note
 
 
@@ -98,28 +126,47 @@ def test_r_hat_and_effective_draws_see_what_they_are_for(rng):
     for i in range(1, 1000):
         slow[:, i] = 0.9 * slow[:, i - 1] + white[:, i]
     assert effective_draws(white)[0] == pytest.approx(40_000, rel=0.1)
-    assert effective_draws(slow)[0] == pytest.approx(40_000 * 0.1 / 1.9, rel=0.2)  # τ = (1 + ρ)/(1 − ρ)
+    assert effective_draws(slow)[0] == pytest.approx(
+        40_000 * 0.1 / 1.9, rel=0.2
+    )  # τ = (1 + ρ)/(1 − ρ)
     white[0, :, 0] = 1.0  # a walker that is stuck
     assert effective_draws(white)[0] == 0
 
 
 def calibration(runs, rng, *, ignore=False, bend=0.0, sim_sd=0.4, bench_sd=0.2):
-    """How often stated 90 % sets (highest density), and 90 % intervals of single factors, hold a truth drawn from the prior."""
+    """How often stated 90 % sets (highest density), and 90 % intervals of single
+    factors, hold a truth drawn from the prior."""
     box = Box(("e", "mu", "mu_r"), [0.55, 0.4, 0.03], [0.65, 0.6, 0.05])
     prior, design = Prior.uniform(box), box_behnken(box, centre_points=5)
     z = box.coded(box.points(design))
 
     def truth(coded):
-        return polynomial.matrix(coded, polynomial.full(3)) @ EQ8 + bend * (coded[:, 0] * coded[:, 1] ** 2 - coded[:, 2] ** 3 / 2)
+        return polynomial.matrix(coded, polynomial.full(3)) @ EQ8 + bend * (
+            coded[:, 0] * coded[:, 1] ** 2 - coded[:, 2] ** 3 / 2
+        )
 
     sets, singles = 0, 0.0
     for _ in range(runs):
-        fitted = fit_surface(design.assign(y_deg=truth(z) + sim_sd * rng.standard_normal(len(z))), "y_deg", box)
+        fitted = fit_surface(
+            design.assign(y_deg=truth(z) + sim_sd * rng.standard_normal(len(z))),
+            "y_deg",
+            box,
+        )
         if ignore:
-            fitted = dataclasses.replace(fitted, residual_ss=1e-12, pure_ss=0.0, pure_df=0)
+            fitted = dataclasses.replace(
+                fitted, residual_ss=1e-12, pure_ss=0.0, pure_df=0
+            )
         at = prior.draw(1, rng)
-        readings = truth(box.coded(at)) + 0.05 * rng.standard_normal() + bench_sd * rng.standard_normal(8)
-        seen = [Observable("y_deg", fitted, bench_mean(readings, name="y_deg", shared_sd=0.05))]
+        readings = (
+            truth(box.coded(at))
+            + 0.05 * rng.standard_normal()
+            + bench_sd * rng.standard_normal(8)
+        )
+        seen = [
+            Observable(
+                "y_deg", fitted, bench_mean(readings, name="y_deg", shared_sd=0.05)
+            )
+        ]
         found = on_grid(seen, prior, rng=rng, cells=15, draws=1000)
         sets += log_posterior(at, seen, prior)[0] >= np.quantile(found.log_density, 0.1)
         low, high = np.quantile(found.draws, [0.05, 0.95], axis=0)
@@ -145,28 +192,45 @@ def test_sets_hold_the_truth_also_where_the_surface_is_no_quadratic(rng, bend):
 
 
 def test_one_angle_resolves_one_direction_of_three(angle, rng):
-    found = on_grid([angle], Prior.uniform(angle.surrogate.box), rng=rng, cells=31, draws=20_000)
+    found = on_grid(
+        [angle], Prior.uniform(angle.surrogate.box), rng=rng, cells=31, draws=20_000
+    )
     table = directions(found)
     assert table["resolved"].tolist() == [True, False, False]
     gradient = angle.surrogate.gradient([[0, 0, 0]])[0]
-    along = table.loc[0, list(angle.surrogate.names)].to_numpy(dtype=float) @ gradient / np.linalg.norm(gradient)
+    along = (
+        table.loc[0, list(angle.surrogate.names)].to_numpy(dtype=float)
+        @ gradient
+        / np.linalg.norm(gradient)
+    )
     assert along > 0.95 and table["sd_ratio"].iloc[2] > 0.8
     assert "not resolved" in table["statement"].iloc[2]
 
 
 def test_two_observables_together_narrow_more_than_either(surface, angle, rng):
     prior = Prior.uniform(surface.box)
-    drop = Observable("drop", Plane(Box.of({"restitution": (0.55, 0.65)}), [1.0]), known(0.2, 0.1))
-    alone, both = on_grid([angle], prior, rng=rng), on_grid([angle, drop], prior, rng=rng)
+    drop = Observable(
+        "drop", Plane(Box.of({"restitution": (0.55, 0.65)}), [1.0]), known(0.2, 0.1)
+    )
+    alone, both = (
+        on_grid([angle], prior, rng=rng),
+        on_grid([angle, drop], prior, rng=rng),
+    )
     assert summary(both)["sd_ratio"][0] < 0.25 < 0.7 < summary(alone)["sd_ratio"][0]
     assert both.draws["restitution"].mean() == pytest.approx(0.61, abs=0.003)
 
 
 def test_a_curve_of_one_parameter_joins_the_pile(surface, angle, drop_rows, rng):
-    """A rig that reads restitution alone: the joint posterior's restitution is what inverting its curve gives."""
+    """A rig that reads restitution alone: the joint posterior's restitution is what
+    inverting its curve gives."""
     curve = fit_polynomial(drop_rows, "restitution", "rebound_height_mm", 2)
     bench = bench_mean([111.0, 109.5, 112.3, 110.8, 111.6, 110.1], name="rebound")
-    both = on_grid([angle, Observable("rebound", curve, bench)], Prior.uniform(surface.box), rng=rng, cells=41)
+    both = on_grid(
+        [angle, Observable("rebound", curve, bench)],
+        Prior.uniform(surface.box),
+        rng=rng,
+        cells=41,
+    )
     alone = invert(curve, bench)
     assert both.draws["restitution"].mean() == pytest.approx(alone.value, abs=alone.sd)
     assert both.draws["restitution"].std() < 2 * alone.sd
@@ -178,23 +242,45 @@ def test_errors_shared_by_two_observables_are_worth_less(rng):
     two = [Observable(n, Plane(box, [1.0]), known(0.0, 0.1)) for n in ("one", "two")]
     for rho in (0.0, 0.6, 0.99):
         correlation = np.array([[1, rho], [rho, 1]])
-        found = on_grid(two, Prior.uniform(box), rng=rng, cells=801, draws=20_000, correlation=correlation)
-        assert found.draws["a"].std() == pytest.approx(0.1 * np.sqrt((1 + rho) / 2), rel=0.03)
+        found = on_grid(
+            two,
+            Prior.uniform(box),
+            rng=rng,
+            cells=801,
+            draws=20_000,
+            correlation=correlation,
+        )
+        assert found.draws["a"].std() == pytest.approx(
+            0.1 * np.sqrt((1 + rho) / 2), rel=0.03
+        )
 
 
 def test_errors_whose_covariance_was_estimated_have_hotellings_tails():
-    """Four means of four readings each, covariance from the same readings: T² exceeds its 95 % limit as often as F says, and the
-    density is a function of T² alone."""
+    """Four means of four readings each, covariance from the same readings: T² exceeds
+    its 95 % limit as often as F says, and the density is a function of T² alone."""
     rng, m, n = np.random.default_rng(3), 3, 8
     box = Box.of({"a": (-1.0, 1.0)})
-    root, beyond = np.linalg.cholesky(np.array([[1, 0.9, 0], [0.9, 1, 0.3], [0, 0.3, 1.0]])), 0
+    root, beyond = (
+        np.linalg.cholesky(np.array([[1, 0.9, 0], [0.9, 1, 0.3], [0, 0.3, 1.0]])),
+        0,
+    )
     limit = (n - 1) * m / (n - m) * stats.f.ppf(0.95, m, n - m)
     for _ in range(2000):
         x = rng.standard_normal((n, m)) @ root.T
         sd, r = x.std(axis=0, ddof=1) / np.sqrt(n), np.corrcoef(x.T)
-        seen = [Observable(f"y{k}", Plane(box, [0.0]), BenchMean(x[:, k].mean(), sd[k], n - 1, 0.0, n)) for k in range(m)]
+        seen = [
+            Observable(
+                f"y{k}",
+                Plane(box, [0.0]),
+                BenchMean(x[:, k].mean(), sd[k], n - 1, 0.0, n),
+            )
+            for k in range(m)
+        ]
         density = log_posterior(np.zeros((1, 1)), seen, Prior.uniform(box), r)[0]
-        met = [dataclasses.replace(o, bench=dataclasses.replace(o.bench, value=0.0)) for o in seen]
+        met = [
+            dataclasses.replace(o, bench=dataclasses.replace(o.bench, value=0.0))
+            for o in seen
+        ]
         best = log_posterior(np.zeros((1, 1)), met, Prior.uniform(box), r)[0]
         square = (np.exp(2 * (best - density) / n) - 1) * (n - 1)
         beyond += square > limit
@@ -204,8 +290,15 @@ def test_errors_whose_covariance_was_estimated_have_hotellings_tails():
 def test_a_bench_value_nothing_reaches_is_named(surface, rng):
     far = Observable("repose_angle_deg", surface, BenchMean(40.0, 0.3, 4, 0.0, 5))
     found = on_grid([far], Prior.uniform(surface.box), rng=rng)
-    assert not found.tension["reached"][0] and "no parameters of the box give the bench's repose_angle_deg" in found.note
-    near = on_grid([dataclasses.replace(far, bench=BenchMean(31.0, 0.3, 4, 0.0, 5))], Prior.uniform(surface.box), rng=rng)
+    assert (
+        not found.tension["reached"][0]
+        and "no parameters of the box give the bench's repose_angle_deg" in found.note
+    )
+    near = on_grid(
+        [dataclasses.replace(far, bench=BenchMean(31.0, 0.3, 4, 0.0, 5))],
+        Prior.uniform(surface.box),
+        rng=rng,
+    )
     assert near.tension["reached"][0] and not near.note
 
 
@@ -214,40 +307,66 @@ def test_priors_are_uniform_or_cut_off_normals(rng):
     prior = Prior(box, {"b": (0.9, 0.3)})
     x = prior.draw(20_000, rng)
     cut = stats.truncnorm(-3, 1 / 3, loc=0.9, scale=0.3)
-    assert stats.kstest(x[:, 0], "uniform").pvalue > 0.01 and stats.kstest(x[:, 1], cut.cdf).pvalue > 0.01
+    assert (
+        stats.kstest(x[:, 0], "uniform").pvalue > 0.01
+        and stats.kstest(x[:, 1], cut.cdf).pvalue > 0.01
+    )
     np.testing.assert_allclose(prior.sd, [1 / np.sqrt(12), cut.std()])
     y = np.array([[0.5, 0.2], [0.1, 0.8], [0.1, 1.1]])
     log = prior.log_density(y)
-    assert log[2] == -np.inf and log[1] - log[0] == pytest.approx(cut.logpdf(0.8) - cut.logpdf(0.2))
+    assert log[2] == -np.inf and log[1] - log[0] == pytest.approx(
+        cut.logpdf(0.8) - cut.logpdf(0.2)
+    )
 
 
 def test_narrowing_is_exact_for_planes_and_normal_priors(rng):
-    """Expected information ½ log(1 + sᵀDs/r²), variance left (D − D s sᵀ D/(sᵀDs + r²)); here D = 1."""
+    """Expected information ½ log(1 + sᵀDs/r²), variance left (D − D s sᵀ D/(sᵀDs +
+    r²)); here D = 1."""
     box = Box(("a", "b"), [-8.0, -8.0], [8.0, 8.0])
     prior = Prior(box, {"a": (0.0, 1.0), "b": (0.0, 1.0)})
     draws = pd.DataFrame(prior.draw(40_000, rng), columns=["a", "b"])
     posterior = dataclasses.replace(
-        on_grid([Observable("y", Plane(box, [1.0, 1.0]), known(0.0, 1e3))], prior, rng=rng), draws=draws
+        on_grid(
+            [Observable("y", Plane(box, [1.0, 1.0]), known(0.0, 1e3))], prior, rng=rng
+        ),
+        draws=draws,
     )
-    candidates = [Candidate("both", Plane(box, [8.0, 8.0]), 1.0), Candidate("a alone", Plane(box, [8.0, 0.0]), 1.0)]
+    candidates = [
+        Candidate("both", Plane(box, [8.0, 8.0]), 1.0),
+        Candidate("a alone", Plane(box, [8.0, 0.0]), 1.0),
+    ]
     table = narrowing(posterior, candidates).set_index("candidate")
-    assert table.loc["both", "information_nats"] == pytest.approx(0.5 * np.log(3), rel=0.02)
+    assert table.loc["both", "information_nats"] == pytest.approx(
+        0.5 * np.log(3), rel=0.02
+    )
     assert table.loc["both", "variance_left"] == pytest.approx(2 / 3, rel=0.02)
     assert table.loc["a alone", "sd_left_a"] == pytest.approx(np.sqrt(0.5), rel=0.02)
     assert table.loc["a alone", "sd_left_b"] == pytest.approx(1, rel=0.01)
-    assert table.loc["both", "pick"] == 1 and table.loc["a alone", "variance_left_after"] < table.loc["both", "variance_left"]
+    assert (
+        table.loc["both", "pick"] == 1
+        and table.loc["a alone", "variance_left_after"]
+        < table.loc["both", "variance_left"]
+    )
 
 
 def test_narrowing_prefers_what_the_angle_does_not_tell(surface, angle, rng):
     posterior = on_grid([angle], Prior.uniform(surface.box), rng=rng)
     drop = Candidate("drop", Plane(Box.of({"restitution": (0.55, 0.65)}), [1.0]), 0.2)
     table = narrowing(posterior, [Candidate("angle again", surface, 0.3), drop])
-    assert list(table["candidate"]) == ["drop", "angle again"] and table["pick"].tolist() == [1, 2]
-    assert table.loc[0, "sd_left_restitution"] < 0.4 < 0.9 < table.loc[1, "sd_left_restitution"]
+    assert list(table["candidate"]) == ["drop", "angle again"] and table[
+        "pick"
+    ].tolist() == [1, 2]
+    assert (
+        table.loc[0, "sd_left_restitution"]
+        < 0.4
+        < 0.9
+        < table.loc[1, "sd_left_restitution"]
+    )
 
 
 def test_narrowing_foretells_what_measuring_then_leaves(surface, angle, rng):
-    """Mean posterior variance over 40 imagined measurements of the candidate, against the table."""
+    """Mean posterior variance over 40 imagined measurements of the candidate, against
+    the table."""
     prior = Prior.uniform(surface.box)
     before = on_grid([angle], prior, rng=rng, draws=8000)
     second = Plane(surface.box, [1.0, -0.7, 0.2])
@@ -255,9 +374,17 @@ def test_narrowing_foretells_what_measuring_then_leaves(surface, angle, rng):
     left = []
     for at in before.draws.sample(40, random_state=1).to_numpy():
         value = float(second.evaluate(at[None])[0][0] + 0.2 * rng.standard_normal())
-        after = on_grid([angle, Observable("second", second, known(value, 0.2))], prior, rng=rng, cells=21, draws=2000)
+        after = on_grid(
+            [angle, Observable("second", second, known(value, 0.2))],
+            prior,
+            rng=rng,
+            cells=21,
+            draws=2000,
+        )
         left.append((after.draws.var() / prior.sd**2).sum())
-    assert np.mean(left) / (before.draws.var() / prior.sd**2).sum() == pytest.approx(told, rel=0.12)
+    assert np.mean(left) / (before.draws.var() / prior.sd**2).sum() == pytest.approx(
+        told, rel=0.12
+    )
 
 
 def wider(prior):
@@ -269,9 +396,23 @@ def wider(prior):
     [
         (lambda o, p: ([], p, None), "no observable"),
         (lambda o, p: ([o, o], p, None), "must differ in name"),
-        (lambda o, p: ([dataclasses.replace(o, bench=BenchMean(31.0, 0.0, 4, 0.0, 5))], p, None), "needs an sd above 0"),
+        (
+            lambda o, p: (
+                [dataclasses.replace(o, bench=BenchMean(31.0, 0.0, 4, 0.0, 5))],
+                p,
+                None,
+            ),
+            "needs an sd above 0",
+        ),
         (lambda o, p: ([o], wider(p), None), "restitution: the prior spans 0.54"),
-        (lambda o, p: ([o], Prior.uniform(Box.of({"restitution": (0.55, 0.65)})), None), "for which there is no prior"),
+        (
+            lambda o, p: (
+                [o],
+                Prior.uniform(Box.of({"restitution": (0.55, 0.65)})),
+                None,
+            ),
+            "for which there is no prior",
+        ),
         (lambda o, p: ([o], p, np.array([[2.0]])), "correlation"),
     ],
 )
@@ -284,7 +425,12 @@ def test_what_does_not_fit_together_is_named(angle, rng, change, message):
 
 
 @pytest.mark.parametrize(
-    ("given", "message"), [({"x": (0, 1)}, "prior for x"), ({"a": (0, 0)}, "prior for a"), ({"a": (np.nan, 1)}, "prior for a")]
+    ("given", "message"),
+    [
+        ({"x": (0, 1)}, "prior for x"),
+        ({"a": (0, 0)}, "prior for a"),
+        ({"a": (np.nan, 1)}, "prior for a"),
+    ],
 )
 def test_bad_priors_are_named(given, message):
     with pytest.raises(ValueError, match=message):

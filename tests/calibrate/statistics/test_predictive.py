@@ -1,5 +1,5 @@
-"""Intervals of a system with uncertain parameters and scattering packings: how often they hold a
-new one, and its share."""
+"""Intervals of a system with uncertain parameters and scattering packings: how often
+they hold a new one, and its share."""
 
 import numpy as np
 import pytest
@@ -10,9 +10,12 @@ from calibrate.statistics.predictive import predictive
 DRAWS, REPEATS, TIMES = 12, 4, 400
 
 
-def coverage(tau: float, sigma: float, packings: float, seed: int) -> tuple[float, float]:
-    """How often half_width(packings) holds the mean of so many new packings at one new draw; and
-    how often the interval that leaves the parameters out, mean ± t s/√m of the repeats, does."""
+def coverage(
+    tau: float, sigma: float, packings: float, seed: int
+) -> tuple[float, float]:
+    """How often half_width(packings) holds the mean of so many new packings at one new
+    draw; and how often the interval that leaves the parameters out, mean ± t s/√m of
+    the repeats, does."""
     rng, held, without = np.random.default_rng(seed), 0, 0
     for _ in range(TIMES):
         draws = 30 + rng.normal(0, tau, DRAWS) + rng.normal(0, sigma, DRAWS)
@@ -35,7 +38,8 @@ def coverage(tau: float, sigma: float, packings: float, seed: int) -> tuple[floa
 )
 def test_the_95_percent_interval_holds_95_percent_of_new_means(tau, sigma, packings):
     held, _ = coverage(tau, sigma, packings, seed=1)
-    # 400 times at 95 %: below 91.5 % once in 1,000; it may hold more: τ is hard to tell from σ
+    # 400 times at 95 %: below 91.5 % once in 1,000; it may hold more: τ is hard to tell
+    # from σ
     assert 0.915 <= held <= 1.0
 
 
@@ -45,7 +49,9 @@ def test_an_interval_without_the_parameters_uncertainty_fails_the_same_check():
 
 def test_with_many_runs_both_parts_are_found():
     rng = np.random.default_rng(3)
-    found = predictive(25 + rng.normal(0, np.hypot(1.5, 0.7), 400), 25 + rng.normal(0, 0.7, 400))
+    found = predictive(
+        25 + rng.normal(0, np.hypot(1.5, 0.7), 400), 25 + rng.normal(0, 0.7, 400)
+    )
     assert found.parameter_sd == pytest.approx(1.5, abs=0.15)  # 2.5 standard errors
     assert found.packing_sd == pytest.approx(0.7, abs=0.06)
     assert found.half_width(1.0) == pytest.approx(1.96 * np.hypot(1.5, 0.7), rel=0.1)

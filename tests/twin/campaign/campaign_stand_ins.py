@@ -1,4 +1,5 @@
-"""Jobs without physics: numbers to be squared, with trouble on request, and a log of who computed what."""
+"""Jobs without physics: numbers to be squared, with trouble on request, and a log of
+who computed what."""
 
 import errno
 import os
@@ -12,7 +13,8 @@ from twin.campaign import Measured, Measurement
 
 @dataclass(frozen=True)
 class Square:
-    """number: to be squared. log: a file that gets a line whenever work on it ends. trouble: what happens instead."""
+    """number: to be squared. log: a file that gets a line whenever work on it ends.
+    trouble: what happens instead."""
 
     number: int
     log: str = ""
@@ -29,7 +31,8 @@ class Square:
 
 
 def square(job: Square, folder: Path, threads: int) -> Measured:
-    """The square of the job's number, after a half-written folder has stood there for a while."""
+    """The square of the job's number, after a half-written folder has stood there for a
+    while."""
     folder.mkdir(parents=True)
     (folder / "half.txt").write_text("half")
     time.sleep(job.takes_s)
@@ -49,16 +52,25 @@ def square(job: Square, folder: Path, threads: int) -> Measured:
         with Path(job.log).open("a") as log:
             log.write(f"{job.key} {os.getpid()}\n")
     value = float("nan") if job.trouble == "nan" else job.number**2 + 0.1
-    measured = Measurement("area", value, 0.25, "mm²"), Measurement("restitution", 1 / 3, 0.5, "1", "doubtful", "for a reason")
+    measured = (
+        Measurement("area", value, 0.25, "mm²"),
+        Measurement("restitution", 1 / 3, 0.5, "1", "doubtful", "for a reason"),
+    )
     return Measured(measured, {"area_mm2": float(job.number**2)}, ("squared",))
 
 
 def computed(log: Path) -> list[str]:
     """Keys in the order in which work on them ended."""
-    return [line.split()[0] for line in log.read_text().splitlines()] if log.exists() else []
+    return (
+        [line.split()[0] for line in log.read_text().splitlines()]
+        if log.exists()
+        else []
+    )
 
 
 def nothing_half_written(store: Path) -> bool:
     """No temporary folders, no claims, and every run whole."""
     temporary = [*(store / "parts").iterdir(), *(store / "claims").iterdir()]
-    return not temporary and all((run / "measurements.json").is_file() for run in (store / "runs").iterdir())
+    return not temporary and all(
+        (run / "measurements.json").is_file() for run in (store / "runs").iterdir()
+    )

@@ -1,4 +1,5 @@
-"""One job in a worker: done once, failing alone, and the disk's trouble told apart from the job's."""
+"""One job in a worker: done once, failing alone, and the disk's trouble told apart from
+the job's."""
 
 import json
 import os
@@ -23,7 +24,15 @@ def attempt(order: Order, job) -> Reply:
 @pytest.fixture
 def order(tmp_path):
     store = open_store(tmp_path / "store")
-    return Order(str(store.root), store.id, square, "photos", 1, store.now_s(), retry_failed=False)
+    return Order(
+        str(store.root),
+        store.id,
+        square,
+        "photos",
+        1,
+        store.now_s(),
+        retry_failed=False,
+    )
 
 
 def later(order: Order, **changes) -> Order:
@@ -34,7 +43,10 @@ def later(order: Order, **changes) -> Order:
 def test_a_job_is_computed_once(order, tmp_path):
     job = Square(3, str(tmp_path / "log"))
     first, second = attempt(order, job), attempt(order, job)
-    assert first.outcome == second.outcome and (first.computed, second.computed) == (True, False)
+    assert first.outcome == second.outcome and (first.computed, second.computed) == (
+        True,
+        False,
+    )
     assert computed(tmp_path / "log") == [job.key]
     assert nothing_half_written(Path(order.root))
 
@@ -47,34 +59,52 @@ def test_a_job_that_another_process_has_is_left_to_it(order):
 
 
 @pytest.mark.parametrize(
-    ("trouble", "reason"), [("raise", "RuntimeError: number 3 cannot be squared"), ("nan", "ValueError: area = nan")]
+    ("trouble", "reason"),
+    [
+        ("raise", "RuntimeError: number 3 cannot be squared"),
+        ("nan", "ValueError: area = nan"),
+    ],
 )
 def test_a_failing_job_is_named_and_stays_failed(order, trouble, reason):
     job = Square(3, trouble=trouble)
     outcome = attempt(order, job).outcome
     assert outcome.status == "failed" and outcome.reason.startswith(reason)
-    assert outcome.rerun.endswith(f"-m twin.campaign {order.root}/failed/{job.key}.json")
+    assert outcome.rerun.endswith(
+        f"-m twin.campaign {order.root}/failed/{job.key}.json"
+    )
     told = json.loads((Path(order.root) / "failed" / f"{job.key}.json").read_text())
-    assert told["input"] == job.input and ("in square" if trouble == "raise" else "_check_numbers") in told["traceback"]
+    assert (
+        told["input"] == job.input
+        and ("in square" if trouble == "raise" else "_check_numbers")
+        in told["traceback"]
+    )
     assert nothing_half_written(Path(order.root))
     assert not attempt(later(order), Square(3)).computed
     assert attempt(later(order, retry_failed=True), Square(3)).outcome.status == "done"
 
 
 def test_a_failure_of_the_machine_is_tried_again_by_the_next_campaign(order):
-    assert attempt(order, Square(3, trouble="memory")).outcome.reason == "MemoryError: no room"
-    assert attempt(order, Square(3)).outcome.status == "failed"  # not twice in one campaign
+    assert (
+        attempt(order, Square(3, trouble="memory")).outcome.reason
+        == "MemoryError: no room"
+    )
+    assert (
+        attempt(order, Square(3)).outcome.status == "failed"
+    )  # not twice in one campaign
     assert attempt(later(order), Square(3)).outcome.status == "done"
 
 
 def test_a_full_disk_is_no_failure_of_the_job(order):
     reply = attempt(order, Square(3, trouble="full"))
     assert reply.outcome is None and "No space left on device" in reply.stop
-    assert nothing_half_written(Path(order.root)) and not list((Path(order.root) / "failed").iterdir())
+    assert nothing_half_written(Path(order.root)) and not list(
+        (Path(order.root) / "failed").iterdir()
+    )
 
 
 def test_wherever_the_disk_ends_nothing_is_left_half_written(order):
-    """Files of a process may not exceed a limit [bytes]: the claim, measurements.json or the evidence is what does not fit."""
+    """Files of a process may not exceed a limit [bytes]: the claim, measurements.json
+    or the evidence is what does not fit."""
     code = f"""
 import resource, sys
 sys.path[:0] = {sys.path!r}
@@ -90,7 +120,10 @@ for n, limit in enumerate((0, 100, 300, 5000)):
     assert nothing_half_written(Path(order.root)), limit
 """
     subprocess.run([sys.executable, "-c", code], check=True)
-    assert not [*(Path(order.root) / "runs").iterdir(), *(Path(order.root) / "failed").iterdir()]
+    assert not [
+        *(Path(order.root) / "runs").iterdir(),
+        *(Path(order.root) / "failed").iterdir(),
+    ]
 
 
 def test_reasons_name_the_folder_that_stays(order):
@@ -111,13 +144,19 @@ def test_an_unwritable_store_stops(order, monkeypatch):
 
 
 def test_a_worker_that_does_not_see_the_store_stops(order, tmp_path):
-    assert "no campaign store here" in attempt(replace(order, root=str(tmp_path / "elsewhere")), Square(3)).stop
+    assert (
+        "no campaign store here"
+        in attempt(replace(order, root=str(tmp_path / "elsewhere")), Square(3)).stop
+    )
 
 
 def test_a_worker_of_another_version_stops(order):
-    """Its key of the same job is another: what it computes would be stored for a job that it is not."""
+    """Its key of the same job is another: what it computes would be stored for a job
+    that it is not."""
     reply = attempt_as(order, Square(3), Square(4).key)
-    assert "another version of benchtwin" in reply.stop and not list((Path(order.root) / "runs").iterdir())
+    assert "another version of benchtwin" in reply.stop and not list(
+        (Path(order.root) / "runs").iterdir()
+    )
 
 
 def test_an_owner_taken_for_dead_leaves_the_job_to_its_successor(order):
@@ -131,7 +170,10 @@ def test_an_owner_taken_for_dead_leaves_the_job_to_its_successor(order):
     assert reply.busy and not list((Path(order.root) / "failed").iterdir())
 
 
-@pytest.mark.parametrize(("keep", "left"), [("photos", {"photo.png"}), ("all", {"photo.png", "frames"}), ("numbers", set())])
+@pytest.mark.parametrize(
+    ("keep", "left"),
+    [("photos", {"photo.png"}), ("all", {"photo.png", "frames"}), ("numbers", set())],
+)
 def test_pictures_are_kept_as_asked(order, keep, left):
     def filmed(job, folder, threads, reason=""):
         (folder / "frames").mkdir(parents=True)
@@ -142,5 +184,9 @@ def test_pictures_are_kept_as_asked(order, keep, left):
     attempt(replace(order, work=filmed, keep=keep), Square(3))
     run = Path(order.root) / "runs" / Square(3).key
     assert {p.name for p in run.iterdir()} == left | {"measurements.json"}
-    attempt(replace(order, work=lambda *a: filmed(*a, reason="dark"), keep=keep), Square(4))
-    assert (Path(order.root) / "runs" / Square(4).key / "frames").is_dir()  # what could not be measured can be looked at
+    attempt(
+        replace(order, work=lambda *a: filmed(*a, reason="dark"), keep=keep), Square(4)
+    )
+    assert (
+        Path(order.root) / "runs" / Square(4).key / "frames"
+    ).is_dir()  # what could not be measured can be looked at

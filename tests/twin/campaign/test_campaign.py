@@ -15,7 +15,13 @@ import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 from twin import Parameters
-from twin.campaign import CampaignStopped, cluster, read_campaign, run_campaign, stream_campaign
+from twin.campaign import (
+    CampaignStopped,
+    cluster,
+    read_campaign,
+    run_campaign,
+    stream_campaign,
+)
 from twin.campaign.run import threads_each
 from twin.campaign.store import open_store
 from twin.job import Job
@@ -27,21 +33,42 @@ faulthandler.dump_traceback_later(80)  # says where it waits, if it does
 from campaign_stand_ins import Square, square
 from twin.campaign import stream_campaign
 if __name__ == "__main__":
-    store, log, count, takes_s, options = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4]), eval(sys.argv[5])
-    for outcome in stream_campaign([Square(n, log, takes_s) for n in range(count)], store, work=square, **options):
+    store, log, count, takes_s = *sys.argv[1:3], int(sys.argv[3]), float(sys.argv[4])
+    jobs = [Square(n, log, takes_s) for n in range(count)]
+    for outcome in stream_campaign(jobs, store, work=square, **eval(sys.argv[5])):
         print(outcome.key, outcome.status, flush=True)
 """
 
 
-def campaign_process(tmp_path: Path, store: Path, log: Path, count: int, takes_s: float, **options) -> subprocess.Popen:
+def campaign_process(
+    tmp_path: Path, store: Path, log: Path, count: int, takes_s: float, **options
+) -> subprocess.Popen:
     """A campaign in a process group of its own, as a terminal starts it."""
     script = tmp_path / "campaign_script.py"
     script.write_text(SCRIPT)
-    line = [sys.executable, str(script), str(store), str(log), str(count), str(takes_s), repr(options)]
+    line = [
+        sys.executable,
+        str(script),
+        str(store),
+        str(log),
+        str(count),
+        str(takes_s),
+        repr(options),
+    ]
     env = os.environ | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
     pipe = subprocess.PIPE
-    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # tests run in the background inherit that Ctrl-C is ignored
-    return subprocess.Popen(line, stdout=pipe, stderr=pipe, text=True, env=env, start_new_session=True, preexec_fn=heard)
+    heard = partial(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # tests run in the background inherit that Ctrl-C is ignored
+    return subprocess.Popen(
+        line,
+        stdout=pipe,
+        stderr=pipe,
+        text=True,
+        env=env,
+        start_new_session=True,
+        preexec_fn=heard,
+    )
 
 
 def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
@@ -51,18 +78,32 @@ def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
     jobs = [Square(n, str(log)) for n in (5, 3, 4)]
     mixed = [jobs[0], Square(9, trouble="raise"), jobs[1], jobs[2], jobs[1]]
     seen = []
-    results = run_campaign(mixed, tmp_path / "store", workers=2, progress=seen.append, work=square)
+    results = run_campaign(
+        mixed, tmp_path / "store", workers=2, progress=seen.append, work=square
+    )
     assert list(results.table.status) == ["done", "failed", "done", "done", "done"]
     assert list(results.table.area_mm2.dropna()) == [25.1, 9.1, 16.1, 9.1]
     assert "cannot be squared" in results.failed[0].reason
     assert sorted(computed(log)) == sorted(job.key for job in jobs)
-    assert (seen[0].finished, seen[-1].finished, seen[-1].failed, seen[-1].left_s) == (0, 4, 1, 0.0)
+    assert (seen[0].finished, seen[-1].finished, seen[-1].failed, seen[-1].left_s) == (
+        0,
+        4,
+        1,
+        0.0,
+    )
     dead = tmp_path / "store" / "parts" / f"{mixed[0].key}.of-a-power-cut"
     dead.mkdir()
-    monkeypatch.setattr("twin.campaign.run.connected", None)  # what is there needs no workers
+    monkeypatch.setattr(
+        "twin.campaign.run.connected", None
+    )  # what is there needs no workers
     again = run_campaign(mixed, tmp_path / "store", work=square)
     assert again.table.equals(results.table) and len(computed(log)) == 3
-    assert read_campaign([*mixed, roll], tmp_path / "store").counts() == {"done": 4, "unmeasured": 0, "failed": 1, "missing": 1}
+    assert read_campaign([*mixed, roll], tmp_path / "store").counts() == {
+        "done": 4,
+        "unmeasured": 0,
+        "failed": 1,
+        "missing": 1,
+    }
     assert nothing_half_written(tmp_path / "store")
 
 
@@ -75,28 +116,54 @@ def test_a_campaign_ends_though_its_cluster_does_not_close(tmp_path, monkeypatch
     monkeypatch.setattr("distributed.LocalCluster._close", never)
     monkeypatch.setattr(cluster, "CLOSING_S", 1.0)
     began = time.monotonic()
-    assert run_campaign([Square(1)], tmp_path / "store", workers=1, work=square).counts()["done"] == 1
+    assert (
+        run_campaign([Square(1)], tmp_path / "store", workers=1, work=square).counts()[
+            "done"
+        ]
+        == 1
+    )
     assert time.monotonic() - began < 30  # a busy machine; it takes five
     alive = psutil.wait_procs(psutil.Process().children(recursive=True), timeout=1.0)[1]
-    assert not [process for process in alive if "spawn_main" in " ".join(process.cmdline())]
+    assert not [
+        process for process in alive if "spawn_main" in " ".join(process.cmdline())
+    ]
 
 
 def test_a_job_of_a_machine_that_falls_silent_is_taken_over(tmp_path):
-    """Its claim is fresh when the campaign begins, so the job is left to it at first."""
-    (claims := open_store(tmp_path / "store").claimed).joinpath(f"{Square(2).key}.0").write_text('{"machine": "another"}')
+    """Its claim is fresh when the campaign begins, so the job is left to it at
+    first."""
+    (claims := open_store(tmp_path / "store").claimed).joinpath(
+        f"{Square(2).key}.0"
+    ).write_text('{"machine": "another"}')
     began, seen = time.monotonic(), []
     jobs = [Square(1), Square(2)]
-    results = run_campaign(jobs, tmp_path / "store", workers=1, work=square, stale_s=8.0, progress=seen.append)
+    results = run_campaign(
+        jobs,
+        tmp_path / "store",
+        workers=1,
+        work=square,
+        stale_s=8.0,
+        progress=seen.append,
+    )
     assert results.counts()["done"] == 2 and time.monotonic() - began > 8.0
     assert any(p.elsewhere == 1 and p.finished == 1 for p in seen)
     assert list(claims.iterdir()) == []
 
 
 def test_a_full_disk_stops_the_campaign_and_keeps_what_is_done(tmp_path):
-    jobs = [Square(1), Square(2, takes_s=0.3, trouble="full"), *(Square(n, takes_s=0.3) for n in range(3, 40))]
+    jobs = [
+        Square(1),
+        Square(2, takes_s=0.3, trouble="full"),
+        *(Square(n, takes_s=0.3) for n in range(3, 40)),
+    ]
     with pytest.raises(CampaignStopped, match="No space left on device"):
         run_campaign(jobs, tmp_path / "store", workers=1, work=square)
-    assert read_campaign(jobs, tmp_path / "store").counts() == {"done": 1, "unmeasured": 0, "failed": 0, "missing": 38}
+    assert read_campaign(jobs, tmp_path / "store").counts() == {
+        "done": 1,
+        "unmeasured": 0,
+        "failed": 0,
+        "missing": 38,
+    }
     assert nothing_half_written(tmp_path / "store")
 
 
@@ -113,11 +180,15 @@ def test_wrong_options_are_refused(tmp_path, options):
 
 
 def test_nothing_is_there_before_anything_has_run(tmp_path):
-    assert list(read_campaign([Square(1)], tmp_path / "store").table.status) == ["missing"]
+    assert list(read_campaign([Square(1)], tmp_path / "store").table.status) == [
+        "missing"
+    ]
     assert not (tmp_path / "store").exists()
 
 
-@pytest.mark.parametrize(("jobs", "cores", "threads"), [(1, 8, 8), (3, 8, 2), (8, 8, 1), (100, 8, 1)])
+@pytest.mark.parametrize(
+    ("jobs", "cores", "threads"), [(1, 8, 8), (3, 8, 2), (8, 8, 1), (100, 8, 1)]
+)
 def test_few_jobs_share_all_cores(jobs, cores, threads):
     assert threads_each(jobs, cores) == threads
 
@@ -136,7 +207,11 @@ def test_interrupted_and_resumed_has_every_job_once_and_in_order(tmp_path):
     begin = time.monotonic()
     _, errors = process.communicate(timeout=120)
     assert time.monotonic() - begin < 60  # a busy machine; it takes about a second
-    assert all(first) and process.returncode != 0 and errors.count("KeyboardInterrupt") == 1, errors
+    assert (
+        all(first)
+        and process.returncode != 0
+        and errors.count("KeyboardInterrupt") == 1
+    ), errors
     assert psutil.wait_procs(children, timeout=60)[1] == []
     assert nothing_half_written(store)
     jobs = [Square(n, str(log)) for n in range(12)]
@@ -144,31 +219,55 @@ def test_interrupted_and_resumed_has_every_job_once_and_in_order(tmp_path):
     assert left["missing"] > 0 and left["done"] >= 3
     resumed = run_campaign(jobs, store, workers=1, work=square)
     assert resumed.counts()["done"] == 12
-    assert [o.measurements[0].value for o in resumed.outcomes] == [n**2 + 0.1 for n in range(12)]
+    assert [o.measurements[0].value for o in resumed.outcomes] == [
+        n**2 + 0.1 for n in range(12)
+    ]
     assert sorted(set(computed(log))) == sorted(job.key for job in jobs)
 
 
 @pytest.mark.slow
 def test_interrupted_physics_equals_uninterrupted(tmp_path):
-    jobs = [Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rng=(1, n), rendered=False) for n in range(6)]
+    jobs = [
+        Job(
+            "roll",
+            Parameters(),
+            {"roll": {"direction": "+x"}},
+            rng=(1, n),
+            rendered=False,
+        )
+        for n in range(6)
+    ]
     stream = stream_campaign(jobs, tmp_path / "store", workers=2)
     next(stream)
     stream.close()
     assert nothing_half_written(tmp_path / "store")
-    resumed, whole = run_campaign(jobs, tmp_path / "store", workers=1), run_campaign(jobs, tmp_path / "other", workers=2)
-    assert resumed.measurements.equals(whole.measurements) and resumed.counts()["done"] == 6
+    resumed, whole = (
+        run_campaign(jobs, tmp_path / "store", workers=1),
+        run_campaign(jobs, tmp_path / "other", workers=2),
+    )
+    assert (
+        resumed.measurements.equals(whole.measurements)
+        and resumed.counts()["done"] == 6
+    )
 
 
 @pytest.mark.usefixtures("rigs_compiled")
 def test_the_command_runs_a_failed_job_of_the_twin_alone(tmp_path):
-    far = Job("drop", Parameters(), {"camera": {"target_mm": [500.0, 0.0, 0.0]}})  # looks past the seed
+    far = Job(
+        "drop", Parameters(), {"camera": {"target_mm": [500.0, 0.0, 0.0]}}
+    )  # looks past the seed
     good = Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rendered=False)
     results = run_campaign([far, good], tmp_path / "store", workers=1)
     assert results.counts()["done"] == 1 and results.outcomes[1].measurements
     (failed,) = results.failed
     assert failed.reason.startswith("ValueError: the camera does not see the seed")
-    again = subprocess.run(shlex.split(failed.rerun), capture_output=True, text=True, check=False)
-    assert again.returncode == 1 and "ValueError: the camera does not see the seed" in again.stderr
+    again = subprocess.run(
+        shlex.split(failed.rerun), capture_output=True, text=True, check=False
+    )
+    assert (
+        again.returncode == 1
+        and "ValueError: the camera does not see the seed" in again.stderr
+    )
 
 
 def test_rerunning_nothing_says_how(capsys):

@@ -14,8 +14,16 @@ import pytest
 from twin.campaign import claims
 
 
-def claimed_by(folder, *, pid: int, started: float, machine: str | None = None, key: str = "k") -> None:
-    owner = {"token": "t", "machine": machine or claims._machine(), "host": "h", "pid": pid, "started": started}
+def claimed_by(
+    folder, *, pid: int, started: float, machine: str | None = None, key: str = "k"
+) -> None:
+    owner = {
+        "token": "t",
+        "machine": machine or claims._machine(),
+        "host": "h",
+        "pid": pid,
+        "started": started,
+    }
     (folder / f"{key}.0").write_text(json.dumps(owner))
 
 
@@ -49,17 +57,25 @@ def test_what_is_released_can_be_claimed_again(tmp_path):
 
 
 def test_other_keys_are_free(tmp_path):
-    assert claims.take(tmp_path, "k") and claims.take(tmp_path, "kk") and claims.take(tmp_path, "K")
+    assert (
+        claims.take(tmp_path, "k")
+        and claims.take(tmp_path, "kk")
+        and claims.take(tmp_path, "K")
+    )
 
 
 def test_a_live_owner_keeps_it(tmp_path, sleeper):
-    claimed_by(tmp_path, pid=sleeper.pid, started=psutil.Process(sleeper.pid).create_time())
+    claimed_by(
+        tmp_path, pid=sleeper.pid, started=psutil.Process(sleeper.pid).create_time()
+    )
     assert claims.holder(tmp_path, "k")
     assert claims.take(tmp_path, "k") is None
 
 
 def test_a_dead_owner_loses_it_even_unburied(tmp_path, sleeper):
-    claimed_by(tmp_path, pid=sleeper.pid, started=psutil.Process(sleeper.pid).create_time())
+    claimed_by(
+        tmp_path, pid=sleeper.pid, started=psutil.Process(sleeper.pid).create_time()
+    )
     os.kill(sleeper.pid, signal.SIGKILL)  # a zombie now: nobody has waited for it
     until = time.monotonic() + 10
     while claims.holder(tmp_path, "k") and time.monotonic() < until:

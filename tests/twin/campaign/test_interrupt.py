@@ -10,7 +10,8 @@ from twin.campaign.interrupt import kept_interrupt
 
 
 class Dropping:
-    """Pressed Ctrl-C while it is destroyed: Python prints the KeyboardInterrupt and goes on."""
+    """Pressed Ctrl-C while it is destroyed: Python prints the KeyboardInterrupt and
+    goes on."""
 
     def __del__(self):
         signal.raise_signal(signal.SIGINT)
@@ -44,4 +45,6 @@ def test_another_handler_and_another_thread_are_left_alone():
     thread = threading.Thread(target=lambda: seen.append(kept_interrupt().__enter__()))
     thread.start()
     thread.join()
-    assert len(seen) == 1 and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert (
+        len(seen) == 1 and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )

@@ -27,24 +27,40 @@ def test_rows_stand_in_the_order_of_the_jobs(results):
 
 def test_columns_have_units(results):
     row = results.table.iloc[1]
-    assert (row.slide_angle_deg, row.slide_angle_sd_deg, row.restitution, row.restitution_sd) == (18.5, 0.2, 0.5, 0.01)
-    assert (row.true_slide_angle_deg, row.quality, row.seconds) == (18.4, "doubtful", 2.0)
+    assert (
+        row.slide_angle_deg,
+        row.slide_angle_sd_deg,
+        row.restitution,
+        row.restitution_sd,
+    ) == (18.5, 0.2, 0.5, 0.01)
+    assert (row.true_slide_angle_deg, row.quality, row.seconds) == (
+        18.4,
+        "doubtful",
+        2.0,
+    )
 
 
 def test_a_failure_says_why_and_how_to_run_it(results):
     row = results.table.iloc[0]
-    assert (row.reason, row.rerun) == ("Stopped: too fast", "python -m …") and math.isnan(row.slide_angle_deg)
+    assert (row.reason, row.rerun) == (
+        "Stopped: too fast",
+        "python -m …",
+    ) and math.isnan(row.slide_angle_deg)
     assert [o.key for o in results.failed] == ["b"]
 
 
 def test_no_jobs_make_an_empty_table():
-    assert in_order([], {}).table.empty and list(in_order([], {}).table.columns)[:2] == ["key", "status"]
+    assert in_order([], {}).table.empty and list(in_order([], {}).table.columns)[
+        :2
+    ] == ["key", "status"]
 
 
 def test_time_left_follows_jobs_of_the_same_kind(monkeypatch):
     now = [100.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    tally = Tally({"p1": "pile", "p2": "pile", "d1": "drop", "d2": "drop", "d3": "drop"})
+    tally = Tally(
+        {"p1": "pile", "p2": "pile", "d1": "drop", "d2": "drop", "d3": "drop"}
+    )
     assert math.isnan(tally.progress(1, 0).left_s)
     tally.add(Outcome("p1", "done", seconds=60.0), found=True)
     tally.add(Outcome("d1", "done", seconds=1.0), found=False)
@@ -57,5 +73,8 @@ def test_time_left_follows_jobs_of_the_same_kind(monkeypatch):
 
 def test_progress_reads_as_a_sentence():
     p = Progress(33, 12, 3, 1, 2, 0, 100.0, 200.0)
-    assert str(p) == "12 of 33 done, 1 failed, 2 running, about 3 min left" and p.left == 21
+    assert (
+        str(p) == "12 of 33 done, 1 failed, 2 running, about 3 min left"
+        and p.left == 21
+    )
     assert str(Progress(3, 3, 0, 0, 0, 0, 1.0, 0.0)) == "3 of 3 done"

@@ -29,11 +29,20 @@ def put(store, job, measured=None):
 
 
 def test_numbers_come_back_bit_for_bit(store):
-    measured = Measured((Measurement("a", 0.1 + 0.2, 1e-300, "mm"), Measurement("b", math.nan, math.inf, "1", "failed", "why")))
+    measured = Measured(
+        (
+            Measurement("a", 0.1 + 0.2, 1e-300, "mm"),
+            Measurement("b", math.nan, math.inf, "1", "failed", "why"),
+        )
+    )
     put(store, Square(3), measured)
     a, b = store.finished(Square(3).key).measurements
     assert (a.value, a.sd) == (0.1 + 0.2, 1e-300)
-    assert math.isnan(b.value) and math.isnan(b.sd) and (b.quality, b.reason) == ("failed", "why")
+    assert (
+        math.isnan(b.value)
+        and math.isnan(b.sd)
+        and (b.quality, b.reason) == ("failed", "why")
+    )
 
 
 def test_a_run_is_never_seen_in_part(store):
@@ -70,7 +79,9 @@ def test_the_first_of_two_stands(store):
 def test_a_torn_run_counts_as_not_there_and_is_replaced(store):
     job = Square(3)
     put(store, job)
-    (store.root / "runs" / job.key / "measurements.json").write_text('{"schema": 1, "meas')
+    (store.root / "runs" / job.key / "measurements.json").write_text(
+        '{"schema": 1, "meas'
+    )
     assert store.finished(job.key) is None and store.find([job.key]) == {}
     assert put(store, job).status == "done"
     store.sweep()
@@ -92,14 +103,25 @@ def test_a_success_takes_back_the_failure(store):
     claim.release()
     assert store.find([job.key])[job.key].reason == "r"
     put(store, job)
-    assert store.find([job.key])[job.key].status == "done" and not list((store.root / "failed").iterdir())
+    assert store.find([job.key])[job.key].status == "done" and not list(
+        (store.root / "failed").iterdir()
+    )
 
 
 def test_the_sweep_removes_what_the_dead_left_and_nothing_else(store):
     live = claims.take(store.claimed, "live")
     (store.part(live) / "live").mkdir(parents=True)
     dead = claims.Claim(store.claimed, "dead", 0, "token")
-    dead.file.write_text(json.dumps({"token": "token", "machine": claims._machine(), "pid": os.getpid(), "started": 0.0}))
+    dead.file.write_text(
+        json.dumps(
+            {
+                "token": "token",
+                "machine": claims._machine(),
+                "pid": os.getpid(),
+                "started": 0.0,
+            }
+        )
+    )
     (store.part(dead) / "dead" / "frames").mkdir(parents=True)
     store.sweep()
     assert [p.name for p in (store.root / "parts").iterdir()] == [f"live.{live.token}"]
@@ -116,8 +138,21 @@ def test_another_store_is_refused(store, tmp_path):
 
 def test_ten_thousand_finished_jobs_are_looked_up_in_two_seconds(store):
     keys = [f"{n:016x}" for n in range(10_000)]
-    number = {"name": "a", "value": 1.0, "sd": 0.1, "unit": "mm", "quality": "good", "reason": ""}
-    told = {"measurements": [number] * 4, "truth": {"a": 1.0}, "notes": [], "reason": "", "seconds": 1.0}
+    number = {
+        "name": "a",
+        "value": 1.0,
+        "sd": 0.1,
+        "unit": "mm",
+        "quality": "good",
+        "reason": "",
+    }
+    told = {
+        "measurements": [number] * 4,
+        "truth": {"a": 1.0},
+        "notes": [],
+        "reason": "",
+        "seconds": 1.0,
+    }
     text = json.dumps(told)
     for key in keys:
         (store.root / "runs" / key).mkdir()

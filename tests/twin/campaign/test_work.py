@@ -16,7 +16,9 @@ ROLL = Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rendered=False)
 def test_a_roll_is_run_and_measured(tmp_path):
     measured = simulate_and_measure(ROLL, tmp_path / "roll", 1)
     found = {m.name: m for m in measured.measurements}
-    assert found["run_out"].unit == "mm" and found["run_out"].value == pytest.approx(measured.truth["run_out_mm"], abs=2.0)
+    assert found["run_out"].unit == "mm" and found["run_out"].value == pytest.approx(
+        measured.truth["run_out_mm"], abs=2.0
+    )
     thin(tmp_path / "roll", measured, "photos")
     assert (tmp_path / "roll" / "track.csv").is_file()
 
@@ -38,7 +40,11 @@ def test_an_unmeasurable_run_is_told_from_a_failed_one(tmp_path, monkeypatch):
 
     monkeypatch.setattr("twin.observe", fail)
     measured = simulate_and_measure(ROLL, tmp_path / "roll", 1)
-    assert measured.reason.endswith("nothing to see") and measured.truth and not measured.measurements
+    assert (
+        measured.reason.endswith("nothing to see")
+        and measured.truth
+        and not measured.measurements
+    )
 
 
 def test_laws_and_rigs_decide_the_kernels():
@@ -48,13 +54,19 @@ def test_laws_and_rigs_decide_the_kernels():
             ROLL,
             Job("slide", Parameters()),
             Job("roll", Parameters(laws={"magnus": {}}), ROLL.description),
-            Job("roll", Parameters(), {"air": {"density_kg_m3": 0.0}, **ROLL.description}),
+            Job(
+                "roll",
+                Parameters(),
+                {"air": {"density_kg_m3": 0.0}, **ROLL.description},
+            ),
             Job("pile", Parameters()),
             Job("pile", Parameters(), {"pile": {"cylinder_mm": [70.0, 150.0]}}),
         )
     }
     assert len(kinds) == 6
-    assert kernels_of(replace(ROLL, parameters=Parameters(restitution=0.3), rng=(7,))) == kernels_of(ROLL)
+    assert kernels_of(
+        replace(ROLL, parameters=Parameters(restitution=0.3), rng=(7,))
+    ) == kernels_of(ROLL)
 
 
 @pytest.mark.parametrize("crash", [False, True])
@@ -101,7 +113,10 @@ def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
     monkeypatch.setattr("twin.campaign.work._compiled", {"a"})
     with one_compiles("a") as warming:
         warming.over()
-    with pytest.raises(FileNotFoundError), one_compiles("b"):  # the control: others would have made their lock in "nowhere"
+    with (
+        pytest.raises(FileNotFoundError),
+        one_compiles("b"),
+    ):  # the control: others would have made their lock in "nowhere"
         pass
 
 

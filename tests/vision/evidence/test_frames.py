@@ -17,7 +17,9 @@ def folder_of(folder, numbers, shape=(40, 60), **camera):
     for n in numbers:
         files.append(folder / f"shot_{n:05d}.png")
         Image.fromarray(np.full(shape, n % 250, np.uint8)).save(files[-1])
-    return Recording("r", folder, "drop", "frames", tuple(files), camera=Camera(**camera))
+    return Recording(
+        "r", folder, "drop", "frames", tuple(files), camera=Camera(**camera)
+    )
 
 
 def video_of(folder, count=30, *, times=None, shape=(64, 96), fps=30.0, **camera):
@@ -30,7 +32,11 @@ def video_of(folder, count=30, *, times=None, shape=(64, 96), fps=30.0, **camera
 
 def test_numbers_in_file_names_are_frame_numbers_and_gaps_are_said(tmp_path):
     source = open_frames(folder_of(tmp_path, [12, 10, 15], fps=100))
-    assert [(f.index, round(f.t_s, 3)) for f in source.iterate()] == [(10, 0.0), (12, 0.02), (15, 0.05)]
+    assert [(f.index, round(f.t_s, 3)) for f in source.iterate()] == [
+        (10, 0.0),
+        (12, 0.02),
+        (15, 0.05),
+    ]
     assert "3 frame numbers missing" in source.notes[0]
 
 
@@ -42,7 +48,11 @@ def test_a_damaged_frame_is_skipped_with_its_number(tmp_path):
     Image.fromarray(np.zeros((10, 10), np.uint8)).save(recording.files[5])
     source = open_frames(recording)
     assert [f.index for f in source.iterate()] == [0, 1, 2]
-    assert [note.split(":")[0] for note in source.notes] == ["frame 3 skipped", "frame 4 skipped", "frame 5 skipped"]
+    assert [note.split(":")[0] for note in source.notes] == [
+        "frame 3 skipped",
+        "frame 4 skipped",
+        "frame 5 skipped",
+    ]
 
 
 def test_two_frames_of_one_number_are_refused(tmp_path):
@@ -50,11 +60,15 @@ def test_two_frames_of_one_number_are_refused(tmp_path):
     twin = tmp_path / "other_00002.png"
     twin.write_bytes(recording.files[1].read_bytes())
     with pytest.raises(MeasurementError, match="two frames numbered 2"):
-        open_frames(Recording("r", tmp_path, "drop", "frames", (*recording.files, twin)))
+        open_frames(
+            Recording("r", tmp_path, "drop", "frames", (*recording.files, twin))
+        )
 
 
 def test_times_without_a_frame_rate_are_unknown(tmp_path):
-    assert all(np.isnan(f.t_s) for f in open_frames(folder_of(tmp_path, range(3))).iterate())
+    assert all(
+        np.isnan(f.t_s) for f in open_frames(folder_of(tmp_path, range(3))).iterate()
+    )
 
 
 def test_a_phone_video_keeps_its_own_uneven_times(tmp_path):
@@ -65,7 +79,9 @@ def test_a_phone_video_keeps_its_own_uneven_times(tmp_path):
 
 def test_a_stated_frame_rate_wins_over_the_playback_rate(tmp_path):
     slow = video_of(tmp_path, 10)
-    fast = Recording("v", slow.path, "drop", "video", slow.files, camera=Camera(fps=5200))
+    fast = Recording(
+        "v", slow.path, "drop", "video", slow.files, camera=Camera(fps=5200)
+    )
     assert list(open_frames(fast).iterate())[9].t_s == pytest.approx(9 / 5200)
     assert list(open_frames(slow).iterate())[9].t_s == pytest.approx(9 / 30)  # control
 
@@ -73,20 +89,29 @@ def test_a_stated_frame_rate_wins_over_the_playback_rate(tmp_path):
 def test_a_video_that_stops_early_says_so(tmp_path):
     noisy = np.random.default_rng(0)
     recording = write_video(
-        Recording("v", tmp_path, "drop", "video", ()), (noisy.integers(0, 255, (240, 320), dtype=np.uint8) for _ in range(60))
+        Recording("v", tmp_path, "drop", "video", ()),
+        (noisy.integers(0, 255, (240, 320), dtype=np.uint8) for _ in range(60)),
     )
     file = recording.files[0]
     data = file.read_bytes()
     moov = data.find(b"moov") - 4
-    cut = data.find(b"mdat") + (moov - data.find(b"mdat")) // 2 if moov > data.find(b"mdat") else len(data) // 2
-    file.write_bytes(data[:cut] + bytes(moov - cut) + data[moov:])  # half of the pictures zeroed, the index kept
+    cut = (
+        data.find(b"mdat") + (moov - data.find(b"mdat")) // 2
+        if moov > data.find(b"mdat")
+        else len(data) // 2
+    )
+    file.write_bytes(
+        data[:cut] + bytes(moov - cut) + data[moov:]
+    )  # half of the pictures zeroed, the index kept
     source = open_frames(recording)
     got = len(list(source.iterate()))
     assert 0 < got < 60
     assert any("stops early" in note or "damaged" in note for note in source.notes)
 
 
-@pytest.mark.parametrize(("content", "says"), [(b"", "empty"), (b"not a video at all" * 100, "not a video")])
+@pytest.mark.parametrize(
+    ("content", "says"), [(b"", "empty"), (b"not a video at all" * 100, "not a video")]
+)
 def test_no_video_is_told_by_name(tmp_path, content, says):
     file = tmp_path / "film.mp4"
     file.write_bytes(content)
@@ -108,7 +133,9 @@ def test_a_rotated_phone_video_stands_upright(tmp_path):
     file.write_bytes(bytes(data))
     frame = next(iter(open_frames(recording).iterate()))
     assert frame.pixels.shape[:2] == (96, 64)
-    assert frame.pixels[:15, -15:].mean() > 200  # upper left has gone to the upper right
+    assert (
+        frame.pixels[:15, -15:].mean() > 200
+    )  # upper left has gone to the upper right
     assert frame.pixels[:15, :15].mean() < 100
 
 

@@ -1,4 +1,5 @@
-"""readings.csv: means, spreads and the paper's trimming, against the paper's own tables."""
+"""readings.csv: means, spreads and the paper's trimming, against the paper's own
+tables."""
 
 from pathlib import Path
 
@@ -21,7 +22,13 @@ def quantity(observation, name):
     [
         ("drop", "rebound_height", 95.0, "restitution", np.sqrt(95 / 310)),
         ("slide", "slide_angle", 19.51, "static_friction", np.tan(np.radians(19.51))),
-        ("roll", "run_out", 214.0, "rolling_friction", 10 * np.sin(np.radians(15)) / (10 * np.cos(np.radians(15)) + 214)),
+        (
+            "roll",
+            "run_out",
+            214.0,
+            "rolling_friction",
+            10 * np.sin(np.radians(15)) / (10 * np.cos(np.radians(15)) + 214),
+        ),
     ],
 )
 def test_the_papers_bench_tables(rig, name, mean, derived, value):
@@ -34,7 +41,9 @@ def test_the_papers_bench_tables(rig, name, mean, derived, value):
 def test_the_papers_range_of_restitution():
     """Its text: 0.47 to 0.62 for 70 to 120 mm."""
     row = observe_readings(read_recording(PAPER / "drop")).readings.iloc[0]
-    assert np.sqrt(np.array([row.low, row.high]) / 310) == pytest.approx([0.47, 0.62], abs=0.006)
+    assert np.sqrt(np.array([row.low, row.high]) / 310) == pytest.approx(
+        [0.47, 0.62], abs=0.006
+    )
     assert (row.n, row.left_out) == (10, 0)
 
 
@@ -53,11 +62,17 @@ def test_trimming_leaves_out_one_highest_and_one_lowest():
 
 
 def test_the_mean_s_interval_covers():
-    """95 % of intervals mean ± 1.96 sd_mean hold the truth, for n = 5 as for n = 12: Student's t is in the sd."""
+    """95 % of intervals mean ± 1.96 sd_mean hold the truth, for n = 5 as for n = 12:
+    Student's t is in the sd."""
     for n in (3, 5, 12):
         rng = np.random.default_rng(n)
-        inside = [abs(s.mean) <= 1.96 * s.sd_mean for s in (summarise(rng.normal(size=n)) for _ in range(2000))]
-        assert np.mean(inside) == pytest.approx(0.95, abs=0.015)  # 3 standard errors of 2,000 runs
+        inside = [
+            abs(s.mean) <= 1.96 * s.sd_mean
+            for s in (summarise(rng.normal(size=n)) for _ in range(2000))
+        ]
+        assert np.mean(inside) == pytest.approx(
+            0.95, abs=0.015
+        )  # 3 standard errors of 2,000 runs
 
 
 @pytest.mark.parametrize(
@@ -96,7 +111,9 @@ def test_an_empty_cell_is_left_out_and_said(tmp_path):
 )
 def test_what_can_hardly_be_is_doubted(tmp_path, readings, words):
     (tmp_path / "recording.toml").write_text('rig = "drop"\n[drop]\nheight_mm = 310')
-    (tmp_path / "readings.csv").write_text("rebound_height_mm\n" + "\n".join(readings.split()))
+    (tmp_path / "readings.csv").write_text(
+        "rebound_height_mm\n" + "\n".join(readings.split())
+    )
     for q in observe_readings(read_recording(tmp_path)).quantities:
         assert q.quality == DOUBTFUL
         assert words in q.reason

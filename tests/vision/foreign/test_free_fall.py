@@ -1,4 +1,5 @@
-"""Gravity as the judge of units: what is a fall, what only looks like one, and what is asked."""
+"""Gravity as the judge of units: what is a fall, what only looks like one, and what is
+asked."""
 
 import numpy as np
 import pytest
@@ -13,9 +14,13 @@ T = FRAME / 120
 @pytest.mark.parametrize("noise_m", [0.0, 0.001, 0.003])
 def test_the_acceleration_of_a_fall(noise_m):
     rng = np.random.default_rng(4)
-    fall = free_fall(T, X + rng.normal(0, noise_m, T.size), Y + rng.normal(0, noise_m, T.size))
+    fall = free_fall(
+        T, X + rng.normal(0, noise_m, T.size), Y + rng.normal(0, noise_m, T.size)
+    )
     assert fall is not None
-    assert fall.acceleration == pytest.approx(-G, rel=0.001 if noise_m == 0 else 0.08)  # 3 mm beside a sagitta of 120
+    assert fall.acceleration == pytest.approx(
+        -G, rel=0.001 if noise_m == 0 else 0.08
+    )  # 3 mm beside a sagitta of 120
 
 
 def test_the_rest_before_a_release_and_after_the_last_bounce_stays_out():
@@ -36,31 +41,45 @@ def test_what_rolls_does_not_fall():
 
 
 def test_a_hand_that_lifts_before_a_fall_is_no_reason_to_ask():
-    """Lifted by a metre in an even sweep, then let go: the sweep is the greater parabola, and not gravity's."""
+    """Lifted by a metre in an even sweep, then let go: the sweep is the greater
+    parabola, and not gravity's."""
     rise = np.arange(0, 1, 1 / 120)
-    y = np.concatenate([1 - (1 - rise) ** 2, 1 - G * np.arange(0, 0.4, 1 / 120) ** 2 / 2])
+    y = np.concatenate(
+        [1 - (1 - rise) ** 2, 1 - G * np.arange(0, 0.4, 1 / 120) ** 2 / 2]
+    )
     t = np.arange(y.size) / 120
     assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, 1.0, False) == ""
 
 
 def test_a_light_ball_near_its_final_speed_is_no_reason_to_ask():
-    """v = v∞ tanh(g t / v∞) with v∞ = 4 m/s, seen from its first second on: what is left of g is a fifth at most."""
+    """v = v∞ tanh(g t / v∞) with v∞ = 4 m/s, seen from its first second on: what is
+    left of g is a fifth at most."""
     t = np.arange(0.6, 3, 1 / 15)
     y = -(4**2) / G * np.log(np.cosh(G * t / 4))
     assert unit_doubt(free_falls(t, np.zeros_like(t), 1000 * y), 1.0, 1.0, False) == ""
 
 
-@pytest.mark.parametrize(("times", "lengths", "said"), [
-    (1000, 1000, "are the times milliseconds?"), (1 / 60, 1000, "are the times minutes?"), (1, 1, "are the lengths metres?"),
-    (1, 100, "are the lengths centimetres?"), (37.3, 2.2, "in which units are its times and lengths?"), (1, 1000, ""), (1.3, 1000, ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("times", "lengths", "said"),
+    [
+        (1000, 1000, "are the times milliseconds?"),
+        (1 / 60, 1000, "are the times minutes?"),
+        (1, 1, "are the lengths metres?"),
+        (1, 100, "are the lengths centimetres?"),
+        (37.3, 2.2, "in which units are its times and lengths?"),
+        (1, 1000, ""),
+        (1.3, 1000, ""),
+    ],
+)
 def test_what_is_asked(times, lengths, said):
     doubt = unit_doubt(free_falls(times * T, lengths * X, lengths * Y), 1.0, 1.0, False)
     assert said in doubt and bool(said) == bool(doubt)
 
 
 def test_frame_numbers_are_asked_with_the_rate_that_would_fit():
-    doubt = unit_doubt(free_falls(FRAME.astype(float), 1000 * X, 1000 * Y), 1.0, 1.0, True)
+    doubt = unit_doubt(
+        free_falls(FRAME.astype(float), 1000 * X, 1000 * Y), 1.0, 1.0, True
+    )
     assert "are the times frame numbers, at 120 frames per second?" in doubt
 
 

@@ -1,4 +1,5 @@
-"""`benchtwin import`: a bench that measures, with every guess and question in it; whole or not at all."""
+"""`benchtwin import`: a bench that measures, with every guess and question in it; whole
+or not at all."""
 
 import tomllib
 
@@ -14,13 +15,20 @@ FRAME, X, Y = ball()
 
 
 def exported(times: float = 1.0) -> str:
-    rows = [f"{times * t:.6g};{x:.6g};{y:.6g}".replace(".", ",") for t, x, y in zip(FRAME / 120, X, Y)]
+    rows = [
+        f"{times * t:.6g};{x:.6g};{y:.6g}".replace(".", ",")
+        for t, x, y in zip(FRAME / 120, X, Y)
+    ]
     return "\n".join([";mass A;", "t;x;y", *rows])
 
 
-HEARD = "Event time (s),Interval (s)\n" + "".join(f"{t},{g}\n" for t, g in zip(IMPACTS_S, np.append(np.diff(IMPACTS_S), 0)))
+HEARD = "Event time (s),Interval (s)\n" + "".join(
+    f"{t},{g}\n" for t, g in zip(IMPACTS_S, np.append(np.diff(IMPACTS_S), 0))
+)
 PLATE = "time (s),ax (g),ay (g),az (g)\n" + "".join(
-    f"{t:.2f},{np.sin(a):.6f},0,{np.cos(a):.6f}\n" for t in np.arange(0, 12, 0.05) for a in [np.radians(np.clip(2 * (t - 1), 0, 18))]
+    f"{t:.2f},{np.sin(a):.6f},0,{np.cos(a):.6f}\n"
+    for t in np.arange(0, 12, 0.05)
+    for a in [np.radians(np.clip(2 * (t - 1), 0, 18))]
 )
 
 
@@ -30,40 +38,70 @@ def run(*words: object):
 
 @pytest.fixture
 def files(tmp_path):
-    for name, text in {"film.txt": exported(), "clap.csv": HEARD, "plate.csv": PLATE}.items():
+    for name, text in {
+        "film.txt": exported(),
+        "clap.csv": HEARD,
+        "plate.csv": PLATE,
+    }.items():
         (tmp_path / name).write_text(text, encoding="utf8")
     return tmp_path
 
 
 def test_a_bench_is_written_that_measures(files):
-    result = run(files / "film.txt", files / "clap.csv", files / "plate.csv", "--out", files / "bench")
+    result = run(
+        files / "film.txt",
+        files / "clap.csv",
+        files / "plate.csv",
+        "--out",
+        files / "bench",
+    )
     assert result.exit_code == 0, result.output
     bench = files / "bench"
-    assert sorted(p.relative_to(bench).as_posix() for p in bench.rglob("*") if p.is_file()) == [
-        "bench.toml", "clap/impacts.csv", "clap/recording.toml", "film/recording.toml", "film/track.csv", "plate/recording.toml",
+    assert sorted(
+        p.relative_to(bench).as_posix() for p in bench.rglob("*") if p.is_file()
+    ) == [
+        "bench.toml",
+        "clap/impacts.csv",
+        "clap/recording.toml",
+        "film/recording.toml",
+        "film/track.csv",
+        "plate/recording.toml",
         "plate/tilt.csv",
-    ]  # fmt: skip
+    ]
     for file in bench.rglob("*.toml"):
         tomllib.loads(file.read_text(encoding="utf8"))
     film = (bench / "film" / "recording.toml").read_text(encoding="utf8")
     assert (
-        'rig = "drop"' in film and "# GUESS: lengths in m, which the file does not say" in film and "# QUESTION: [drop] height_mm" in film
+        'rig = "drop"' in film
+        and "# GUESS: lengths in m, which the file does not say" in film
+        and "# QUESTION: [drop] height_mm" in film
     )
     questions = (bench / "bench.toml").read_text(encoding="utf8")
-    for said in ("[seed] length_mm", "film: [drop] height_mm", "clap: [drop] height_mm", "plate: was the plate stopped"):
+    for said in (
+        "[seed] length_mm",
+        "film: [drop] height_mm",
+        "clap: [drop] height_mm",
+        "plate: was the plate stopped",
+    ):
         assert said in questions and said in result.output
     with (bench / "bench.toml").open("a") as file:
         file.write(f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n")
-    found = {(o.recording, q.name): q.value for o in measure(bench) for q in o.quantities}
+    found = {
+        (o.recording, q.name): q.value for o in measure(bench) for q in o.quantities
+    }
     assert found["film", "restitution"] == pytest.approx(0.8, abs=0.003)
     assert found["clap", "restitution_normal"] == pytest.approx(0.8, abs=1e-4)
 
 
 def test_what_cannot_be_read_is_named_and_the_rest_written(files):
     (files / "spoilt.trk").write_text("<object")
-    result = run(files / "film.txt", files / "spoilt.trk", "--out", files / "bench", "--quiet")
+    result = run(
+        files / "film.txt", files / "spoilt.trk", "--out", files / "bench", "--quiet"
+    )
     assert result.exit_code == 0
-    assert "spoilt.trk" in result.output and "# NOT READ: " in (files / "bench" / "bench.toml").read_text(encoding="utf8")
+    assert "spoilt.trk" in result.output and "# NOT READ: " in (
+        files / "bench" / "bench.toml"
+    ).read_text(encoding="utf8")
     assert (files / "bench" / "film" / "track.csv").is_file()
 
 
@@ -80,11 +118,17 @@ def test_a_write_that_fails_leaves_no_half_bench(files, monkeypatch):
     monkeypatch.setattr("pandas.DataFrame.to_csv", full)
     result = run(files / "film.txt", "--out", files / "bench")
     assert result.exit_code == 2 and "No space left" in result.output
-    assert sorted(p.name for p in files.iterdir()) == ["clap.csv", "film.txt", "plate.csv"]
+    assert sorted(p.name for p in files.iterdir()) == [
+        "clap.csv",
+        "film.txt",
+        "plate.csv",
+    ]
 
 
 def test_a_doubted_unit_is_a_question_and_stays(files):
-    (files / "film.txt").write_text(exported(1000).replace("t;x;y", "t (s);x (m);y (m)"))
+    (files / "film.txt").write_text(
+        exported(1000).replace("t;x;y", "t (s);x (m);y (m)")
+    )
     result = run(files / "film.txt", "--out", files / "bench")
     assert "are the times milliseconds?" in result.output
     rows = np.loadtxt(files / "bench" / "film" / "track.csv", delimiter=",", skiprows=1)
@@ -96,19 +140,47 @@ def test_a_doubted_unit_is_a_question_and_stays(files):
 def test_videos_sounds_and_photos_are_copied_in(files):
     for name in ("a.mp4", "b.wav", "c.jpg"):
         (files / name).write_bytes(name.encode())
-    assert run(*(files / name for name in ("a.mp4", "b.wav", "c.jpg")), "--out", files / "bench").exit_code == 0
+    assert (
+        run(
+            *(files / name for name in ("a.mp4", "b.wav", "c.jpg")),
+            "--out",
+            files / "bench",
+        ).exit_code
+        == 0
+    )
     assert (files / "bench" / "b" / "b.wav").read_bytes() == b"b.wav"
-    rigs = [tomllib.loads((files / "bench" / name / "recording.toml").read_text()).get("rig") for name in "abc"]
+    rigs = [
+        tomllib.loads((files / "bench" / name / "recording.toml").read_text()).get(
+            "rig"
+        )
+        for name in "abc"
+    ]
     assert rigs == [None, "drop", "pile"]
 
 
 def test_track_and_rig_are_chosen_by_hand(files):
-    rows = [f"{t:.5f},{x:.6f},{y:.6f},{0.2 + 0.1 * t:.6f},0.3" for t, x, y in zip(FRAME / 120, X, Y)]
+    rows = [
+        f"{t:.5f},{x:.6f},{y:.6f},{0.2 + 0.1 * t:.6f},0.3"
+        for t, x, y in zip(FRAME / 120, X, Y)
+    ]
     (files / "two.csv").write_text("\n".join(["t,x,y,x,y", *rows]))
-    assert run(files / "two.csv", "--out", files / "bench", "--track", 2, "--rig", "roll").exit_code == 0
-    written = np.loadtxt(files / "bench" / "two" / "track.csv", delimiter=",", skiprows=1)
-    assert written[:, 2] == pytest.approx(300) and 'rig = "roll"' in (files / "bench" / "two" / "recording.toml").read_text()
-    assert "--track 3: it holds 2 tracks" in run(files / "two.csv", "--out", files / "b", "--track", 3).output
+    assert (
+        run(
+            files / "two.csv", "--out", files / "bench", "--track", 2, "--rig", "roll"
+        ).exit_code
+        == 0
+    )
+    written = np.loadtxt(
+        files / "bench" / "two" / "track.csv", delimiter=",", skiprows=1
+    )
+    assert (
+        written[:, 2] == pytest.approx(300)
+        and 'rig = "roll"' in (files / "bench" / "two" / "recording.toml").read_text()
+    )
+    assert (
+        "--track 3: it holds 2 tracks"
+        in run(files / "two.csv", "--out", files / "b", "--track", 3).output
+    )
 
 
 def test_overwrite_replaces_its_own_bench_and_nothing_else(files):
@@ -118,19 +190,30 @@ def test_overwrite_replaces_its_own_bench_and_nothing_else(files):
     assert run(*words, "--overwrite").exit_code == 0
     (files / "bench" / "film" / "video.mp4").write_bytes(b"mine")
     result = run(*words, "--overwrite")
-    assert result.exit_code == 2 and "holds something else than a drafted bench (film)" in result.output
+    assert (
+        result.exit_code == 2
+        and "holds something else than a drafted bench (film)" in result.output
+    )
     assert (files / "bench" / "film" / "video.mp4").read_bytes() == b"mine"
 
 
 def test_a_name_that_could_break_the_file_does_not(files):
     name = 'a"b\\c [d] #e.txt'
     (files / name).write_text(exported(), encoding="utf8")
-    assert run(files / name, files / "film.txt", "--out", files / "bench").exit_code == 0
+    assert (
+        run(files / name, files / "film.txt", "--out", files / "bench").exit_code == 0
+    )
     for file in (files / "bench").rglob("*.toml"):
         tomllib.loads(file.read_text(encoding="utf8"))
 
 
-@pytest.mark.parametrize(("words", "said"), [(("no.trk",), "no such file"), (("film.txt", "--rig", "fall"), "it is one of drop, slide")])
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("no.trk",), "no such file"),
+        (("film.txt", "--rig", "fall"), "it is one of drop, slide"),
+    ],
+)
 def test_misuse_is_told(files, words, said):
     result = run(files / words[0], *words[1:], "--out", files / "bench")
     assert result.exit_code == 2 and said in result.output

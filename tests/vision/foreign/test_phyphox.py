@@ -1,4 +1,5 @@
-"""phyphox: impact times of the acoustic stopwatch and angles of a tilting phone, in its workbooks, zips and CSV, in any language."""
+"""phyphox: impact times of the acoustic stopwatch and angles of a tilting phone, in its
+workbooks, zips and CSV, in any language."""
 
 import io
 import zipfile
@@ -16,13 +17,27 @@ START_S = 1.2345
 HEARD = START_S + IMPACTS_S
 GAPS = np.append(np.diff(HEARD), 0.0)
 SHEETS = {
-    "Simple": [["Start (s)", "Stop (s)", "Difference (s)"], [HEARD[0], HEARD[1], GAPS[0]]],
+    "Simple": [
+        ["Start (s)", "Stop (s)", "Difference (s)"],
+        [HEARD[0], HEARD[1], GAPS[0]],
+    ],
     "Multiple": [["Start (s)", *(f"Stop {k} (s)" for k in range(1, 5))], [*HEARD]],
     "All": [["Event time (s)", "Interval (s)"], *zip(HEARD, GAPS)],
-    "Metadata Device": [["property", "value"], ["version", "1.1.8"], ["deviceModel", "phone"]],
-    "Metadata Time": [["event", "experiment time", "system time"], ["START", 0.0, 1617465215.998]],
+    "Metadata Device": [
+        ["property", "value"],
+        ["version", "1.1.8"],
+        ["deviceModel", "phone"],
+    ],
+    "Metadata Time": [
+        ["event", "experiment time", "system time"],
+        ["START", 0.0, 1617465215.998],
+    ],
 }
-GERMAN = {"Event time": "Ereigniszeit", "Interval": "Intervall", "Difference": "Differenz"}
+GERMAN = {
+    "Event time": "Ereigniszeit",
+    "Interval": "Intervall",
+    "Difference": "Differenz",
+}
 
 
 def workbook(sheets: dict[str, list[list]]) -> bytes:
@@ -31,30 +46,63 @@ def workbook(sheets: dict[str, list[list]]) -> bytes:
     names = list(sheets)
 
     def cell(value: object) -> str:
-        return f'<c t="inlineStr"><is><t>{value}</t></is></c>' if isinstance(value, str) else f"<c><v>{float(value)!r}</v></c>"
+        return (
+            f'<c t="inlineStr"><is><t>{value}</t></is></c>'
+            if isinstance(value, str)
+            else f"<c><v>{float(value)!r}</v></c>"
+        )
 
     with zipfile.ZipFile(out := io.BytesIO(), "w") as z:
-        z.writestr("[Content_Types].xml", f'<Types xmlns="{kind}/package/2006/content-types"/>')
-        z.writestr("_rels/.rels", f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship Id="r0" '
-                   f'Type="{kind}/officeDocument/2006/relationships/officeDocument" Target="xl/workbook.xml"/>'
-                   "</Relationships>")  # fmt: skip
-        listed = "".join(f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>' for k, n in enumerate(names, 1))
-        z.writestr("xl/workbook.xml", f'<workbook xmlns="{kind}/spreadsheetml/2006/main" '
-                   f'xmlns:r="{kind}/officeDocument/2006/relationships"><sheets>{listed}</sheets></workbook>')  # fmt: skip
-        related = "".join(f'<Relationship Id="r{k}" Type="{kind}/officeDocument/2006/relationships/worksheet" '
-                          f'Target="worksheets/sheet{k}.xml"/>' for k in range(1, len(names) + 1))  # fmt: skip
-        z.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{kind}/package/2006/relationships">{related}</Relationships>')
+        z.writestr(
+            "[Content_Types].xml", f'<Types xmlns="{kind}/package/2006/content-types"/>'
+        )
+        z.writestr(
+            "_rels/.rels",
+            f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship'
+            f' Id="r0" Type="{kind}/officeDocument/2006/relationships/officeDocument"'
+            ' Target="xl/workbook.xml"/></Relationships>',
+        )
+        listed = "".join(
+            f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>'
+            for k, n in enumerate(names, 1)
+        )
+        z.writestr(
+            "xl/workbook.xml",
+            f'<workbook xmlns="{kind}/spreadsheetml/2006/main" '
+            f'xmlns:r="{kind}/officeDocument/2006/relationships"><sheets>{listed}</sheets></workbook>',
+        )
+        related = "".join(
+            f'<Relationship Id="r{k}"'
+            f' Type="{kind}/officeDocument/2006/relationships/worksheet"'
+            f' Target="worksheets/sheet{k}.xml"/>'
+            for k in range(1, len(names) + 1)
+        )
+        z.writestr(
+            "xl/_rels/workbook.xml.rels",
+            "<Relationships"
+            f' xmlns="{kind}/package/2006/relationships">{related}</Relationships>',
+        )
         for k, name in enumerate(names, 1):
-            rows = "".join(f"<row>{''.join(map(cell, row))}</row>" for row in sheets[name])
+            rows = "".join(
+                f"<row>{''.join(map(cell, row))}</row>" for row in sheets[name]
+            )
             z.writestr(
                 f"xl/worksheets/sheet{k}.xml",
-                f'<worksheet xmlns="{kind}/spreadsheetml/2006/main"><sheetData>{rows}</sheetData></worksheet>',
+                "<worksheet"
+                f' xmlns="{kind}/spreadsheetml/2006/main">'
+                f"<sheetData>{rows}</sheetData></worksheet>",
             )
     return out.getvalue()
 
 
 def table(rows: list[list], parting: str = ",", decimal: str = ".") -> str:
-    said = [parting.join(f'"{c}"' if isinstance(c, str) else f"{c:.9E}".replace(".", decimal) for c in row) for row in rows]
+    said = [
+        parting.join(
+            f'"{c}"' if isinstance(c, str) else f"{c:.9E}".replace(".", decimal)
+            for c in row
+        )
+        for row in rows
+    ]
     return "\n".join(said) + "\n"
 
 
@@ -85,23 +133,32 @@ FILES = {
 def test_every_form_of_the_stopwatch_gives_the_impact_times(tmp_path, name):
     (tmp_path / name).write_bytes(FILES[name])
     assert tool_of(tmp_path / name) == "phyphox"
-    assert read_impacts(tmp_path / name).rows["t_s"].to_numpy() == pytest.approx(HEARD, abs=1e-8)
+    assert read_impacts(tmp_path / name).rows["t_s"].to_numpy() == pytest.approx(
+        HEARD, abs=1e-8
+    )
 
 
 def test_the_stopwatch_gives_the_restitution(tmp_path):
     (tmp_path / "bench.toml").write_text(f"[drop]\nheight_mm = {1000 * HEIGHT_M}\n")
     (tmp_path / "clap.xlsx").write_bytes(FILES["clap.xlsx"])
     (observation,) = measure(tmp_path)
-    assert {q.name: q.value for q in observation.quantities}["restitution_normal"] == pytest.approx(0.8, abs=1e-4)
+    assert {q.name: q.value for q in observation.quantities}[
+        "restitution_normal"
+    ] == pytest.approx(0.8, abs=1e-4)
 
 
 def test_several_runs_in_one_table_are_told_apart(tmp_path):
     pair = ["Event time (s)", "Interval (s)"]
     rows = [[*pair, "", *pair], *([t, g, "", t + 1, g] for t, g in zip(HEARD, GAPS))]
-    (tmp_path / "two.xlsx").write_bytes(workbook({"All": rows, "Metadata Time": SHEETS["Metadata Time"]}))
+    (tmp_path / "two.xlsx").write_bytes(
+        workbook({"All": rows, "Metadata Time": SHEETS["Metadata Time"]})
+    )
     (_, first), (_, second) = read_foreign(tmp_path / "two.xlsx").runs
     assert second == pytest.approx(first + 1)
-    with pytest.raises(MeasurementError, match=r"two\.xlsx: 2 runs of impact times in it: `benchtwin import`"):
+    with pytest.raises(
+        MeasurementError,
+        match=r"two\.xlsx: 2 runs of impact times in it: `benchtwin import`",
+    ):
         read_impacts(tmp_path / "two.xlsx")
 
 
@@ -109,61 +166,128 @@ RATE_DEG_S, STOPPED_DEG = 1.9, 24.0
 
 
 def tilting() -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and what a phone feels [m/s²] (n, 3): level for 2 s, raised steadily about an axis across it, then held."""
+    """Times [s] and what a phone feels [m/s²] (n, 3): level for 2 s, raised steadily
+    about an axis across it, then held."""
     t = np.arange(0, 18, 0.01)
     angle = np.radians(np.clip(RATE_DEG_S * (t - 2), 0, STOPPED_DEG))
-    felt = 9.81 * np.column_stack([np.sin(angle) * 0.6, np.sin(angle) * 0.8, np.cos(angle)])
+    felt = 9.81 * np.column_stack(
+        [np.sin(angle) * 0.6, np.sin(angle) * 0.8, np.cos(angle)]
+    )
     return t, felt + np.random.default_rng(3).normal(0, 0.02, felt.shape)
 
 
-@pytest.mark.parametrize(("heading", "times", "per_g"), [
-    ("Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2),Absolute acceleration (m/s^2)", 1.0, 1.0),
-    ("Zeit (s),Beschleunigung x (m/s^2),Beschleunigung y (m/s^2),Beschleunigung z (m/s^2),Absolutbeschleunigung (m/s^2)", 1.0, 1.0),
-    ("accelerometerTimestamp_sinceReboot(s),"
-     "accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),n", 1.0, 9.81),
-    ("locationTimestamp_since1970(s),accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),"
-     "accelerometerTimestamp_sinceReboot(s)", 0.0, 9.81),
-    ("timestamp (ms),ax (g),ay (g),az (g),n", 1000.0, 9.81), ("seconds_elapsed,x,y,z,n", 1.0, 1.0), ("time (s),gFx,gFy,gFz,TgF", 1.0, 9.81),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("heading", "times", "per_g"),
+    [
+        (
+            (
+                "Time (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z"
+                " (m/s^2),Absolute acceleration (m/s^2)"
+            ),
+            1.0,
+            1.0,
+        ),
+        (
+            (
+                "Zeit (s),Beschleunigung x (m/s^2),Beschleunigung y"
+                " (m/s^2),Beschleunigung z (m/s^2),Absolutbeschleunigung (m/s^2)"
+            ),
+            1.0,
+            1.0,
+        ),
+        (
+            (
+                "accelerometerTimestamp_sinceReboot(s),"
+                "accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),n"
+            ),
+            1.0,
+            9.81,
+        ),
+        (
+            (
+                "locationTimestamp_since1970(s),accelerometerAccelerationX(G),accelerometerAccelerationY(G),accelerometerAccelerationZ(G),"
+                "accelerometerTimestamp_sinceReboot(s)"
+            ),
+            0.0,
+            9.81,
+        ),
+        ("timestamp (ms),ax (g),ay (g),az (g),n", 1000.0, 9.81),
+        ("seconds_elapsed,x,y,z,n", 1.0, 1.0),
+        ("time (s),gFx,gFy,gFz,TgF", 1.0, 9.81),
+    ],
+)
 def test_a_phone_on_a_plate_gives_its_angle(tmp_path, heading, times, per_g):
     t, felt = tilting()
-    rows = [",".join(f"{v:.7g}" for v in (times * (5 + s), *(f / per_g), 5 + s)) for s, f in zip(t, felt)]
+    rows = [
+        ",".join(f"{v:.7g}" for v in (times * (5 + s), *(f / per_g), 5 + s))
+        for s, f in zip(t, felt)
+    ]
     (tmp_path / "plate.csv").write_text("\n".join([heading, *rows]))
     found = read_foreign(tmp_path / "plate.csv")
     assert found.tilt["t_s"].to_numpy() == pytest.approx(t, abs=0.002)
-    assert found.tilt["tilt_deg"].iloc[-100:].mean() == pytest.approx(STOPPED_DEG, abs=0.05)
+    assert found.tilt["tilt_deg"].iloc[-100:].mean() == pytest.approx(
+        STOPPED_DEG, abs=0.05
+    )
     assert found.keys["slide"]["tilt_rate_deg_s"] == pytest.approx(RATE_DEG_S, rel=0.02)
     assert any("24" in q and "slide_angle_deg" in q for q in found.questions)
-    (reason,) = {q.reason for o in measure(tmp_path / "plate.csv") for q in o.quantities}
+    (reason,) = {
+        q.reason for o in measure(tmp_path / "plate.csv") for q in o.quantities
+    }
     assert "plate.csv: the angle of a plate" in reason and "no motion" in reason
 
 
 def without_gravity() -> bytes:
     t, felt = tilting()
-    return table([["Time (s)", *(f"Linear Acceleration {a} (m/s^2)" for a in "xyz")], *([s, *(f - f)] for s, f in zip(t, felt))]).encode()
+    return table(
+        [
+            ["Time (s)", *(f"Linear Acceleration {a} (m/s^2)" for a in "xyz")],
+            *([s, *(f - f)] for s, f in zip(t, felt)),
+        ]
+    ).encode()
 
 
 def spread_wide() -> bytes:
     """A cell in the last column of the last row: as a dense table, 550 GB."""
     far = '<row r="1048576"><c r="XFD1048576"><v>1</v></c></row></sheetData>'
-    with zipfile.ZipFile(io.BytesIO(FILES["clap.xlsx"])) as z, zipfile.ZipFile(out := io.BytesIO(), "w") as spread:
+    with (
+        zipfile.ZipFile(io.BytesIO(FILES["clap.xlsx"])) as z,
+        zipfile.ZipFile(out := io.BytesIO(), "w") as spread,
+    ):
         for name in z.namelist():
             text = z.read(name).decode()
-            text = text.replace("<row>", '<row r="1">', 1).replace("</sheetData>", far) if name.endswith("sheet1.xml") else text
+            text = (
+                text.replace("<row>", '<row r="1">', 1).replace("</sheetData>", far)
+                if name.endswith("sheet1.xml")
+                else text
+            )
             spread.writestr(name, text)
     return out.getvalue()
 
 
 WRONG = {
     "wide.xlsx": (spread_wide(), "spread too wide|more than 2,000,000 cells"),
-    "cut.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600, "the workbook is damaged"),
-    "linear.csv": (without_gravity(), "gravity is not in it; record the acceleration with g"),
+    "cut.xls": (
+        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600,
+        "the workbook is damaged",
+    ),
+    "linear.csv": (
+        without_gravity(),
+        "gravity is not in it; record the acceleration with g",
+    ),
     "spectrum.xlsx": (
-        workbook({"FFT": [["Frequency (Hz)", "Amplitude (a.u.)"], [1.0, 2.0]], "Metadata Time": [["event"]]}),
+        workbook(
+            {
+                "FFT": [["Frequency (Hz)", "Amplitude (a.u.)"], [1.0, 2.0]],
+                "Metadata Time": [["event"]],
+            }
+        ),
         "holds FFT: Frequency",
     ),
     "cut.xlsx": (FILES["clap.xlsx"][:900], "the zip file is damaged"),
-    "back.csv": (table([SHEETS["All"][0], [1.0, -0.5], [0.5, 0.2]]).encode(), "do not increase"),
+    "back.csv": (
+        table([SHEETS["All"][0], [1.0, -0.5], [0.5, 0.2]]).encode(),
+        "do not increase",
+    ),
 }
 
 
@@ -171,10 +295,18 @@ WRONG = {
 def test_what_is_wrong_is_one_sentence_with_the_file(tmp_path, name):
     (tmp_path / name).write_bytes(WRONG[name][0])
     with pytest.raises(MeasurementError, match=rf"{name}: .*({WRONG[name][1]})"):
-        read_foreign(tmp_path / name) if name != "back.csv" else read_impacts(tmp_path / name)
+        (
+            read_foreign(tmp_path / name)
+            if name != "back.csv"
+            else read_impacts(tmp_path / name)
+        )
 
 
 def test_a_time_without_a_unit_is_asked_for(tmp_path):
-    (tmp_path / "plate.csv").write_text("timestamp,ax,ay,az\n" + "".join(f"{k},0,0,1\n" for k in range(30)))
-    with pytest.raises(MeasurementError, match=r"plate\.csv: no column of time says its unit"):
+    (tmp_path / "plate.csv").write_text(
+        "timestamp,ax,ay,az\n" + "".join(f"{k},0,0,1\n" for k in range(30))
+    )
+    with pytest.raises(
+        MeasurementError, match=r"plate\.csv: no column of time says its unit"
+    ):
         read_foreign(tmp_path / "plate.csv")

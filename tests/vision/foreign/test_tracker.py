@@ -1,4 +1,5 @@
-"""Tracker's .trk and .trz: places as Tracker shows them, its clock, its calibration; and files without one."""
+"""Tracker's .trk and .trz: places as Tracker shows them, its clock, its calibration;
+and files without one."""
 
 import zipfile
 
@@ -12,7 +13,8 @@ from vision.foreign import read_foreign, tool_of
 from vision.measurement import MeasurementError
 
 ORIGIN, PX_PER_M, ANGLE_DEG, FIRST = (320.0, 430.0), 640.0, 3.0, 4
-TAPE = """<property name="item" type="object"><object class="org.opensourcephysics.cabrillo.tracker.TapeMeasure">
+TAPE = """<property name="item" type="object">\
+<object class="org.opensourcephysics.cabrillo.tracker.TapeMeasure">
 <property name="name" type="string">tape</property></object></property>"""
 
 
@@ -20,30 +22,52 @@ def prop(name: str, value: object, kind: str = "double") -> str:
     return f'<property name="{name}" type="{kind}">{value}</property>'
 
 
-def point_mass(name: str, frames: np.ndarray, x_px: np.ndarray, y_px: np.ndarray) -> str:
+def point_mass(
+    name: str, frames: np.ndarray, x_px: np.ndarray, y_px: np.ndarray
+) -> str:
     kind = "org.opensourcephysics.cabrillo.tracker.PointMass"
     rows = "".join(
-        f'<property name="[{n}]" type="object"><object class="{kind}$FrameData">{prop("x", x)}{prop("y", y)}</object></property>'
+        f'<property name="[{n}]" type="object"><object'
+        f' class="{kind}$FrameData">{prop("x", x)}{prop("y", y)}</object></property>'
         for n, x, y in zip(frames, x_px, y_px)
     )
     return (
-        f'<property name="item" type="object"><object class="{kind}">{prop("mass", 1.0)}{prop("name", name, "string")}'
-        f'<property name="framedata" type="array" class="[L{kind}$FrameData;">{rows}</property></object></property>'
+        '<property name="item" type="object"><object'
+        f' class="{kind}">{prop("mass", 1.0)}{prop("name", name, "string")}<property'
+        ' name="framedata" type="array"'
+        f' class="[L{kind}$FrameData;">{rows}</property></object></property>'
     )
 
 
-def trk(items: str, *, scale: float = PX_PER_M, unit: str = "m", fps: float = 120.0, angle: float = ANGLE_DEG) -> str:
-    system = prop("xorigin", ORIGIN[0]) + prop("yorigin", ORIGIN[1]) + prop("angle", angle) + prop("xscale", scale) + prop("yscale", scale)
+def trk(
+    items: str,
+    *,
+    scale: float = PX_PER_M,
+    unit: str = "m",
+    fps: float = 120.0,
+    angle: float = ANGLE_DEG,
+) -> str:
+    system = (
+        prop("xorigin", ORIGIN[0])
+        + prop("yorigin", ORIGIN[1])
+        + prop("angle", angle)
+        + prop("xscale", scale)
+        + prop("yscale", scale)
+    )
+    media = "org.opensourcephysics.media.core"
+    axes = f"{media}.ImageCoordSystem"
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <object class="org.opensourcephysics.cabrillo.tracker.TrackerPanel">
 {prop("semantic_version", "5.1.5", "string")}
-<property name="videoclip" type="object"><object class="org.opensourcephysics.media.core.VideoClip">
-{prop("startframe", FIRST, "int")}{prop("stepsize", 1, "int")}{prop("starttime", 0.0)}</object></property>
-<property name="clipcontrol" type="object"><object class="org.opensourcephysics.media.core.StepperClipControl">
+<property name="videoclip" type="object"><object class="{media}.VideoClip">
+{prop("startframe", FIRST, "int")}{prop("stepsize", 1, "int")}\
+{prop("starttime", 0.0)}</object></property>
+<property name="clipcontrol" type="object"><object class="{media}.StepperClipControl">
 {prop("delta_t", 1000 / fps)}</object></property>
-<property name="coords" type="object"><object class="org.opensourcephysics.media.core.ImageCoordSystem">
-<property name="framedata" type="array" class="[Lorg.opensourcephysics.media.core.ImageCoordSystem$FrameData;">
-<property name="[0]" type="object"><object class="org.opensourcephysics.media.core.ImageCoordSystem$FrameData">{system}</object></property>
+<property name="coords" type="object"><object class="{axes}">
+<property name="framedata" type="array" class="[L{axes}$FrameData;">
+<property name="[0]" type="object">\
+<object class="{axes}$FrameData">{system}</object></property>
 </property></object></property>
 {prop("length_unit", unit, "string") if unit else ""}
 <property name="tracks" type="collection" class="java.util.ArrayList">{items}</property>
@@ -51,7 +75,9 @@ def trk(items: str, *, scale: float = PX_PER_M, unit: str = "m", fps: float = 12
 """
 
 
-def in_picture(x_m: np.ndarray, y_m: np.ndarray, angle: float = ANGLE_DEG) -> tuple[np.ndarray, np.ndarray]:
+def in_picture(
+    x_m: np.ndarray, y_m: np.ndarray, angle: float = ANGLE_DEG
+) -> tuple[np.ndarray, np.ndarray]:
     """Pixels (y down) of places in axes turned anticlockwise by `angle`."""
     a = np.radians(angle)
     right, up = x_m * np.cos(a) - y_m * np.sin(a), x_m * np.sin(a) + y_m * np.cos(a)
@@ -78,7 +104,9 @@ def test_places_and_times_are_what_tracker_shows(tmp_path, packed):
     assert rows["x_mm"].to_numpy() == pytest.approx(1000 * x, abs=1e-6)
     assert rows["y_mm"].to_numpy() == pytest.approx(1000 * y, abs=1e-6)
     camera = read_foreign(file).keys["camera"]
-    assert camera["fps"] == pytest.approx(120) and camera["mm_per_px"] == pytest.approx(1000 / PX_PER_M)
+    assert camera["fps"] == pytest.approx(120) and camera["mm_per_px"] == pytest.approx(
+        1000 / PX_PER_M
+    )
 
 
 def test_a_trk_is_measured_as_it_is(tmp_path):
@@ -86,15 +114,21 @@ def test_a_trk_is_measured_as_it_is(tmp_path):
     (observation,) = measure(tmp_path / "drop.trk")
     found = {q.name: q for q in observation.quantities}
     assert observation.rig == "drop"
-    assert abs(found["restitution"].value - 0.8) < 0.003  # 120 frames a second, no noise: the sds are of the scale
+    assert (
+        abs(found["restitution"].value - 0.8) < 0.003
+    )  # 120 frames a second, no noise: the sds are of the scale
 
 
 def test_without_calibration_lengths_are_pixels_and_it_is_asked(tmp_path):
     (tmp_path / "drop.trk").write_text(trk(drop_item(angle=0.0), scale=1.0, angle=0.0))
     found = read_foreign(tmp_path / "drop.trk")
-    assert found.length_unit == "px" and any("no calibration" in q and "mm_per_px" in q for q in found.questions)
+    assert found.length_unit == "px" and any(
+        "no calibration" in q and "mm_per_px" in q for q in found.questions
+    )
     (observation,) = measure(tmp_path / "drop.trk")
-    assert {q.name: q.value for q in observation.quantities}["restitution"] == pytest.approx(0.8, abs=0.003)
+    assert {q.name: q.value for q in observation.quantities}[
+        "restitution"
+    ] == pytest.approx(0.8, abs=0.003)
 
 
 def test_of_several_the_longest_that_falls_is_taken_and_said(tmp_path):
@@ -102,23 +136,44 @@ def test_of_several_the_longest_that_falls_is_taken_and_said(tmp_path):
     (tmp_path / "drop.trk").write_text(trk(TAPE + still + drop_item("ball")))
     table = read_track(tmp_path / "drop.trk")
     assert len(table.rows) == len(ball()[0])
-    assert "2 tracks: number 2 (ball) is taken, the longest that falls" in table.notes[0]
+    assert (
+        "2 tracks: number 2 (ball) is taken, the longest that falls" in table.notes[0]
+    )
 
 
 def test_letters_of_windows_in_what_says_it_is_utf8_are_no_fault(tmp_path):
-    text = trk(TAPE + drop_item()).replace("<property", '<property name="author" type="string">García</property>\n<property', 1)
+    text = trk(TAPE + drop_item()).replace(
+        "<property",
+        '<property name="author" type="string">García</property>\n<property',
+        1,
+    )
     (tmp_path / "drop.trk").write_bytes(text.encode("cp1252"))
     assert len(read_track(tmp_path / "drop.trk").rows) == len(ball()[0])
 
 
 WRONG = {
-    "several tabs": (trk(drop_item()).replace("TrackerPanel", "TrackerTabs"), "several tabs or none; save one tab as .trk"),
+    "several tabs": (
+        trk(drop_item()).replace("TrackerPanel", "TrackerTabs"),
+        "several tabs or none; save one tab as .trk",
+    ),
     "a model": (trk(TAPE), "no point mass that was tracked"),
-    "two places": (trk(point_mass("A", np.arange(2), np.ones(2), np.ones(2))), "no track of 3 or more places"),
+    "two places": (
+        trk(point_mass("A", np.arange(2), np.ones(2), np.ones(2))),
+        "no track of 3 or more places",
+    ),
     "no clock": (trk(drop_item()).replace("delta_t", "delta"), "delta_t = None"),
-    "words": (trk(drop_item()).replace('name="x" type="double">', 'name="x" type="double">q', 1), "x = 'q.*' is not a number"),
+    "words": (
+        trk(drop_item()).replace(
+            'name="x" type="double">', 'name="x" type="double">q', 1
+        ),
+        "x = 'q.*' is not a number",
+    ),
     "cut short": (trk(drop_item())[:5000], "not valid XML"),
-    "entities": ('<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;">]>' + trk("&c;").partition("?>")[2], "not valid XML"),
+    "entities": (
+        '<!DOCTYPE a [<!ENTITY b "ha"><!ENTITY c "&b;&b;">]>'
+        + trk("&c;").partition("?>")[2],
+        "not valid XML",
+    ),
     "a scale of nil": (trk(drop_item(), scale=0.0), "lacks origin or scale"),
 }
 

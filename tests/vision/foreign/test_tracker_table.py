@@ -1,4 +1,5 @@
-"""Tables of t, x, y as Tracker exports them and as scripts write them: parting, decimals, several tracks, units, y down."""
+"""Tables of t, x, y as Tracker exports them and as scripts write them: parting,
+decimals, several tracks, units, y down."""
 
 import numpy as np
 import pytest
@@ -19,12 +20,17 @@ def lines(parting: str, comma: bool, *columns: np.ndarray) -> list[str]:
     return [row.replace(".", ",") for row in rows] if comma else rows
 
 
-@pytest.mark.parametrize(("parting", "comma"), [("\t", False), ("\t", True), (";", False), (";", True), (",", False), (" ", True)])
+@pytest.mark.parametrize(
+    ("parting", "comma"),
+    [("\t", False), ("\t", True), (";", False), (";", True), (",", False), (" ", True)],
+)
 @pytest.mark.parametrize("named", [False, True])
 def test_every_parting_and_decimal_is_read(tmp_path, parting, comma, named):
     name = [f"{parting}mass A{parting}"] if named and parting != " " else []
     heading = parting.join(("t", "x", "y"))
-    (tmp_path / "run.txt").write_text("\n".join([*name, heading, *lines(parting, comma, T, X, Y)]), encoding="utf8")
+    (tmp_path / "run.txt").write_text(
+        "\n".join([*name, heading, *lines(parting, comma, T, X, Y)]), encoding="utf8"
+    )
     rows = read_track(tmp_path / "run.txt").rows
     assert rows["t_s"].to_numpy() == pytest.approx(T, abs=1e-8)
     assert rows["y_mm"].to_numpy() == pytest.approx(1000 * Y, abs=1e-4)
@@ -32,40 +38,72 @@ def test_every_parting_and_decimal_is_read(tmp_path, parting, comma, named):
 
 
 def test_tracks_side_by_side_with_one_clock(tmp_path):
-    """As "Export Data" writes two tracks: a mark for gnuplot, names over columns, and a separator at the end of the headings."""
-    rows = [f"{t:.6E},{x:.6E},{y:.6E},0.5,{'' if k < 3 else '0.1'}" for k, (t, x, y) in enumerate(zip(T, X, Y))]
-    (tmp_path / "run.csv").write_text("\n".join(["#multi:", ",ball,,mark,,", "t,x,y,x,y,", *rows]))
+    """As "Export Data" writes two tracks: a mark for gnuplot, names over columns, and a
+    separator at the end of the headings."""
+    rows = [
+        f"{t:.6E},{x:.6E},{y:.6E},0.5,{'' if k < 3 else '0.1'}"
+        for k, (t, x, y) in enumerate(zip(T, X, Y))
+    ]
+    (tmp_path / "run.csv").write_text(
+        "\n".join(["#multi:", ",ball,,mark,,", "t,x,y,x,y,", *rows])
+    )
     found = read_foreign(tmp_path / "run.csv")
-    assert [(t.name, len(t.time)) for t in found.tracks] == [("ball", len(T)), ("mark", len(T) - 3)]
+    assert [(t.name, len(t.time)) for t in found.tracks] == [
+        ("ball", len(T)),
+        ("mark", len(T) - 3),
+    ]
     assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-2)
 
 
 def test_tracks_side_by_side_each_with_its_clock(tmp_path):
-    rows = ["\t".join(f"{v:.8g}" for v in (t, x, y, t + 1, 0.2, 0.3)) for t, x, y in zip(T, X, Y)]
-    (tmp_path / "run.txt").write_text("\n".join(["mass A\t\t\tmass B\t\t", "t\tx\ty\tt\tx\ty", *rows]))
+    rows = [
+        "\t".join(f"{v:.8g}" for v in (t, x, y, t + 1, 0.2, 0.3))
+        for t, x, y in zip(T, X, Y)
+    ]
+    (tmp_path / "run.txt").write_text(
+        "\n".join(["mass A\t\t\tmass B\t\t", "t\tx\ty\tt\tx\ty", *rows])
+    )
     a, b = read_foreign(tmp_path / "run.txt").tracks
     assert (a.name, b.name) == ("mass A", "mass B")
     assert b.time == pytest.approx(T + 1, abs=1e-6)
 
 
-@pytest.mark.parametrize(("heading", "times", "unit", "value"), [
-    ("t (ms),x (cm),y (cm)", 1000.0, 100.0, "mm"), ("t_s,x_m,y_m", 1.0, 1.0, "mm"), ("time [s],x [mm],y [mm]", 1.0, 1000.0, "mm"),
-    ("t,x_in,y_in", 1.0, 1 / 0.0254, "mm"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("heading", "times", "unit", "value"),
+    [
+        ("t (ms),x (cm),y (cm)", 1000.0, 100.0, "mm"),
+        ("t_s,x_m,y_m", 1.0, 1.0, "mm"),
+        ("time [s],x [mm],y [mm]", 1.0, 1000.0, "mm"),
+        ("t,x_in,y_in", 1.0, 1 / 0.0254, "mm"),
+    ],
+)
 def test_units_come_from_the_headings(tmp_path, heading, times, unit, value):
-    (tmp_path / "run.csv").write_text("\n".join([heading, *lines(",", False, times * T, unit * X, unit * Y)]))
+    (tmp_path / "run.csv").write_text(
+        "\n".join([heading, *lines(",", False, times * T, unit * X, unit * Y)])
+    )
     found = read_foreign(tmp_path / "run.csv")
     assert (found.time_unit, found.length_unit) == ("s", value)
-    assert found.tracks[0].time == pytest.approx(T, abs=1e-6) and found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert found.tracks[0].time == pytest.approx(T, abs=1e-6) and found.tracks[
+        0
+    ].y == pytest.approx(1000 * Y, abs=1e-3)
     assert not found.doubt
 
 
-@pytest.mark.parametrize(("unit", "times"), [("m", 1.0), ("cm", 100.0), ("mm", 1000.0), ("in", 1 / 0.0254), ("ft", 1 / 0.3048)])
-def test_a_unit_that_nobody_states_is_the_one_in_which_the_fall_is_gravity_s(tmp_path, unit, times):
-    (tmp_path / "run.csv").write_text("\n".join(["t,x,y", *lines(",", False, T, times * X, times * Y)]))
+@pytest.mark.parametrize(
+    ("unit", "times"),
+    [("m", 1.0), ("cm", 100.0), ("mm", 1000.0), ("in", 1 / 0.0254), ("ft", 1 / 0.3048)],
+)
+def test_a_unit_that_nobody_states_is_the_one_in_which_the_fall_is_gravity_s(
+    tmp_path, unit, times
+):
+    (tmp_path / "run.csv").write_text(
+        "\n".join(["t,x,y", *lines(",", False, T, times * X, times * Y)])
+    )
     found = read_foreign(tmp_path / "run.csv")
     assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
-    assert any(f"lengths in {unit}, which the file does not say" in g for g in found.guesses)
+    assert any(
+        f"lengths in {unit}, which the file does not say" in g for g in found.guesses
+    )
 
 
 def test_pixels_of_a_picture_are_turned_to_y_up_and_measured(tmp_path):
@@ -75,7 +113,9 @@ def test_pixels_of_a_picture_are_turned_to_y_up_and_measured(tmp_path):
     assert found.length_unit == "px" and any("y is down" in g for g in found.guesses)
     (observation,) = measure(tmp_path / "run.csv")
     e = next(q for q in observation.quantities if q.name == "restitution")
-    assert abs(e.value - 0.8) < max(3 * e.sd, 0.005)  # rounded to whole pixels of 1.25 mm
+    assert abs(e.value - 0.8) < max(
+        3 * e.sd, 0.005
+    )  # rounded to whole pixels of 1.25 mm
 
 
 ASKED = {
@@ -88,45 +128,84 @@ ASKED = {
 @pytest.mark.parametrize("heading", ASKED)
 def test_times_that_gravity_contradicts_are_asked_and_not_changed(tmp_path, heading):
     times, said = ASKED[heading]
-    (tmp_path / "run.csv").write_text("\n".join([f"{heading},x (mm),y (mm)", *lines(",", False, times * T, 1000 * X, 1000 * Y)]))
+    (tmp_path / "run.csv").write_text(
+        "\n".join(
+            [
+                f"{heading},x (mm),y (mm)",
+                *lines(",", False, times * T, 1000 * X, 1000 * Y),
+            ]
+        )
+    )
     found = read_foreign(tmp_path / "run.csv")
     assert said in found.doubt
     assert found.tracks[0].time == pytest.approx(times * T, rel=1e-8)
-    with pytest.raises(MeasurementError, match=rf"run\.csv: the fall accelerates by .* m/s².*{said}"):
+    with pytest.raises(
+        MeasurementError, match=rf"run\.csv: the fall accelerates by .* m/s².*{said}"
+    ):
         read_track(tmp_path / "run.csv")
 
 
-@pytest.mark.parametrize(("heading", "times", "lengths", "said"), [
-    ("t (s),x (m),y (m)", 30.0, 1.0, "are the times frame numbers, at 30"),
-    ("t (ms),x (m),y (m)", 1.0, 1.0, "are the times seconds or the lengths micrometres?"),
-    ("t (s),x (m),y (m)", 1.0, 1000.0, "are the lengths millimetres?"),
-])  # fmt: skip
-def test_what_is_asked_stands_beside_what_the_heading_says(tmp_path, heading, times, lengths, said):
+@pytest.mark.parametrize(
+    ("heading", "times", "lengths", "said"),
+    [
+        ("t (s),x (m),y (m)", 30.0, 1.0, "are the times frame numbers, at 30"),
+        (
+            "t (ms),x (m),y (m)",
+            1.0,
+            1.0,
+            "are the times seconds or the lengths micrometres?",
+        ),
+        ("t (s),x (m),y (m)", 1.0, 1000.0, "are the lengths millimetres?"),
+    ],
+)
+def test_what_is_asked_stands_beside_what_the_heading_says(
+    tmp_path, heading, times, lengths, said
+):
     clock = np.arange(0, 1, 1 / 30) if times == 30 else T
     y = np.interp(clock, T, Y)
-    rows = lines(",", False, np.round(times * clock) if times == 30 else times * clock, lengths * 0.02 * clock, lengths * y)
+    rows = lines(
+        ",",
+        False,
+        np.round(times * clock) if times == 30 else times * clock,
+        lengths * 0.02 * clock,
+        lengths * y,
+    )
     (tmp_path / "run.csv").write_text("\n".join([heading, *rows]))
     assert said in read_foreign(tmp_path / "run.csv").doubt
 
 
 def test_lengths_without_a_unit_are_no_pixels_of_a_stated_scale(tmp_path):
-    """A roll in metres that the table does not name, beside a camera's scale: a run-out of a thousandth would be measured."""
-    (tmp_path / "recording.toml").write_text('rig = "roll"\n[camera]\nmm_per_px = 0.3\n')
-    (tmp_path / "run.txt").write_text("\n".join(["t\tx\ty", *lines("\t", False, T, 0.3 * (1 - np.exp(-T)), 0 * T)]))
+    """A roll in metres that the table does not name, beside a camera's scale: a run-out
+    of a thousandth would be measured."""
+    (tmp_path / "recording.toml").write_text(
+        'rig = "roll"\n[camera]\nmm_per_px = 0.3\n'
+    )
+    (tmp_path / "run.txt").write_text(
+        "\n".join(["t\tx\ty", *lines("\t", False, T, 0.3 * (1 - np.exp(-T)), 0 * T)])
+    )
     (reason,) = {q.reason for o in measure(tmp_path) for q in o.quantities}
-    assert "run.txt: its lengths have no unit, and [camera] mm_per_px = 0.3 is of pixels; write the unit into its heading" in reason
+    assert (
+        "run.txt: its lengths have no unit, and [camera] mm_per_px = 0.3 is of pixels;"
+        " write the unit into its heading" in reason
+    )
 
 
 def test_own_tables_are_asked_too(tmp_path):
     (tmp_path / "recording.toml").write_text('rig = "drop"\n')
-    (tmp_path / "track.csv").write_text("\n".join(["t_s,x_mm,y_mm", *lines(",", False, T / 60, 1000 * X, 1000 * Y)]))
+    (tmp_path / "track.csv").write_text(
+        "\n".join(["t_s,x_mm,y_mm", *lines(",", False, T / 60, 1000 * X, 1000 * Y)])
+    )
     (reason,) = {q.reason for o in measure(tmp_path) for q in o.quantities}
     assert "track.csv" in reason and "are the times minutes" in reason
 
 
 WRONG = {
-    "t\tx\ty\n0.1\t1,5\t1\n0.2\t1\t1\n0.3\t1\t1\n": "numbers with points and with commas",
-    "t\tx\ty\tx\n0.1\t1.5\t1\t2\n0.2\t1\t1\t2\n0.3\t1\t1\t2\n": "2 columns x and 1 columns y",
+    "t\tx\ty\n0.1\t1,5\t1\n0.2\t1\t1\n0.3\t1\t1\n": (
+        "numbers with points and with commas"
+    ),
+    "t\tx\ty\tx\n0.1\t1.5\t1\t2\n0.2\t1\t1\t2\n0.3\t1\t1\t2\n": (
+        "2 columns x and 1 columns y"
+    ),
     "t,x,y\n0.1,1,1\n0.2,one,1\n0.3,1,1\n": "x = 'one' in line 3 is not a number",
     "t,x,y\n0.1,1,1\n0.1,2,1\n0.3,1,1\n": "two places at the time 0.1",
     "t,x,y\n0.1,1,1\n0.2,,1\n0.3,1,1\n": "no track of 3 or more places",
@@ -141,7 +220,16 @@ def test_what_is_wrong_is_one_sentence_with_the_file(tmp_path, content):
         read_track(tmp_path / "run.txt")
 
 
-@pytest.mark.parametrize("content", ["", "a note\n", "t_s,x_mm,y_mm\n0,0,0\n1,0,0\n2,0,0\n", "frame,t_s,x_px,y_px\n0,0,0,0\n", "x\n" * 30])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "",
+        "a note\n",
+        "t_s,x_mm,y_mm\n0,0,0\n1,0,0\n2,0,0\n",
+        "frame,t_s,x_px,y_px\n0,0,0,0\n",
+        "x\n" * 30,
+    ],
+)
 def test_other_files_are_left_alone(tmp_path, content):
     (tmp_path / "run.txt").write_text(content)
     assert tool_of(tmp_path / "run.txt") == ""

@@ -1,4 +1,5 @@
-"""A camera that is touched while it films is found and doubted; what moves in front of a still camera is not."""
+"""A camera that is touched while it films is found and doubted; what moves in front of
+a still camera is not."""
 
 import numpy as np
 import pytest
@@ -21,22 +22,31 @@ class Film:
 
 
 def film(rng, touched_at, shift=(4, 3), noise=3.0, frames=40):
-    """A cluttered wall with a ball that falls past it; from frame touched_at on the camera looks elsewhere."""
-    wall = rng.uniform(60, 200, (HIGH // 8 + 4, WIDE // 8 + 4)).repeat(8, 0).repeat(8, 1)
+    """A cluttered wall with a ball that falls past it; from frame touched_at on the
+    camera looks elsewhere."""
+    wall = (
+        rng.uniform(60, 200, (HIGH // 8 + 4, WIDE // 8 + 4)).repeat(8, 0).repeat(8, 1)
+    )
     rows, columns = np.mgrid[:HIGH, :WIDE]
     pictures = []
     for k in range(frames):
         x, y = shift if k >= touched_at else (0, 0)
         picture = wall[y : y + HIGH, x : x + WIDE].copy()
         picture[np.hypot(rows - 6 * k, columns - 150) < 25] = 240
-        pictures.append(np.clip(picture + rng.normal(0, noise, picture.shape), 0, 255).astype(np.uint8))
+        pictures.append(
+            np.clip(picture + rng.normal(0, noise, picture.shape), 0, 255).astype(
+                np.uint8
+            )
+        )
     return Film(pictures)
 
 
 @pytest.mark.parametrize("touched_at", [1, 13, 25, 38])
 def test_a_touch_is_found_where_it_happened(touched_at):
     said = camera_moved(film(np.random.default_rng(touched_at), touched_at))
-    assert float(said.split(" px")[0].split()[-1]) == pytest.approx(5.0, abs=0.5)  # the ball shifts the tiles that it crosses
+    assert float(said.split(" px")[0].split()[-1]) == pytest.approx(
+        5.0, abs=0.5
+    )  # the ball shifts the tiles that it crosses
     first, last = (int(w) for w in said.replace(":", " ").split() if w.isdigit())
     assert first < touched_at <= last
 
@@ -55,4 +65,6 @@ def test_a_plain_wall_says_nothing():
 def test_the_shift_is_right_to_a_fraction_of_a_pixel():
     rng = np.random.default_rng(2)
     wall = np.float32(rng.uniform(60, 200, (40, 50))).repeat(8, 0).repeat(8, 1)
-    assert common_shift(wall[5:245, 9:329], wall[3:243, 6:326]) == pytest.approx((3.0, 2.0), abs=0.2)
+    assert common_shift(wall[5:245, 9:329], wall[3:243, 6:326]) == pytest.approx(
+        (3.0, 2.0), abs=0.2
+    )

@@ -1,4 +1,5 @@
-"""Drops of few rows: restitution and speeds hold their intervals, drawn by integrating fall and rebound under drag."""
+"""Drops of few rows: restitution and speeds hold their intervals, drawn by integrating
+fall and rebound under drag."""
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ LEAST = 0.92
 
 
 def flights(height_m: float, e: float) -> tuple[np.ndarray, np.ndarray, float, float]:
-    """Fine times and heights [s, m] of a fall from rest and one rebound, and the speeds at the impact."""
+    """Fine times and heights [s, m] of a fall from rest and one rebound, and the speeds
+    at the impact."""
 
     def leg(t0, y0, v0):
         def rate(t, y):
@@ -26,7 +28,13 @@ def flights(height_m: float, e: float) -> tuple[np.ndarray, np.ndarray, float, f
 
         ground.terminal, ground.direction = True, -1
         found = solve_ivp(
-            rate, (t0, t0 + 10), [y0, v0], events=ground, rtol=1e-10, atol=1e-12, dense_output=True
+            rate,
+            (t0, t0 + 10),
+            [y0, v0],
+            events=ground,
+            rtol=1e-10,
+            atol=1e-12,
+            dense_output=True,
         )
         t = np.linspace(t0, found.t[-1], 1000)
         return t, *found.sol(t)
@@ -38,8 +46,22 @@ def flights(height_m: float, e: float) -> tuple[np.ndarray, np.ndarray, float, f
 
 
 def recording(tmp_path, evidence: str, **drop) -> Recording:
-    camera = Camera(mm_per_px=0.5, mm_per_px_sd=0.001) if evidence == "track.csv" else Camera(mm_per_px=1.0, mm_per_px_sd=0.0005)
-    return Recording("d", tmp_path, "drop", evidence, (tmp_path / evidence,), seed=BALL, camera=camera, air=Air(), drop=Drop(**drop))
+    camera = (
+        Camera(mm_per_px=0.5, mm_per_px_sd=0.001)
+        if evidence == "track.csv"
+        else Camera(mm_per_px=1.0, mm_per_px_sd=0.0005)
+    )
+    return Recording(
+        "d",
+        tmp_path,
+        "drop",
+        evidence,
+        (tmp_path / evidence,),
+        seed=BALL,
+        camera=camera,
+        air=Air(),
+        drop=Drop(**drop),
+    )
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -55,25 +77,49 @@ def test_intervals_of_few_rows_hold(tmp_path, gates, stated):
             downs = np.interp(places[::-1], y[t <= hit][::-1], t[t <= hit][::-1])
             rise = (t >= hit) & (t <= t[np.argmax(np.where(t > hit, y, 0))])
             time = np.concatenate([[0.0], downs, np.interp(places, y[rise], t[rise])])
-            seen, sd = 1000 * np.concatenate([[high], places[::-1], places]), 10 ** rng.uniform(-4.5, -3.5)
+            seen, sd = (
+                1000 * np.concatenate([[high], places[::-1], places]),
+                10 ** rng.uniform(-4.5, -3.5),
+            )
             time[1:] += sd * rng.standard_normal(len(time) - 1)
-            v = np.maximum(np.abs(np.sqrt(np.maximum(2 * G * (high - seen / 1000), 0)) * 1000), 1.0)
+            v = np.maximum(
+                np.abs(np.sqrt(np.maximum(2 * G * (high - seen / 1000), 0)) * 1000), 1.0
+            )
             row_sd = v * sd
         else:
             time = np.linspace(0.02, 0.98 * t[-1], rng.integers(5, 11))
             row_sd = np.full(len(time), 10 ** rng.uniform(-1, 0.5))
-            seen = 1000 * np.interp(time, t, y) * (1 + 0.002 * rng.standard_normal()) + row_sd * rng.standard_normal(len(time))
+            seen = 1000 * np.interp(time, t, y) * (
+                1 + 0.002 * rng.standard_normal()
+            ) + row_sd * rng.standard_normal(len(time))
         track = make_track(time, 0 * seen, seen, sd=row_sd if stated else np.nan)
-        found = {q.name: q for q in measure_rebound(track, recording(tmp_path, "gates.csv" if gates else "track.csv")).quantities}
-        truth = {"restitution_normal": e, "impact_speed": fast, "rebound_speed": e * fast}
+        found = {
+            q.name: q
+            for q in measure_rebound(
+                track, recording(tmp_path, "gates.csv" if gates else "track.csv")
+            ).quantities
+        }
+        truth = {
+            "restitution_normal": e,
+            "impact_speed": fast,
+            "rebound_speed": e * fast,
+        }
         if not np.isfinite(found["restitution_normal"].value):
             missed.append(found["restitution_normal"].reason)
             continue
-        good.append([abs(found[n].value - v) <= 1.96 * found[n].sd for n, v in truth.items()])
+        good.append(
+            [abs(found[n].value - v) <= 1.96 * found[n].sd for n, v in truth.items()]
+        )
     shares = np.mean(good, axis=0)
-    print(f"gates {gates}, stated {stated}: {shares.round(3)}, {len(missed)} not measured", set(missed))
+    print(
+        f"gates {gates}, stated {stated}: {shares.round(3)}, {len(missed)} not"
+        " measured",
+        set(missed),
+    )
     assert (shares >= LEAST).all()
-    assert len(missed) <= (0 if gates else 30)  # cameras: those with a single row before or behind the impact
+    assert len(missed) <= (
+        0 if gates else 30
+    )  # cameras: those with a single row before or behind the impact
 
 
 def test_what_is_too_little_is_said(tmp_path):
@@ -81,9 +127,26 @@ def test_what_is_too_little_is_said(tmp_path):
     time = np.array([0.05, 0.25, 0.4, 0.55])
     track = make_track(time, 0 * time, 1000 * np.interp(time, t, y))
     asked = measure_rebound(track, recording(tmp_path, "track.csv")).quantities[0]
-    assert "4 rows of fall and rebound for 4 unknowns" in asked.reason and "sd stated" in asked.reason
+    assert (
+        "4 rows of fall and rebound for 4 unknowns" in asked.reason
+        and "sd stated" in asked.reason
+    )
     known = make_track(time, 0 * time, 1000 * np.interp(time, t, y), sd=0.5)
-    found = {q.name: q for q in measure_rebound(known, recording(tmp_path, "track.csv")).quantities}
-    assert abs(found["restitution_normal"].value - 0.7) <= 1.96 * found["restitution_normal"].sd < 0.1
-    falling = make_track(time[:4] / 4, 0 * time, 1000 * np.interp(time / 4, t, y), sd=0.5)
-    assert "no impact lies between two of the rows" in measure_rebound(falling, recording(tmp_path, "track.csv")).quantities[0].reason
+    found = {
+        q.name: q
+        for q in measure_rebound(known, recording(tmp_path, "track.csv")).quantities
+    }
+    assert (
+        abs(found["restitution_normal"].value - 0.7)
+        <= 1.96 * found["restitution_normal"].sd
+        < 0.1
+    )
+    falling = make_track(
+        time[:4] / 4, 0 * time, 1000 * np.interp(time / 4, t, y), sd=0.5
+    )
+    assert (
+        "no impact lies between two of the rows"
+        in measure_rebound(falling, recording(tmp_path, "track.csv"))
+        .quantities[0]
+        .reason
+    )

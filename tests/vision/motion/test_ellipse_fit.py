@@ -1,4 +1,5 @@
-"""The ellipse fit against ellipses drawn by counting sub-pixels, with a mirror image, a missing rim, or nothing."""
+"""The ellipse fit against ellipses drawn by counting sub-pixels, with a mirror image, a
+missing rim, or nothing."""
 
 import numpy as np
 import pytest
@@ -13,14 +14,19 @@ def drawn(x, y, turn=0.0, side=44):
     """Share of each pixel inside the ellipse about (x, y)."""
     at = (np.arange(side * FINE) + 0.5) / FINE - 0.5
     u, v = at[None, :] - x, at[:, None] - y
-    along, across = u * np.cos(turn) + v * np.sin(turn), v * np.cos(turn) - u * np.sin(turn)
+    along, across = (
+        u * np.cos(turn) + v * np.sin(turn),
+        v * np.cos(turn) - u * np.sin(turn),
+    )
     inside = (along / AXES[0]) ** 2 + (across / AXES[1]) ** 2 < 1
     return inside.reshape(side, FINE, side, FINE).mean(axis=(1, 3))
 
 
 def centroid(coverage):
     rows, columns = np.indices(coverage.shape)
-    return np.array([(coverage * columns).sum(), (coverage * rows).sum()]) / coverage.sum()
+    return (
+        np.array([(coverage * columns).sum(), (coverage * rows).sum()]) / coverage.sum()
+    )
 
 
 def laid(coverage, noise=0.05, turn=0.0, from_top=False):
@@ -28,7 +34,13 @@ def laid(coverage, noise=0.05, turn=0.0, from_top=False):
     x, y = centroid(np.clip(coverage * (coverage > 0.5), 0, 1))
     y = np.flatnonzero((coverage > 0.5).sum(axis=1) > 4)[0] + AXES[1] if from_top else y
     start = EllipsePose(x, y, turn, 0.0, 0.0, 0.0)
-    return fit_ellipse(Ellipse(*AXES), Patch(coverage, np.full(coverage.shape, noise), 0, 0), start, (1.0, 0.0), 0.45)
+    return fit_ellipse(
+        Ellipse(*AXES),
+        Patch(coverage, np.full(coverage.shape, noise), 0, 0),
+        start,
+        (1.0, 0.0),
+        0.45,
+    )
 
 
 @pytest.mark.parametrize("place", [(20.0, 20.0), (20.37, 19.81), (20.5, 20.5)])
@@ -39,7 +51,8 @@ def test_a_body_alone_is_found_where_it_is(place):
 
 
 def test_a_mirror_image_at_its_foot_does_not_draw_it_down():
-    """The centroid of both is 6 px lower; laid there the outline meets too little, hung from the top it meets the seed."""
+    """The centroid of both is 6 px lower; laid there the outline meets too little, hung
+    from the top it meets the seed."""
     seed = drawn(20.2, 17.0)
     image = drawn(20.2, 32.0)
     image[:25] = 0
@@ -60,6 +73,9 @@ def test_a_rim_that_is_not_seen_does_not_push_it_up():
 
 
 def test_nothing_is_met_where_nothing_is():
-    empty, start = Patch(np.zeros((44, 44)), np.full((44, 44), 0.05), 0, 0), EllipsePose(20, 20, 0.0, 0.0, 0.0, 0.0)
+    empty, start = (
+        Patch(np.zeros((44, 44)), np.full((44, 44), 0.05), 0, 0),
+        EllipsePose(20, 20, 0.0, 0.0, 0.0, 0.0),
+    )
     found = fit_ellipse(Ellipse(*AXES), empty, start, (1.0, 0.0), 0.45)
     assert found is None or found.edge_share < 0.5

@@ -13,21 +13,34 @@ def test_impact_times_give_speeds_and_restitution():
     times = np.array([b["t_s"] for b in truth["bounces"]])
     quantities, table, _ = measure_impacts(times, None, drop())
     found = {q.name: q for q in quantities}
-    for name in ("rebound_height", "restitution", "impact_speed", "rebound_speed", "restitution_normal"):
+    for name in (
+        "rebound_height",
+        "restitution",
+        "impact_speed",
+        "rebound_speed",
+        "restitution_normal",
+    ):
         assert abs(found[name].value - truth[name]) < 2 * found[name].sd + 1e-6, name
     assert np.allclose(table.restitution, 0.6, atol=1e-3)
 
 
 def test_impact_intervals_are_honest_and_a_missed_impact_is_said():
     inside = []
-    times = np.array([b["t_s"] for b in draw_drop(restitution=0.7, max_bounces=5).truth["bounces"]])
+    times = np.array(
+        [b["t_s"] for b in draw_drop(restitution=0.7, max_bounces=5).truth["bounces"]]
+    )
     for seed in range(300):
         heard = times + 2e-4 * np.random.default_rng(seed).standard_normal(len(times))
         table = measure_impacts(heard, None, drop())[1]
-        inside += list(np.abs(table.restitution[1:4] - 0.7) < 1.96 * table.restitution_sd[1:4])
+        inside += list(
+            np.abs(table.restitution[1:4] - 0.7) < 1.96 * table.restitution_sd[1:4]
+        )
     assert 0.92 < np.mean(inside) < 0.98
     missed = measure_impacts(np.delete(times, 1), None, drop())
-    assert any("missed" in note for note in missed[2]) or missed[0][0].quality == "doubtful"
+    assert (
+        any("missed" in note for note in missed[2])
+        or missed[0][0].quality == "doubtful"
+    )
     later = measure_impacts(np.delete(times, 2), None, drop())
     assert any("missing" in note for note in later[2])
 
@@ -40,19 +53,41 @@ def test_a_missing_impact_and_a_wrong_unit():
 
     assert {q.quality for q in measured(times).values()} == {"good"}  # control
     gone = measured(np.delete(times, 1))  # restitutions .75, .167, .50
-    for name in ("rebound_height", "rebound_speed", "restitution", "restitution_normal"):
-        assert gone[name].quality == "doubtful" and "an impact seems to be missing" in gone[name].reason
+    for name in (
+        "rebound_height",
+        "rebound_speed",
+        "restitution",
+        "restitution_normal",
+    ):
+        assert (
+            gone[name].quality == "doubtful"
+            and "an impact seems to be missing" in gone[name].reason
+        )
     assert gone["impact_speed"].quality == "good"
     late = measure_impacts(np.delete(times, 3), None, drop())
-    assert {q.quality for q in late[0]} == {"good"} and any("impact seems to be missing" in note for note in late[2])
+    assert {q.quality for q in late[0]} == {"good"} and any(
+        "impact seems to be missing" in note for note in late[2]
+    )
     without = measured(np.delete(times, 1), drop(height=None))
-    assert without["restitution_normal"].quality == "doubtful" and "missing" in without["restitution_normal"].reason
-    for wrong, says in ((measured(1000 * times), "milliseconds"), (measured(times, drop(height=31)), "in millimetres")):
+    assert (
+        without["restitution_normal"].quality == "doubtful"
+        and "missing" in without["restitution_normal"].reason
+    )
+    for wrong, says in (
+        (measured(1000 * times), "milliseconds"),
+        (measured(times, drop(height=31)), "in millimetres"),
+    ):
         assert all(q.quality == "failed" and says in q.reason for q in wrong.values())
 
 
 def test_impact_times_without_a_height_ask_for_it():
     times = np.array([0.25, 0.5, 0.625])
     found = {q.name: q for q in measure_impacts(times, None, drop(height=None))[0]}
-    assert found["restitution"].quality == "failed" and "height_mm" in found["restitution"].reason
-    assert found["restitution_normal"].value == pytest.approx(0.5) and found["restitution_normal"].quality == "doubtful"
+    assert (
+        found["restitution"].quality == "failed"
+        and "height_mm" in found["restitution"].reason
+    )
+    assert (
+        found["restitution_normal"].value == pytest.approx(0.5)
+        and found["restitution_normal"].quality == "doubtful"
+    )

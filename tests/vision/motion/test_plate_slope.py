@@ -1,4 +1,5 @@
-"""Rolls both ways on an incline: half the difference of their accelerations is the slope, whatever they have in common."""
+"""Rolls both ways on an incline: half the difference of their accelerations is the
+slope, whatever they have in common."""
 
 import math
 
@@ -12,16 +13,25 @@ GATES = np.array([150.0, 350, 550, 750, 950])
 
 
 def bench(folder, slope_deg: float, runs: int, rng: np.random.Generator) -> None:
-    """A ball on an apparatus that leans, rising along +x; its incline is stated 0.2° too small, its gates are off by 0.3 mm."""
+    """A ball on an apparatus that leans, rising along +x; its incline is stated 0.2°
+    too small, its gates are off by 0.3 mm."""
     folder.mkdir()
     places = GATES / 1000 + 0.3e-3 * rng.standard_normal(len(GATES))
     beta = rng.uniform(6, 14)
     seed = "length_mm = 15\nwidth_mm = 15\nthickness_mm = 15\nmass_g = 13.8\n"
-    said = f'rig = "roll"\nsession = "a"\n[seed]\n{seed}[roll]\nincline_deg = {beta - 0.2}\nlevel = false\n'
+    said = (
+        f'rig = "roll"\nsession = "a"\n[seed]\n{seed}[roll]\nincline_deg ='
+        f" {beta - 0.2}\nlevel = false\n"
+    )
     (folder / "bench.toml").write_text(said)
     for direction, sign in (("+x", 1), ("-x", -1)):
         for k in range(runs):
-            ball = Ball(math.radians(beta - sign * slope_deg), 0.01 * (1 + 0.02 * rng.standard_normal()), 1.4, 0.001)
+            ball = Ball(
+                math.radians(beta - sign * slope_deg),
+                0.01 * (1 + 0.02 * rng.standard_normal()),
+                1.4,
+                0.001,
+            )
             fine, x = way(ball, 0.05, 3.0)
             run = folder / f"{direction[0]}{k}"
             run.mkdir()
@@ -49,5 +59,7 @@ def test_the_slope_holds_its_interval(tmp_path, runs):
 def test_one_direction_alone_tells_no_slope(tmp_path):
     bench(tmp_path / "a", 0.2, 2, np.random.default_rng(0))
     for folder in (tmp_path / "a").glob("-*"):
-        (folder / "gates.csv").write_text("x_mm,t_s\n1,0\n2,1\n")  # none of them can be measured
+        (folder / "gates.csv").write_text(
+            "x_mm,t_s\n1,0\n2,1\n"
+        )  # none of them can be measured
     assert all(q.name != "slope" for o in measure(tmp_path / "a") for q in o.quantities)

@@ -1,4 +1,5 @@
-"""Drops: restitution, speeds and heights of drawn bounces, honest error bars, and what is said when something is wrong."""
+"""Drops: restitution, speeds and heights of drawn bounces, honest error bars, and what
+is said when something is wrong."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -20,7 +21,12 @@ from vision.recording import Camera, Drop, Recording, Seed
 def test_restitution_of_a_drawn_bounce():
     """310 mm, e 0.5, 0.1 px: each of 10 recordings within 0.500 ± 0.002."""
     for seed in range(10):
-        track = film_track(draw_drop(), np.random.default_rng(seed), noise_mm=0.025, ar=0.9 * (seed % 2))
+        track = film_track(
+            draw_drop(),
+            np.random.default_rng(seed),
+            noise_mm=0.025,
+            ar=0.9 * (seed % 2),
+        )
         found = named(measure_rebound(track, drop()))
         assert found["restitution_normal"].value == pytest.approx(0.5, abs=0.002)
         assert found["restitution"].value == pytest.approx(0.5, abs=0.002)
@@ -29,15 +35,19 @@ def test_restitution_of_a_drawn_bounce():
 
 @pytest.mark.parametrize("fps", [30, 60, 120])
 def test_a_phone_s_few_frames_do(fps):
-    """Whatever the rest before the release and the phase of the frames: e within 3 sd or 0.003 in every one of 30 tracks."""
+    """Whatever the rest before the release and the phase of the frames: e within 3 sd
+    or 0.003 in every one of 30 tracks."""
     off = []
     for seed in range(30):
         rng = np.random.default_rng(seed)
         e = float(rng.uniform(0.35, 0.7))
         motion = draw_drop(restitution=e, rest_s=float(rng.uniform(0, 0.3)), end_s=1.2)
-        found = named(measure_rebound(film_track(motion, rng, fps=fps, noise_mm=0.03), drop(fps=fps, mm_per_px=0.5)))[
-            "restitution_normal"
-        ]
+        found = named(
+            measure_rebound(
+                film_track(motion, rng, fps=fps, noise_mm=0.03),
+                drop(fps=fps, mm_per_px=0.5),
+            )
+        )["restitution_normal"]
         off.append(abs(found.value - e) / max(3 * found.sd, 0.003))
     assert np.sum(np.array(off) > 1) <= 1, off
 
@@ -55,7 +65,13 @@ def test_straight_line_speeds_would_not_do():
 
 
 def test_every_bounce_has_its_row():
-    motion = draw_drop(restitution=0.6, lateral_m_s=0.05, spin_rad_s=30, kicks=((0.03, -12), (-0.05, 20)), max_bounces=4)
+    motion = draw_drop(
+        restitution=0.6,
+        lateral_m_s=0.05,
+        spin_rad_s=30,
+        kicks=((0.03, -12), (-0.05, 20)),
+        max_bounces=4,
+    )
     track = film_track(motion, np.random.default_rng(3), angle_noise_deg=1.0)
     known = replace(drop(), camera=Camera(**CAMERA, plumb_deg=0, plumb_sd_deg=0.01))
     table = measure_rebound(track, known).bounces
@@ -63,27 +79,38 @@ def test_every_bounce_has_its_row():
     for row, truth in zip(table.itertuples(), motion.truth["bounces"]):
         assert row.t_s == pytest.approx(truth["t_s"], abs=5 * row.t_sd_s)
         for column, key in (
-            ("speed_before", "before"), ("speed_after", "after"), ("lateral_before", "lateral_before"),
+            ("speed_before", "before"),
+            ("speed_after", "after"),
+            ("lateral_before", "lateral_before"),
             ("lateral_after", "lateral_after"),
-        ):  # fmt: skip
+        ):
             value, sd = getattr(row, f"{column}_m_s"), getattr(row, f"{column}_sd_m_s")
             assert abs(value - truth[key]) < 4 * sd < 0.02, column
         for column in ("spin_before", "spin_after"):
-            assert abs(getattr(row, f"{column}_rad_s") - truth[column]) < 4 * getattr(row, f"{column}_sd_rad_s") + 0.01
+            assert (
+                abs(getattr(row, f"{column}_rad_s") - truth[column])
+                < 4 * getattr(row, f"{column}_sd_rad_s") + 0.01
+            )
         assert abs(row.restitution - 0.6) < 4 * row.restitution_sd
 
 
 @pytest.mark.parametrize("ar", [0.0, 0.9])
 def test_intervals_hold_the_truth(ar):
-    """Impact time and second restitution, which only the noise disturbs: 95 % of 60 recordings, 88–100 % by chance."""
+    """Impact time and second restitution, which only the noise disturbs: 95 % of 60
+    recordings, 88–100 % by chance."""
     inside = []
     for seed in range(60):
         rng = np.random.default_rng(seed)
         motion = draw_drop(restitution=float(rng.uniform(0.35, 0.7)), max_bounces=3)
-        table = measure_rebound(film_track(motion, rng, fps=1000, noise_mm=0.05, ar=ar), drop(fps=1000, mm_per_px=0.25)).bounces
+        table = measure_rebound(
+            film_track(motion, rng, fps=1000, noise_mm=0.05, ar=ar),
+            drop(fps=1000, mm_per_px=0.25),
+        ).bounces
         truth = motion.truth["bounces"]
         inside.append(abs(table.t_s[0] - truth[0]["t_s"]) < 1.96 * table.t_sd_s[0])
-        inside.append(abs(table.restitution[1] - truth[1]["e"]) < 1.96 * table.restitution_sd[1])
+        inside.append(
+            abs(table.restitution[1] - truth[1]["e"]) < 1.96 * table.restitution_sd[1]
+        )
     assert 0.88 <= np.mean(inside) <= 1.0
 
 
@@ -110,41 +137,75 @@ def test_reml_finds_the_correlation_through_lost_frames():
 
 @pytest.mark.parametrize(
     ("fps_factor", "scale_factor", "says"),
-    [(1.2, 1.0, "frame rate is stated 1.2 × too high"), (1.0, 0.5, "scale (mm_per_px) 2 × too small")],
+    [
+        (1.2, 1.0, "frame rate is stated 1.2 × too high"),
+        (1.0, 0.5, "scale (mm_per_px) 2 × too small"),
+    ],
 )
-def test_gravity_tells_a_wrong_frame_rate_from_a_wrong_scale(fps_factor, scale_factor, says):
-    """With the stated fall as witness: the fall is right when only the clock is wrong."""
+def test_gravity_tells_a_wrong_frame_rate_from_a_wrong_scale(
+    fps_factor, scale_factor, says
+):
+    """With the stated fall as witness: the fall is right when only the clock is
+    wrong."""
     track = film_track(draw_drop(), np.random.default_rng(0))
-    wrong = replace(track, t_s=track.t_s / fps_factor, y=track.y * scale_factor, x=track.x * scale_factor)
+    wrong = replace(
+        track,
+        t_s=track.t_s / fps_factor,
+        y=track.y * scale_factor,
+        x=track.x * scale_factor,
+    )
     found = named(measure_rebound(wrong, drop()))
-    assert found["impact_speed"].quality == "doubtful" and says in found["impact_speed"].reason
+    assert (
+        found["impact_speed"].quality == "doubtful"
+        and says in found["impact_speed"].reason
+    )
     assert found["restitution_normal"].value == pytest.approx(0.5, abs=0.002)  # a ratio
-    assert says not in named(measure_rebound(track, drop()))["impact_speed"].reason  # control
+    assert (
+        says not in named(measure_rebound(track, drop()))["impact_speed"].reason
+    )  # control
 
 
 def test_without_a_witness_both_are_named():
     track = film_track(draw_drop(), np.random.default_rng(0))
     found = named(measure_rebound(replace(track, y=track.y / 2), drop(height=None)))
     reason = found["rebound_height"].reason
-    assert "4.9 m/s²" in reason and "1.41 × too low" in reason and "2 × too small" in reason
+    assert (
+        "4.9 m/s²" in reason
+        and "1.41 × too low" in reason
+        and "2 × too small" in reason
+    )
 
 
 def test_a_fall_that_is_not_the_stated_one_is_said():
-    found = named(measure_rebound(film_track(draw_drop(), np.random.default_rng(0)), drop(height=31.0)))
-    assert found["restitution"].quality == "doubtful" and "height_mm says 31" in found["restitution"].reason
+    found = named(
+        measure_rebound(
+            film_track(draw_drop(), np.random.default_rng(0)), drop(height=31.0)
+        )
+    )
+    assert (
+        found["restitution"].quality == "doubtful"
+        and "height_mm says 31" in found["restitution"].reason
+    )
 
 
 def test_without_scale_or_frame_rate_there_are_still_ratios():
     track = film_track(draw_drop(), np.random.default_rng(0))
-    bare = make_track(None, track.x / 0.25, track.y / 0.25, unit="px", frame=track.frame)
+    bare = make_track(
+        None, track.x / 0.25, track.y / 0.25, unit="px", frame=track.frame
+    )
     result = measure_rebound(bare, Recording("d", Path("d"), "drop", "track.csv", ()))
     found = named(result)
     assert found["restitution"].value == pytest.approx(0.5, abs=0.002)
-    assert (found["rebound_height"].unit, found["impact_speed"].unit) == ("px", "px/frame")
+    assert (found["rebound_height"].unit, found["impact_speed"].unit) == (
+        "px",
+        "px/frame",
+    )
     assert found["rebound_height"].value == pytest.approx(310, abs=1)
     timed = measure_rebound(replace(bare, t_s=track.t_s), drop(fps=5200))
     told = next(note for note in timed.notes if "mm per px" in note)
-    assert float(told.split("makes it ")[1].split(" ")[0]) == pytest.approx(0.25, rel=1e-3)
+    assert float(told.split("makes it ")[1].split(" ")[0]) == pytest.approx(
+        0.25, rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("unit", ["mm", "px"])
@@ -152,13 +213,21 @@ def test_a_scale_without_a_clock_gives_ratios_and_lengths(unit):
     """Under the default air, and with the stated scale's error in the lengths."""
     track = film_track(draw_drop(), np.random.default_rng(0), fps=1000)
     camera = Camera(mm_per_px=0.25) if unit == "px" else Camera()
-    table = pd.DataFrame({"frame": track.frame, f"x_{unit}": track.x, f"y_{unit}": track.y})
+    table = pd.DataFrame(
+        {"frame": track.frame, f"x_{unit}": track.x, f"y_{unit}": track.y}
+    )
     if unit == "px":
         table[["x_px", "y_px"]] /= 0.25
-    known = Recording("d", Path("d"), "drop", "track.csv", (), camera=camera, drop=Drop(height_mm=310))
+    known = Recording(
+        "d", Path("d"), "drop", "track.csv", (), camera=camera, drop=Drop(height_mm=310)
+    )
     found = named(measure_rebound(track_from_table(table, camera), known))
     assert {q.quality for q in found.values()} == {"good"}
-    assert abs(found["restitution_normal"].value - 0.5) < 3 * found["restitution_normal"].sd < 0.02
+    assert (
+        abs(found["restitution_normal"].value - 0.5)
+        < 3 * found["restitution_normal"].sd
+        < 0.02
+    )
     height = found["rebound_height"]
     assert abs(height.value - 77.5) < 2 * height.sd and height.unit == "mm"
     assert height.sd > 0.9 * camera.scale_sd * 77.5
@@ -170,7 +239,9 @@ def test_air_drag_is_allowed_for_where_the_seed_is_described():
     known = drop(seed=seed, density=1.2)
     k = drag_per_metre(known, 1.8)
     track = film_track(draw_drop(drag_per_m=k), np.random.default_rng(0), noise_mm=0.01)
-    assert named(measure_rebound(track, known))["restitution_normal"].value == pytest.approx(0.5, abs=4e-4)
+    assert named(measure_rebound(track, known))[
+        "restitution_normal"
+    ].value == pytest.approx(0.5, abs=4e-4)
     without = named(measure_rebound(track, drop()))["restitution_normal"].value
     assert abs(without - 0.5) > 1e-3  # control: a bare parabola is off by more
 
@@ -187,7 +258,9 @@ def test_a_release_out_of_sight_asks_for_the_height():
     track = film_track(draw_drop(), np.random.default_rng(0), start_s=0.15)
     missing = named(measure_rebound(track, drop(height=None)))["restitution"]
     assert missing.quality == "failed" and "height_mm" in missing.reason
-    assert named(measure_rebound(track, drop()))["restitution"].value == pytest.approx(0.5, abs=0.002)
+    assert named(measure_rebound(track, drop()))["restitution"].value == pytest.approx(
+        0.5, abs=0.002
+    )
 
 
 @pytest.mark.slow
@@ -201,7 +274,13 @@ def test_coverage_over_everything_a_recording_states():
     inside: dict[str, list] = {}
     for seed in range(400):
         motion, track, known, height = drawn_drop(np.random.default_rng(1000 + seed))
-        truth = motion.truth | {"restitution": np.sqrt(motion.truth["rebound_height"] / height)}
+        truth = motion.truth | {
+            "restitution": np.sqrt(motion.truth["rebound_height"] / height)
+        }
         for q in measure_rebound(track, known).quantities:
-            inside.setdefault(q.name, []).append(abs(q.value - truth[q.name]) < 1.96 * q.sd)
-    assert all(0.90 <= np.mean(hits) <= 0.98 for hits in inside.values()), {k: np.mean(v) for k, v in inside.items()}
+            inside.setdefault(q.name, []).append(
+                abs(q.value - truth[q.name]) < 1.96 * q.sd
+            )
+    assert all(0.90 <= np.mean(hits) <= 0.98 for hits in inside.values()), {
+        k: np.mean(v) for k, v in inside.items()
+    }

@@ -1,4 +1,5 @@
-"""Rolls past a few gates, on tracks of a few rows, and on an incline only: intervals hold, and what cannot be is said."""
+"""Rolls past a few gates, on tracks of a few rows, and on an incline only: intervals
+hold, and what cannot be is said."""
 
 import math
 from dataclasses import replace
@@ -14,11 +15,24 @@ from vision.motion.track import make_track
 from vision.recording import Recording
 
 BALL = Seed(length_mm=15, width_mm=15, thickness_mm=15, mass_g=13.8)
-LEAST = 0.92  # of 200 intervals of 95 %: 6 fewer than expected is two standard deviations
+LEAST = (
+    0.92  # of 200 intervals of 95 %: 6 fewer than expected is two standard deviations
+)
 
 
-def recording(tmp_path, roll: Roll, evidence="track.csv", seed=BALL, **camera) -> Recording:
-    return Recording("roll-01", tmp_path, "roll", evidence, (tmp_path / evidence,), seed=seed, roll=roll, camera=Camera(**camera))
+def recording(
+    tmp_path, roll: Roll, evidence="track.csv", seed=BALL, **camera
+) -> Recording:
+    return Recording(
+        "roll-01",
+        tmp_path,
+        "roll",
+        evidence,
+        (tmp_path / evidence,),
+        seed=seed,
+        roll=roll,
+        camera=Camera(**camera),
+    )
 
 
 def quantities(found) -> dict:
@@ -38,18 +52,38 @@ def passed(ball: Ball, gates: np.ndarray, speed: float) -> np.ndarray:
 def test_intervals_of_four_to_six_gates_on_an_incline_hold(tmp_path, stated):
     rng, good, widths = np.random.default_rng(3), [], []
     for _ in range(200):
-        ball = Ball(math.radians(rng.uniform(4, 20)), rng.uniform(0.002, 0.03), 1.4 * (1 + 0.003 * rng.standard_normal()), 0.002)
+        ball = Ball(
+            math.radians(rng.uniform(4, 20)),
+            rng.uniform(0.002, 0.03),
+            1.4 * (1 + 0.003 * rng.standard_normal()),
+            0.002,
+        )
         gates = np.sort(rng.uniform(20, 900, rng.integers(4, 7)))
         sd = 10 ** rng.uniform(-4.5, -3)
-        time = passed(ball, gates, rng.uniform(0.02, 0.4)) + sd * rng.standard_normal(len(gates))
+        time = passed(ball, gates, rng.uniform(0.02, 0.4)) + sd * rng.standard_normal(
+            len(gates)
+        )
         speed = np.gradient(gates, time)
-        track = make_track(time, gates, 0 * gates, sd=np.abs(speed) * sd if stated else np.nan)
-        roll = Roll(incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(), level=False)
+        track = make_track(
+            time, gates, 0 * gates, sd=np.abs(speed) * sd if stated else np.nan
+        )
+        roll = Roll(
+            incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(),
+            level=False,
+        )
         found = quantities(measure_roll(track, recording(tmp_path, roll, "gates.csv")))
-        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_resistance"], ball.mu)])
+        good.append(
+            [
+                held(found["acceleration"], ball.acceleration),
+                held(found["rolling_resistance"], ball.mu),
+            ]
+        )
         widths.append(found["acceleration"].sd / ball.acceleration)
     shares = np.mean(good, axis=0)
-    print(f"stated {stated}: acceleration {shares[0]:.3f}, friction {shares[1]:.3f}, sd of a {100 * np.median(widths):.2g} %")
+    print(
+        f"stated {stated}: acceleration {shares[0]:.3f}, friction {shares[1]:.3f}, sd"
+        f" of a {100 * np.median(widths):.2g} %"
+    )
     assert (shares >= LEAST).all()
 
 
@@ -57,16 +91,31 @@ def test_intervals_of_four_to_six_gates_on_an_incline_hold(tmp_path, stated):
 def test_intervals_of_tracks_of_four_to_ten_rows_hold(tmp_path, stated):
     rng, good = np.random.default_rng(5), []
     for _ in range(200):
-        ball = Ball(math.radians(rng.uniform(4, 20)), rng.uniform(0.002, 0.03), 1.4 * (1 + 0.003 * rng.standard_normal()), 0.002)
+        ball = Ball(
+            math.radians(rng.uniform(4, 20)),
+            rng.uniform(0.002, 0.03),
+            1.4 * (1 + 0.003 * rng.standard_normal()),
+            0.002,
+        )
         fine, x = way(ball, rng.uniform(0.0, 0.4), 1.0)
         time = np.linspace(0, 1, rng.integers(4, 11))
         sd, scale = 10 ** rng.uniform(-1, 0.5), 1 + 0.002 * rng.standard_normal()
-        seen = (1000 * np.interp(time, fine, x) + sd * rng.standard_normal(len(time))) * scale
+        seen = (
+            1000 * np.interp(time, fine, x) + sd * rng.standard_normal(len(time))
+        ) * scale
         track = make_track(time, seen, 0 * seen, sd=sd if stated else np.nan)
-        roll = Roll(incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(), incline_length_mm=5000)
+        roll = Roll(
+            incline_deg=math.degrees(ball.beta) + 0.1 * rng.standard_normal(),
+            incline_length_mm=5000,
+        )
         about = recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.001)
         found = quantities(measure_roll(track, about))
-        good.append([held(found["acceleration"], ball.acceleration), held(found["rolling_resistance"], ball.mu)])
+        good.append(
+            [
+                held(found["acceleration"], ball.acceleration),
+                held(found["rolling_resistance"], ball.mu),
+            ]
+        )
     shares = np.mean(good, axis=0)
     print(f"stated {stated}: acceleration {shares[0]:.3f}, friction {shares[1]:.3f}")
     assert (shares >= LEAST).all()
@@ -76,9 +125,14 @@ def test_a_seed_that_waits_and_is_stopped_is_read_between(tmp_path):
     ball, rng = Ball(math.radians(8), 0.01, 1.4), np.random.default_rng(1)
     fine, x = way(ball, 0.0, 1.2)
     time = np.arange(0, 2.2, 1 / 60)
-    seen = 1000 * np.minimum(np.interp(time - 0.5, fine, x), 0.4) + 0.2 * rng.standard_normal(len(time))
+    seen = 1000 * np.minimum(
+        np.interp(time - 0.5, fine, x), 0.4
+    ) + 0.2 * rng.standard_normal(len(time))
     roll = Roll(incline_deg=8, level=False)
-    found = measure_roll(make_track(time, -seen, 0 * seen), recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.0005))
+    found = measure_roll(
+        make_track(time, -seen, 0 * seen),
+        recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.0005),
+    )
     assert held(quantities(found)["acceleration"], ball.acceleration)
     assert quantities(found)["acceleration"].sd < 0.01 * ball.acceleration
     assert any("is stopped at 1.4" in n for n in found.notes)
@@ -89,22 +143,46 @@ def test_few_rows_on_both_legs_tell_run_out_and_friction(tmp_path, rows):
     rng, good = np.random.default_rng(rows), []
     for _ in range(100):
         beta = math.radians(rng.uniform(8, 15))
-        ball = Ball(beta, rng.uniform(0.02, 0.05), 1.4, 0.002, 0.15, 1 - rng.uniform(0, 1) * (1 - math.cos(beta)) / 1.4)
+        ball = Ball(
+            beta,
+            rng.uniform(0.02, 0.05),
+            1.4,
+            0.002,
+            0.15,
+            1 - rng.uniform(0, 1) * (1 - math.cos(beta)) / 1.4,
+        )
         fine, x = way(ball, 0.0, 8.0)
         end = fine[np.argmax(x >= x[-1] - 1e-6)]
         time = np.linspace(0.05, rng.uniform(0.8, 1.1) * end, rows)
         seen = 1000 * np.interp(time, fine, x) + 0.5 * rng.standard_normal(rows)
         roll = Roll(incline_deg=math.degrees(beta), incline_length_mm=150)
-        found = quantities(measure_roll(make_track(time, seen, 0 * seen), recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.0005)))
-        good.append([held(found["run_out"], 1000 * (x[-1] - 0.15)), held(found["rolling_resistance"], ball.mu)])
+        found = quantities(
+            measure_roll(
+                make_track(time, seen, 0 * seen),
+                recording(tmp_path, roll, mm_per_px=0.5, mm_per_px_sd=0.0005),
+            )
+        )
+        good.append(
+            [
+                held(found["run_out"], 1000 * (x[-1] - 0.15)),
+                held(found["rolling_resistance"], ball.mu),
+            ]
+        )
     print(rows, np.mean(good, axis=0))
-    assert (np.mean(good, axis=0) >= 0.9).all()  # of 100: 5 fewer than expected is two standard deviations
+    assert (
+        np.mean(good, axis=0) >= 0.9
+    ).all()  # of 100: 5 fewer than expected is two standard deviations
 
 
 def test_inertia_of_hollow_balls_and_of_balls_on_rails():
-    shell, solid = Seed(length_mm=40, width_mm=40, thickness_mm=40, inertia_factor=2 / 3), Seed(length_mm=15, width_mm=15)
+    shell, solid = (
+        Seed(length_mm=40, width_mm=40, thickness_mm=40, inertia_factor=2 / 3),
+        Seed(length_mm=15, width_mm=15),
+    )
     assert inertia_of(shell, None).factor == pytest.approx(5 / 3)
-    assert inertia_of(solid, 6.0).factor == pytest.approx(1 + 0.4 * 7.5**2 / (7.5**2 - 3**2))
+    assert inertia_of(solid, 6.0).factor == pytest.approx(
+        1 + 0.4 * 7.5**2 / (7.5**2 - 3**2)
+    )
     assert inertia_of(Seed(), None).factor == pytest.approx(1.4)
 
 
@@ -112,12 +190,30 @@ def test_what_cannot_be_is_one_sentence(tmp_path):
     gates = np.array([100.0, 300, 500, 700])
     time = passed(Ball(0.1, 0.01, 1.4), gates, 0.1)
     track = make_track(time, gates, 0 * gates)
-    wide = measure_roll(track, recording(tmp_path, Roll(level=False, incline_deg=6, rail_gap_mm=20), "gates.csv"))
-    assert "rail_gap_mm = 20: a ball of 15 mm falls between" in wide.quantities[0].reason
+    wide = measure_roll(
+        track,
+        recording(
+            tmp_path, Roll(level=False, incline_deg=6, rail_gap_mm=20), "gates.csv"
+        ),
+    )
+    assert (
+        "rail_gap_mm = 20: a ball of 15 mm falls between" in wide.quantities[0].reason
+    )
     asked = measure_roll(track, recording(tmp_path, Roll(level=False), "gates.csv"))
-    assert "[roll] incline_deg is missing" in quantities(asked)["rolling_resistance"].reason
+    assert (
+        "[roll] incline_deg is missing"
+        in quantities(asked)["rolling_resistance"].reason
+    )
     assert quantities(asked)["acceleration"].quality == "good"
-    no_length = measure_roll(track, recording(tmp_path, Roll(incline_deg=6), "gates.csv"))
-    assert "incline_length_mm is missing" in no_length.quantities[0].reason and "level = false" in no_length.quantities[0].reason
-    back = measure_roll(replace(track, t_s=time.max() - time[::-1]), recording(tmp_path, Roll(level=False), "gates.csv"))
+    no_length = measure_roll(
+        track, recording(tmp_path, Roll(incline_deg=6), "gates.csv")
+    )
+    assert (
+        "incline_length_mm is missing" in no_length.quantities[0].reason
+        and "level = false" in no_length.quantities[0].reason
+    )
+    back = measure_roll(
+        replace(track, t_s=time.max() - time[::-1]),
+        recording(tmp_path, Roll(level=False), "gates.csv"),
+    )
     assert "the seed slows down" in back.quantities[0].reason

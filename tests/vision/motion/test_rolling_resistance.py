@@ -15,13 +15,21 @@ from vision.recording import Recording
 G, SPEED, FPS = 9806.65, 300.0, 240.0
 BALL = Seed(length_mm=6.0, width_mm=6.0, thickness_mm=6.0, density_kg_m3=1200.0)
 KNOWN = Recording(
-    "r", Path("r"), "roll", "track.csv", (), camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002), seed=BALL,
-    air=Air(density_kg_m3=0.0), roll=Roll(direction="+x"),
-)  # fmt: skip
+    "r",
+    Path("r"),
+    "roll",
+    "track.csv",
+    (),
+    camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002),
+    seed=BALL,
+    air=Air(density_kg_m3=0.0),
+    roll=Roll(direction="+x"),
+)
 
 
 def rolled(slow: float, k: float = 0.0, noise: float = 0.0):
-    """A seed that enters the level at SPEED [mm/s] and loses `slow` + k v² [mm/s²]: v = √(s/k) tan(φ − √(s k) t)."""
+    """A seed that enters the level at SPEED [mm/s] and loses `slow` + k v² [mm/s²]: v =
+    √(s/k) tan(φ − √(s k) t)."""
     if k:
         root = math.sqrt(slow * k)
         phase = math.atan(SPEED * math.sqrt(k / slow))
@@ -33,7 +41,9 @@ def rolled(slow: float, k: float = 0.0, noise: float = 0.0):
         time = np.arange(0, end + 0.2, 1 / FPS)
         t = np.minimum(time, end)
         x = SPEED * t - slow * t**2 / 2
-    return make_track(time, x + noise * np.random.default_rng(0).standard_normal(len(x)), 0 * x), float(x[-1])
+    return make_track(
+        time, x + noise * np.random.default_rng(0).standard_normal(len(x)), 0 * x
+    ), float(x[-1])
 
 
 def resistance(track, stop, recording=KNOWN):
@@ -47,12 +57,15 @@ def test_a_ball_in_a_vacuum(inertia):
     factor = 1 + (inertia or 0.4)
     recording = replace(KNOWN, seed=BALL.model_copy(update={"inertia_factor": inertia}))
     found = resistance(*rolled(0.03 * G / factor, noise=0.05), recording)
-    assert abs(found.value - 0.03) < 2e-4 and found.quality == "good"  # the level's 0.05° are not in this track
+    assert (
+        abs(found.value - 0.03) < 2e-4 and found.quality == "good"
+    )  # the level's 0.05° are not in this track
     assert found.sd == pytest.approx(math.radians(LEVEL_SD_DEG), rel=0.1)
 
 
 def test_air_is_taken_out_and_its_doubt_is_common():
-    """At 300 mm/s Re is 120 to 0 on the way, C_d some 1 on average; the closed form needs one k."""
+    """At 300 mm/s Re is 120 to 0 on the way, C_d some 1 on average; the closed form
+    needs one k."""
     from vision.motion.gravity import drag_per_metre
 
     windy = replace(KNOWN, air=Air())
@@ -60,7 +73,9 @@ def test_air_is_taken_out_and_its_doubt_is_common():
     track, stop = rolled(0.02 * G / 1.4, k)
     found = resistance(track, stop, windy)
     assert abs(found.value - 0.02) < 2e-4
-    assert resistance(track, stop).value > 0.0203  # control: where no air is stated, what it takes is friction
+    assert (
+        resistance(track, stop).value > 0.0203
+    )  # control: where no air is stated, what it takes is friction
     assert found.sd_common > 1e-4
     unknown = resistance(track, stop, replace(windy, seed=Seed()))
     assert unknown.sd > found.sd and abs(unknown.value - 0.02) < 2 * unknown.sd
@@ -68,7 +83,9 @@ def test_air_is_taken_out_and_its_doubt_is_common():
 
 def test_a_stated_slope_is_taken_out_along_the_motion():
     for direction, sign in (("+x", 1.0), ("-x", -1.0)):
-        fall = math.tan(math.radians(0.2)) * sign  # falls towards +x: speeds up what rolls there
+        fall = (
+            math.tan(math.radians(0.2)) * sign
+        )  # falls towards +x: speeds up what rolls there
         track, stop = rolled((0.03 - fall) * G / 1.4)
         sloping = replace(KNOWN, roll=Roll(direction=direction, slope_deg=0.2))
         assert resistance(track, stop, sloping).value == pytest.approx(0.03, abs=2e-5)

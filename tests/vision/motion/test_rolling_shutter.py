@@ -1,4 +1,5 @@
-"""Rolling shutter against parabolas read row by row: each place solves y = Y(t + readout × row / rows)."""
+"""Rolling shutter against parabolas read row by row: each place solves y = Y(t +
+readout × row / rows)."""
 
 from pathlib import Path
 
@@ -10,7 +11,13 @@ from vision.motion.rolling_shutter import average_over_readouts
 from vision.motion.track import make_track
 from vision.recording import Air, Camera, Drop, Recording
 
-G, E, FPS, HEIGHT, PICTURE = 9806.65, 0.6, 120.0, 200.0, 260.0  # mm, s; the picture is 260 mm high
+G, E, FPS, HEIGHT, PICTURE = (
+    9806.65,
+    0.6,
+    120.0,
+    200.0,
+    260.0,
+)  # mm, s; the picture is 260 mm high
 READOUT = 0.006
 
 
@@ -35,14 +42,28 @@ def filmed():
 
 
 def found(filmed, readout_s):
-    camera = Camera(fps=FPS, mm_per_px=0.4, mm_per_px_sd=0.0004, plumb_deg=0.0, plumb_sd_deg=0.05)
+    camera = Camera(
+        fps=FPS, mm_per_px=0.4, mm_per_px_sd=0.0004, plumb_deg=0.0, plumb_sd_deg=0.05
+    )
     known = Recording(
-        id="drawn", path=Path("drawn"), rig="drop", evidence="video", files=(), camera=camera, air=Air(density_kg_m3=0),
+        id="drawn",
+        path=Path("drawn"),
+        rig="drop",
+        evidence="video",
+        files=(),
+        camera=camera,
+        air=Air(density_kg_m3=0),
         drop=Drop(height_mm=HEIGHT),
-    )  # fmt: skip
+    )
     track, share = filmed
-    rebound, note = average_over_readouts(track, share, readout_s, FPS, lambda track: measure_rebound(track, known))
-    return next(q for q in rebound.quantities if q.name == "restitution_normal"), rebound, note
+    rebound, note = average_over_readouts(
+        track, share, readout_s, FPS, lambda track: measure_rebound(track, known)
+    )
+    return (
+        next(q for q in rebound.quantities if q.name == "restitution_normal"),
+        rebound,
+        note,
+    )
 
 
 def test_a_stated_readout_gives_the_restitution(filmed):
@@ -52,7 +73,8 @@ def test_a_stated_readout_gives_the_restitution(filmed):
 
 
 def test_a_shutter_taken_for_a_global_one_is_doubted(filmed):
-    """1.9 m/s × 6 ms is 12 mm between top and bottom row: no parabolas under gravity pass through that."""
+    """1.9 m/s × 6 ms is 12 mm between top and bottom row: no parabolas under gravity
+    pass through that."""
     e, _, _ = found(filmed, 0.0)
     assert e.quality == "doubtful" and "scatter" in e.reason
 
@@ -61,4 +83,6 @@ def test_an_unknown_readout_is_told_from_down_and_up(filmed):
     e, rebound, note = found(filmed, None)
     assert abs(e.value - E) < 3 * e.sd and e.sd < 0.02
     assert "readout_s is not stated" in note and e.quality == "good", e.reason
-    assert np.isclose(rebound.bounces.restitution[0], e.value) and np.isclose(rebound.bounces.restitution_sd[0], e.sd)
+    assert np.isclose(rebound.bounces.restitution[0], e.value) and np.isclose(
+        rebound.bounces.restitution_sd[0], e.sd
+    )

@@ -10,14 +10,31 @@ from synthetic.motion import draw_slide, film_track
 from vision.motion.slide import TILT_SD_DEG, measure_slide_track
 from vision.recording import Camera, Recording, Slide
 
-KNOWN = Recording("s", Path("s"), "slide", "track.csv", (), camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002))
+KNOWN = Recording(
+    "s",
+    Path("s"),
+    "slide",
+    "track.csv",
+    (),
+    camera=Camera(mm_per_px=0.25, mm_per_px_sd=0.0002),
+)
 
 
-def slid(seed=0, *, fps=240, ar=0.0, before=1.0, tilt_noise=0.02, noise=0.05, **options):
+def slid(
+    seed=0, *, fps=240, ar=0.0, before=1.0, tilt_noise=0.02, noise=0.05, **options
+):
     motion = draw_slide(**options)
     rng = np.random.default_rng(seed)
     start = max(motion.truth["onset_s"] - before, 0)
-    track = film_track(motion, rng, fps=fps, ar=ar, noise_mm=noise, tilt_noise_deg=tilt_noise, start_s=start)
+    track = film_track(
+        motion,
+        rng,
+        fps=fps,
+        ar=ar,
+        noise_mm=noise,
+        tilt_noise_deg=tilt_noise,
+        start_s=start,
+    )
     return motion, track
 
 
@@ -25,7 +42,9 @@ def named(result):
     return {q.name: q for q in result.quantities}
 
 
-@pytest.mark.parametrize("static, kinetic", [(0.35, 0.28), (0.35, 0.35), (0.6, 0.3), (0.2, 0.19)])
+@pytest.mark.parametrize(
+    "static, kinetic", [(0.35, 0.28), (0.35, 0.35), (0.6, 0.3), (0.2, 0.19)]
+)
 @pytest.mark.parametrize("fps", [30, 500])
 def test_frictions_of_drawn_slides(static, kinetic, fps):
     motion, track = slid(1, fps=fps, static=static, kinetic=kinetic, start_deg=5.0)
@@ -40,20 +59,39 @@ def test_a_threshold_would_be_late():
     motion, track = slid(1)
     late = track.tilt_deg[np.argmax(track.x > 1.0)]
     assert late - motion.truth["slide_angle"] > 0.1
-    assert abs(named(measure_slide_track(track, KNOWN))["slide_angle"].value - motion.truth["slide_angle"]) < 0.03
+    assert (
+        abs(
+            named(measure_slide_track(track, KNOWN))["slide_angle"].value
+            - motion.truth["slide_angle"]
+        )
+        < 0.03
+    )
 
 
 def test_the_turning_plate_is_borne_less_on(monkeypatch):
-    """With μ_k = μ_s the block sets off so gently that the Coriolis force tells: without it the onset comes out late."""
-    motion, track = slid(noise=0.002, tilt_noise=0.001, fps=50, static=0.34, kinetic=0.34, start_deg=5.0, before=5.0)
+    """With μ_k = μ_s the block sets off so gently that the Coriolis force tells:
+    without it the onset comes out late."""
+    motion, track = slid(
+        noise=0.002,
+        tilt_noise=0.001,
+        fps=50,
+        static=0.34,
+        kinetic=0.34,
+        start_deg=5.0,
+        before=5.0,
+    )
 
     def off():
         found = named(measure_slide_track(track, KNOWN))["slide_angle"]
-        assert 0.05 <= found.sd < 0.06 and found.quality == "good"  # the goniometer's; the fit adds little
+        assert (
+            0.05 <= found.sd < 0.06 and found.quality == "good"
+        )  # the goniometer's; the fit adds little
         return found.value - motion.truth["slide_angle"]
 
     assert abs(off()) < 0.02
-    monkeypatch.setattr("vision.motion.slide._turning", lambda time, x, tilt: 0 * time)  # control
+    monkeypatch.setattr(
+        "vision.motion.slide._turning", lambda time, x, tilt: 0 * time
+    )  # control
     assert abs(off()) > 0.04
 
 
@@ -64,7 +102,9 @@ def test_intervals_hold_the_truth_when_the_sensor_is_off_by_its_sd(ar):
         motion, track = slid(seed, fps=120, ar=ar)
         rng = np.random.default_rng(10_000 + seed)
         off = replace(
-            track, tilt_deg=track.tilt_deg + TILT_SD_DEG * rng.standard_normal(), x=track.x * (1 + 8e-4 * rng.standard_normal())
+            track,
+            tilt_deg=track.tilt_deg + TILT_SD_DEG * rng.standard_normal(),
+            x=track.x * (1 + 8e-4 * rng.standard_normal()),
         )
         for name, q in named(measure_slide_track(off, KNOWN)).items():
             inside.append(abs(q.value - motion.truth[name]) < 1.96 * q.sd)
@@ -74,27 +114,51 @@ def test_intervals_hold_the_truth_when_the_sensor_is_off_by_its_sd(ar):
 @pytest.mark.parametrize("start", [0.0, 12.0])
 def test_a_stated_start_and_rate_stand_in_for_the_column(start):
     motion = draw_slide(start_deg=start)
-    track = replace(film_track(motion, np.random.default_rng(0), fps=100, noise_mm=0.05), tilt_deg=None)
-    result = measure_slide_track(track, replace(KNOWN, slide=Slide(tilt_rate_deg_s=2.0, start_deg=start)))
+    track = replace(
+        film_track(motion, np.random.default_rng(0), fps=100, noise_mm=0.05),
+        tilt_deg=None,
+    )
+    result = measure_slide_track(
+        track, replace(KNOWN, slide=Slide(tilt_rate_deg_s=2.0, start_deg=start))
+    )
     found = named(result)
     assert abs(found["slide_angle"].value - motion.truth["slide_angle"]) < 0.05
-    assert found["slide_angle"].sd > 0.5 and found["slide_angle"].sd_common > 0.5  # of what is stated, half a degree
-    assert {q.quality for q in result.quantities} == {"good"} and any("as stated" in note for note in result.notes)
+    assert (
+        found["slide_angle"].sd > 0.5 and found["slide_angle"].sd_common > 0.5
+    )  # of what is stated, half a degree
+    assert {q.quality for q in result.quantities} == {"good"} and any(
+        "as stated" in note for note in result.notes
+    )
 
 
 def test_a_rate_without_a_start_asks_for_it_by_name():
-    """Taken to be level at t = 0, a plate filmed from 12° on gave a friction of 0.13 for 0.35."""
-    track = film_track(draw_slide(start_deg=12.0), np.random.default_rng(0), fps=100, noise_mm=0.05)
-    result = measure_slide_track(replace(track, tilt_deg=None), replace(KNOWN, slide=Slide(tilt_rate_deg_s=2.0)))
-    assert all(q.quality == "failed" and "[slide] start_deg is missing" in q.reason for q in result.quantities)
+    """Taken to be level at t = 0, a plate filmed from 12° on gave a friction of 0.13
+    for 0.35."""
+    track = film_track(
+        draw_slide(start_deg=12.0), np.random.default_rng(0), fps=100, noise_mm=0.05
+    )
+    result = measure_slide_track(
+        replace(track, tilt_deg=None), replace(KNOWN, slide=Slide(tilt_rate_deg_s=2.0))
+    )
+    assert all(
+        q.quality == "failed" and "[slide] start_deg is missing" in q.reason
+        for q in result.quantities
+    )
 
 
 def test_a_coarse_tilt_column_widens_the_interval_and_is_an_error_of_all_slides():
     motion, track = slid(tilt_noise=0.0)
-    half = measure_slide_track(replace(track, tilt_deg=np.floor(track.tilt_deg * 2) / 2), KNOWN)  # a display of half degrees, cut off
+    half = measure_slide_track(
+        replace(track, tilt_deg=np.floor(track.tilt_deg * 2) / 2), KNOWN
+    )  # a display of half degrees, cut off
     found = named(half)["slide_angle"]
-    assert 0.14 < found.sd_common < 0.16 and abs(found.value - motion.truth["slide_angle"]) < 2.5 * found.sd
-    assert named(measure_slide_track(track, KNOWN))["slide_angle"].sd_common == TILT_SD_DEG  # control: as fine as it comes
+    assert (
+        0.14 < found.sd_common < 0.16
+        and abs(found.value - motion.truth["slide_angle"]) < 2.5 * found.sd
+    )
+    assert (
+        named(measure_slide_track(track, KNOWN))["slide_angle"].sd_common == TILT_SD_DEG
+    )  # control: as fine as it comes
 
 
 def test_a_single_wild_row_does_not_spoil_a_slide():
@@ -102,28 +166,43 @@ def test_a_single_wild_row_does_not_spoil_a_slide():
     x = track.x.copy()
     x[60] += 30.0
     for name, q in named(measure_slide_track(replace(track, x=x), KNOWN)).items():
-        assert abs(q.value - motion.truth[name]) < 3 * q.sd and q.quality == "good", name
+        assert abs(q.value - motion.truth[name]) < 3 * q.sd and q.quality == "good", (
+            name
+        )
 
 
 def test_without_any_tilt_both_keys_are_named():
     _, track = slid()
     for q in measure_slide_track(replace(track, tilt_deg=None), KNOWN).quantities:
-        assert q.quality == "failed" and "tilt_deg" in q.reason and "tilt_rate_deg_s" in q.reason
+        assert (
+            q.quality == "failed"
+            and "tilt_deg" in q.reason
+            and "tilt_rate_deg_s" in q.reason
+        )
 
 
 def test_uphill_axis_and_pixels():
     motion, track = slid(slope_sign=-1.0)
-    assert abs(named(measure_slide_track(track, KNOWN))["static_friction"].value - 0.35) < 0.002
+    assert (
+        abs(named(measure_slide_track(track, KNOWN))["static_friction"].value - 0.35)
+        < 0.002
+    )
     bare = replace(track, unit="px")
     found = named(measure_slide_track(bare, replace(KNOWN, camera=Camera())))
     assert abs(found["slide_angle"].value - motion.truth["slide_angle"]) < 0.1
-    assert found["kinetic_friction"].quality == "failed" and "mm_per_px" in found["kinetic_friction"].reason
+    assert (
+        found["kinetic_friction"].quality == "failed"
+        and "mm_per_px" in found["kinetic_friction"].reason
+    )
 
 
 def test_a_block_that_stays_fails_with_the_reason():
     motion, track = slid()
     still = track.take(track.t_s < motion.truth["onset_s"] - 0.05)
-    assert all(q.quality == "failed" and "does not slide" in q.reason for q in measure_slide_track(still, KNOWN).quantities)
+    assert all(
+        q.quality == "failed" and "does not slide" in q.reason
+        for q in measure_slide_track(still, KNOWN).quantities
+    )
 
 
 def test_a_block_already_on_its_way_is_doubtful():
@@ -141,10 +220,20 @@ def test_what_happens_after_the_stop_is_not_fitted():
     x = np.concatenate([track.x, track.x[-1] + 0.05 * rng.standard_normal(n)])
     from vision.motion.track import make_track
 
-    longer = make_track(time, x, 0 * x, sd=0.05, tilt_deg=np.concatenate([track.tilt_deg, np.full(n, track.tilt_deg[-1])]))
+    longer = make_track(
+        time,
+        x,
+        0 * x,
+        sd=0.05,
+        tilt_deg=np.concatenate([track.tilt_deg, np.full(n, track.tilt_deg[-1])]),
+    )
     found = named(measure_slide_track(longer, KNOWN))
-    assert abs(found["kinetic_friction"].value - 0.28) < 3 * found["kinetic_friction"].sd
-    assert any("slide ends" in note for note in measure_slide_track(longer, KNOWN).notes)
+    assert (
+        abs(found["kinetic_friction"].value - 0.28) < 3 * found["kinetic_friction"].sd
+    )
+    assert any(
+        "slide ends" in note for note in measure_slide_track(longer, KNOWN).notes
+    )
 
 
 def test_friction_that_changes_on_the_way_is_doubtful():

@@ -1,4 +1,5 @@
-"""Slides of few rows on a plate of stated angle: kinetic friction holds its interval, drawn by integrating the motion."""
+"""Slides of few rows on a plate of stated angle: kinetic friction holds its interval,
+drawn by integrating the motion."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ from vision.recording import Recording
 G = 9.80665
 
 
-def way(start_deg: float, rate_deg_s: float, mu: float) -> tuple[np.ndarray, np.ndarray]:
+def way(
+    start_deg: float, rate_deg_s: float, mu: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Times and places [s, m] of a block let go at t = 0, until it has slid 0.5 m."""
 
     def go(t, y):
@@ -31,7 +34,15 @@ def way(start_deg: float, rate_deg_s: float, mu: float) -> tuple[np.ndarray, np.
 
 def recording(tmp_path, evidence: str, **slide) -> Recording:
     camera = Camera(mm_per_px=0.5, mm_per_px_sd=0.001)
-    return Recording("s", tmp_path, "slide", evidence, (tmp_path / evidence,), slide=Slide(**slide), camera=camera)
+    return Recording(
+        "s",
+        tmp_path,
+        "slide",
+        evidence,
+        (tmp_path / evidence,),
+        slide=Slide(**slide),
+        camera=camera,
+    )
 
 
 @pytest.mark.parametrize("gates", [True, False])
@@ -48,19 +59,37 @@ def test_intervals_of_few_rows_hold(tmp_path, gates, rate):
         else:
             time = np.linspace(0, t[-1], rng.integers(5, 11))
             scale = 1 + 0.002 * rng.standard_normal()
-            seen = (1000 * np.interp(time, t, x) + 0.5 * rng.standard_normal(len(time))) * scale
-        stated = {"start_deg": start + 0.05 * rng.standard_normal()} | ({"tilt_rate_deg_s": rate} if rate else {})
+            seen = (
+                1000 * np.interp(time, t, x) + 0.5 * rng.standard_normal(len(time))
+            ) * scale
+        stated = {"start_deg": start + 0.05 * rng.standard_normal()} | (
+            {"tilt_rate_deg_s": rate} if rate else {}
+        )
         about = recording(tmp_path, "gates.csv" if gates else "track.csv", **stated)
-        found = {q.name: q for q in measure_slide(make_track(time, seen, 0 * seen), about).quantities}
-        assert found["static_friction"].quality == "failed" and "do not show when" in found["static_friction"].reason
-        good.append(abs(found["kinetic_friction"].value - mu) <= 1.96 * found["kinetic_friction"].sd)
+        found = {
+            q.name: q
+            for q in measure_slide(make_track(time, seen, 0 * seen), about).quantities
+        }
+        assert (
+            found["static_friction"].quality == "failed"
+            and "do not show when" in found["static_friction"].reason
+        )
+        good.append(
+            abs(found["kinetic_friction"].value - mu)
+            <= 1.96 * found["kinetic_friction"].sd
+        )
     print(f"gates {gates}, {rate} °/s: {np.mean(good):.3f}")
     assert np.mean(good) >= 0.92
 
 
 def test_an_angle_that_nobody_stated_is_asked_for(tmp_path):
     time = np.linspace(0, 0.5, 5)
-    found = measure_slide(make_track(time, 500 * time**2, 0 * time), recording(tmp_path, "gates.csv"))
+    found = measure_slide(
+        make_track(time, 500 * time**2, 0 * time), recording(tmp_path, "gates.csv")
+    )
     assert "[slide] start_deg" in found.quantities[2].reason
-    short = measure_slide(make_track(time[:3], 500 * time[:3] ** 2, 0 * time[:3]), recording(tmp_path, "gates.csv", start_deg=20))
+    short = measure_slide(
+        make_track(time[:3], 500 * time[:3] ** 2, 0 * time[:3]),
+        recording(tmp_path, "gates.csv", start_deg=20),
+    )
     assert "3 rows of sliding" in short.quantities[2].reason

@@ -1,4 +1,5 @@
-"""A tracker that slips to another thing and back: those rows are told, and a bouncing, rolling or resting thing has none."""
+"""A tracker that slips to another thing and back: those rows are told, and a bouncing,
+rolling or resting thing has none."""
 
 import numpy as np
 import pandas as pd
@@ -11,8 +12,11 @@ from vision.recording import Camera
 G = 9810.0
 
 
-def bouncing(fps: float, e: float, height: float = 500.0) -> tuple[np.ndarray, np.ndarray]:
-    """Frames and heights [mm] of a ball from its rest in a hand to its rest on the plate, in closed form."""
+def bouncing(
+    fps: float, e: float, height: float = 500.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frames and heights [mm] of a ball from its rest in a hand to its rest on the
+    plate, in closed form."""
     fall = np.sqrt(2 * height / G)
     t = np.arange(0, 0.5 + fall * (1 + 2 * e / (1 - e)) + 0.3, 1 / fps) - 0.5
     y, at, speed = np.where(t < 0, height, height - G * t**2 / 2), fall, G * fall
@@ -37,8 +41,14 @@ def test_a_bouncing_ball_does_not_slip(fps, e, noise):
 def test_noise_and_a_run_out_do_not_slip():
     rng, frame = np.random.default_rng(2), np.arange(400)
     for scatter in (0.01, 1.0):
-        assert not slips(frame, rng.normal(0, scatter, 400), rng.normal(0, scatter, 400)).any()
-    assert not slips(frame, 200 * (1 - np.exp(-frame / 80)) + rng.normal(0, 0.2, 400), rng.normal(0, 0.2, 400)).any()
+        assert not slips(
+            frame, rng.normal(0, scatter, 400), rng.normal(0, scatter, 400)
+        ).any()
+    assert not slips(
+        frame,
+        200 * (1 - np.exp(-frame / 80)) + rng.normal(0, 0.2, 400),
+        rng.normal(0, 0.2, 400),
+    ).any()
 
 
 @pytest.mark.parametrize("fps", [24, 60, 240])

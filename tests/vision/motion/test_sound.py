@@ -1,4 +1,5 @@
-"""Drops that are heard: impacts found in drawn sound, told from what is none; sound beside pictures; what cannot be used.
+"""Drops that are heard: impacts found in drawn sound, told from what is none; sound
+beside pictures; what cannot be used.
 
 The sound is drawn by benchmarks/drawn_sound.py, which shares nothing with the reader.
 """
@@ -26,30 +27,53 @@ NAMED = {scene.name: scene for scene in SCENES}
 
 
 def file_of(samples: np.ndarray, rate: int, folder, name="sound", codec=""):
-    return write(replace(draw(SCENES[0], np.random.default_rng(0)), samples=samples.astype(np.float32), rate=rate), codec, folder, name)
+    return write(
+        replace(
+            draw(SCENES[0], np.random.default_rng(0)),
+            samples=samples.astype(np.float32),
+            rate=rate,
+        ),
+        codec,
+        folder,
+        name,
+    )
 
 
 def recorded(folder, drawn, codec="", toml=""):
     """A recording folder that holds drawn sound; its height is stated."""
     folder.mkdir()
     write(drawn, codec, folder, "sound")
-    (folder / "recording.toml").write_text(toml or f'rig = "drop"\n[drop]\nheight_mm = {drawn.height_mm}\n[air]\ndensity_kg_m3 = 0.0\n')
+    (folder / "recording.toml").write_text(
+        toml
+        or f'rig = "drop"\n[drop]\nheight_mm = {drawn.height_mm}\n'
+        "[air]\ndensity_kg_m3 = 0.0\n"
+    )
     return read_recording(folder)
 
 
-@pytest.mark.parametrize("name", ["pink", "hum", "handling", "echoes 5-60 ms", "mp3 96 kbit/s", "lively (e .8-.95)"])
+@pytest.mark.parametrize(
+    "name",
+    ["pink", "hum", "handling", "echoes 5-60 ms", "mp3 96 kbit/s", "lively (e .8-.95)"],
+)
 def test_impacts_are_found_where_they_are(name):
-    """Of 8 drops: all but a twentieth of the impacts that are clear, times to 0.2 ms, e to .005 (targets; 50 drops: benchmarks)."""
+    """Of 8 drops: all but a twentieth of the impacts that are clear, times to 0.2 ms, e
+    to .005 (targets; 50 drops: benchmarks)."""
     score = study(NAMED[name], 8, 1)
     off, _, db = np.array(score.times).T
-    assert score.clear_found >= 0.95 * score.clear and score.invented <= 0.03 * score.said
+    assert (
+        score.clear_found >= 0.95 * score.clear and score.invented <= 0.03 * score.said
+    )
     assert np.sqrt(np.mean(off[db >= 10] ** 2)) < 2e-4
     assert np.mean(np.abs(score.e) < 0.005) > 0.9
 
 
 def test_the_sds_of_onsets_are_honest():
-    """In white noise 85 to 100 % of 150 onsets lie within 1.96 sd: a binomial count and beating tones apart, 95 %."""
-    scores = [study(replace(NAMED[name], decay_ms=(3.0, 10.0)), 10, 2) for name in ("white", "pink")]
+    """In white noise 85 to 100 % of 150 onsets lie within 1.96 sd: a binomial count and
+    beating tones apart, 95 %."""
+    scores = [
+        study(replace(NAMED[name], decay_ms=(3.0, 10.0)), 10, 2)
+        for name in ("white", "pink")
+    ]
     off, sd, db = np.concatenate([np.array(s.times).reshape(-1, 3) for s in scores]).T
     inside = np.abs(off[db > 5]) < 1.96 * sd[db > 5]
     assert len(inside) > 60 and inside.mean() > 0.85
@@ -64,13 +88,20 @@ def test_noise_alone_holds_no_impacts(kind, tmp_path):
 
 
 def test_a_drop_with_sound_only_gives_its_restitution(tmp_path):
-    drawn = draw(replace(NAMED["pink"], db=(25, 30), e=(0.55, 0.65)), np.random.default_rng(5))
-    recording = recorded(tmp_path / "heard", drawn, "libopus 64000" if drawn.rate == 48_000 else "")
+    drawn = draw(
+        replace(NAMED["pink"], db=(25, 30), e=(0.55, 0.65)), np.random.default_rng(5)
+    )
+    recording = recorded(
+        tmp_path / "heard", drawn, "libopus 64000" if drawn.rate == 48_000 else ""
+    )
     assert recording.evidence == "sound"
     seen = observe_sound(recording, recording.files[0])
     found = {q.name: q for q in seen.quantities}
     assert found["restitution_normal"].quality == GOOD
-    assert abs(found["restitution_normal"].value - drawn.e[0]) < 3 * found["restitution_normal"].sd
+    assert (
+        abs(found["restitution_normal"].value - drawn.e[0])
+        < 3 * found["restitution_normal"].sd
+    )
     first = seen.bounces.restitution.to_numpy()[:3]
     np.testing.assert_allclose(first, drawn.e[: len(first)], atol=0.006)
     assert seen.bounces.quality[0] == GOOD
@@ -78,21 +109,41 @@ def test_a_drop_with_sound_only_gives_its_restitution(tmp_path):
 
 
 def test_without_a_height_the_later_bounces_still_give_e(tmp_path):
-    drawn = draw(replace(NAMED["pink"], db=(25, 30), e=(0.6, 0.7)), np.random.default_rng(6))
+    drawn = draw(
+        replace(NAMED["pink"], db=(25, 30), e=(0.6, 0.7)), np.random.default_rng(6)
+    )
     recording = recorded(tmp_path / "heard", drawn, toml='rig = "drop"\n')
     found = {q.name: q for q in observe_sound(recording, recording.files[0]).quantities}
-    assert found["restitution"].quality == "failed" and "height_mm" in found["restitution"].reason
+    assert (
+        found["restitution"].quality == "failed"
+        and "height_mm" in found["restitution"].reason
+    )
     assert found["restitution_normal"].value == pytest.approx(drawn.e[1], abs=0.006)
 
 
 def test_an_echo_and_a_thump_are_named_and_left_out(tmp_path):
     rng = np.random.default_rng(8)
-    drawn = draw(replace(NAMED["pink"], db=(35, 40), e=(0.6, 0.65), decay_ms=(2, 4)), rng)
+    drawn = draw(
+        replace(NAMED["pink"], db=(35, 40), e=(0.6, 0.65), decay_ms=(2, 4)), rng
+    )
     late = int(0.031 * drawn.rate)
-    echoed = drawn.samples + 0.3 * np.concatenate([np.zeros(late), drawn.samples[:-late]])
+    echoed = drawn.samples + 0.3 * np.concatenate(
+        [np.zeros(late), drawn.samples[:-late]]
+    )
     t = np.arange(len(echoed)) / drawn.rate - 0.35
-    thump = (t > 0) * (1 - np.exp(-np.maximum(t, 0) / 0.01)) * np.exp(-np.maximum(t, 0) / 0.05) * np.sin(2 * np.pi * 120 * t)
-    sound = Sound(tmp_path, (echoed + 0.3 * np.abs(echoed).max() * thump).astype(np.float32), drawn.rate, 0.0, False)
+    thump = (
+        (t > 0)
+        * (1 - np.exp(-np.maximum(t, 0) / 0.01))
+        * np.exp(-np.maximum(t, 0) / 0.05)
+        * np.sin(2 * np.pi * 120 * t)
+    )
+    sound = Sound(
+        tmp_path,
+        (echoed + 0.3 * np.abs(echoed).max() * thump).astype(np.float32),
+        drawn.rate,
+        0.0,
+        False,
+    )
     onsets = find_onsets(sound)
     chain = find_chain(onsets, sound.duration_s, drawn.height_mm)
     times = onsets.time_s[chain.impacts]
@@ -102,8 +153,12 @@ def test_an_echo_and_a_thump_are_named_and_left_out(tmp_path):
 
 
 def test_double_hits_are_one_impact(tmp_path):
-    """A long seed strikes with its other end 12 ms later: the flights stay those between the first strikes."""
-    drawn = draw(replace(NAMED["pink"], db=(35, 38), e=(0.6, 0.65), decay_ms=(1, 2)), np.random.default_rng(9))
+    """A long seed strikes with its other end 12 ms later: the flights stay those
+    between the first strikes."""
+    drawn = draw(
+        replace(NAMED["pink"], db=(35, 38), e=(0.6, 0.65), decay_ms=(1, 2)),
+        np.random.default_rng(9),
+    )
     gap = int(0.012 * drawn.rate)
     at = int((drawn.times[1] - 0.002) * drawn.rate)
     again = drawn.samples.copy()
@@ -117,14 +172,32 @@ def test_double_hits_are_one_impact(tmp_path):
 
 def seen_drop(times, sd, e):
     """What pictures gave: bounces with their moments, restitution of the first."""
-    bounces = pd.DataFrame({"t_s": times, "t_sd_s": sd, "restitution": e, "restitution_sd": 0.01})
-    return Observation("d", "drop", (Quantity("restitution_normal", float(e[0]), 0.01, "1"),), (), {}, None, bounces)
+    bounces = pd.DataFrame(
+        {"t_s": times, "t_sd_s": sd, "restitution": e, "restitution_sd": 0.01}
+    )
+    return Observation(
+        "d",
+        "drop",
+        (Quantity("restitution_normal", float(e[0]), 0.01, "1"),),
+        (),
+        {},
+        None,
+        bounces,
+    )
 
 
-@pytest.mark.parametrize(("shift", "says"), [(0.0, "in step"), (0.12, "shifted by 120"), (-0.08, "shifted by -80")])
-def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(tmp_path, shift, says):
-    """120 ± 2 ms: the mean of three moments known to 2 ms from pictures is known to 1.2 ms."""
-    drawn = draw(replace(NAMED["pink"], db=(30, 35), e=(0.6, 0.65)), np.random.default_rng(11))
+@pytest.mark.parametrize(
+    ("shift", "says"),
+    [(0.0, "in step"), (0.12, "shifted by 120"), (-0.08, "shifted by -80")],
+)
+def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(
+    tmp_path, shift, says
+):
+    """120 ± 2 ms: the mean of three moments known to 2 ms from pictures is known to 1.2
+    ms."""
+    drawn = draw(
+        replace(NAMED["pink"], db=(30, 35), e=(0.6, 0.65)), np.random.default_rng(11)
+    )
     file = write(drawn, "", tmp_path, "sound")
     times = drawn.times[:3] - shift + 1e-4 * np.array([1, -1, 1])
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
@@ -136,11 +209,18 @@ def test_a_shift_of_the_sound_against_the_pictures_is_found_and_said(tmp_path, s
 
 
 def test_sound_and_pictures_that_contradict_each_other_are_in_doubt(tmp_path):
-    drawn = draw(replace(NAMED["pink"], db=(30, 35), e=(0.6, 0.65)), np.random.default_rng(12))
+    drawn = draw(
+        replace(NAMED["pink"], db=(30, 35), e=(0.6, 0.65)), np.random.default_rng(12)
+    )
     file = write(drawn, "", tmp_path, "sound")
     recording = replace(drop(drawn.height_mm), evidence="video", files=(file,))
-    both = combine_with_sound(seen_drop(drawn.times[:3], 2e-3, drawn.e[:3] + 0.1), recording, file)
-    assert both.quantities[0].quality == "doubtful" and "the sound" in both.quantities[0].reason
+    both = combine_with_sound(
+        seen_drop(drawn.times[:3], 2e-3, drawn.e[:3] + 0.1), recording, file
+    )
+    assert (
+        both.quantities[0].quality == "doubtful"
+        and "the sound" in both.quantities[0].reason
+    )
 
 
 def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
@@ -153,7 +233,21 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
         r"a drop needs 0\.1 s": file_of(np.ones(300), rate, tmp_path, "short"),
     }
     cases["no decoder"] = tmp_path / "unknown.wav"
-    head = struct.pack("<4sI8sIHHIIHH4sI", b"RIFF", 8036, b"WAVEfmt ", 16, 1, 1, 8000, 16_000, 2, 65_280, b"data", 8000)
+    head = struct.pack(
+        "<4sI8sIHHIIHH4sI",
+        b"RIFF",
+        8036,
+        b"WAVEfmt ",
+        16,
+        1,
+        1,
+        8000,
+        16_000,
+        2,
+        65_280,
+        b"data",
+        8000,
+    )
     cases["no decoder"].write_bytes(head + bytes(8000))  # 65,280 bits a sample
     cases["is empty"].write_bytes(b"")
     cases["not a sound"].write_bytes(b"OggS" + bytes(range(256)))
@@ -161,7 +255,13 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
         stream = container.add_stream("mpeg4", rate=30, width=64, height=64)
         stream.pix_fmt = "yuv420p"
         for _ in range(5):
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(np.zeros((64, 64, 3), np.uint8), format="rgb24")))
+            container.mux(
+                stream.encode(
+                    av.VideoFrame.from_ndarray(
+                        np.zeros((64, 64, 3), np.uint8), format="rgb24"
+                    )
+                )
+            )
         container.mux(stream.encode(None))
     for says, file in cases.items():
         with pytest.raises(MeasurementError, match=says) as trouble:
@@ -171,8 +271,12 @@ def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):
 
 
 def test_an_impact_that_was_not_heard_makes_no_wrong_restitution(tmp_path):
-    """The third of a lively drop is cut out: what is given holds for impacts that follow one another, to .01."""
-    drawn = draw(replace(NAMED["pink"], db=(32, 35), e=(0.8, 0.85), decay_ms=(2, 6)), np.random.default_rng(21))
+    """The third of a lively drop is cut out: what is given holds for impacts that
+    follow one another, to .01."""
+    drawn = draw(
+        replace(NAMED["pink"], db=(32, 35), e=(0.8, 0.85), decay_ms=(2, 6)),
+        np.random.default_rng(21),
+    )
     samples = drawn.samples.copy()
     at, long = int((drawn.times[2] - 0.01) * drawn.rate), int(0.06 * drawn.rate)
     samples[at : at + long] = samples[:long]
@@ -182,19 +286,32 @@ def test_an_impact_that_was_not_heard_makes_no_wrong_restitution(tmp_path):
     known = seen.bounces[np.isfinite(seen.bounces.restitution)]
     assert len(known) > 4
     for row in known.itertuples():
-        assert row.restitution == pytest.approx(drawn.e[np.abs(drawn.times - row.t_s).argmin()], abs=0.01)
+        assert row.restitution == pytest.approx(
+            drawn.e[np.abs(drawn.times - row.t_s).argmin()], abs=0.01
+        )
 
 
 def test_the_sound_of_slow_motion_is_not_used(tmp_path):
     drawn = draw(NAMED["pink"], np.random.default_rng(13))
     file = tmp_path / "film.mp4"
     with av.open(str(file), "w") as container:
-        film, sound = container.add_stream("mpeg4", rate=30, width=64, height=64), container.add_stream("aac", rate=48_000, layout="mono")
+        film, sound = (
+            container.add_stream("mpeg4", rate=30, width=64, height=64),
+            container.add_stream("aac", rate=48_000, layout="mono"),
+        )
         film.pix_fmt = "yuv420p"
         for _ in range(10):
-            container.mux(film.encode(av.VideoFrame.from_ndarray(np.zeros((64, 64, 3), np.uint8), format="rgb24")))
+            container.mux(
+                film.encode(
+                    av.VideoFrame.from_ndarray(
+                        np.zeros((64, 64, 3), np.uint8), format="rgb24"
+                    )
+                )
+            )
         container.mux(film.encode(None))
-        frame = av.AudioFrame.from_ndarray(drawn.samples[None, :1024], format="fltp", layout="mono")
+        frame = av.AudioFrame.from_ndarray(
+            drawn.samples[None, :1024], format="fltp", layout="mono"
+        )
         frame.sample_rate = 48_000
         container.mux(sound.encode(frame))
         container.mux(sound.encode(None))
@@ -214,13 +331,28 @@ def test_sound_of_another_rig_and_two_sounds(tmp_path):
 
 
 def test_samples_keep_their_times(tmp_path):
-    """A click stands where it was put in every format: to a sample unpacked, to 2 ms of an encoder's own delay packed."""
+    """A click stands where it was put in every format: to a sample unpacked, to 2 ms of
+    an encoder's own delay packed."""
     rate = 48_000
     clicks = np.zeros(rate)
     clicks[[12_000, 36_000]] = 0.9
     for codec in ("", "aac 128000", "libmp3lame 128000", "libopus 96000"):
-        sound = read_sound(file_of(clicks + 1e-3 * np.random.default_rng(0).standard_normal(rate), rate, tmp_path, "c", codec))
+        sound = read_sound(
+            file_of(
+                clicks + 1e-3 * np.random.default_rng(0).standard_normal(rate),
+                rate,
+                tmp_path,
+                "c",
+                codec,
+            )
+        )
         size = np.abs(sound.samples)
-        at = np.array([size[:24_000].argmax(), 24_000 + size[24_000:].argmax()]) / sound.rate_hz + sound.start_s
-        np.testing.assert_allclose(at, [0.25, 0.75], atol=2e-3 if codec else 1e-9, err_msg=codec)
+        at = (
+            np.array([size[:24_000].argmax(), 24_000 + size[24_000:].argmax()])
+            / sound.rate_hz
+            + sound.start_s
+        )
+        np.testing.assert_allclose(
+            at, [0.25, 0.75], atol=2e-3 if codec else 1e-9, err_msg=codec
+        )
         assert sound.lossy == bool(codec)

@@ -12,66 +12,111 @@ from vision.motion.rebound import measure_rebound
 
 @pytest.mark.parametrize(
     ("motion", "until", "says"),
-    [(draw_drop(), 0.2, "no impact"), (draw_drop(restitution=1e-3, end_s=0.5), 0.5, "no rebound")],
+    [
+        (draw_drop(), 0.2, "no impact"),
+        (draw_drop(restitution=1e-3, end_s=0.5), 0.5, "no rebound"),
+    ],
 )
 def test_no_bounce_fails_with_the_reason(motion, until, says):
-    result = measure_rebound(film_track(motion, np.random.default_rng(0), until_s=until), drop())
+    result = measure_rebound(
+        film_track(motion, np.random.default_rng(0), until_s=until), drop()
+    )
     *bounce, fall = result.quantities
     assert {q.quality for q in bounce} == {"failed"}
     assert all(says in q.reason for q in bounce)
-    assert fall.name == "fall_acceleration" and abs(fall.value - 9.80665) < 3 * fall.sd < 1  # 1 % of scale, and what 0.2 s tell
+    assert (
+        fall.name == "fall_acceleration" and abs(fall.value - 9.80665) < 3 * fall.sd < 1
+    )  # 1 % of scale, and what 0.2 s tell
 
 
 def test_a_rebound_cut_short_is_doubtful():
-    found = named(measure_rebound(film_track(draw_drop(), np.random.default_rng(0), until_s=0.36), drop()))
-    assert found["rebound_height"].quality == "doubtful" and "extrapolated" in found["rebound_height"].reason
+    found = named(
+        measure_rebound(
+            film_track(draw_drop(), np.random.default_rng(0), until_s=0.36), drop()
+        )
+    )
+    assert (
+        found["rebound_height"].quality == "doubtful"
+        and "extrapolated" in found["rebound_height"].reason
+    )
     assert found["impact_speed"].quality == "good"
     assert abs(found["rebound_height"].value - 77.5) < 4 * found["rebound_height"].sd
 
 
 @pytest.mark.parametrize(("fps", "until"), [(300, 0.293), (300, 0.32), (120, 0.33)])
 def test_a_rebound_of_which_little_was_seen_fails(fps, until):
-    track = film_track(draw_drop(), np.random.default_rng(0), fps=fps, until_s=until, noise_mm=0.05)
+    track = film_track(
+        draw_drop(), np.random.default_rng(0), fps=fps, until_s=until, noise_mm=0.05
+    )
     found = named(measure_rebound(track, drop(fps=fps, mm_per_px=0.25)))
     for name in ("rebound_height", "restitution"):
-        assert found[name].quality == "failed" and "stops before the rebound's highest point" in found[name].reason
-    assert found["rebound_speed"].quality == found["restitution_normal"].quality == "doubtful"
+        assert (
+            found[name].quality == "failed"
+            and "stops before the rebound's highest point" in found[name].reason
+        )
+    assert (
+        found["rebound_speed"].quality
+        == found["restitution_normal"].quality
+        == "doubtful"
+    )
     assert found["impact_speed"].quality == "good"
 
 
 @pytest.mark.parametrize("stray", [False, True])
 def test_slow_noise_and_stray_rows_while_a_seed_is_held_are_no_contacts(stray):
-    """80 mm at 8000 frames a second, held for 0.1 s; noise of 0.15 mm that wanders over ten frames, or few rows 6 sd off."""
+    """80 mm at 8000 frames a second, held for 0.1 s; noise of 0.15 mm that wanders over
+    ten frames, or few rows 6 sd off."""
     for seed in range(5):
         rng = np.random.default_rng(seed)
         motion = draw_drop(height_mm=80, rest_s=0.1, end_s=0.6)
-        track = film_track(motion, rng, fps=8000, noise_mm=0.03 if stray else 0.15, ar=0.0 if stray else 0.9)
+        track = film_track(
+            motion,
+            rng,
+            fps=8000,
+            noise_mm=0.03 if stray else 0.15,
+            ar=0.0 if stray else 0.9,
+        )
         if stray:
             odd = rng.random(len(track)) < 0.02
             track = replace(track, y=track.y + odd * rng.normal(0, 0.18, len(track)))
         found = measure_rebound(track, drop(80.0, fps=8000, mm_per_px=0.2))
-        assert found.flights.contact_time(0) == pytest.approx(motion.truth["bounces"][0]["t_s"], abs=1e-3)
+        assert found.flights.contact_time(0) == pytest.approx(
+            motion.truth["bounces"][0]["t_s"], abs=1e-3
+        )
         assert named(found)["restitution"].quality == "good"
 
 
 def test_a_film_that_ends_as_the_seed_leaves_is_refused():
-    """Held for half a second, 12 mm of fall, and a place that wanders by half a millimetre: too little of it is a flight."""
+    """Held for half a second, 12 mm of fall, and a place that wanders by half a
+    millimetre: too little of it is a flight."""
     motion = draw_drop(rest_s=0.5)
     track = film_track(motion, np.random.default_rng(0), noise_mm=0.5, ar=0.9)
     held = track.t_s < 0.55
-    only = replace(track, **{n: getattr(track, n)[held] for n in ("frame", "t_s", "x", "y", "sd", "outlier")})
+    only = replace(
+        track,
+        **{
+            n: getattr(track, n)[held]
+            for n in ("frame", "t_s", "x", "y", "sd", "outlier")
+        },
+    )
     found = measure_rebound(only, drop())
-    assert found.flights is None and "no fall can be distinguished" in found.quantities[0].reason
+    assert (
+        found.flights is None
+        and "no fall can be distinguished" in found.quantities[0].reason
+    )
 
 
 def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():
-    """After its third flight the centre goes up and down by a few mm, five times a second: bounces are those before."""
+    """After its third flight the centre goes up and down by a few mm, five times a
+    second: bounces are those before."""
     motion = draw_drop(end_s=1.8)
     track = film_track(motion, np.random.default_rng(0), noise_mm=0.02)
     late = np.maximum(track.t_s - motion.truth["bounces"][3]["t_s"], 0.0)
     rocking = 2.0 * (1 - np.cos(2 * np.pi * 5 * late)) * np.exp(-late)
     rest = 3.4 + np.random.default_rng(1).normal(0, 0.02, len(track))
-    found = measure_rebound(replace(track, y=np.where(late > 0, rest + rocking, track.y)), drop())
+    found = measure_rebound(
+        replace(track, y=np.where(late > 0, rest + rocking, track.y)), drop()
+    )
     assert len(found.bounces) == 3
     assert found.bounces.restitution.to_numpy() == pytest.approx(0.5, abs=0.01)
 
@@ -81,6 +126,8 @@ def test_a_seed_that_bounced_out_of_the_picture_has_no_contact_below_the_plate()
     motion = draw_drop(restitution=0.8, end_s=2.0)
     track = film_track(motion, np.random.default_rng(0))
     times = [bounce["t_s"] for bounce in motion.truth["bounces"]]
-    seen = (track.t_s < (times[1] + times[2]) / 2) | (track.t_s > times[3] + 0.3 * (times[4] - times[3]))
+    seen = (track.t_s < (times[1] + times[2]) / 2) | (
+        track.t_s > times[3] + 0.3 * (times[4] - times[3])
+    )
     found = measure_rebound(track.marked(~seen), drop())
     assert found.bounces.t_s.to_numpy() == pytest.approx(times[:2], abs=1e-4)

@@ -1,18 +1,30 @@
-"""The drawn truth itself: motions obey their equations, films show the seed where it was put."""
+"""The drawn truth itself: motions obey their equations, films show the seed where it
+was put."""
 
 import numpy as np
 import pytest
 from synthetic.film import Look, film, to_picture
-from synthetic.motion import G, correlated_noise, draw_drop, draw_roll, draw_slide, film_track
+from synthetic.motion import (
+    G,
+    correlated_noise,
+    draw_drop,
+    draw_roll,
+    draw_slide,
+    film_track,
+)
 
 
 def test_a_drop_falls_and_bounces_by_energy():
     motion = draw_drop(height_mm=310, restitution=0.5)
-    assert motion.truth["impact_speed"] == pytest.approx(np.sqrt(2 * G * 0.310), rel=1e-6)
+    assert motion.truth["impact_speed"] == pytest.approx(
+        np.sqrt(2 * G * 0.310), rel=1e-6
+    )
     assert motion.truth["rebound_height"] == pytest.approx(310 * 0.25, rel=1e-5)
     time = np.linspace(0, motion.end_s, 5000)
     _, y, _ = motion.path(time)
-    assert y.min() == pytest.approx(3.4)  # the centroid stands a radius over the plate, never below
+    assert y.min() == pytest.approx(
+        3.4
+    )  # the centroid stands a radius over the plate, never below
     assert y[0] == pytest.approx(313.4)
 
 
@@ -30,7 +42,9 @@ def test_a_slide_lets_go_at_its_friction_angle_and_accelerates_as_it_should():
     onset = motion.truth["onset_s"]
     assert float(motion.tilt(onset)) == pytest.approx(np.degrees(np.arctan(0.35)))
     h = 0.01
-    before, at, after = (float(motion.path(np.array([onset + 0.1 + d]))[0][0]) for d in (-h, 0, h))
+    before, at, after = (
+        float(motion.path(np.array([onset + 0.1 + d]))[0][0]) for d in (-h, 0, h)
+    )
     tilt = np.radians(float(motion.tilt(onset + 0.1)))
     coriolis = 2 * np.radians(2.0) * (after - before) / (2 * h)
     push = 1000 * G * np.sin(tilt) - 0.28 * (1000 * G * np.cos(tilt) - coriolis)
@@ -41,7 +55,9 @@ def test_a_slide_lets_go_at_its_friction_angle_and_accelerates_as_it_should():
 def test_a_roll_runs_out_by_equation_3():
     motion = draw_roll(rolling=0.012)
     assert motion.truth["rolling_friction"] == pytest.approx(0.012, rel=1e-9)
-    assert draw_roll(rolling=0.012, corner_loss=0.1).truth["rolling_friction"] > 0.0121  # control: energy lost elsewhere
+    assert (
+        draw_roll(rolling=0.012, corner_loss=0.1).truth["rolling_friction"] > 0.0121
+    )  # control: energy lost elsewhere
     end = motion.path(np.array([motion.end_s]))[0][0]
     assert end == pytest.approx(10 + motion.truth["run_out"])
     with pytest.raises(ValueError, match="does not start"):
@@ -55,11 +71,14 @@ def test_correlated_noise_is_what_it_says():
 
 
 def test_a_film_shows_the_seed_where_it_was_put():
-    """Centroid of the bare brightness, on a flat ground without noise: right to a hundredth of a pixel."""
+    """Centroid of the bare brightness, on a flat ground without noise: right to a
+    hundredth of a pixel."""
     motion, look = draw_drop(height_mm=150), Look(bits=16)
     times = np.array([0.05, 0.1037, 0.15])
     columns, rows = to_picture(look, *motion.path(times)[:2])
-    for frame, column, row in zip(film(motion, look, np.random.default_rng(0), fps=1, times=times), columns, rows):
+    for frame, column, row in zip(
+        film(motion, look, np.random.default_rng(0), fps=1, times=times), columns, rows
+    ):
         bright = frame.astype(float) - np.median(frame)
         v, u = np.mgrid[: bright.shape[0], : bright.shape[1]]
         assert (bright * u).sum() / bright.sum() == pytest.approx(column, abs=0.01)
@@ -67,6 +86,8 @@ def test_a_film_shows_the_seed_where_it_was_put():
 
 
 def test_the_same_seed_draws_the_same_track():
-    one, two, other = (film_track(draw_drop(), np.random.default_rng(s)) for s in (1, 1, 2))
+    one, two, other = (
+        film_track(draw_drop(), np.random.default_rng(s)) for s in (1, 1, 2)
+    )
     assert np.array_equal(one.y, two.y)
     assert not np.array_equal(one.y, other.y)

@@ -1,4 +1,5 @@
-"""The tracker on drawn films: centroids, their claimed sds, and which of several moving things is the seed."""
+"""The tracker on drawn films: centroids, their claimed sds, and which of several moving
+things is the seed."""
 
 from pathlib import Path
 
@@ -28,25 +29,41 @@ class Drawn(FrameSource):
 
     def picked(self, n):
         frames = list(self.iterate())
-        return [frames[i] for i in np.unique(np.linspace(0, len(frames) - 1, min(n, len(frames))).astype(int))]
+        return [
+            frames[i]
+            for i in np.unique(
+                np.linspace(0, len(frames) - 1, min(n, len(frames))).astype(int)
+            )
+        ]
 
 
-MOTION = draw_drop(height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.75)
+MOTION = draw_drop(
+    height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.75
+)
 
 
 def falling(look: Look, count=60, seed=1):
-    """Frames at random sub-pixel places during a fall, and where the seed is in them."""
+    """Frames at random sub-pixel places during a fall, and where the seed is in
+    them."""
     rng = np.random.default_rng(seed)
     times = np.sort(rng.uniform(0.03, 0.2, count))
     columns, rows = to_picture(look, *MOTION.path(times)[:2])
-    return list(film(MOTION, look, rng, fps=1, times=times)), columns, rows, MOTION.path(times)[2]
+    return (
+        list(film(MOTION, look, rng, fps=1, times=times)),
+        columns,
+        rows,
+        MOTION.path(times)[2],
+    )
 
 
 def errors(look: Look, **options):
     frames, columns, rows, angles = falling(look, **options)
     scene = learn_scene(Drawn(frames, fps=1000))
     found = [
-        min(find_silhouettes(f, scene), key=lambda s, c=c, r=r: np.hypot(s.x - c, s.y - r))
+        min(
+            find_silhouettes(f, scene),
+            key=lambda s, c=c, r=r: np.hypot(s.x - c, s.y - r),
+        )
         for f, c, r in zip(frames, columns, rows)
     ]
     off = np.array([(s.x - c, s.y - r) for s, c, r in zip(found, columns, rows)])
@@ -77,10 +94,13 @@ def test_centroids(look, limit):
 
 
 def test_no_pixel_lock():
-    """First harmonic of the error in the sub-pixel place below 0.02 px; whole-pixel centroids (control) show it."""
+    """First harmonic of the error in the sub-pixel place below 0.02 px; whole-pixel
+    centroids (control) show it."""
     off, _, _, (columns, rows, _) = errors(Look(noise=2), count=120)
     phase = np.concatenate([columns, rows]) % 1
-    wave = np.column_stack([np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))])
+    wave = np.column_stack(
+        [np.cos(2 * np.pi * phase), np.sin(2 * np.pi * phase), np.ones(len(phase))]
+    )
 
     def lock(error):
         return np.hypot(*np.linalg.lstsq(wave, error, rcond=None)[0][:2])
@@ -97,33 +117,53 @@ def test_claimed_sds_are_honest(noise):
 
 
 def test_a_raw_threshold_centroid_would_be_pulled_by_the_graph_paper():
-    """Control for the coverage: brightness-weighted centroid over the same window, shaded seed before graph paper."""
+    """Control for the coverage: brightness-weighted centroid over the same window,
+    shaded seed before graph paper."""
     look = Look(graph_paper=True, ground_grey=110, shading=0.25, noise=2, seed_grey=170)
     frames, columns, rows, _ = falling(look)
     scene = learn_scene(Drawn(frames, fps=1000))
     plain = []
     for frame, column, row in zip(frames, columns, rows):
         x, y = round(column) - 15, round(row) - 15
-        weight = np.abs(frame[y : y + 31, x : x + 31].astype(float) - scene.grey_background[y : y + 31, x : x + 31])
+        weight = np.abs(
+            frame[y : y + 31, x : x + 31].astype(float)
+            - scene.grey_background[y : y + 31, x : x + 31]
+        )
         weight[weight < 15] = 0
         v, u = np.mgrid[:31, :31]
-        plain.append(((weight * u).sum() / weight.sum() + x - column, (weight * v).sum() / weight.sum() + y - row))
+        plain.append(
+            (
+                (weight * u).sum() / weight.sum() + x - column,
+                (weight * v).sum() / weight.sum() + y - row,
+            )
+        )
     off, *_ = errors(look)
     assert rms(plain) > 3 * rms(off)
 
 
 def test_orientation_follows_the_spin():
     _, _, found, (_, _, angles) = errors(Look(noise=3))
-    read = np.array([0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in found])
+    read = np.array(
+        [0.5 * np.degrees(np.arctan2(-2 * s.xy, s.xx - s.yy)) for s in found]
+    )
     off = (read - angles + 90) % 180 - 90
     sd = np.array([s.angle_sd_deg for s in found])
     assert rms(off) < 1.0 and 0.6 < rms(off) / rms(sd) < 1.6
 
 
 HARD = {
-    "clutter": 8.0, "graph_paper": True, "shading": 0.1, "noise": 4.0, "plate_row": 440.0, "mirror": 0.5, "shadow": 25.0,
-    "clamp": True, "hand": True, "drift": 0.1, "ground_grey": 110.0,
-}  # fmt: skip
+    "clutter": 8.0,
+    "graph_paper": True,
+    "shading": 0.1,
+    "noise": 4.0,
+    "plate_row": 440.0,
+    "mirror": 0.5,
+    "shadow": 25.0,
+    "clamp": True,
+    "hand": True,
+    "drift": 0.1,
+    "ground_grey": 110.0,
+}
 
 
 @pytest.fixture(scope="module")
@@ -140,14 +180,22 @@ def test_the_seed_is_told_from_hand_clamp_shadow_and_mirror_image(hard):
     good = ~track.outlier
     assert good.sum() > 250
     assert np.abs(track.x - columns)[good].max() < 1.5
-    assert rms((track.x - columns)[good]) < 0.15 and rms((track.y - (look.height - 1 - rows))[good]) < 0.15
+    assert (
+        rms((track.x - columns)[good]) < 0.15
+        and rms((track.y - (look.height - 1 - rows))[good]) < 0.15
+    )
 
 
 def test_the_spin_comes_through_the_bounce(hard):
     _, followed = hard
     track = followed.track
     truth = MOTION.path(track.t_s)[2]
-    flying = (track.t_s > 0.05) & (track.t_s < 0.4) & np.isfinite(track.angle_deg) & ~track.outlier
+    flying = (
+        (track.t_s > 0.05)
+        & (track.t_s < 0.4)
+        & np.isfinite(track.angle_deg)
+        & ~track.outlier
+    )
     assert np.median(np.abs(track.angle_deg - truth)[flying]) < 3
 
 
@@ -177,20 +225,31 @@ def test_frames_without_a_seed_are_left_out():
 
 def test_a_picture_in_which_nothing_moves_is_an_error():
     rng = np.random.default_rng(0)
-    frames = [np.clip(90 + 4 * rng.standard_normal((240, 320)), 0, 255).astype(np.uint8) for _ in range(20)]
+    frames = [
+        np.clip(90 + 4 * rng.standard_normal((240, 320)), 0, 255).astype(np.uint8)
+        for _ in range(20)
+    ]
     with pytest.raises(MeasurementError, match="nothing moves like a seed"):
         track_seed(Drawn(frames, fps=100), falling=True)
 
 
 def test_a_seed_that_rests_for_most_of_the_film_is_not_background():
     look = Look(noise=2)
-    times = np.concatenate([np.zeros(50), np.arange(0.02, 0.5, 0.01), np.full(115, 0.75)])
+    times = np.concatenate(
+        [np.zeros(50), np.arange(0.02, 0.5, 0.01), np.full(115, 0.75)]
+    )
     frames = list(film(MOTION, look, np.random.default_rng(1), fps=1, times=times))
     scene = learn_scene(Drawn(frames, times=np.arange(len(times)) / 200))
     for time in (0.0, 0.75):
-        column, row = (int(v[0]) for v in to_picture(look, *MOTION.path(np.array([time]))[:2]))
-        assert scene.grey_background[row, column] == pytest.approx(look.ground_grey, abs=6)
-    assert np.median(np.stack(frames), axis=0)[row, column] > 150  # control: the plain median shows the seed
+        column, row = (
+            int(v[0]) for v in to_picture(look, *MOTION.path(np.array([time]))[:2])
+        )
+        assert scene.grey_background[row, column] == pytest.approx(
+            look.ground_grey, abs=6
+        )
+    assert (
+        np.median(np.stack(frames), axis=0)[row, column] > 150
+    )  # control: the plain median shows the seed
 
 
 def test_a_seed_at_rest_to_the_sub_pixel_falls_no_way():

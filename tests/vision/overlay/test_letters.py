@@ -12,10 +12,14 @@ CAPITAL_PX = 8  # of letters of 12 px
 
 def as_shown(picture: np.ndarray) -> np.ndarray:
     scale = SHOWN_PX / max(picture.shape[:2])
-    return cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA).astype(int)
+    return cv2.resize(
+        picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA
+    ).astype(int)
 
 
-@pytest.mark.parametrize("shape", [(60, 90), (700, 1900), (1900, 350), (900, 900), (3000, 4000)])
+@pytest.mark.parametrize(
+    "shape", [(60, 90), (700, 1900), (1900, 350), (900, 900), (3000, 4000)]
+)
 def test_a_legend_has_letters_of_twelve_pixels_on_a_picture_of_any_size(shape):
     canvas = Canvas(np.zeros((*shape, 3), np.uint8))
     canvas.legend([("HHH", WHITE)])
@@ -26,13 +30,20 @@ def test_a_legend_has_letters_of_twelve_pixels_on_a_picture_of_any_size(shape):
 @pytest.mark.parametrize("size", [(960, 620), (1600, 1000)])
 def test_a_plot_has_letters_of_twelve_pixels(size):
     """Its caption, which stands first."""
-    picture = as_shown(plot([0, 1], [0, 1], [False, False], labels=("t", "x"), caption="HHH", size=size))
+    picture = as_shown(
+        plot(
+            [0, 1], [0, 1], [False, False], labels=("t", "x"), caption="HHH", size=size
+        )
+    )
     rows = np.flatnonzero(picture.min(axis=(1, 2)) < 120)
     assert CAPITAL_PX <= np.flatnonzero(np.diff(rows) > 1)[0] + 1 <= 2 * CAPITAL_PX
 
 
 def test_long_lines_are_wrapped_to_the_room_that_there_is():
-    text = "restitution 0.4927 ± 0.0008; the release is not in the track: [drop] height_mm is needed"
+    text = (
+        "restitution 0.4927 ± 0.0008; the release is not in the track: [drop] height_mm"
+        " is needed"
+    )
     lines = wrapped(text, 500, 2.0)
     assert len(lines) > 2 and " ".join(line.strip() for line in lines) == text
     assert max(text_width(line, 2.0) for line in lines) < 1.15 * 500

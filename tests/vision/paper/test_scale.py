@@ -1,4 +1,5 @@
-"""Graph paper: drawn cameras of known scale, what must be refused, whether the sd covers, and the real photo."""
+"""Graph paper: drawn cameras of known scale, what must be refused, whether the sd
+covers, and the real photo."""
 
 from dataclasses import replace
 
@@ -39,36 +40,51 @@ def test_scale_of_a_drawn_paper(name):
     scale = read_scale(draw_paper(paper, SHAPE, np.random.default_rng(5)), paper_sd=0)
     truth = true_scale(paper, SHAPE)
     assert scale.quality == GOOD, scale.reason
-    # 5 sd: one in two million by chance, and a wrong pitch is off by hundreds; 0.2 % beside it, that the sd be small.
-    assert abs(scale.mm_per_px - truth) < min(max(5 * scale.mm_per_px_sd, 1e-4 * truth), 0.002 * truth)
+    # 5 sd: one in two million by chance, and a wrong pitch is off by hundreds; 0.2 %
+    # beside it, that the sd be small.
+    assert abs(scale.mm_per_px - truth) < min(
+        max(5 * scale.mm_per_px_sd, 1e-4 * truth), 0.002 * truth
+    )
 
 
 def test_a_pitch_taken_five_times_too_long_is_noticed():
-    """The control of the test above: the same bound refuses 5 ×, 2 × and 0.5 % wrong scales."""
+    """The control of the test above: the same bound refuses 5 ×, 2 × and 0.5 % wrong
+    scales."""
     paper = DIFFICULT["noise"]
     scale = read_scale(draw_paper(paper, SHAPE, np.random.default_rng(5)), paper_sd=0)
     for wrong in (5, 2, 0.2, 1.005):
-        assert abs(wrong * scale.mm_per_px - true_scale(paper, SHAPE)) > 0.002 * true_scale(paper, SHAPE)
+        assert abs(
+            wrong * scale.mm_per_px - true_scale(paper, SHAPE)
+        ) > 0.002 * true_scale(paper, SHAPE)
 
 
 def test_large_pitch():
     paper = Paper(mm_per_px=1 / 60, tilt_deg=7, blur_px=1.5)
     shape = (1100, 1500)
     scale = read_scale(draw_paper(paper, shape, np.random.default_rng(5)))
-    assert scale.mm_per_px == pytest.approx(true_scale(paper, shape), rel=3e-3)  # 25 mm of paper, a few windows
+    assert scale.mm_per_px == pytest.approx(
+        true_scale(paper, shape), rel=3e-3
+    )  # 25 mm of paper, a few windows
 
 
 @pytest.mark.parametrize("tilt", [-30.0, -3.0, 0.0, 12.0, 40.0])
 def test_tilt_is_clockwise_from_straight_down(tilt):
-    scale = read_scale(draw_paper(Paper(mm_per_px=1 / 9, tilt_deg=tilt), SHAPE, np.random.default_rng(1)))
+    scale = read_scale(
+        draw_paper(
+            Paper(mm_per_px=1 / 9, tilt_deg=tilt), SHAPE, np.random.default_rng(1)
+        )
+    )
     assert abs(scale.tilt_deg - tilt) < max(5 * scale.tilt_sd_deg, 0.01)
 
 
 def test_turning_the_picture_clockwise_adds_to_the_tilt():
-    """Independent of the drawing's own sign: a direction pointing down and to the left is clockwise from straight down."""
+    """Independent of the drawing's own sign: a direction pointing down and to the left
+    is clockwise from straight down."""
     paper = Paper(mm_per_px=1 / 9, tilt_deg=10)
     x, y = 280 - 200 * np.sin(np.radians(10)), 210 + 200 * np.cos(np.radians(10))
-    assert paper_mm(paper, SHAPE, x, y)[0] == pytest.approx(paper_mm(paper, SHAPE, 280, 210)[0], abs=0.1)
+    assert paper_mm(paper, SHAPE, x, y)[0] == pytest.approx(
+        paper_mm(paper, SHAPE, 280, 210)[0], abs=0.1
+    )
 
 
 def test_scale_by_place_follows_the_perspective():
@@ -80,7 +96,8 @@ def test_scale_by_place_follows_the_perspective():
     assert scale.at(*corners.T) == pytest.approx(truth, rel=1e-3)
     assert scale.variation > 0.2
     drawn, read = (
-        np.hypot(*np.subtract(*np.stack(f, -1)[:2])) for f in (paper_mm(paper, SHAPE, *corners.T), scale.to_mm(*corners.T))
+        np.hypot(*np.subtract(*np.stack(f, -1)[:2]))
+        for f in (paper_mm(paper, SHAPE, *corners.T), scale.to_mm(*corners.T))
     )
     assert read == pytest.approx(drawn, rel=1e-3)
 
@@ -90,7 +107,12 @@ def test_region_is_where_the_strip_is():
     scale = read_scale(draw_paper(paper, SHAPE, np.random.default_rng(3)))
     u, v = paper_mm(paper, SHAPE, *scale.region.T)
     x0, y0, x1, y1 = paper.strip_mm
-    assert (u > x0 - 1.5).all() and (u < x1 + 1.5).all() and (v > y0 - 1.5).all() and (v < y1 + 1.5).all()
+    assert (
+        (u > x0 - 1.5).all()
+        and (u < x1 + 1.5).all()
+        and (v > y0 - 1.5).all()
+        and (v < y1 + 1.5).all()
+    )
     assert np.ptp(v) > 0.6 * (y1 - y0)
 
 
@@ -102,31 +124,62 @@ def test_a_pattern_without_the_finest_lines_is_doubtful_and_said():
 
 
 def test_paper_of_one_or_two_millimetres_is_asked_about():
-    """Both have every fifth line heavier: 1-mm paper without heavier 10-mm lines, and 2-mm paper with 10-mm lines."""
-    with pytest.raises(MeasurementError, match=r"1 or 2 mm apart cannot be told; state \[camera\] mm_per_px \(0\.\d+ or 0\.2"):
-        read_scale(draw_paper(Paper(mm_per_px=0.1, depths=(0.25, 0.5, 0)), SHAPE, np.random.default_rng(4)))
+    """Both have every fifth line heavier: 1-mm paper without heavier 10-mm lines, and
+    2-mm paper with 10-mm lines."""
+    with pytest.raises(
+        MeasurementError,
+        match=(
+            r"1 or 2 mm apart cannot be told; state \[camera\] mm_per_px \(0\.\d+ or"
+            r" 0\.2"
+        ),
+    ):
+        read_scale(
+            draw_paper(
+                Paper(mm_per_px=0.1, depths=(0.25, 0.5, 0)),
+                SHAPE,
+                np.random.default_rng(4),
+            )
+        )
 
 
 def test_equal_lines_are_refused_with_the_choices():
-    with pytest.raises(MeasurementError, match=r"every 10(\.\d+)? px.*cannot be told.*mm_per_px"):
-        read_scale(draw_paper(Paper(mm_per_px=0.1, depths=(0.3, 0, 0)), SHAPE, np.random.default_rng(4)))
+    with pytest.raises(
+        MeasurementError, match=r"every 10(\.\d+)? px.*cannot be told.*mm_per_px"
+    ):
+        read_scale(
+            draw_paper(
+                Paper(mm_per_px=0.1, depths=(0.3, 0, 0)),
+                SHAPE,
+                np.random.default_rng(4),
+            )
+        )
 
 
 def test_patterns_of_strengths_are_told_apart():
     for pattern, classes in _CLASSES.items():
         value = np.roll(np.array([1.0, 1.6, 2.6])[list(classes)], 3)
         found = _best_pattern(1.0, [Strengths(value, np.full(10, 0.02))] * 2)
-        assert found.mm == {"equal": None, "fifth": None, "second": 5.0}.get(pattern, 1.0)
+        assert found.mm == {"equal": None, "fifth": None, "second": 5.0}.get(
+            pattern, 1.0
+        )
 
 
 def pictures_without_paper():
     rng = np.random.default_rng(0)
     y, x = np.mgrid[0:400, 0:500]
     yield "noise", rng.integers(0, 256, (400, 500), dtype=np.uint8)
-    yield "smooth noise", np.clip(128 + 40 * np.kron(rng.normal(size=(50, 100)), np.ones((8, 5))), 0, 255).astype(np.uint8)
+    yield (
+        "smooth noise",
+        np.clip(
+            128 + 40 * np.kron(rng.normal(size=(50, 100)), np.ones((8, 5))), 0, 255
+        ).astype(np.uint8),
+    )
     yield "horizontal stripes", np.where(y % 12 < 2, 60, 220).astype(np.uint8)
     yield "slanted stripes", np.where((x + 2 * y) % 25 < 4, 60, 220).astype(np.uint8)
-    yield "two families, not square", np.where((x % 9 < 2) | (y % 23 < 2), 60, 220).astype(np.uint8)
+    yield (
+        "two families, not square",
+        np.where((x % 9 < 2) | (y % 23 < 2), 60, 220).astype(np.uint8),
+    )
     yield "black", np.zeros((400, 500), np.uint8)
     yield "white, colour, 16 bits", np.full((400, 500, 3), 65535, np.uint16)
     yield "tiny", np.zeros((20, 20), np.uint8)
@@ -141,11 +194,29 @@ def test_no_paper_is_refused(name, image):
         read_scale(image)
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
-@given(st.integers(1, 90), st.integers(1, 140), st.sampled_from([np.uint8, np.uint16]), st.booleans(), st.integers(0, 9))
-def test_any_picture_gives_a_scale_or_a_clear_refusal(height, width, kind, colour, seed):
+@settings(
+    max_examples=15,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
+)
+@given(
+    st.integers(1, 90),
+    st.integers(1, 140),
+    st.sampled_from([np.uint8, np.uint16]),
+    st.booleans(),
+    st.integers(0, 9),
+)
+def test_any_picture_gives_a_scale_or_a_clear_refusal(
+    height, width, kind, colour, seed
+):
     rng = np.random.default_rng(seed)
-    image = rng.integers(0, np.iinfo(kind).max, (height, width, 3) if colour else (height, width), dtype=kind)
+    image = rng.integers(
+        0,
+        np.iinfo(kind).max,
+        (height, width, 3) if colour else (height, width),
+        dtype=kind,
+    )
     with pytest.raises(MeasurementError):
         read_scale(image)
 
@@ -166,7 +237,8 @@ def random_paper(rng: np.random.Generator) -> Paper:
 
 
 def standard_scores(count: int, shape: tuple[int, int], first: int = 0) -> np.ndarray:
-    """(read − true) / sd of drawn papers, at the paper's and the picture's centre; a paper not found counts as infinite."""
+    """(read − true) / sd of drawn papers, at the paper's and the picture's centre; a
+    paper not found counts as infinite."""
     scores = []
     for i in range(first, first + count):
         rng = np.random.default_rng(i)
@@ -208,7 +280,11 @@ def test_overlay_shows_the_fitted_lines_on_the_paper():
     canvas = Canvas(image)
     paint_scale(canvas, read_scale(image))
     overlay = canvas.pixels
-    y, x = (np.array(np.nonzero((overlay == LINE).all(-1))) + 0.5) * SHAPE[1] / overlay.shape[1] - 0.5
+    y, x = (np.array(np.nonzero((overlay == LINE).all(-1))) + 0.5) * SHAPE[
+        1
+    ] / overlay.shape[1] - 0.5
     u, v = paper_mm(paper, SHAPE, x, y)
     off = np.minimum(*(np.abs(w / 10 - np.rint(w / 10)) * 10 for w in (u, v)))
-    assert len(x) > 100 and np.percentile(off, 90) < 0.12  # drawn on 10-mm lines to a pixel and a half
+    assert (
+        len(x) > 100 and np.percentile(off, 90) < 0.12
+    )  # drawn on 10-mm lines to a pixel and a half

@@ -1,4 +1,5 @@
-"""Heaps of drawn seeds before cloth, wood, a horizon and clutter, drawn here by code of its own: each seed a shaded disc."""
+"""Heaps of drawn seeds before cloth, wood, a horizon and clutter, drawn here by code of
+its own: each seed a shaded disc."""
 
 import cv2
 import numpy as np
@@ -18,29 +19,56 @@ def behind(kind: str, rng: np.random.Generator) -> np.ndarray:
     wall = np.full((HEIGHT, WIDTH, 3), (95.0, 120.0, 150.0))
     if kind == "cloth":
         check = ((x // 70 % 2) + (y // 70 % 2))[..., None]
-        wall = (60 + 60 * check) * np.array([0.7, 0.9, 1.2]) * (1 + 0.12 * np.sin(x / 2.1) * np.sin(y / 2.1))[..., None]
+        wall = (
+            (60 + 60 * check)
+            * np.array([0.7, 0.9, 1.2])
+            * (1 + 0.12 * np.sin(x / 2.1) * np.sin(y / 2.1))[..., None]
+        )
     elif kind == "wood":
-        streaks = cv2.GaussianBlur(rng.normal(size=(HEIGHT, WIDTH)), (0, 0), 60, sigmaY=2)
-        wall = (110 * (1 + 1.8 * streaks / streaks.std() / 8))[..., None] * np.array([1.1, 0.8, 0.5])
+        streaks = cv2.GaussianBlur(
+            rng.normal(size=(HEIGHT, WIDTH)), (0, 0), 60, sigmaY=2
+        )
+        wall = (110 * (1 + 1.8 * streaks / streaks.std() / 8))[..., None] * np.array(
+            [1.1, 0.8, 0.5]
+        )
     elif kind == "horizon":
-        wall[FOOT - 70 :] = (170.0, 160.0, 150.0)  # the table's far edge, at half the heap's height
+        wall[FOOT - 70 :] = (
+            170.0,
+            160.0,
+            150.0,
+        )  # the table's far edge, at half the heap's height
     elif kind == "clutter":
         for _ in range(14):
             a, b = rng.uniform(0, (WIDTH, FOOT - 20), 2), rng.uniform(40, 160, 2)
-            cv2.rectangle(wall, a.astype(int).tolist(), (a + b).astype(int).tolist(), rng.uniform(20, 230, 3).tolist(), -1)
+            cv2.rectangle(
+                wall,
+                a.astype(int).tolist(),
+                (a + b).astype(int).tolist(),
+                rng.uniform(20, 230, 3).tolist(),
+                -1,
+            )
     return np.ascontiguousarray(wall)
 
 
 def heap_of_seeds(
-    kind: str, angle_deg: float, seed: int, half: bool = False, mirror: float = 0.0, centre: float = WIDTH / 2, roll_deg: float = 0.0
+    kind: str,
+    angle_deg: float,
+    seed: int,
+    half: bool = False,
+    mirror: float = 0.0,
+    centre: float = WIDTH / 2,
+    roll_deg: float = 0.0,
 ) -> np.ndarray:
-    """A heap whose free surface, through the tops of its outermost seeds, is two straight lines at `angle_deg`."""
+    """A heap whose free surface, through the tops of its outermost seeds, is two
+    straight lines at `angle_deg`."""
     rng = np.random.default_rng([seed, BACKGROUNDS.index(kind)])
     picture = behind(kind, rng)
     picture[FOOT:] = (185.0, 180.0, 172.0)
     slope, radius = np.tan(np.radians(angle_deg)), SEED / 2
     reach = 240.0
-    drop = radius * (1 / np.cos(np.radians(angle_deg)) - 0.15)  # the seeds' tops lie on the line
+    drop = radius * (
+        1 / np.cos(np.radians(angle_deg)) - 0.15
+    )  # the seeds' tops lie on the line
     places = []
     for back in range(3):  # rows of seeds, those in front drawn last
         for row in range(40):
@@ -50,7 +78,11 @@ def heap_of_seeds(
                 break
             count = max(1, int(2 * wide / (0.92 * SEED)))
             at = np.linspace(-wide, wide, count) + rng.normal(0, 0.8, count)
-            places += [(u, z - rng.uniform(0, 0.12 * SEED) * (back > 0)) for u in at if not half or u > 0]
+            places += [
+                (u, z - rng.uniform(0, 0.12 * SEED) * (back > 0))
+                for u in at
+                if not half or u > 0
+            ]
     rng.shuffle(places)
     for u, z in places:
         body = np.array([205.0, 165.0, 95.0]) * rng.normal(1, 0.08)
@@ -60,11 +92,25 @@ def heap_of_seeds(
                 under = picture.copy() if strength < 1 else picture
                 for share, tone in ((1.0, 0.45), (0.86, 0.8), (0.6, 1.0), (0.3, 1.15)):
                     lift = int(-16 * radius * 0.25 * (1 - share) * sign)
-                    cv2.circle(under, (spot[0], spot[1] + lift), int(16 * radius * share), (tone * body).tolist(), -1, cv2.LINE_AA, 4)
+                    cv2.circle(
+                        under,
+                        (spot[0], spot[1] + lift),
+                        int(16 * radius * share),
+                        (tone * body).tolist(),
+                        -1,
+                        cv2.LINE_AA,
+                        4,
+                    )
                 if strength < 1:
-                    picture[FOOT:] = (1 - strength) * picture[FOOT:] + strength * under[FOOT:] if sign < 0 else picture[FOOT:]
+                    picture[FOOT:] = (
+                        (1 - strength) * picture[FOOT:] + strength * under[FOOT:]
+                        if sign < 0
+                        else picture[FOOT:]
+                    )
     turn = cv2.getRotationMatrix2D((WIDTH / 2, HEIGHT / 2), -roll_deg, 1.0)
-    picture = cv2.warpAffine(picture, turn, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE)
+    picture = cv2.warpAffine(
+        picture, turn, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REPLICATE
+    )
     picture = cv2.GaussianBlur(picture, (0, 0), 0.9) + rng.normal(0, 2, picture.shape)
     return np.clip(picture, 0, 255).astype(np.uint8)
 
@@ -75,7 +121,8 @@ def angle(image: np.ndarray, camera: Camera | None = None, **options):
 
 @pytest.mark.parametrize("kind", BACKGROUNDS)
 def test_the_heap_is_found_before_every_background(kind):
-    """33°, seeds of a fifteenth of the base: within three claimed sds and 2°, which is half a seed over the window's length."""
+    """33°, seeds of a fifteenth of the base: within three claimed sds and 2°, which is
+    half a seed over the window's length."""
     found = angle(heap_of_seeds(kind, 33.0, seed=1))
     q = found.quantities[0]
     assert abs(q.value - 33.0) <= min(max(3 * q.sd, 1.0), 2.0)
@@ -85,7 +132,9 @@ def test_the_heap_is_found_before_every_background(kind):
 def test_a_horizon_behind_the_heap_is_no_base_line():
     found = angle(heap_of_seeds("horizon", 28.0, seed=2))
     assert found.base.at(WIDTH / 2) == pytest.approx(FOOT, abs=0.3 * SEED)
-    assert found.crest[1] == pytest.approx(FOOT - 240 * np.tan(np.radians(28)), abs=1.5 * SEED)
+    assert found.crest[1] == pytest.approx(
+        FOOT - 240 * np.tan(np.radians(28)), abs=1.5 * SEED
+    )
 
 
 def test_a_mirror_image_is_not_part_of_the_heap():
@@ -106,7 +155,9 @@ def test_frame_and_foot_given_by_hand_win():
 
 
 def test_of_two_heaps_one_is_measured_as_doubtful_and_the_frame_is_asked_for():
-    picture = np.hstack([heap_of_seeds("cloth", 30.0, seed=s)[:, 150:750] for s in (5, 6)])
+    picture = np.hstack(
+        [heap_of_seeds("cloth", 30.0, seed=s)[:, 150:750] for s in (5, 6)]
+    )
     q = angle(picture).quantities[0]
     assert q.quality == DOUBTFUL
     assert "--roi" in q.reason
@@ -114,28 +165,48 @@ def test_of_two_heaps_one_is_measured_as_doubtful_and_the_frame_is_asked_for():
 
 
 def test_a_line_that_contradicts_the_plumb_is_no_base_line():
-    """The camera's roll is stated; a table's edge that runs 5° across it stands behind the heap."""
+    """The camera's roll is stated; a table's edge that runs 5° across it stands behind
+    the heap."""
     picture = heap_of_seeds("plain", 30.0, seed=7)
     slanted = picture.copy()
-    cv2.fillPoly(slanted, [np.array([(0, 400), (WIDTH, 479), (WIDTH, FOOT), (0, FOOT)])], (165, 160, 150))
-    seeds = np.abs(picture.astype(int) - behind("plain", np.random.default_rng(0))).sum(axis=2, keepdims=True) > 60
-    q = angle(np.where(seeds, picture, slanted), Camera(plumb_deg=0.0, plumb_sd_deg=0.1))
+    cv2.fillPoly(
+        slanted,
+        [np.array([(0, 400), (WIDTH, 479), (WIDTH, FOOT), (0, FOOT)])],
+        (165, 160, 150),
+    )
+    seeds = (
+        np.abs(picture.astype(int) - behind("plain", np.random.default_rng(0))).sum(
+            axis=2, keepdims=True
+        )
+        > 60
+    )
+    q = angle(
+        np.where(seeds, picture, slanted), Camera(plumb_deg=0.0, plumb_sd_deg=0.1)
+    )
     assert abs(np.degrees(np.arctan(q.base.slope))) < 2.0
     assert abs(q.quantities[0].value - 30.0) <= max(3 * q.quantities[0].sd, 1.0)
 
 
 def test_a_wall_that_the_heap_leans_on_does_not_cost_the_sharper_reading():
-    """A box wall taller than the heap: the reading off the smooth background, which knows where the wall stands, is kept."""
+    """A box wall taller than the heap: the reading off the smooth background, which
+    knows where the wall stands, is kept."""
     picture = heap_of_seeds("plain", 30.0, seed=1, half=True)
     picture[FOOT - 220 : FOOT, WIDTH // 2 - 60 : WIDTH // 2 - 4] = (60, 70, 60)
     found = {q.name: q for q in angle(picture, side="right").quantities}
-    assert abs(found["repose_angle"].value - 30.0) <= max(3 * found["repose_angle"].sd, 1.0)
+    assert abs(found["repose_angle"].value - 30.0) <= max(
+        3 * found["repose_angle"].sd, 1.0
+    )
     assert found["centroid_angle"].quality == GOOD
 
 
 @pytest.mark.parametrize("kind", ["cloth", "wood", "clutter"])
 def test_a_background_without_seeds_is_refused_or_doubted(kind):
-    wall = np.clip(behind(kind, np.random.default_rng(8)) + np.random.default_rng(9).normal(0, 2, (HEIGHT, WIDTH, 3)), 0, 255)
+    wall = np.clip(
+        behind(kind, np.random.default_rng(8))
+        + np.random.default_rng(9).normal(0, 2, (HEIGHT, WIDTH, 3)),
+        0,
+        255,
+    )
     try:
         q = angle(wall.astype(np.uint8)).quantities[0]
     except MeasurementError as error:

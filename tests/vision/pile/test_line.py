@@ -1,4 +1,5 @@
-"""Least-squares lines: exact where they must be, and a standard error that covers although the roughness is correlated."""
+"""Least-squares lines: exact where they must be, and a standard error that covers
+although the roughness is correlated."""
 
 import numpy as np
 import pytest
@@ -49,15 +50,23 @@ def test_a_few_points_far_off_are_left_out():
     y[20:30] -= 40
     line = fit_line(x, y)
     assert line.outlier_share == pytest.approx(0.05, abs=0.01)
-    assert line.slope == pytest.approx(0.3, abs=0.003)  # 4 sd of a slope over 200 points of sd 0.5
+    assert line.slope == pytest.approx(
+        0.3, abs=0.003
+    )  # 4 sd of a slope over 200 points of sd 0.5
 
 
 def test_an_s_shape_is_seen_and_grains_are_not():
     x = np.linspace(-1, 1, 400)
     cubic_share = fit_line(200 * x, 100 * np.tanh(2 * x))
     assert cubic_share.cubic_share > 0.6
-    assert np.degrees(np.arctan(cubic_share.slope_high) - np.arctan(cubic_share.slope_low)) > 20
-    shares = [fit_line(*rough_line(np.random.default_rng([3, i]))).cubic_share for i in range(100)]
+    assert (
+        np.degrees(np.arctan(cubic_share.slope_high) - np.arctan(cubic_share.slope_low))
+        > 20
+    )
+    shares = [
+        fit_line(*rough_line(np.random.default_rng([3, i]))).cubic_share
+        for i in range(100)
+    ]
     assert np.mean(np.array(shares) > 0.6) <= 0.02
 
 

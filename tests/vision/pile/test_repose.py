@@ -1,4 +1,5 @@
-"""Angles of repose on drawn piles: the truth is known, the bench's difficulties are drawn in, what is no pile is refused."""
+"""Angles of repose on drawn piles: the truth is known, the bench's difficulties are
+drawn in, what is no pile is refused."""
 
 import sys
 from pathlib import Path
@@ -31,7 +32,9 @@ def value(found, name="repose_angle"):
 def test_clean_piles(angle, sides):
     height = min(300.0, 500 * np.tan(np.radians(angle)))
     found = measure_repose(draw(angle_deg=angle, sides=sides, pile_height=height))
-    assert value(found).value == pytest.approx(angle, abs=0.02)  # the issue's |bias|; measured 0.001
+    assert value(found).value == pytest.approx(
+        angle, abs=0.02
+    )  # the issue's |bias|; measured 0.001
     assert value(found).quality == GOOD
 
 
@@ -49,9 +52,13 @@ def test_the_plates_line_gives_the_horizontal(roll):
 def test_a_stated_plumb_line_goes_before_the_plates():
     image = draw(roll_deg=2, sides="right")
     found = measure_repose(image, Camera(plumb_deg=1.0, plumb_sd_deg=0.05))
-    assert value(found).value == pytest.approx(31.0, abs=0.02)  # 30° + 2° of roll − 1° stated
+    assert value(found).value == pytest.approx(
+        31.0, abs=0.02
+    )  # 30° + 2° of roll − 1° stated
     assert value(found).sd == pytest.approx(0.05, abs=0.01)
-    assert value(measure_repose(image, Camera(plumb_deg=1.0))).sd == pytest.approx(0.5, abs=0.02)  # not known better than 0.5°
+    assert value(measure_repose(image, Camera(plumb_deg=1.0))).sd == pytest.approx(
+        0.5, abs=0.02
+    )  # not known better than 0.5°
 
 
 @pytest.mark.parametrize(
@@ -62,8 +69,16 @@ def test_a_stated_plumb_line_goes_before_the_plates():
         dict(pile_tone=120, ground_tone=40, plate_tone=230),
         dict(pile_tone=120, ground_tone=220, plate_tone=30),
         dict(pile_tone=150, ground_tone=60, plate_tone=150),
-        dict(pile_tone=(190, 160, 90), ground_tone=(30, 60, 120), plate_tone=(120, 120, 130)),
-        dict(pile_tone=(150, 90, 60), ground_tone=(60, 130, 90), plate_tone=(200, 200, 200)),  # nearly equal in grey
+        dict(
+            pile_tone=(190, 160, 90),
+            ground_tone=(30, 60, 120),
+            plate_tone=(120, 120, 130),
+        ),
+        dict(
+            pile_tone=(150, 90, 60),
+            ground_tone=(60, 130, 90),
+            plate_tone=(200, 200, 200),
+        ),  # nearly equal in grey
     ],
 )
 def test_polarity_and_colour(tones):
@@ -78,7 +93,13 @@ def test_depth(dtype):
 
 @pytest.mark.parametrize("direction", [0, 60, 90, 150])
 def test_uneven_light(direction):
-    image = draw(light=0.15, light_direction_deg=direction, pile_tone=110, ground_tone=170, plate_tone=80)
+    image = draw(
+        light=0.15,
+        light_direction_deg=direction,
+        pile_tone=110,
+        ground_tone=170,
+        plate_tone=80,
+    )
     assert value(measure_repose(image)).value == pytest.approx(30, abs=0.05)
 
 
@@ -86,7 +107,9 @@ def test_uneven_light(direction):
 def test_any_size_and_aspect(size):
     height = 0.3 * min(size[1], 0.8 * size[0])
     found = measure_repose(draw(size=size, pile_height=height))
-    assert abs(value(found).value - 30) <= max(0.3 if size[0] < 200 else 0.02, 2.5 * value(found).sd)
+    assert abs(value(found).value - 30) <= max(
+        0.3 if size[0] < 200 else 0.02, 2.5 * value(found).sd
+    )
 
 
 def test_left_and_right_are_told_apart():
@@ -97,18 +120,23 @@ def test_left_and_right_are_told_apart():
 
 
 def test_the_window_is_a_definition():
-    """A rounded 27° pile reads lower the more of crest and toe is taken in (checks: 26.0 at 5–95 %, 26.6 at 20–80 %)."""
+    """A rounded 27° pile reads lower the more of crest and toe is taken in (checks:
+    26.0 at 5–95 %, 26.6 at 20–80 %)."""
     image = draw(angle_deg=27, rounding=0.05, pile_height=250)
     wide = value(measure_repose(image, options=PileOptions(window=(0.05, 0.95)))).value
     usual = value(measure_repose(image)).value
-    narrow = value(measure_repose(image, options=PileOptions(window=(0.35, 0.65)))).value
+    narrow = value(
+        measure_repose(image, options=PileOptions(window=(0.35, 0.65)))
+    ).value
     assert wide < usual - 0.2 < narrow - 0.2 < 27
     assert narrow == pytest.approx(27, abs=0.15)
 
 
 def test_height_over_radius():
     straight = value(measure_repose(draw()), "height_over_radius_angle")
-    assert straight.value == pytest.approx(30, abs=0.3)  # the blurred crest is a pixel or two low
+    assert straight.value == pytest.approx(
+        30, abs=0.3
+    )  # the blurred crest is a pixel or two low
     rounded = measure_repose(draw(angle_deg=27, rounding=0.05, pile_height=250))
     assert value(rounded, "height_over_radius_angle").value < 25
 
@@ -126,7 +154,10 @@ def test_roi_and_baseline():
     two = np.hstack([pile, draw(size=(800, 600), pile_height=180, angle_deg=25)])
     found = measure_repose(two, options=PileOptions(roi=(800, 0, 800, 600)))
     assert value(found).value == pytest.approx(25, abs=0.03)
-    given = measure_repose(draw(roll_deg=2, sides="right"), options=PileOptions(baseline=(0, 500, 1000, 500)))
+    given = measure_repose(
+        draw(roll_deg=2, sides="right"),
+        options=PileOptions(baseline=(0, 500, 1000, 500)),
+    )
     assert value(given).value == pytest.approx(32, abs=0.2)
     with pytest.raises(MeasurementError, match="does not lie inside"):
         measure_repose(pile, options=PileOptions(roi=(700, 0, 400, 600)))
@@ -134,7 +165,8 @@ def test_roi_and_baseline():
 
 @pytest.mark.parametrize("pictures", [25, pytest.param(60, marks=pytest.mark.slow)])
 def test_hard_scenes_mirror_wall_strays(pictures):
-    """Drawn at random: within 0.3° in 98 % (all of 25, all but one of 60), never worse than 1° when called good."""
+    """Drawn at random: within 0.3° in 98 % (all of 25, all but one of 60), never worse
+    than 1° when called good."""
     from piles import hard_scene, measure_row
 
     row = measure_row(hard_scene, pictures, seed=101)
@@ -146,9 +178,13 @@ def test_hard_scenes_mirror_wall_strays(pictures):
 def test_intervals_cover_on_rough_piles(pictures):
     from piles import random_scene, measure_row  # noqa: I001
 
-    row = measure_row(lambda rng: random_scene(rng, roughness_px=4.0), pictures, seed=102)
+    row = measure_row(
+        lambda rng: random_scene(rng, roughness_px=4.0), pictures, seed=102
+    )
     assert row["failed"] == 0
-    assert row["covered"] >= 0.95 - 2.5 * np.sqrt(0.95 * 0.05 / pictures)  # 0.88 of 60, 0.85 of 30
+    assert row["covered"] >= 0.95 - 2.5 * np.sqrt(
+        0.95 * 0.05 / pictures
+    )  # 0.88 of 60, 0.85 of 30
     assert row["claimed"] < 2 * row["sd"]  # and not by claiming next to nothing
     assert row["sd"] <= 0.25
     assert abs(row["bias"]) <= 3 * row["sd"] / np.sqrt(pictures)
@@ -158,7 +194,9 @@ def test_intervals_cover_on_rough_piles(pictures):
 def test_intervals_cover_on_many_piles():
     from piles import ROWS, measure_row
 
-    for seed, name in enumerate(("noise 5 %", "roughness 4 px", "grains of 12 px", "mirror, wall, strays")):
+    for seed, name in enumerate(
+        ("noise 5 %", "roughness 4 px", "grains of 12 px", "mirror, wall, strays")
+    ):
         row = measure_row(ROWS[name], 300, seed=200 + seed)
         assert 0.90 <= row["covered"] <= 0.99, name
 
@@ -168,17 +206,31 @@ def no_piles():
     text = np.full((600, 800), 230, np.uint8)
     for i in range(12):
         cv2.putText(text, "no pile here", (20, 40 + 45 * i), 0, 1.3, 30, 2)
-    block = np.pad(np.full((200, 300), 200, np.uint8), ((200, 100), (300, 300)), constant_values=30)
+    block = np.pad(
+        np.full((200, 300), 200, np.uint8), ((200, 100), (300, 300)), constant_values=30
+    )
     return {
         "blank": (np.full((400, 500), 128, np.uint8), "nothing stands out"),
         "noise": (rng.integers(0, 256, (400, 500)).astype(np.uint8), ""),
-        "faint noise": (np.clip(rng.normal(128, 5, (400, 500)), 0, 255).astype(np.uint8), ""),
+        "faint noise": (
+            np.clip(rng.normal(128, 5, (400, 500)), 0, 255).astype(np.uint8),
+            "",
+        ),
         "text": (text, "no pile"),
-        "gradient": (np.tile(np.linspace(0, 255, 500), (400, 1)).astype(np.uint8), "no pile"),
+        "gradient": (
+            np.tile(np.linspace(0, 255, 500), (400, 1)).astype(np.uint8),
+            "no pile",
+        ),
         "bare plate": (draw(pile_height=1.0), "nothing rises above the plate"),
         "block": (block, ""),
-        "two piles": (np.hstack([draw(size=(800, 600), pile_height=180)] * 2), "two piles"),
-        "cut at the top": (draw(pile_height=400, size=(1600, 800))[250:], "cut by the picture's top border"),
+        "two piles": (
+            np.hstack([draw(size=(800, 600), pile_height=180)] * 2),
+            "two piles",
+        ),
+        "cut at the top": (
+            draw(pile_height=400, size=(1600, 800))[250:],
+            "cut by the picture's top border",
+        ),
         "tiny": (np.zeros((5, 5), np.uint8), "at least 24 px"),
     }
 
@@ -193,7 +245,9 @@ def test_what_is_no_pile_is_refused(case):
 def test_a_pile_cut_by_the_side_is_measured_on_the_other():
     found = measure_repose(draw()[:, 500:])
     assert value(found, "repose_angle_left").quality == FAILED
-    assert "cut by the picture's left border" in value(found, "repose_angle_left").reason
+    assert (
+        "cut by the picture's left border" in value(found, "repose_angle_left").reason
+    )
     assert value(found).quality == DOUBTFUL
     assert value(found).value == pytest.approx(30, abs=0.1)
     assert value(found, "height_over_radius_angle").quality == FAILED
@@ -212,20 +266,31 @@ def test_without_plate_and_plumb_the_horizontal_is_doubted():
 
 
 def test_the_overlay_shows_the_line_where_it_was_fitted():
-    """The red of the fitted line, on the picture, has the angle that was measured; drawn on the surface within a pixel."""
+    """The red of the fitted line, on the picture, has the angle that was measured;
+    drawn on the surface within a pixel."""
     image = draw(angle_deg=31)
     found = measure_repose(image)
     overlay = draw_repose(image, found).astype(int)
     red = (overlay[..., 0] > 180) & (overlay[..., 1] < 110) & (overlay[..., 2] < 110)
-    y, x = np.nonzero(red[: image.shape[0], 620:])  # the right flank; the legend stands below the picture
+    y, x = np.nonzero(
+        red[: image.shape[0], 620:]
+    )  # the right flank; the legend stands below the picture
     slope = np.polyfit(x, y, 1)[0]
     assert np.degrees(np.arctan(slope)) == pytest.approx(31, abs=0.3)
     assert overlay.shape[1] == image.shape[1]
 
 
 def test_a_faint_plate_still_gives_the_horizontal():
-    """A plate nearly as bright as the background, the pile's mirror image in it: its own edge is found beside the pile."""
-    image = draw(angle_deg=28, sides="right", roll_deg=-2.5, plate_tone=52, mirror=0.5, noise=0.02)
+    """A plate nearly as bright as the background, the pile's mirror image in it: its
+    own edge is found beside the pile."""
+    image = draw(
+        angle_deg=28,
+        sides="right",
+        roll_deg=-2.5,
+        plate_tone=52,
+        mirror=0.5,
+        noise=0.02,
+    )
     found = measure_repose(image)
     assert found.base.source in ("plate", "edge")
     assert found.horizontal_deg == pytest.approx(-2.5, abs=0.1)
@@ -233,7 +298,8 @@ def test_a_faint_plate_still_gives_the_horizontal():
 
 
 def test_a_textured_wall_and_a_shadow_do_not_matter():
-    """Blotches, grain of the wall and a soft shadow, 8 drawn at random: no error beyond 3 claimed sd."""
+    """Blotches, grain of the wall and a soft shadow, 8 drawn at random: no error beyond
+    3 claimed sd."""
     from piles import hard_scene
     from scipy.ndimage import gaussian_filter
 
@@ -245,39 +311,71 @@ def test_a_textured_wall_and_a_shadow_do_not_matter():
             texture = gaussian_filter(rng.normal(size=image.shape), sigma)
             image += rng.uniform(1, 8) * texture / texture.std()
         y, x = np.mgrid[0 : image.shape[0], 0 : image.shape[1]]
-        image *= 1 - rng.uniform(0, 0.4) * np.exp(-(((x - 1000) / 400) ** 2) - ((y - 650) / 200) ** 2)
+        image *= 1 - rng.uniform(0, 0.4) * np.exp(
+            -(((x - 1000) / 400) ** 2) - ((y - 650) / 200) ** 2
+        )
         angle = value(measure_repose(np.clip(image, 0, 255).astype(np.uint8)))
         assert abs(angle.value - scene.angle_deg) <= max(3 * angle.sd, 0.3), i
 
 
 def test_height_over_radius_is_within_its_claim():
-    """Straight heaps of many sizes: the true angle lies within 2.5 claimed sd of atan(h/r)."""
-    cases = [(30, 300, (1200, 800)), (20, 180, (1200, 800)), (33, 55, (200, 150)), (30, 250, (3000, 600))]
+    """Straight heaps of many sizes: the true angle lies within 2.5 claimed sd of
+    atan(h/r)."""
+    cases = [
+        (30, 300, (1200, 800)),
+        (20, 180, (1200, 800)),
+        (33, 55, (200, 150)),
+        (30, 250, (3000, 600)),
+    ]
     for i, (angle, height, size) in enumerate(cases):
-        q = value(measure_repose(draw(seed=i, angle_deg=angle, pile_height=height, size=size)), "height_over_radius_angle")
+        q = value(
+            measure_repose(
+                draw(seed=i, angle_deg=angle, pile_height=height, size=size)
+            ),
+            "height_over_radius_angle",
+        )
         assert abs(q.value - angle) <= 2.5 * q.sd, (angle, size)
 
 
 def test_a_picture_on_its_side_is_doubted():
-    q = value(measure_repose(np.rot90(draw(sides="right", angle_deg=32, size=(1000, 700), pile_height=300)).copy()))
+    q = value(
+        measure_repose(
+            np.rot90(
+                draw(sides="right", angle_deg=32, size=(1000, 700), pile_height=300)
+            ).copy()
+        )
+    )
     assert q.quality == DOUBTFUL
 
 
 def test_how_exact_a_coarse_heap_is_stands_in_its_sd_and_is_no_doubt():
-    """Heaps of five or six grains' height: within three claimed sds, all above 1°; doubtful is at most what looks bent or cut."""
-    found = [value(measure_repose(draw(seed=i, grain_px=40, size=(900, 600), pile_height=220, angle_deg=33))) for i in range(6)]
+    """Heaps of five or six grains' height: within three claimed sds, all above 1°;
+    doubtful is at most what looks bent or cut."""
+    found = [
+        value(
+            measure_repose(
+                draw(
+                    seed=i, grain_px=40, size=(900, 600), pile_height=220, angle_deg=33
+                )
+            )
+        )
+        for i in range(6)
+    ]
     assert sum(q.quality == GOOD for q in found) >= 4
     assert all(abs(q.value - 33) <= 3 * q.sd for q in found)
     assert min(q.sd for q in found) > 1.0
 
 
 def test_the_tops_of_seeds_that_cover_the_plate_are_not_taken_for_it():
-    """A layer 50 px high all over the plate but for one gap: the line along its tops would be the base otherwise."""
+    """A layer 50 px high all over the plate but for one gap: the line along its tops
+    would be the base otherwise."""
     x = np.arange(1600)
     layer = ((x >= 50) & (x < 1400)) | ((x >= 1480) & (x < 1550))
     top = np.where(layer, 450, np.where((x >= 50) & (x < 1550), 500, 600))
     heap = np.where((x >= 50) & (x < 900), 250 + 200 * (x - 50) / 850, 600)
-    picture = np.where(np.arange(600)[:, None] >= np.minimum(top, heap), 60, 230).astype(np.uint8)
+    picture = np.where(
+        np.arange(600)[:, None] >= np.minimum(top, heap), 60, 230
+    ).astype(np.uint8)
     found = measure_repose(picture)
     assert found.base.source != "plate"
     assert found.base.at(800) == pytest.approx(499.5, abs=1.0)

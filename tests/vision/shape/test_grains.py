@@ -1,5 +1,5 @@
-"""Sizes of spread seeds: drawn ellipses of known size, what is left out and why, and refusals."""
-
+"""Sizes of spread seeds: drawn ellipses of known size, what is left out and why, and
+refusals."""
 
 import cv2
 import numpy as np
@@ -34,8 +34,11 @@ SCENES = {
 }
 
 
-def matched(spread: Spread, seed: int = 0, shape=SHAPE, **keys) -> tuple[Grains, np.ndarray, np.ndarray]:
-    """The grains measured on a drawn scene, and the errors of length and width [px] and their sds, for each whole seed.
+def matched(
+    spread: Spread, seed: int = 0, shape=SHAPE, **keys
+) -> tuple[Grains, np.ndarray, np.ndarray]:
+    """The grains measured on a drawn scene, and the errors of length and width [px] and
+    their sds, for each whole seed.
 
     Fails when a seed is missed or one is invented.
     """
@@ -46,7 +49,9 @@ def matched(spread: Spread, seed: int = 0, shape=SHAPE, **keys) -> tuple[Grains,
     errors, sds = [], []
     for row in truth.itertuples():
         away = np.hypot(place[:, 0] - row.x_px, place[:, 1] - row.y_px)
-        assert away.min() < 0.15 * row.width_px, f"the seed at {row.x_px:.0f}, {row.y_px:.0f} was missed"
+        assert away.min() < 0.15 * row.width_px, (
+            f"the seed at {row.x_px:.0f}, {row.y_px:.0f} was missed"
+        )
         g = grains.measured[int(away.argmin())]
         errors.append((g.length_px - row.length_px, g.width_px - row.width_px))
         sds.append((g.length_sd_px, g.width_sd_px))
@@ -57,22 +62,39 @@ def matched(spread: Spread, seed: int = 0, shape=SHAPE, **keys) -> tuple[Grains,
 @pytest.mark.parametrize("name", SCENES)
 def test_sizes_of_drawn_seeds(name):
     _, errors, sds = matched(SCENES[name])
-    # What may remain: a rim darkened by a tenth moves half height by 0.1 px, a calliper on a noisy edge opens by 0.1 px.
+    # What may remain: a rim darkened by a tenth moves half height by 0.1 px, a calliper
+    # on a noisy edge opens by 0.1 px.
     assert np.abs(errors.mean(0)).max() <= 0.3
     assert np.abs(errors).max() < 0.8
-    assert (np.abs(errors) < 1.96 * sds).mean() > 0.85  # 95 % claimed; the seeds of a scene share their errors
+    assert (
+        np.abs(errors) < 1.96 * sds
+    ).mean() > 0.85  # 95 % claimed; the seeds of a scene share their errors
 
 
 def test_two_per_cent_too_large_is_noticed():
-    """The control of the bias above: had the measuring made each size 2 % (1 px) larger, the same bound would refuse it."""
+    """The control of the bias above: had the measuring made each size 2 % (1 px)
+    larger, the same bound would refuse it."""
     grains, errors, _ = matched(Spread())
-    too_large = errors + 0.02 * np.array([(g.length_px, g.width_px) for g in grains.measured])
+    too_large = errors + 0.02 * np.array(
+        [(g.length_px, g.width_px) for g in grains.measured]
+    )
     assert np.abs(too_large.mean(0)).max() > 0.3
 
 
 def test_clean_circles_are_round():
-    _, errors, _ = matched(Spread(groups=(1,) * 6, length_px=(60, 0), width_px=(60, 0), texture=0, limb=0, noise=0.0))
-    assert np.abs(errors).max() < 0.12  # the pixel raster's own: 8 bits, bilinear interpolation
+    _, errors, _ = matched(
+        Spread(
+            groups=(1,) * 6,
+            length_px=(60, 0),
+            width_px=(60, 0),
+            texture=0,
+            limb=0,
+            noise=0.0,
+        )
+    )
+    assert (
+        np.abs(errors).max() < 0.12
+    )  # the pixel raster's own: 8 bits, bilinear interpolation
 
 
 def test_most_touching_seeds_are_good_and_hidden_ones_doubtful():
@@ -101,15 +123,24 @@ def test_a_dented_outline_is_doubtful():
     image = np.full(SHAPE, 40, np.uint8)
     for x in (100, 250, 400, 550):
         cv2.circle(image, (x, 120), 40, 200, -1, cv2.LINE_AA)
-    cv2.ellipse(image, (300, 320), (44, 40), 0, 20, 290, 200, -1, cv2.LINE_AA)  # a quarter is broken off
+    cv2.ellipse(
+        image, (300, 320), (44, 40), 0, 20, 290, 200, -1, cv2.LINE_AA
+    )  # a quarter is broken off
     broken = max(measure_seeds(image).measured, key=lambda g: g.y_px)
     assert broken.quality == DOUBTFUL and broken.reason
 
 
 def test_seeds_that_a_shadow_makes_larger_are_doubtful():
-    image, _ = draw_seeds(Spread(shadow=0.6, seed=0.5, ground=0.85), SHAPE, np.random.default_rng(0))
+    image, _ = draw_seeds(
+        Spread(shadow=0.6, seed=0.5, ground=0.85), SHAPE, np.random.default_rng(0)
+    )
     grains = measure_seeds(image)
-    assert np.mean([g.quality == DOUBTFUL and "shadow" in g.reason for g in grains.measured]) > 0.8
+    assert (
+        np.mean(
+            [g.quality == DOUBTFUL and "shadow" in g.reason for g in grains.measured]
+        )
+        > 0.8
+    )
     plain, _, _ = matched(Spread())  # the control: no shadow, no doubt
     assert not any(g.reason for g in plain.measured)
 
@@ -117,22 +148,43 @@ def test_seeds_that_a_shadow_makes_larger_are_doubtful():
 def test_sizes_in_mm_and_their_sds():
     _, errors, _ = matched(Spread())
     image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
-    px, mm, sure = measure_seeds(image), measure_seeds(image, 0.125), measure_seeds(image, 0.125, mm_per_px_sd=1e-5)
+    px, mm, sure = (
+        measure_seeds(image),
+        measure_seeds(image, 0.125),
+        measure_seeds(image, 0.125, mm_per_px_sd=1e-5),
+    )
     assert len(errors) == len(mm.measured)
     for a, b, c in zip(px.grains, mm.grains, sure.grains):
         assert b.length_mm == pytest.approx(0.125 * a.length_px)
         # Without an sd the scale is not trusted beyond 1 %.
-        assert b.length_sd_mm == pytest.approx(b.length_mm * np.hypot(a.length_sd_px / a.length_px, 0.01))
+        assert b.length_sd_mm == pytest.approx(
+            b.length_mm * np.hypot(a.length_sd_px / a.length_px, 0.01)
+        )
         assert c.length_sd_mm < 0.8 * b.length_sd_mm
-    assert {"length_px", "width_sd_px", "area_px"} <= set(px.table()) and "length_mm" not in px.table()
-    assert {"seed", "x_px", "y_px", "length_mm", "width_mm", "angle_deg", "area_mm2", "quality", "reason"} <= set(mm.table())
+    assert {"length_px", "width_sd_px", "area_px"} <= set(
+        px.table()
+    ) and "length_mm" not in px.table()
+    assert {
+        "seed",
+        "x_px",
+        "y_px",
+        "length_mm",
+        "width_mm",
+        "angle_deg",
+        "area_mm2",
+        "quality",
+        "reason",
+    } <= set(mm.table())
     length = mm.distribution().set_index("quantity").loc["length"]
     assert length.n == 12 and length["min"] <= length["mean"] <= length["max"]
     assert length.mean_sd > 0.01 * length["mean"]  # the scale's sd does not average out
 
 
-def seeds_on_paper(paper: Paper, sizes_mm: list[tuple[float, float]], shape) -> np.ndarray:
-    """Dark ellipses of known size lying on drawn graph paper (in its plane: no parallax)."""
+def seeds_on_paper(
+    paper: Paper, sizes_mm: list[tuple[float, float]], shape
+) -> np.ndarray:
+    """Dark ellipses of known size lying on drawn graph paper (in its plane: no
+    parallax)."""
     rng = np.random.default_rng(7)
     picture = draw_paper(paper, shape, rng).astype(float)
     y, x = np.mgrid[0 : shape[0], 0 : shape[1]].astype(float)
@@ -141,16 +193,23 @@ def seeds_on_paper(paper: Paper, sizes_mm: list[tuple[float, float]], shape) -> 
         cx, cy = (i % 3 + 0.5) * shape[1] / 3, (i // 3 + 0.5) * shape[0] / 2
         for a in (-0.25, 0.25):
             for b in (-0.25, 0.25):
-                u, v = np.subtract(paper_mm(paper, shape, x + a, y + b), np.reshape(paper_mm(paper, shape, cx, cy), (2, 1, 1)))
+                u, v = np.subtract(
+                    paper_mm(paper, shape, x + a, y + b),
+                    np.reshape(paper_mm(paper, shape, cx, cy), (2, 1, 1)),
+                )
                 turn = 0.7 * i
-                along, across = u * np.cos(turn) + v * np.sin(turn), -u * np.sin(turn) + v * np.cos(turn)
+                along, across = (
+                    u * np.cos(turn) + v * np.sin(turn),
+                    -u * np.sin(turn) + v * np.cos(turn),
+                )
                 cover += (np.hypot(2 * along / length, 2 * across / width) < 1) / 4
     cover = cv2.GaussianBlur(cover, (0, 0), 0.8)
     return np.clip(picture * (1 - cover) + 45 * cover, 0, 255).astype(np.uint8)
 
 
 def test_seeds_on_graph_paper_seen_aslant():
-    """Scale, perspective and sizes together: paper as the ground, leaning camera, sizes in the paper's millimetres."""
+    """Scale, perspective and sizes together: paper as the ground, leaning camera, sizes
+    in the paper's millimetres."""
     paper, shape = Paper(mm_per_px=1 / 12, lean_deg=(14, 8), tilt_deg=5), (560, 760)
     sizes = [(8.7, 6.8), (7.6, 5.3), (9.9, 7.7), (8.0, 6.5), (9.1, 6.0), (8.4, 7.4)]
     image = seeds_on_paper(paper, sizes, shape)
@@ -158,16 +217,27 @@ def test_seeds_on_graph_paper_seen_aslant():
     grains = measure_seeds(image, scale)
     assert len(grains.measured) == 6
     found = sorted((g.length_mm, g.width_mm) for g in grains.measured)
-    # A grid line that runs into an edge moves it by up to a third of a px, 0.03 mm; two edges.
+    # A grid line that runs into an edge moves it by up to a third of a px, 0.03 mm; two
+    # edges.
     assert np.array(found) == pytest.approx(np.array(sorted(sizes)), abs=0.12)
-    flat = measure_seeds(image, scale.mm_per_px, paper=scale)  # one scale for all places is not enough here: the control
-    assert np.abs(np.array(sorted((g.length_mm, g.width_mm) for g in flat.measured)) - sorted(sizes)).max() > 0.2
+    flat = measure_seeds(
+        image, scale.mm_per_px, paper=scale
+    )  # one scale for all places is not enough here: the control
+    assert (
+        np.abs(
+            np.array(sorted((g.length_mm, g.width_mm) for g in flat.measured))
+            - sorted(sizes)
+        ).max()
+        > 0.2
+    )
 
 
 def test_observe_seeds_reads_file_scale_and_draws(tmp_path):
     image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
     Image.fromarray(image).save(tmp_path / "seeds.png")
-    grains, overlay = observe_seeds(tmp_path / "seeds.png", mm_per_px=0.1, mm_per_px_sd=1e-4)
+    grains, overlay = observe_seeds(
+        tmp_path / "seeds.png", mm_per_px=0.1, mm_per_px_sd=1e-4
+    )
     assert grains.distribution()["unit"].eq("mm").all()
     assert overlay.dtype == np.uint8
     assert overlay.shape[1:] == (800, 3)  # small pictures are shown larger
@@ -184,9 +254,14 @@ def test_overlay_outlines_lie_on_the_drawn_seeds():
     drawn = (np.abs(overlay.astype(int) - COLOURS[GOOD]).sum(-1) < 60).astype(np.uint8)
     away = cv2.distanceTransform(1 - drawn, cv2.DIST_L2, 5)
     for row in truth.itertuples():
-        edge = outline(DrawnSeed(row.x_px, row.y_px, row.length_px, row.width_px, row.angle_deg, 0))
+        edge = outline(
+            DrawnSeed(row.x_px, row.y_px, row.length_px, row.width_px, row.angle_deg, 0)
+        )
         edge = (edge + 0.5) * overlay.shape[1] / SHAPE[1] - 0.5
-        assert np.percentile(away[tuple(np.rint(edge.T[::-1]).astype(int))], 90) < 2 * overlay.shape[1] / SHAPE[1]
+        assert (
+            np.percentile(away[tuple(np.rint(edge.T[::-1]).astype(int))], 90)
+            < 2 * overlay.shape[1] / SHAPE[1]
+        )
 
 
 def test_feret_of_a_rectangle():
@@ -203,7 +278,10 @@ def pictures_without_seeds():
     yield "black", np.zeros((300, 400), np.uint8)
     yield "white, colour, 16 bits", np.full((300, 400, 3), 65535, np.uint16)
     yield "stripes", np.where(y % 12 < 2, 60, 220).astype(np.uint8)
-    yield "a slope of light", np.repeat(np.linspace(20, 220, 400)[None], 300, 0).astype(np.uint8)
+    yield (
+        "a slope of light",
+        np.repeat(np.linspace(20, 220, 400)[None], 300, 0).astype(np.uint8),
+    )
     yield "half dark", np.where(y < 150, 30, 200).astype(np.uint8)
     yield "tiny", np.zeros((10, 10), np.uint8)
     yield "empty", np.zeros((0, 0), np.uint8)
@@ -223,17 +301,37 @@ def test_a_senseless_scale_is_refused():
             measure_seeds(image, scale)
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
-@given(st.integers(1, 90), st.integers(1, 140), st.sampled_from([np.uint8, np.uint16]), st.booleans(), st.integers(0, 9))
+@settings(
+    max_examples=25,
+    deadline=None,
+    suppress_health_check=list(HealthCheck),
+    derandomize=True,
+)
+@given(
+    st.integers(1, 90),
+    st.integers(1, 140),
+    st.sampled_from([np.uint8, np.uint16]),
+    st.booleans(),
+    st.integers(0, 9),
+)
 def test_any_picture_gives_sizes_or_a_clear_refusal(height, width, kind, colour, seed):
     rng = np.random.default_rng(seed)
-    coarse = rng.random((height // 12 + 1, width // 12 + 1, 3)[: 3 if colour else 2]).astype(np.float32)
-    image = np.clip(cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC), 0, 1) * np.iinfo(kind).max
+    coarse = rng.random(
+        (height // 12 + 1, width // 12 + 1, 3)[: 3 if colour else 2]
+    ).astype(np.float32)
+    image = (
+        np.clip(
+            cv2.resize(coarse, (width, height), interpolation=cv2.INTER_CUBIC), 0, 1
+        )
+        * np.iinfo(kind).max
+    )
     try:
         grains = measure_seeds(image.astype(kind), 0.1)
     except MeasurementError:
         return
-    assert all(np.isfinite(g.length_mm) and g.width_mm <= g.length_mm for g in grains.measured)
+    assert all(
+        np.isfinite(g.length_mm) and g.width_mm <= g.length_mm for g in grains.measured
+    )
     assert len(grains.table()) == len(grains.grains)
 
 
