@@ -44,8 +44,7 @@ def compile_in_one_worker(locks: Path) -> None:
 def rigs_compiled():
     """The rigs' step loop is on disk: processes that a test starts load it."""
     import numpy as np
-
-    from sim.rigs.bench import Bench
-    from sim.rigs.drop import Drop, run_drop
+    from benchtwin.sim.rigs.bench import Bench
+    from benchtwin.sim.rigs.drop import Drop, run_drop
 
     run_drop(Drop(height_m=1e-3), Bench(), np.random.default_rng(0))

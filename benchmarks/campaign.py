@@ -16,9 +16,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from twin.campaign import Measured, Measurement, claims, read_campaign, stream_campaign
-from twin.campaign.store import open_store
-from twin.campaign.work import simulate_and_measure
+from benchtwin.twin.campaign import (
+    Measured,
+    Measurement,
+    claims,
+    read_campaign,
+    stream_campaign,
+)
+from benchtwin.twin.campaign.store import open_store
+from benchtwin.twin.campaign.work import simulate_and_measure
 
 
 @dataclass(frozen=True)
@@ -136,8 +142,8 @@ def main() -> None:
         asleep,
         arguments.rounds,
     )
-    from twin import Parameters
-    from twin.job import Job
+    from benchtwin.twin import Parameters
+    from benchtwin.twin.job import Job
 
     any_way = {"drop": {"orientation": "any"}}
     drops = [

@@ -16,10 +16,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+from benchtwin.sim.seed.clump import METHODS, fit_clump
+from benchtwin.sim.seed.shape import Shape
 from scipy.spatial.transform import Rotation
-
-from sim.seed.clump import METHODS, fit_clump
-from sim.seed.shape import Shape
 
 SHAPES = {
     "ellipsoid 8.72 x 6.84 x 5.98": Shape.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),

@@ -19,23 +19,29 @@ from statistics import median
 
 import engine_lammps as lammps
 import numpy as np
-
-from sim.engine import step
-from sim.engine.walls import Plane
-from sim.engine.world import Placed, Scattered, World
-from sim.lammps.program import installed
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
-from sim.seed import Seed
+from benchtwin.sim.engine import step
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.lammps.program import installed
+from benchtwin.sim.material import (
+    Q235,
+    SOYBEAN,
+    SOYBEAN_Q235,
+    SOYBEAN_SOYBEAN,
+    Contact,
+    Material,
+)
+from benchtwin.sim.seed import Seed
 
 DROP = """
 import time
 begin = time.perf_counter()
 import numpy as np
-from sim.engine import step
-from sim.engine.walls import Plane
-from sim.engine.world import Placed, World
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
-from sim.seed import Seed
+from benchtwin.sim.engine import step
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.seed import Seed
 seed = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
 world = World(
     (Placed((seed,), SOYBEAN, [[0, 0, 0.31]]),),

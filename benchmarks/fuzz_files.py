@@ -17,17 +17,16 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import av
 import numpy as np
+from benchtwin.calibrate.export import ENGINES, cards, read_result
+from benchtwin.calibrate.procedure import from_tables, joint
+from benchtwin.calibrate.procedure.bench import Bench, bench_of
+from benchtwin.calibrate.procedure.tables import naming
+from benchtwin.vision import measure
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.import_command import import_command
+from benchtwin.vision.measurement import FAILED
 from PIL import Image
-
-from calibrate.export import ENGINES, cards, read_result
-from calibrate.procedure import from_tables, joint
-from calibrate.procedure.bench import Bench, bench_of
-from calibrate.procedure.tables import naming
-from vision import measure
-from vision.evidence.photo import read_photo
-from vision.evidence.read_keys import read_toml
-from vision.import_command import import_command
-from vision.measurement import FAILED
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 

@@ -18,11 +18,10 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
+from benchtwin.diagnose import bench, finding
+from benchtwin.diagnose.engine.problem import Fit, ln_evidence
 from scipy import stats
 from scipy.special import logsumexp
-
-from diagnose import bench, finding
-from diagnose.engine.problem import Fit, ln_evidence
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 BENCHES = {

@@ -16,20 +16,23 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.procedure import parameters
+from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
+from benchtwin.calibrate.procedure.pile_stage import RANGES
+from benchtwin.calibrate.procedure.pile_surrogate import observed
+from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.procedure.simulated import (
+    Prescribed,
+    State,
+    calibrate_simulated,
+)
+from benchtwin.calibrate.procedure.simulator import campaign
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.posterior import log_posterior
+from benchtwin.calibrate.statistics.prior import Prior
 from scipy import stats
-
-from calibrate.procedure import parameters
-from calibrate.procedure.bench import bench_of
-from calibrate.procedure.effort import QUICK
-from calibrate.procedure.pile_runs import measure_noise, run_design
-from calibrate.procedure.pile_stage import RANGES
-from calibrate.procedure.pile_surrogate import observed
-from calibrate.procedure.rigs import STEEL
-from calibrate.procedure.simulated import Prescribed, State, calibrate_simulated
-from calibrate.procedure.simulator import campaign
-from calibrate.statistics.box import Box
-from calibrate.statistics.posterior import log_posterior
-from calibrate.statistics.prior import Prior
 
 RUNS, TABLES = Path("benchmark-runs/loop"), Path("benchmarks/tables/loop")
 TOLERANCE = {"restitution": 0.01, "static_friction": 0.01, "rolling_friction": 0.003}

@@ -23,19 +23,22 @@ from unittest import mock
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure import pile_runs
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.effort import QUICK
-from calibrate.procedure.more_piles import add_piles
-from calibrate.procedure.pile_runs import measure_noise, run_design
-from calibrate.procedure.pile_stage import RANGES, PileStage
-from calibrate.procedure.pile_surrogate import observed, steel_box, two_level_pattern
-from calibrate.procedure.rigs import STEEL
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.box import Box
-from calibrate.statistics.posterior import log_posterior
-from calibrate.statistics.prior import Prior
+from benchtwin.calibrate.procedure import pile_runs
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.calibrate.procedure.more_piles import add_piles
+from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
+from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.procedure.pile_surrogate import (
+    observed,
+    steel_box,
+    two_level_pattern,
+)
+from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.posterior import log_posterior
+from benchtwin.calibrate.statistics.prior import Prior
 
 TABLE = Path("benchmarks/tables/loop/coverage.csv")
 COLUMNS = (

@@ -14,9 +14,8 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-
-from twin import Parameters
-from twin.job import Job
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
 
 OUT = Path("benchmark-runs/loop")
 STEEL = {

@@ -18,16 +18,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import tomli_w
+from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
+from benchtwin.calibrate.predict_command import Asked as Predicted
+from benchtwin.calibrate.predict_command import predict_into
+from benchtwin.calibrate.prediction.predict import RIG_OF, rows
+from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
+from benchtwin.calibrate.statistics.predictive import NORMAL_95
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
 from loop_truth import SEEDS, SLAB, STEEL
-
-from calibrate.calibrate_command import Asked, calibrate_command
-from calibrate.predict_command import Asked as Predicted
-from calibrate.predict_command import predict_into
-from calibrate.prediction.predict import RIG_OF, rows
-from calibrate.procedure.simulator import Run, campaign, seed_numbers
-from calibrate.statistics.predictive import NORMAL_95
-from twin import Parameters
-from twin.job import Job
 
 OUT, TABLE = (
     Path("benchmark-runs/other_system"),

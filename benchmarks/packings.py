@@ -16,11 +16,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from sim.rigs.profile import balls, centroid_angle, slope_angle
-from twin import Parameters
-from twin.job import Job
-from twin.run import run
+from benchtwin.sim.rigs.profile import balls, centroid_angle, slope_angle
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
+from benchtwin.twin.run import run
 
 OUT = Path("benchmark-runs/packings")
 SETS = {

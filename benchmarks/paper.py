@@ -14,10 +14,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
 from rig_jobs import SLAB, pile, truths
-
-from twin import Parameters
-from twin.job import Job
 
 OUT = Path(__file__).parent.parent / "samples" / "soybean-paper" / "twin"
 REPEATS = 10

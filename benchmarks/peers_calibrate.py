@@ -151,14 +151,14 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
     interval."""
     from dataclasses import replace
 
-    from calibrate.procedure.bench import RigReadings
-    from calibrate.procedure.calibration import LEVEL
-    from calibrate.procedure.effort import FULL, QUICK
-    from calibrate.procedure.pile_runs import simulate_pile
-    from calibrate.procedure.pile_stage import PileStage
-    from calibrate.statistics.bounds import interval, open_ends
-    from calibrate.statistics.posterior import log_posterior
-    from calibrate.statistics.prior import Prior
+    from benchtwin.calibrate.procedure.bench import RigReadings
+    from benchtwin.calibrate.procedure.calibration import LEVEL
+    from benchtwin.calibrate.procedure.effort import FULL, QUICK
+    from benchtwin.calibrate.procedure.pile_runs import simulate_pile
+    from benchtwin.calibrate.procedure.pile_stage import PileStage
+    from benchtwin.calibrate.statistics.bounds import interval, open_ends
+    from benchtwin.calibrate.statistics.posterior import log_posterior
+    from benchtwin.calibrate.statistics.prior import Prior
 
     of = replace({"quick": QUICK, "full": FULL}[effort], piles=0)
 

@@ -12,15 +12,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.diagnose.rigs.pile import heap_priors
+from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.sim.rigs.profile import outline
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
+from benchtwin.twin.piles import SeenPile
+from benchtwin.twin.run import run
 from scipy.ndimage import uniform_filter1d
-
-from diagnose.rigs.pile import heap_priors
-from diagnose.rigs.pile.flanks import photo_of
-from sim.rigs.profile import outline
-from twin import Parameters
-from twin.job import Job
-from twin.piles import SeenPile
-from twin.run import run
 
 STORE = Path("benchmark-runs/heaps")
 SEED_MM = 8.7

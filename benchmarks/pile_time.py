@@ -15,10 +15,9 @@ import time
 
 import numpy as np
 import pandas as pd
-
-from sim.material import SOYBEAN_SOYBEAN, Contact
-from sim.rigs.bench import Bench
-from sim.rigs.pile import Pile, run_pile
+from benchtwin.sim.material import SOYBEAN_SOYBEAN, Contact
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.rigs.pile import Pile, run_pile
 
 SLICE = Pile(
     box_m=(0.105, 0.03, 0.2),

@@ -8,9 +8,9 @@ import time
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
-from twin import Parameters
-from twin.job import Job
-from twin.run import RECORD
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
+from benchtwin.twin.run import RECORD
 
 STORE = Path("benchmark-runs")
 WORKERS = int(os.environ.get("WORKERS", os.cpu_count() or 1))

@@ -19,9 +19,9 @@ MATCH_S = 3e-3  # a time found this near to a true one is that one
 
 def heard(file: Path, height_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] of the impacts that the reader finds, and their sds."""
-    from vision.evidence.sound import read_sound
-    from vision.motion.impact_chain import find_chain
-    from vision.motion.onsets import find_onsets
+    from benchtwin.vision.evidence.sound import read_sound
+    from benchtwin.vision.motion.impact_chain import find_chain
+    from benchtwin.vision.motion.onsets import find_onsets
 
     sound = read_sound(file)
     onsets = find_onsets(sound)

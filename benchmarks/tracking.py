@@ -25,6 +25,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from benchtwin.vision.evidence.frames import Frame, FrameSource, open_frames
+from benchtwin.vision.motion.detect import find_silhouettes
+from benchtwin.vision.motion.gravity import SHAPE_SD, drag_per_metre
+from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.scene import grey, learn_scene
+from benchtwin.vision.motion.track_seed import track_seed
+from benchtwin.vision.recording import Air, Camera, Drop, Recording, Seed
 from synthetic.film import (
     Look,
     draw_frame,
@@ -35,14 +42,6 @@ from synthetic.film import (
     write_video,
 )
 from synthetic.motion import draw_drop, film_track
-
-from vision.evidence.frames import Frame, FrameSource, open_frames
-from vision.motion.detect import find_silhouettes
-from vision.motion.gravity import SHAPE_SD, drag_per_metre
-from vision.motion.rebound import measure_rebound
-from vision.motion.scene import grey, learn_scene
-from vision.motion.track_seed import track_seed
-from vision.recording import Air, Camera, Drop, Recording, Seed
 
 FRAMES_LONG = 5000
 warnings.filterwarnings("ignore", message="Image contains no local maxima")
@@ -318,8 +317,8 @@ def memory() -> None:
 
 
 def track_alone(folder: str) -> None:
-    from vision.motion.observe_motion import observe_moving
-    from vision.recording import read_recording
+    from benchtwin.vision.motion.observe_motion import observe_moving
+    from benchtwin.vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))
     assert found.track is not None

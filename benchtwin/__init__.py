@@ -8,7 +8,9 @@
 What `__all__` names is the Python interface; docs/python.md says what of it may change
 between versions."""
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,19 +18,19 @@ if TYPE_CHECKING:
     from benchtwin.diagnosing import diagnose as diagnose
     from benchtwin.exporting import export as export
     from benchtwin.measuring import measure as measure
+    from benchtwin.sim.laws.law import Law as Law
+    from benchtwin.sim.rigs.bench import Bench as Bench
+    from benchtwin.sim.seed import Seed as Seed
     from benchtwin.simulating import simulate as simulate
-    from sim.laws.law import Law as Law
-    from sim.rigs.bench import Bench as Bench
-    from sim.seed import Seed as Seed
-    from twin.parameters import Parameters as Parameters
-    from vision.measurement import MeasurementError as MeasurementError
+    from benchtwin.twin.parameters import Parameters as Parameters
+    from benchtwin.vision.measurement import MeasurementError as MeasurementError
 
 _MODULES = {
-    "Bench": "sim.rigs.bench",
-    "Law": "sim.laws.law",
-    "MeasurementError": "vision.measurement",
-    "Parameters": "twin.parameters",
-    "Seed": "sim.seed",
+    "Bench": "benchtwin.sim.rigs.bench",
+    "Law": "benchtwin.sim.laws.law",
+    "MeasurementError": "benchtwin.vision.measurement",
+    "Parameters": "benchtwin.twin.parameters",
+    "Seed": "benchtwin.sim.seed",
     "calibrate": "benchtwin.calibrating",
     "diagnose": "benchtwin.diagnosing",
     "export": "benchtwin.exporting",
@@ -52,6 +54,17 @@ __all__ = [
 def __dir__() -> list[str]:
     return __all__
 
+
+class _Interface(ModuleType):
+    """Keeps `calibrate` and `diagnose` what `__all__` says, functions: importing a
+    module of the packages that bear the same names would put the packages there."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _MODULES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Interface
 
 if not TYPE_CHECKING:  # a type checker would take every name for one of ours
 

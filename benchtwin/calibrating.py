@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from calibrate.calibrate_command import Asked, calibrate_into
-from calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.calibrate.calibrate_command import Asked, calibrate_into
+from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from diagnose.bench import Diagnosis, diagnose_bench
-from diagnose.diagnose_command import RIG_NAMES, Asked, diagnose_into
-from diagnose.words import lines
+from benchtwin.diagnose.bench import Diagnosis, diagnose_bench
+from benchtwin.diagnose.diagnose_command import RIG_NAMES, Asked, diagnose_into
+from benchtwin.diagnose.words import lines
 
 VERDICTS = [
     "rig",

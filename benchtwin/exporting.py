@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from calibrate.export_command import cards_for, write_cards
+from benchtwin.calibrate.export_command import cards_for, write_cards
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from twin.campaign.results import Measurement
-from vision import batch
-from vision.measurement import MeasurementError, Observation
-from vision.observe import LEAST_WINDOW
-from vision.pile.repose import PileOptions
-from vision.results import Results
-from vision.summary import as_table, summarise
+from benchtwin.twin.campaign.results import Measurement
+from benchtwin.vision import batch
+from benchtwin.vision.measurement import MeasurementError, Observation
+from benchtwin.vision.observe import LEAST_WINDOW
+from benchtwin.vision.pile.repose import PileOptions
+from benchtwin.vision.results import Results
+from benchtwin.vision.summary import as_table, summarise
 
 Paths = str | Path | Sequence[str | Path]
 QUANTITIES = [

@@ -59,7 +59,7 @@ def measure(
 
     Exit code 0: something was measured; 1: nothing could be; 2: the command was
     misused."""
-    from vision.command import measure_command
+    from benchtwin.vision.command import measure_command
 
     raise Exit(
         measure_command(
@@ -110,7 +110,7 @@ def import_(
 
     Exit code 0: written, and what could not be read named; 1: nothing could be read; 2:
     the command was misused."""
-    from vision.import_command import import_command
+    from benchtwin.vision.import_command import import_command
 
     raise Exit(import_command(files, out, rig, track, overwrite, quiet))
 
@@ -159,7 +159,7 @@ def shape(
 
     Exit code 0: measured; 1: no whole seed was found; 2: the command was misused.
     """
-    from vision.shape.command import shape_command
+    from benchtwin.vision.shape.command import shape_command
 
     raise Exit(
         shape_command(
@@ -212,7 +212,7 @@ def clump(
 
     Exit code 0: written; 2: the command was misused, or the file is no closed shape.
     """
-    from sim.seed.clump_command import clump_command
+    from benchtwin.sim.seed.clump_command import clump_command
 
     raise Exit(
         clump_command(
@@ -239,7 +239,7 @@ def seeds(
 
     Exit code 0: listed; 2: there is no such kind.
     """
-    from vision.evidence.seed_kinds import kinds, known
+    from benchtwin.vision.evidence.seed_kinds import kinds, known
 
     try:
         chosen = [known(kind)] if kind else list(kinds())
@@ -258,8 +258,8 @@ def new(
 
     Exit code 0: made; 2: it is there already, or cannot be written.
     """
-    from vision.measurement import MeasurementError
-    from vision.new_bench import new_bench
+    from benchtwin.vision.measurement import MeasurementError
+    from benchtwin.vision.new_bench import new_bench
 
     try:
         print(
@@ -285,6 +285,6 @@ def page(
 
     Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
     """
-    from page.command import page_command
+    from benchtwin.page.command import page_command
 
     raise Exit(page_command(folder, port, browser))

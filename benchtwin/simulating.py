@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 
 from benchtwin.measuring import Measurements, measure
-from twin.engine import Engine
-from twin.parameters import Parameters
-from twin.run import RECORD
-from twin.simulate_command import jobs_of, run_jobs
+from benchtwin.twin.engine import Engine
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.run import RECORD
+from benchtwin.twin.simulate_command import jobs_of, run_jobs
 
 
 @dataclass(frozen=True, eq=False)

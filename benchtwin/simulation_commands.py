@@ -76,8 +76,8 @@ def simulate(
     What is not given has the value that the soybean paper calibrated. Run again, the
     command goes on where it was stopped. Exit code 0: done and measured; 1: stopped, or
     nothing could be measured; 2: the command was misused."""
-    from twin.simulate_command import simulate_command
-    from vision.command import measure_command
+    from benchtwin.twin.simulate_command import simulate_command
+    from benchtwin.vision.command import measure_command
 
     numbers = {
         "restitution": restitution,
@@ -167,7 +167,7 @@ def calibrate(
 
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
     stopped, or nothing could be calibrated; 2: the command was misused."""
-    from calibrate.calibrate_command import Asked, calibrate_command
+    from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 
     asked = Asked(
         bench,
@@ -245,7 +245,7 @@ def predict(
 
     Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
     stopped, or too many runs gave nothing; 2: the command was misused."""
-    from calibrate.predict_command import Asked, predict_command
+    from benchtwin.calibrate.predict_command import Asked, predict_command
 
     asked = Asked(
         calibrated,
@@ -298,7 +298,7 @@ def compare_engines(
 
     Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
     stopped, or LAMMPS is not there; 2: the command was misused."""
-    from twin.compare.command import Compared, compare_command
+    from benchtwin.twin.compare.command import Compared, compare_command
 
     asked = Compared(
         out=out,
@@ -350,7 +350,7 @@ def diagnose(
 
     Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was
     misused."""
-    from diagnose.diagnose_command import Asked, diagnose_command
+    from benchtwin.diagnose.diagnose_command import Asked, diagnose_command
 
     raise Exit(
         diagnose_command(
@@ -376,7 +376,7 @@ def export(
 
     Exit code 0: written; 1: it could not be; 2: the command was misused.
     """
-    from calibrate.export_command import export_command
+    from benchtwin.calibrate.export_command import export_command
 
     raise Exit(export_command(folder, to, out, overwrite, quiet))
 
@@ -417,7 +417,7 @@ def prove(
     Run again with the same --rng, a stopped proof goes on where it was. Exit code 0:
     scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the
     command was misused."""
-    from prove.command import prove_command
+    from benchtwin.prove.command import prove_command
 
     raise Exit(
         prove_command(

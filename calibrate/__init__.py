@@ -1,6 +1,6 @@
 """Bench recordings and their simulated twin → contact parameters.
 
-from calibrate import calibrate_tables, parameters
+from benchtwin.calibrate import calibrate_tables, parameters
 
 print(parameters(calibrate_tables("samples/soybean-paper")))
 """

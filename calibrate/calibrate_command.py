@@ -8,17 +8,14 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-
-from calibrate.procedure import Calibration, calibrate_tables, parameters
-from calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
-from calibrate.procedure.shape_effect import verdict
-from calibrate.result_file import write_result
-from report import write_report
-from report.draw import name
-from report.numbers import with_interval, words
-from twin.command import (
+from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
+from benchtwin.calibrate.procedure.shape_effect import verdict
+from benchtwin.calibrate.result_file import write_result
+from benchtwin.report import write_report
+from benchtwin.report.draw import name
+from benchtwin.report.numbers import with_interval, words
+from benchtwin.twin.command import (
     DONE,
     FAILED,
     CampaignOptions,
@@ -31,7 +28,9 @@ from twin.command import (
     reported,
     result_console,
 )
-from twin.engine import Engine
+from benchtwin.twin.engine import Engine
+from rich.console import Console
+from rich.table import Table
 
 RECORDED = (
     "twin",
@@ -120,17 +119,17 @@ def _reported(found: Calibration, out: Path) -> bool:
 
 def _simulated(asked: Asked, simulator) -> Calibration:
     """The procedure with simulations; the report is written anew after every rig."""
-    from calibrate.procedure.beside import beside_tables
-    from calibrate.procedure.effort import FULL, QUICK
-    from calibrate.procedure.pile_runs import DESIGNS
-    from calibrate.procedure.simulated import (
+    from benchtwin.calibrate.procedure.beside import beside_tables
+    from benchtwin.calibrate.procedure.effort import FULL, QUICK
+    from benchtwin.calibrate.procedure.pile_runs import DESIGNS
+    from benchtwin.calibrate.procedure.simulated import (
         Prescribed,
         calibrate_simulated,
         checked_ranges,
     )
-    from calibrate.procedure.simulator import campaign
-    from calibrate.statistics.box import Box
-    from calibrate.statistics.prior import Prior
+    from benchtwin.calibrate.procedure.simulator import campaign
+    from benchtwin.calibrate.statistics.box import Box
+    from benchtwin.calibrate.statistics.prior import Prior
 
     engine = _engine(asked)
     if asked.design not in DESIGNS:
@@ -207,7 +206,7 @@ def _with_pairs(
 ) -> Calibration:
     """With recordings of the bench beside their twins; a rig that cannot be shown says
     why."""
-    from calibrate.procedure.pairs import pairs
+    from benchtwin.calibrate.procedure.pairs import pairs
 
     shown, why = pairs(found, out, effort, say, engine)
     options = {**found.options, "said": [*found.options.get("said", []), *why]}

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from calibrate.export import cards, read_result
-from twin.command import DONE, FAILED, MISUSED, say
+from benchtwin.calibrate.export import cards, read_result
+from benchtwin.twin.command import DONE, FAILED, MISUSED, say
 
 
 def export_command(

@@ -6,9 +6,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rich.table import Table
-
-from calibrate.prediction.beside import (
+from benchtwin.calibrate.prediction.beside import (
     Comparison,
     Measured,
     compare,
@@ -16,14 +14,20 @@ from calibrate.prediction.beside import (
     measured,
     recordings,
 )
-from calibrate.prediction.picture import picture
-from calibrate.prediction.posterior import Kept, read_posterior
-from calibrate.prediction.predict import QUANTITIES, RIG_OF, Prediction, predict, rows
-from calibrate.procedure.rigs import PARAMETERS
-from calibrate.procedure.simulator import Simulator, campaign
-from calibrate.statistics.predictive import LEAST_DRAWS, LEAST_PACKINGS
-from twin import Parameters
-from twin.command import (
+from benchtwin.calibrate.prediction.picture import picture
+from benchtwin.calibrate.prediction.posterior import Kept, read_posterior
+from benchtwin.calibrate.prediction.predict import (
+    QUANTITIES,
+    RIG_OF,
+    Prediction,
+    predict,
+    rows,
+)
+from benchtwin.calibrate.procedure.rigs import PARAMETERS
+from benchtwin.calibrate.procedure.simulator import Simulator, campaign
+from benchtwin.calibrate.statistics.predictive import LEAST_DRAWS, LEAST_PACKINGS
+from benchtwin.twin import Parameters
+from benchtwin.twin.command import (
     DONE,
     CampaignOptions,
     Misuse,
@@ -34,8 +38,9 @@ from twin.command import (
     result_console,
     write_whole,
 )
-from twin.job import CYLINDER, Job, assigned, described, merge
-from twin.versions import versions
+from benchtwin.twin.job import CYLINDER, Job, assigned, described, merge
+from benchtwin.twin.versions import versions
+from rich.table import Table
 
 # what a prediction leaves in its folder
 OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"}

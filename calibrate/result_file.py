@@ -7,14 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.calibration import Calibration, parameters
-from calibrate.procedure.steel import SteelFit
-from twin import Parameters
-from twin.command import write_whole
-from twin.pair import Pair
-from twin.result_sections import materials_and_shape
-from twin.versions import versions
+from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.twin import Parameters
+from benchtwin.twin.command import write_whole
+from benchtwin.twin.pair import Pair
+from benchtwin.twin.result_sections import materials_and_shape
+from benchtwin.twin.versions import versions
 
 SCHEMA = 1
 CURVE_POINTS = 101

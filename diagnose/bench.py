@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from diagnose.finding import Finding
-from diagnose.words import fault_in_words
-from twin.tracks import Listed, listed
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.words import fault_in_words
+from benchtwin.twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
 # Of each rig, the module of twin and the function in it that reads recordings.
@@ -110,7 +109,7 @@ def _diagnosed(
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
         module, reader = READERS[rig]  # imported on first use
-        seen = getattr(import_module(f"twin.{module}"), reader)(folder)
+        seen = getattr(import_module(f"benchtwin.twin.{module}"), reader)(folder)
         known = {
             e.recording for e in entries
         }  # every rig's reader reports unreadable files
@@ -124,7 +123,7 @@ def _diagnosed(
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
         diagnose = getattr(
-            import_module(f"diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}"
+            import_module(f"benchtwin.diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}"
         )
         with np.errstate(
             all="ignore"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from twin.command import (
+from benchtwin.twin.command import (
     DONE,
     FAILED,
     Misuse,
@@ -23,7 +23,7 @@ from twin.command import (
 )
 
 if TYPE_CHECKING:
-    from diagnose.bench import Diagnosis
+    from benchtwin.diagnose.bench import Diagnosis
 
 OURS = {
     "diagnosis.json",
@@ -68,7 +68,7 @@ def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
 
     Raises FileNotFoundError, FileExistsError or Misuse before anything runs; OSError
     where `out` cannot be written."""
-    from diagnose.bench import diagnose_bench
+    from benchtwin.diagnose.bench import diagnose_bench
 
     _check(asked)
     with progress_line(asked.quiet) as show:
@@ -102,7 +102,7 @@ def _clear(asked: Asked) -> None:
 
 def _modelled(asked: Asked, found, say):
     """Run the simulation again with what was found; failures become notes."""
-    from diagnose.rerun import resimulate_all
+    from benchtwin.diagnose.rerun import resimulate_all
 
     shutil.rmtree(asked.out / "twin", ignore_errors=True)  # films of an older diagnosis
     return resimulate_all(found, asked.out / "twin", pictures=not asked.quick, say=say)
@@ -110,7 +110,7 @@ def _modelled(asked: Asked, found, say):
 
 def _reported(found, out: Path) -> bool:
     """Write the report; a fault in drawing it is one line, and the verdict stays."""
-    from report.diagnosis import write_report
+    from benchtwin.report.diagnosis import write_report
 
     return reported(
         lambda: write_report(found, out),
@@ -122,7 +122,7 @@ def _reported(found, out: Path) -> bool:
 def _show(found, asked: Asked, drawn: bool) -> None:
     """Print verdicts and where to look; problems go to stderr where nothing was
     found."""
-    from diagnose.words import lines
+    from benchtwin.diagnose.words import lines
 
     if not found.findings:
         for line in (*lines(found), f"nothing could be diagnosed in {asked.bench}"):

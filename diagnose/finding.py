@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from diagnose.engine.alarm import ALARM_P, baseline_p, p_global
-from diagnose.engine.explanation import Alternative, Explanation, Posterior
-from diagnose.engine.held_out import HeldOut, held_out, left_out_values
-from diagnose.engine.posterior import explain
-from diagnose.engine.problem import Fit
-from diagnose.engine.unlisted import Window, Windows, strongest_window
-from diagnose.engine.verdict import (
+from benchtwin.diagnose.engine.alarm import ALARM_P, baseline_p, p_global
+from benchtwin.diagnose.engine.explanation import Alternative, Explanation, Posterior
+from benchtwin.diagnose.engine.held_out import HeldOut, held_out, left_out_values
+from benchtwin.diagnose.engine.posterior import explain
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.unlisted import Window, Windows, strongest_window
+from benchtwin.diagnose.engine.verdict import (
     MATTERS_SDS,
     EffectEstimate,
     ParameterShift,

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-
-from diagnose.rerun import Comparison, Resimulation, differences
-from twin.parameters import Parameters
-from twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
+from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown
 
 MOST = 6  # recordings that are run again
 POINTS = 200  # at which ways are compared

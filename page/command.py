@@ -6,9 +6,9 @@ import threading
 import webbrowser
 from pathlib import Path
 
-from page.folder import Folder
-from page.guard import new_token
-from page.server import application
+from benchtwin.page.folder import Folder
+from benchtwin.page.guard import new_token
+from benchtwin.page.server import application
 
 STOPPED, MISUSED = 0, 2
 LOOPBACK = "127.0.0.1"

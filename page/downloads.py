@@ -8,10 +8,10 @@ import zipfile
 from contextlib import suppress
 from pathlib import Path
 
-from calibrate.export import ENGINES, cards, read_result
-from page.folder import INCOMING, RESULTS, Folder, Refused
-from page.results import CALIBRATED, ToRecord
-from vision.recording import RESULTS_MARK
+from benchtwin.calibrate.export import ENGINES, cards, read_result
+from benchtwin.page.folder import INCOMING, RESULTS, Folder, Refused
+from benchtwin.page.results import CALIBRATED, ToRecord
+from benchtwin.vision.recording import RESULTS_MARK
 
 MOST_AT_ONCE = 4  # older packages are thrown away
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from vision.recording import RESULTS_MARK as MARK
+from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
 INCOMING = ".incoming"  # files on their way, of this page or of one that was killed

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
+from benchtwin.page.folder import Refused
+from benchtwin.vision.evidence.keys import Keys
+from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
-
-from page.folder import Refused
-from vision.evidence.keys import Keys
-from vision.recording import RIGS
 
 UNITS = {
     "mm": "mm",

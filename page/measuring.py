@@ -6,13 +6,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-
-from page.pictures import photo
-from vision.measurement import MeasurementError, Observation, Quantity
-from vision.observe import observe, observe_or_fail
-from vision.pile.heap_region import Region, find_region
-from vision.pile.repose import PileOptions, Repose, measure_repose
-from vision.recording import Recording
+from benchtwin.page.pictures import photo
+from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
+from benchtwin.vision.observe import observe, observe_or_fail
+from benchtwin.vision.pile.heap_region import Region, find_region
+from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
+from benchtwin.vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
 KEPT_REGIONS = 12

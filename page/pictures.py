@@ -8,11 +8,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from benchtwin.vision.evidence.frames import FrameSource, open_frames
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.recording import Recording
 from PIL import Image
-
-from vision.evidence.frames import FrameSource, open_frames
-from vision.evidence.photo import read_photo
-from vision.recording import Recording
 
 THUMB_PX, SHOWN_PX, FRAME_PX = 320, 2600, 1600  # largest side
 KEPT_PHOTOS = 3  # decoded at once: one of 12 megapixels takes 36 MB

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from diagnose.words import missing
-from page.folder import read_json
-from page.measuring import shorten_paths
-from report.draw import name as in_words
+from benchtwin.diagnose.words import missing
+from benchtwin.page.folder import read_json
+from benchtwin.page.measuring import shorten_paths
+from benchtwin.report.draw import name as in_words
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES, SHOWS_MORE = (

@@ -1,5 +1,6 @@
-"""One run of a command, in a process that outlives the page: python -m page.runner
-FOLDER.
+"""One run of a command, in a process that outlives the page.
+
+    python -m benchtwin.page.runner FOLDER
 
 FOLDER/job.json says what to run; beside it this keeps log.txt (what the command
 printed) and state.json (its last line of progress, its exit code). The command runs on
@@ -18,8 +19,8 @@ import sys
 import time
 from pathlib import Path
 
-from page.folder import Folder, write_whole
-from page.runs import advance
+from benchtwin.page.folder import Folder, write_whole
+from benchtwin.page.runs import advance
 
 SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
 CONTROLS = re.compile(

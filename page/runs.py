@@ -14,7 +14,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from page.folder import Folder, Refused, read_json, write_whole
+from benchtwin.page.folder import Folder, Refused, read_json, write_whole
 
 COMMANDS = ("measure", "calibrate", "diagnose")
 RESULT_FOLDERS = {
@@ -164,20 +164,12 @@ def _launch(place: Path) -> None:
         place / "job.json", json.dumps({**job, "launched": time.time()}).encode()
     )
     (place / "state.json").unlink(missing_ok=True)
-    root = Path(__file__).parent.parent
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join(
-            filter(None, [str(root), os.environ.get("PYTHONPATH")])
-        ),
-    }
     subprocess.Popen(
-        [sys.executable, "-m", "page.runner", str(place)],
+        [sys.executable, "-m", "benchtwin.page.runner", str(place)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
-        env=environment,
     )
 
 

@@ -9,6 +9,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import quote
 
+from benchtwin.page import pictures
+from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
+from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
+from benchtwin.page.guard import Guard
+from benchtwin.page.measuring import measure_recording
+from benchtwin.page.results import next_recordings
+from benchtwin.page.sound_impacts import waveform
+from benchtwin.page.upload import ReceivedFile, check, place_files
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.measurement import MeasurementError, Observation
+from benchtwin.vision.motion.drop_sound import read_onsets, sound_of
+from benchtwin.vision.motion.onsets import Onsets
+from benchtwin.vision.recording import Recording, read_recording
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import (
     FileResponse,
@@ -17,20 +30,6 @@ from fastapi.responses import (
     PlainTextResponse,
 )
 from fastapi.staticfiles import StaticFiles
-
-from page import pictures
-from page.downloads import card_files, packed_bench, sheet, zipped
-from page.folder import INCOMING, MARK, RESULTS, Folder, Refused
-from page.guard import Guard
-from page.measuring import measure_recording
-from page.results import next_recordings
-from page.sound_impacts import waveform
-from page.upload import ReceivedFile, check, place_files
-from vision.evidence.sound import Sound
-from vision.measurement import MeasurementError, Observation
-from vision.motion.drop_sound import read_onsets, sound_of
-from vision.motion.onsets import Onsets
-from vision.recording import Recording, read_recording
 
 SERVED = {
     ".html": "text/html",
@@ -109,9 +108,8 @@ class Site:
 
 def application(folder: Folder, port: int, token: str) -> Guard:
     """The whole server for one folder."""
+    from benchtwin.page.views import pages
     from nicegui import ui
-
-    from page.views import pages
 
     folder.clear_incoming()
     site = Site(folder)

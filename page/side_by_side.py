@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from page.folder import Folder, read_json
-from twin.pair import Pair, pair
-from vision.find_recordings import find_recordings
-from vision.recording import Recording, read_recording
+from benchtwin.page.folder import Folder, read_json
+from benchtwin.twin.pair import Pair, pair
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.recording import Recording, read_recording
 
 MOST_STEPS = 800  # of the slider
 FILMED = ("frames", "video")

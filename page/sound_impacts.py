@@ -4,13 +4,16 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from vision.evidence.keys import Drop
-from vision.evidence.sound import Sound
-from vision.measurement import MeasurementError, Quantity
-from vision.motion.drop_sound import SoundImpacts, find_impacts, sound_observation
-from vision.motion.onsets import APART_S, Onsets
-from vision.recording import Recording
+from benchtwin.vision.evidence.keys import Drop
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.measurement import MeasurementError, Quantity
+from benchtwin.vision.motion.drop_sound import (
+    SoundImpacts,
+    find_impacts,
+    sound_observation,
+)
+from benchtwin.vision.motion.onsets import APART_S, Onsets
+from benchtwin.vision.recording import Recording
 
 DEEPEST_DB = 60.0  # below the loudest: drawn as nothing
 COLUMNS = (100, 4000)  # of a drawn waveform

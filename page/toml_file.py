@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
+from benchtwin.page.folder import Refused, write_whole
+from benchtwin.vision.evidence.read_keys import validate
+from benchtwin.vision.measurement import MeasurementError
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
-
-from page.folder import Refused, write_whole
-from vision.evidence.read_keys import validate
-from vision.measurement import MeasurementError
 
 BY_HAND = "set by hand on the page"
 Changes = dict[

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from page.folder import Folder, Refused, clean_name, whole_folder
-from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.evidence.sound import SOUND_SUFFIXES
-from vision.foreign import SUFFIXES as TOOL_SUFFIXES
-from vision.recording import TABLES, VIDEO_SUFFIXES
+from benchtwin.page.folder import Folder, Refused, clean_name, whole_folder
+from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
+from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
+from benchtwin.vision.foreign import SUFFIXES as TOOL_SUFFIXES
+from benchtwin.vision.recording import TABLES, VIDEO_SUFFIXES
 
 PHOTO, VIDEO, SOUND, TABLE, KEYS = "photo", "video", "sound", "table", "keys"
 KINDS = {  # suffix → what it is and how large one may be [bytes]
@@ -189,7 +189,7 @@ def _table_name(name: str, path: Path) -> str:
         return "track.csv"
     if heading == {"t_s"}:
         return "impacts.csv"
-    from vision.evidence.tables import READING_COLUMNS
+    from benchtwin.vision.evidence.tables import READING_COLUMNS
 
     return "readings.csv" if heading & set(READING_COLUMNS) else name
 

@@ -5,12 +5,11 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
-
-from prove.baselines.methods import METHODS, diagnose
-from prove.files import read_json, write_json
-from prove.judge import Judged, judge
-from prove.score import Row, table
-from prove.solve import Attempt
+from benchtwin.prove.baselines.methods import METHODS, diagnose
+from benchtwin.prove.files import read_json, write_json
+from benchtwin.prove.judge import Judged, judge
+from benchtwin.prove.score import Row, table
+from benchtwin.prove.solve import Attempt
 
 SOLVER_NAME = "benchtwin diagnose"
 

@@ -5,11 +5,10 @@ import math
 from itertools import pairwise
 
 import numpy as np
-
-from prove.intervals import GRID, Power, binomial_interval, reliability
-from prove.judge import Judged
-from prove.plan import CLEAN, RIG_SHARES
-from prove.score import confusion, power
+from benchtwin.prove.intervals import GRID, Power, binomial_interval, reliability
+from benchtwin.prove.judge import Judged
+from benchtwin.prove.plan import CLEAN, RIG_SHARES
+from benchtwin.prove.score import confusion, power
 
 COLOURS = {
     "all": "#1b1f24",

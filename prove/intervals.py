@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from benchtwin.prove.judge import Judged
 from scipy.optimize import minimize
 from scipy.stats import beta
-
-from prove.judge import Judged
 
 FALSE_ALARM = 0.005
 GRID = np.exp(np.linspace(np.log(0.5), np.log(60), 120))

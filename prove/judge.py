@@ -4,9 +4,9 @@ wherever it counts."""
 import math
 from dataclasses import dataclass
 
-from prove.effects import EFFECTS, RESTITUTION
-from prove.make import Key
-from prove.solve import Attempt
+from benchtwin.prove.effects import EFFECTS, RESTITUTION
+from benchtwin.prove.make import Key
+from benchtwin.prove.solve import Attempt
 
 CLASS_NAME = RESTITUTION[0]
 UNLISTED = "(unlisted)"

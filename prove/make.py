@@ -9,15 +9,22 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-
-from prove.cases import drop, drop_bench, drop_effects, drop_snr, pile, roll, slide
-from prove.cases.bench import Bench, Request, write_bench
-from prove.cases.conditions import Condition, draw_conditions, stating
-from prove.cases.drop_effects import IN_CAMERA
-from prove.cases.snr import Visibility
-from prove.cases.stated import draw_absent_keys, without_absent_keys
-from prove.effects import EFFECTS, FOLLOWING, OUTSIDE
-from prove.plan import Spec
+from benchtwin.prove.cases import (
+    drop,
+    drop_bench,
+    drop_effects,
+    drop_snr,
+    pile,
+    roll,
+    slide,
+)
+from benchtwin.prove.cases.bench import Bench, Request, write_bench
+from benchtwin.prove.cases.conditions import Condition, draw_conditions, stating
+from benchtwin.prove.cases.drop_effects import IN_CAMERA
+from benchtwin.prove.cases.snr import Visibility
+from benchtwin.prove.cases.stated import draw_absent_keys, without_absent_keys
+from benchtwin.prove.effects import EFFECTS, FOLLOWING, OUTSIDE
+from benchtwin.prove.plan import Spec
 
 SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from prove.effects import FOLLOWING, OUTSIDE
+from benchtwin.prove.effects import FOLLOWING, OUTSIDE
 
 CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, UNLISTED_KIND = (
     "clean",

@@ -9,17 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from prove.figures import (
+from benchtwin.prove.figures import (
     calibration_figure,
     confusion_figure,
     power_figure,
     reliability_figure,
 )
-from prove.files import write_whole
-from prove.intervals import reliability
-from prove.judge import Judged
-from prove.score import Row
+from benchtwin.prove.files import write_whole
+from benchtwin.prove.intervals import reliability
+from benchtwin.prove.judge import Judged
+from benchtwin.prove.score import Row
 
 
 def write_all(
@@ -104,7 +103,7 @@ def render(
     )
     environment.filters["figure"] = number
     template = environment.from_string(
-        (files("prove") / "page.html.j2").read_text(encoding="utf8")
+        (files("benchtwin.prove") / "page.html.j2").read_text(encoding="utf8")
     )
     text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace(
         "</", "<\\/"

@@ -16,14 +16,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from prove.cases.bench import drop_frames
-from prove.files import read_json, write_json
-from prove.judge import Judged, judge
-from prove.keys import KeyMismatch, canonical, hashed, salt_of, verify
-from prove.make import Key, make_folder
-from prove.plan import Spec, plan
-from prove.solve import SOLVER, read_attempt, read_diagnosis, solve
+from benchtwin.prove.cases.bench import drop_frames
+from benchtwin.prove.files import read_json, write_json
+from benchtwin.prove.judge import Judged, judge
+from benchtwin.prove.keys import KeyMismatch, canonical, hashed, salt_of, verify
+from benchtwin.prove.make import Key, make_folder
+from benchtwin.prove.plan import Spec, plan
+from benchtwin.prove.solve import SOLVER, read_attempt, read_diagnosis, solve
 
 Progress = Callable[
     [str, int, int, float], None

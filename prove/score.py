@@ -5,16 +5,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-
-from prove.intervals import (
+from benchtwin.prove.intervals import (
     Power,
     binomial_interval,
     log_score,
     power_curve,
     reliability,
 )
-from prove.judge import Judged
-from prove.plan import (
+from benchtwin.prove.judge import Judged
+from benchtwin.prove.plan import (
     CLEAN,
     COMPOUND,
     CONDITION,

@@ -10,7 +10,7 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from prove.files import read_json, write_json
+from benchtwin.prove.files import read_json, write_json
 
 # verdicts alone: no new DEM runs
 SOLVER = "{python} -m benchtwin diagnose {bench} --out {out} --no-twin --quiet"

@@ -6,14 +6,13 @@ import math
 from pathlib import Path
 
 import pandas as pd
-
-from diagnose import words
-from diagnose.bench import Diagnosis
-from diagnose.finding import Finding
-from report.numbers import capitalised, cells, with_interval
-from report.residuals import AXES, before_and_after, points, recorded
-from report.template import fill
-from twin.command import write_whole
+from benchtwin.diagnose import words
+from benchtwin.diagnose.bench import Diagnosis
+from benchtwin.diagnose.finding import Finding
+from benchtwin.report.numbers import capitalised, cells, with_interval
+from benchtwin.report.residuals import AXES, before_and_after, points, recorded
+from benchtwin.report.template import fill
+from benchtwin.twin.command import write_whole
 
 TAGS = {
     "none": "nothing missing",

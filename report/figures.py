@@ -2,10 +2,9 @@
 […], "layout": {…}}."""
 
 import numpy as np
-
-from calibrate.procedure.joint import Joint
-from calibrate.procedure.steel import SteelFit
-from report import draw
+from benchtwin.calibrate.procedure.joint import Joint
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.report import draw
 
 GAP = 0.03  # between the panels of a posterior, of the figure's width
 HIDDEN = {"showticklabels": False, "ticks": ""}

@@ -5,8 +5,7 @@ import math
 import re
 
 import pandas as pd
-
-from report.draw import NAMES
+from benchtwin.report.draw import NAMES
 
 HEADINGS = {
     "sum_of_squares": "sum of squares",

@@ -4,15 +4,14 @@ from itertools import combinations
 from pathlib import Path
 
 import pandas as pd
-
-from calibrate.procedure.calibration import Calibration, parameters
-from calibrate.procedure.pile import PileFit
-from calibrate.procedure.shape_effect import verdict
-from calibrate.statistics.assessment import natural_coefficients
-from report import draw, figures, pile_figures, side_by_side
-from report.numbers import cells, sentence, with_interval
-from report.template import fill
-from twin.command import write_whole
+from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.shape_effect import verdict
+from benchtwin.calibrate.statistics.assessment import natural_coefficients
+from benchtwin.report import draw, figures, pile_figures, side_by_side
+from benchtwin.report.numbers import cells, sentence, with_interval
+from benchtwin.report.template import fill
+from benchtwin.twin.command import write_whole
 
 
 def write_report(c: Calibration, out: Path) -> None:

@@ -4,11 +4,10 @@ solutions, residuals."""
 from typing import Any
 
 import numpy as np
-
-from calibrate.procedure.pile import PileFit
-from calibrate.procedure.rigs import PILE_RESPONSE
-from calibrate.statistics.assessment import response_grid
-from report import draw
+from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.statistics.assessment import response_grid
+from benchtwin.report import draw
 
 CENTRE = {"x": 0, "y": 0, "z": -0.2}
 CAMERA = {

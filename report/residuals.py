@@ -2,9 +2,8 @@
 recordings. Plain Plotly JSON."""
 
 import numpy as np
-
-from diagnose.finding import Curve
-from report import draw
+from benchtwin.diagnose.finding import Curve
+from benchtwin.report import draw
 
 AXES = {
     "t_s": ("time", "s"),

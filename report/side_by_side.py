@@ -3,9 +3,9 @@ them, and their curves over each other."""
 
 import base64
 
-from report import draw
-from report.residuals import binned
-from twin.pair import Pair
+from benchtwin.report import draw
+from benchtwin.report.residuals import binned
+from benchtwin.twin.pair import Pair
 
 
 def panels(pairs: list[Pair]) -> list[dict]:

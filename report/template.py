@@ -6,7 +6,7 @@ from collections.abc import Callable
 from importlib.resources import files
 from typing import Any
 
-from twin.versions import versions
+from benchtwin.twin.versions import versions
 
 
 def fill(
@@ -25,7 +25,7 @@ def fill(
     )
     environment.filters |= filters
     page = environment.from_string(
-        (files("report") / template).read_text(encoding="utf8")
+        (files("benchtwin.report") / template).read_text(encoding="utf8")
     )
     # "</" would end the script element that carries the figures
     drawn = json.dumps(figures, separators=(",", ":"), allow_nan=False).replace(

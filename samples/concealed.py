@@ -58,9 +58,9 @@ def make(out: Path) -> None:
 
 def make_drop(folder: Path) -> None:
     """Drops whose recordings state no air."""
-    from twin import Parameters
-    from twin.paths import like
-    from twin.run import run
+    from benchtwin.twin import Parameters
+    from benchtwin.twin.paths import like
+    from benchtwin.twin.run import run
 
     begin(folder, HEADER.format(fps=1000.0) + "\n[air]\ndensity_kg_m3 = 0.0\n")
     rng = np.random.default_rng(2027)
@@ -95,8 +95,8 @@ def make_drop(folder: Path) -> None:
 
 def make_roll(folder: Path) -> None:
     """Rolls both ways over a plate that is called level."""
-    from twin import Parameters
-    from twin.paths import like, run_path
+    from benchtwin.twin import Parameters
+    from benchtwin.twin.paths import like, run_path
 
     begin(folder, HEADER.format(fps=200.0))
     rng = np.random.default_rng(2028)
@@ -131,9 +131,9 @@ def make_roll(folder: Path) -> None:
 
 def share_at(sizes, speed: float) -> float:
     """Drag over weight of a sphere of the same volume in the twin's air."""
-    from sim.laws import LAWS
-    from sim.rigs.bench import Bench
-    from sim.seed import Seed
+    from benchtwin.sim.laws import LAWS
+    from benchtwin.sim.rigs.bench import Bench
+    from benchtwin.sim.seed import Seed
 
     seed, bench = (
         Seed.from_dimensions(*(1e-3 * s for s in sizes), density_kg_m3=1250.0),

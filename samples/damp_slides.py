@@ -15,10 +15,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import tomli_w
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
 from concealed import begin, conceal, noise
-
-from twin import Parameters
-from twin.job import Job
 
 AT_12_PCT, PER_PCT, FROM_RUN_TO_RUN = (
     0.36,

@@ -2,13 +2,12 @@
 how hard they press on the floor."""
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.engine.step import init, run
-from sim.engine.walls import box
-from sim.engine.world import Scattered, World
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
-from sim.seed import Seed
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.engine.step import init, run
+from benchtwin.sim.engine.walls import box
+from benchtwin.sim.engine.world import Scattered, World
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.seed import Seed
 
 
 def drop(count: int = 500, side_m: float = 0.07):

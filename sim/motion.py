@@ -4,9 +4,8 @@ it, pictures show it."""
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from sim.seed import Seed
-from sim.seed.surface import Mesh
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.surface import Mesh
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,19 +11,9 @@ from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packages import FOLDERS as OURS
+from packages import ROOT
 
-ROOT = Path(__file__).parent.parent
-OURS = (
-    "vision",
-    "sim",
-    "twin",
-    "calibrate",
-    "diagnose",
-    "report",
-    "prove",
-    "page",
-    "benchtwin",
-)
 BESIDE = ("tests", "benchmarks", "samples", "scripts", "conftest.py")
 NOT_IMPORTED = {  # declared for another reason than an import
     "dask": "distributed schedules it; its version must fit",

@@ -9,8 +9,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).parents[1]
+from packages import FOLDERS, ROOT
 
 
 @pytest.fixture(scope="module")
@@ -54,27 +53,20 @@ def run(installed, tmp_path, code):
 
 
 def test_it_holds_every_package_and_file_that_is_not_python(installed):
-    kept = (
-        "vision",
-        "sim",
-        "twin",
-        "calibrate",
-        "diagnose",
-        "report",
-        "prove",
-        "page",
-        "benchtwin",
-    )
     files = {
-        p.relative_to(ROOT)
-        for name in kept
+        Path("benchtwin", *(p.relative_to(ROOT).parts[name == "benchtwin" :]))
+        for name in FOLDERS
         for p in (ROOT / name).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts
     }
-    assert files == {f for f in files if (installed / f).is_file()}, {
-        f for f in files if not (installed / f).is_file()
+    assert {f for f in files if not (installed / f).is_file()} == set()
+
+
+def test_it_brings_one_name(installed):
+    """A user's own sim.py or vision.py stands in nobody's way."""
+    assert {p.name for p in installed.iterdir() if p.suffix != ".dist-info"} == {
+        "benchtwin"
     }
-    assert not (installed / "tests").exists() and not (installed / "samples").exists()
 
 
 def test_a_sample_is_measured_and_calibrated_from_it(installed, tmp_path):
@@ -82,10 +74,11 @@ def test_a_sample_is_measured_and_calibrated_from_it(installed, tmp_path):
     done = run(
         installed,
         tmp_path,
-        "import sys, vision, benchtwin.command_line as command\nassert"
-        f" vision.__file__.startswith({str(installed)!r}), vision.__file__\nsys.argv ="
-        f" ['benchtwin', 'calibrate', {str(samples / 'soybean-paper')!r}, '--tables',"
-        " '--out', 'out']\ncommand.main()",
+        "import sys, benchtwin.vision, benchtwin.command_line as command\n"
+        f"assert benchtwin.vision.__file__.startswith({str(installed)!r})\n"
+        f"sys.argv = ['benchtwin', 'calibrate', {str(samples / 'soybean-paper')!r},"
+        " '--tables', '--out', 'out']\n"
+        "command.main()",
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "report.html").stat().st_size > 100_000

@@ -1,7 +1,7 @@
 """The bridge between measuring and simulating, the only package that imports both:
 recordings of the bench and of the twin read by the same code.
 
-from twin import Parameters, observe, simulate
+from benchtwin.twin import Parameters, observe, simulate
 
 rng = np.random.default_rng(1)
 recording = simulate("drop", Parameters(restitution=0.6), rng=rng, out=Path("twin"))

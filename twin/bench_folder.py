@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
-from twin.run import observe
-from vision.batch import find_all
-from vision.evidence.tables import READING_COLUMNS, read_readings
-from vision.evidence.tables import read_numbers as read_numbers
-from vision.measurement import FAILED, MeasurementError
-from vision.recording import Recording
-from vision.recording import among_results as among_results
+from benchtwin.twin.run import observe
+from benchtwin.vision.batch import find_all
+from benchtwin.vision.evidence.tables import READING_COLUMNS, read_readings
+from benchtwin.vision.evidence.tables import read_numbers as read_numbers
+from benchtwin.vision.measurement import FAILED, MeasurementError
+from benchtwin.vision.recording import Recording
+from benchtwin.vision.recording import among_results as among_results
 
 # what each rig is read for: its first column; further ones go beside it
 RESPONSES = {rig: column for column, (rig, *_) in reversed(READING_COLUMNS.items())}

@@ -93,7 +93,7 @@ def check_out(
 def check_bench(bench: Path, out: Path) -> None:
     """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for
     a folder that is marked as results."""
-    from twin.bench_folder import among_results
+    from benchtwin.twin.bench_folder import among_results
 
     if not bench.is_dir():
         what = "is not a folder" if bench.exists() else "no such folder"

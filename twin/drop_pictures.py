@@ -8,12 +8,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
-
-from sim.picture import Camera, Look, film
-from twin.flights import motion_of
-from twin.write import PNG
-from vision.observe import observe
-from vision.recording import read_recording
+from benchtwin.sim.picture import Camera, Look, film
+from benchtwin.twin.flights import motion_of
+from benchtwin.twin.write import PNG
+from benchtwin.vision.observe import observe
+from benchtwin.vision.recording import read_recording
 
 MARGIN_M = 0.02
 TALLEST_PX = 1100

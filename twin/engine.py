@@ -9,16 +9,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-
-from sim.lammps.contact import in_lammps_law
-from sim.lammps.program import Unavailable, cores_here, lammps_version, needed
-from sim.lammps.rigs import need_rig, run_rig
-from sim.lammps.run import Lammps
-from sim.motion import Motion
-from sim.rigs.bench import Bench
-from twin.parameters import Parameters, bench
-from twin.scene import rig_of, setup_of
-from vision.recording import Recording
+from benchtwin.sim.lammps.contact import in_lammps_law
+from benchtwin.sim.lammps.program import Unavailable, cores_here, lammps_version, needed
+from benchtwin.sim.lammps.rigs import need_rig, run_rig
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.twin.parameters import Parameters, bench
+from benchtwin.twin.scene import rig_of, setup_of
+from benchtwin.vision.recording import Recording
 
 OURS, LAMMPS = "benchtwin", "lammps"
 NAMES = (OURS, LAMMPS)

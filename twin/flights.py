@@ -5,16 +5,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-
-from sim.engine.step import Every, init, run
-from sim.engine.walls import Rectangle
-from sim.engine.world import Placed
-from sim.laws import LAWS
-from sim.motion import Motion
-from sim.rigs.bench import Bench, Frames, about, any_turn, product, reach
-from sim.seed import Seed
-from twin.parameters import Parameters, bench
-from vision.evidence.read_keys import validate
+from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.walls import Rectangle
+from benchtwin.sim.engine.world import Placed
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import Bench, Frames, about, any_turn, product, reach
+from benchtwin.sim.seed import Seed
+from benchtwin.twin.parameters import Parameters, bench
+from benchtwin.vision.evidence.read_keys import validate
 
 # between kept states; between them a cubic through places and speeds, good to 1e-9 m
 EVERY_S = 1e-3
@@ -243,7 +242,7 @@ def motion_of(
     """A seed as it is at `time` (n,), its centre at `places` (n, 2) [m], turned by
     `angle` (n,) [rad] anticlockwise in the picture, above a level plate whose surface
     is at plate_z [m]."""
-    from sim.rigs.parts import slab
+    from benchtwin.sim.rigs.parts import slab
 
     _, seed = bench_of(description, {}, Parameters())
     n = len(time)

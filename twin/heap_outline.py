@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
-
-from sim.motion import Motion
-from sim.rigs.profile import outline
-from twin.piles import SeenPile, describe
-from vision.recording import Recording
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.profile import outline
+from benchtwin.twin.piles import SeenPile, describe
+from benchtwin.vision.recording import Recording
 
 STEP_MM, FOOT = 0.1, 0.02  # FOOT: of the crest's height, where a flank ends
 

@@ -11,16 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from sim.rigs.bench import no_watch
-from twin.engine import OWN, Engine
-from twin.lot import file_digest, lot_digest
-from twin.parameters import Parameters
-from twin.run import MODEL, RECORD, simulate
-from twin.scene import rig_of
-from vision.evidence.read_keys import merge, read_toml, validate
-from vision.measurement import MeasurementError
-from vision.recording import RIGS, Recording, read_recording
+from benchtwin.sim.rigs.bench import no_watch
+from benchtwin.twin.engine import OWN, Engine
+from benchtwin.twin.lot import file_digest, lot_digest
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.run import MODEL, RECORD, simulate
+from benchtwin.twin.scene import rig_of
+from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import RIGS, Recording, read_recording
 
 SECTIONS = ("seed", "camera", "air", *RIGS)
 RIG_NAMES = (*RIGS, "cylinder")

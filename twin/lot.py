@@ -6,14 +6,13 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-
-from sim.seed import SOYBEAN_DENSITY, Seed
-from sim.seed.lot import Lot
-from sim.seed.shape import Shape
-from sim.seed.sizes import RANGE_OVER_SD_OF_100, SOYBEAN
-from vision.evidence.read_keys import LOT_TABLE
-from vision.measurement import MeasurementError
-from vision.shape.lot import MeasuredSeed, read_lot
+from benchtwin.sim.seed import SOYBEAN_DENSITY, Seed
+from benchtwin.sim.seed.lot import Lot
+from benchtwin.sim.seed.shape import Shape
+from benchtwin.sim.seed.sizes import RANGE_OVER_SD_OF_100, SOYBEAN
+from benchtwin.vision.evidence.read_keys import LOT_TABLE
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.shape.lot import MeasuredSeed, read_lot
 
 # different clumps in a heap; each takes a fit, and is meshed once for the picture
 MOST_SHAPES = 40

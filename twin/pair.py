@@ -6,15 +6,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from twin.piles import SeenPile, read_piles
-from twin.roll_tracks import read_rolls
-from twin.run import observe
-from twin.slides import read_slides
-from twin.tracks import track_of
-from vision.batch import find_all, split_photos
-from vision.measurement import MeasurementError
-from vision.recording import Recording as Recording
+from benchtwin.twin.piles import SeenPile, read_piles
+from benchtwin.twin.roll_tracks import read_rolls
+from benchtwin.twin.run import observe
+from benchtwin.twin.slides import read_slides
+from benchtwin.twin.tracks import track_of
+from benchtwin.vision.batch import find_all, split_photos
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording as Recording
 
 LEAST_OVERLAP = 0.5  # of the shorter curve
 SHIFTS = 801

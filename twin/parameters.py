@@ -3,16 +3,16 @@
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
-from sim.laws import LAWS
-from sim.material import Q235, SOYBEAN, Contact, Material
-from sim.rigs.bench import Bench
-from sim.seed.arrange import ROUNDEST_AXIAL
-from sim.seed.lot import Lot
-from sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
-from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
-from twin.lot import file_digest, measured_lot, seed_of_mesh
-from vision.evidence.keys import Air, Seed
-from vision.evidence.seed_kinds import (
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, Contact, Material
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.seed.arrange import ROUNDEST_AXIAL
+from benchtwin.sim.seed.lot import Lot
+from benchtwin.sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
+from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
+from benchtwin.twin.lot import file_digest, measured_lot, seed_of_mesh
+from benchtwin.vision.evidence.keys import Air, Seed
+from benchtwin.vision.evidence.seed_kinds import (
     published_contact_parameters,
     with_published_values,
 )

@@ -8,15 +8,14 @@ from typing import Any
 
 import cv2
 import numpy as np
-
-from sim.motion import Motion
-from sim.picture import Camera, photo
-from twin.parameters import Parameters
-from twin.run import observe, run, simulate
-from twin.scene import camera_of, setup_of
-from vision.evidence.keys import Keys
-from vision.evidence.read_keys import validate
-from vision.recording import Recording
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.picture import Camera, photo
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.run import observe, run, simulate
+from benchtwin.twin.scene import camera_of, setup_of
+from benchtwin.vision.evidence.keys import Keys
+from benchtwin.vision.evidence.read_keys import validate
+from benchtwin.vision.recording import Recording
 
 MOST_PX = 900  # of a picture's width
 

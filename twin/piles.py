@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-
-from twin.tracks import entries_of, sections_of
-from vision.evidence.photo import read_photo
-from vision.measurement import MeasurementError
-from vision.pile.repose import PileOptions, Repose, measure_repose
-from vision.recording import Recording
+from benchtwin.twin.tracks import entries_of, sections_of
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
+from benchtwin.vision.recording import Recording
 
 SECTIONS = ("seed", "camera", "pile")
 

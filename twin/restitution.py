@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from sim.laws import LAWS
+from benchtwin.sim.laws import LAWS
 
 SLOW_M_S, FAST_M_S = 0.5, 2.0  # a fall is e(slow) − e(fast)
 

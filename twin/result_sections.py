@@ -4,11 +4,10 @@ calibration, weighed again for an export."""
 from pathlib import Path
 
 import numpy as np
-
-from sim.material import Q235
-from sim.seed import Seed
-from twin.parameters import SOFT_PA, Parameters, bench
-from vision.evidence.read_keys import validate
+from benchtwin.sim.material import Q235
+from benchtwin.sim.seed import Seed
+from benchtwin.twin.parameters import SOFT_PA, Parameters, bench
+from benchtwin.vision.evidence.read_keys import validate
 
 
 def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:

@@ -5,15 +5,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
-from twin.tracks import entries_of, sections_of, track_of
-from vision.evidence.keys import Seed
-from vision.evidence.tables import read_readings
-from vision.measurement import MeasurementError
-from vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
-from vision.motion.roll import stays_on_incline
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.twin.tracks import entries_of, sections_of, track_of
+from benchtwin.vision.evidence.keys import Seed
+from benchtwin.vision.evidence.tables import read_readings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
+from benchtwin.vision.motion.roll import stays_on_incline
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 LEAST_ROWS = 4  # place, speed and acceleration, and one more by which they are checked
 FEW_ROWS = 30  # of fewer, a wrong one cannot be told by its neighbours

@@ -9,16 +9,24 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from sim.motion import Motion
-from sim.rigs.bench import no_watch
-from twin import write
-from twin.engine import OWN, Engine, kept_inputs
-from twin.parameters import Parameters
-from twin.scene import baseline, camera_of, camera_section, rig_of, section_of, setup_of
-from twin.versions import versions
-from vision.observe import observe as observe  # the same call for bench and twin
-from vision.recording import Recording, read_recording, write_recording
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import no_watch
+from benchtwin.twin import write
+from benchtwin.twin.engine import OWN, Engine, kept_inputs
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.scene import (
+    baseline,
+    camera_of,
+    camera_section,
+    rig_of,
+    section_of,
+    setup_of,
+)
+from benchtwin.twin.versions import versions
+from benchtwin.vision.observe import (
+    observe as observe,
+)  # the same call for bench and twin
+from benchtwin.vision.recording import Recording, read_recording, write_recording
 
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
@@ -154,7 +162,7 @@ def record(
 ) -> dict:
     """All that is needed to run it again, and what the simulation itself knows of the
     answer."""
-    from sim.picture import renderer_name
+    from benchtwin.sim.picture import renderer_name
 
     return {
         "schema": 1,

@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
+from benchtwin.twin import Parameters
+from benchtwin.twin.command import DONE, Misuse, exit_code
+from benchtwin.twin.engine import Engine
+from benchtwin.twin.job import RIG_NAMES, Job, assigned, described, jobs
+from benchtwin.twin.parameters import said_of
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-from twin import Parameters
-from twin.command import DONE, Misuse, exit_code
-from twin.engine import Engine
-from twin.job import RIG_NAMES, Job, assigned, described, jobs
-from twin.parameters import said_of
 
 MOST_REPEATS = 10_000
 

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from twin.tracks import entries_of, sections_of, track_of
-from vision.evidence.tables import read_readings
-from vision.measurement import MeasurementError
-from vision.motion.outliers import single_spikes
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.twin.tracks import entries_of, sections_of, track_of
+from benchtwin.vision.evidence.tables import read_readings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.outliers import single_spikes
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 TILT_MISSING = (
     "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"

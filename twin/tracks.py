@@ -5,18 +5,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-
-from vision.batch import find_all
-from vision.evidence.tables import read_impacts, read_track
-from vision.measurement import MeasurementError
-from vision.motion.drop_sound import impacts_in_sound, sound_of
-from vision.motion.flight import G_MM_S2
-from vision.motion.gravity import release_seen
-from vision.motion.impacts import estimate_time_sds
-from vision.motion.rebound import measure_rebound
-from vision.motion.track import Track, track_from_gates, track_from_table
-from vision.observe import observe
-from vision.recording import Recording
+from benchtwin.vision.batch import find_all
+from benchtwin.vision.evidence.tables import read_impacts, read_track
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.gravity import release_seen
+from benchtwin.vision.motion.impacts import estimate_time_sds
+from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
+from benchtwin.vision.observe import observe
+from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
 SCALE_OF_GRAVITY_SD = 0.1

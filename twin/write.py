@@ -6,14 +6,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
-
-from sim.motion import Motion
-from sim.picture import film, photo
-from sim.rigs.bench import Bench, Watch
-from sim.seed.sizes import Sizes
-from twin.scene import camera_of, sees, setup_of
-from vision.evidence.keys import Seed
-from vision.recording import Recording
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.picture import film, photo
+from benchtwin.sim.rigs.bench import Bench, Watch
+from benchtwin.sim.seed.sizes import Sizes
+from benchtwin.twin.scene import camera_of, sees, setup_of
+from benchtwin.vision.evidence.keys import Seed
+from benchtwin.vision.recording import Recording
 
 PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 RENDERED, STRAIGHT = "rendered", "straight from the simulation"

@@ -1,7 +1,7 @@
 """Pictures, frames, videos and tracks from the bench → measurements with standard
 deviations. Knows nothing of simulating.
 
-from vision import measure
+from benchtwin.vision import measure
 
 for observation in measure("my-bench"):
     for q in observation.quantities:
@@ -12,7 +12,7 @@ for observation in measure("my-bench"):
 def __getattr__(name: str):
     """`measure`, imported when it is asked for: the front door must open fast."""
     if name == "measure":
-        from vision.batch import measure
+        from benchtwin.vision.batch import measure
 
         return measure
     raise AttributeError(f"module 'vision' has no attribute '{name}'")

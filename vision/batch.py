@@ -7,11 +7,11 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from vision.find_recordings import find_recordings, unread_files
-from vision.measurement import MeasurementError, Observation
-from vision.observe import observe, observe_or_fail
-from vision.pile.repose import PileOptions
-from vision.recording import Recording
+from benchtwin.vision.find_recordings import find_recordings, unread_files
+from benchtwin.vision.measurement import MeasurementError, Observation
+from benchtwin.vision.observe import observe, observe_or_fail
+from benchtwin.vision.pile.repose import PileOptions
+from benchtwin.vision.recording import Recording
 
 MOST_NAMED = 8  # files in one note
 
@@ -106,7 +106,7 @@ def observe_together(rolls: list[tuple[Recording, Observation]]) -> list[Observa
     both directions."""
     if not rolls:
         return []
-    from vision.motion.plate_slope import plate_slopes
+    from benchtwin.vision.motion.plate_slope import plate_slopes
 
     return plate_slopes(rolls)
 

@@ -6,16 +6,21 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.vision.batch import (
+    find_all,
+    in_order,
+    keep_rolls,
+    observe_together,
+    unread_notes,
+)
+from benchtwin.vision.measurement import MeasurementError, Observation
+from benchtwin.vision.observe import observe, observe_or_fail, observe_seeds_photo
+from benchtwin.vision.pile.repose import PileOptions
+from benchtwin.vision.recording import Recording
+from benchtwin.vision.results import Results, measured_anything
+from benchtwin.vision.terminal import show_results
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-from vision.batch import find_all, in_order, keep_rolls, observe_together, unread_notes
-from vision.measurement import MeasurementError, Observation
-from vision.observe import observe, observe_or_fail, observe_seeds_photo
-from vision.pile.repose import PileOptions
-from vision.recording import Recording
-from vision.results import Results, measured_anything
-from vision.terminal import show_results
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
 

@@ -3,10 +3,10 @@
 import os
 from pathlib import Path
 
-from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.evidence.read_keys import read_toml
-from vision.measurement import MeasurementError
-from vision.recording import (
+from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import (
     RESULTS_MARK,
     VIDEO_SUFFIXES,
     Recording,

@@ -4,8 +4,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from vision.foreign import tool_of
-from vision.foreign.draft import (
+from benchtwin.vision.foreign import tool_of
+from benchtwin.vision.foreign.draft import (
     BENCH_HEADING,
     DRAFTED,
     WRITTEN,
@@ -13,9 +13,9 @@ from vision.foreign.draft import (
     drafts_of,
     write_bench,
 )
-from vision.measurement import MeasurementError
-from vision.out_folder import check_out, file_name, new_folder
-from vision.recording import RIGS
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.out_folder import check_out, file_name, new_folder
+from benchtwin.vision.recording import RIGS
 
 DONE, NOTHING, MISUSED = 0, 1, 2
 

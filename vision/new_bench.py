@@ -3,11 +3,10 @@ keys."""
 
 from pathlib import Path
 
+from benchtwin.vision.evidence.keys import Keys
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
-
-from vision.evidence.keys import Keys
-from vision.measurement import MeasurementError
-from vision.recording import RIGS
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)
 SIMULATED = "simulated"  # in the text of a key that measuring does not need

@@ -5,11 +5,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from vision.evidence.keys import Seed
-from vision.evidence.photo import read_photo
-from vision.measurement import MeasurementError, Observation, Quantity, failed
-from vision.pile.repose import PileOptions, measure_repose
-from vision.recording import Recording
+from benchtwin.vision.evidence.keys import Seed
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
+from benchtwin.vision.pile.repose import PileOptions, measure_repose
+from benchtwin.vision.recording import Recording
 
 LEAST_WINDOW = 0.1  # of the crest's height
 MAIN_QUANTITY = {  # reported as failed where a recording cannot be measured
@@ -54,7 +54,7 @@ def _observe(
     progress: Progress | None,
 ) -> Observation:
     if recording.evidence == "readings.csv":
-        from vision.evidence.readings import observe_readings
+        from benchtwin.vision.evidence.readings import observe_readings
 
         return observe_readings(recording, trim)
     if recording.rig is None:
@@ -65,7 +65,7 @@ def _observe(
     if recording.rig == "pile":
         return observe_pile(recording, options)
     if recording.rig == "drum":
-        from vision.motion.drum import observe_drum
+        from benchtwin.vision.motion.drum import observe_drum
 
         return observe_drum(recording, progress)
     if recording.evidence == "photos":
@@ -73,7 +73,7 @@ def _observe(
             f"{recording.path}: a {recording.rig} is measured on frames, a video or a"
             " track, not on a photo"
         )
-    from vision.motion.observe_motion import observe_moving
+    from benchtwin.vision.motion.observe_motion import observe_moving
 
     return observe_moving(recording, progress)
 
@@ -83,7 +83,7 @@ def observe_pile(
 ) -> Observation:
     """Measure the first photo of a pile recording (`split_photos` makes a recording of
     each)."""
-    from vision.overlay.pile import draw_repose
+    from benchtwin.vision.overlay.pile import draw_repose
 
     if recording.evidence != "photos":
         raise MeasurementError(
@@ -136,7 +136,7 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
 def observe_seeds_photo(recording: Recording) -> Observation:
     """Measure a photo of spread seeds: mean length and width (sd of the mean, with that
     of the scale), and a row for each seed."""
-    from vision.shape.lot_photos import observe_seeds
+    from benchtwin.vision.shape.lot_photos import observe_seeds
 
     if recording.evidence != "photos":
         raise MeasurementError(

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
-from vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError
 
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
 

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-
-from vision.evidence.keys import (
+from benchtwin.vision.evidence.keys import (
     Air,
     Camera,
     Drop,
@@ -27,12 +26,12 @@ from vision.evidence.keys import (
     Slide,
     Tracking,
 )
-from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.evidence.read_keys import merge, read_toml, validate
-from vision.evidence.sound import SOUND_SUFFIXES, only_sound
-from vision.foreign import tool_of
-from vision.foreign.as_evidence import Evidence, evidence_of
-from vision.measurement import MeasurementError
+from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
+from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
+from benchtwin.vision.evidence.sound import SOUND_SUFFIXES, only_sound
+from benchtwin.vision.foreign import tool_of
+from benchtwin.vision.foreign.as_evidence import Evidence, evidence_of
+from benchtwin.vision.measurement import MeasurementError
 
 RIGS = ("drop", "slide", "roll", "pile", "drum")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")

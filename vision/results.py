@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
+from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
+from benchtwin.vision.summary import Line, as_table, summarise
 from jinja2 import Environment, PackageLoader
 from PIL import Image
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
-from vision.out_folder import check_out, file_name, part_folder, put_in_place
-from vision.summary import Line, as_table, summarise
 
 COLUMNS = [
     "recording",
@@ -79,7 +78,7 @@ class ContactSheet:
         view."""
         cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
         pages = Environment(
-            loader=PackageLoader("vision.overlay", "."),
+            loader=PackageLoader("benchtwin.vision.overlay", "."),
             autoescape=True,
             trim_blocks=True,
         )

@@ -8,9 +8,8 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
 from scipy import stats
-
-from vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
+from benchtwin.vision.summary import Line
 from rich.console import Console
 from rich.table import Table
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD
-from vision.summary import Line
 
 MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10

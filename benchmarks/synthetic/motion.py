@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-
-from vision.motion.track import Track, make_track
+from benchtwin.vision.motion.track import Track, make_track
 
 G = 9.80665
 

@@ -4,8 +4,8 @@ conventions.
 A card is a pure function `Calibrated` → text. `ENGINES` names the files that each
 engine gets."""
 
-from calibrate.export import edem, lammps, liggghts, mercury, yade
-from calibrate.export.result import Calibrated, read_result
+from benchtwin.calibrate.export import edem, lammps, liggghts, mercury, yade
+from benchtwin.calibrate.export.result import Calibrated, read_result
 
 __all__ = ["ENGINES", "Calibrated", "cards", "read_result"]
 

@@ -4,8 +4,13 @@ to paste.
 Read: Altair EDEM help, Creator Tree – Bulk Material, Hertz–Mindlin (no slip), Standard,
 RVD and Type C rolling friction, Add Multi-Sphere Particles."""
 
-from calibrate.export.header import MEANING, digits, header, shared_damping_note
-from calibrate.export.result import Calibrated, Pair, Solid
+from benchtwin.calibrate.export.header import (
+    MEANING,
+    digits,
+    header,
+    shared_damping_note,
+)
+from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "Altair EDEM 2022 to 2025"
 CREEP = (

@@ -4,8 +4,8 @@ converted."""
 import math
 import textwrap
 
-from calibrate.export.conventions import GIVEN
-from calibrate.export.result import Calibrated, Number, Pair
+from benchtwin.calibrate.export.conventions import GIVEN
+from benchtwin.calibrate.export.result import Calibrated, Number, Pair
 
 MEANING = {
     "edem": (

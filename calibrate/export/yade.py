@@ -7,9 +7,9 @@ BodyContainer.appendClumped."""
 
 import math
 
-from calibrate.export.conventions import effective_moduli, rolling_spring
-from calibrate.export.header import digits, header, length_note
-from calibrate.export.result import Calibrated, Pair, Solid
+from benchtwin.calibrate.export.conventions import effective_moduli, rolling_spring
+from benchtwin.calibrate.export.header import digits, header, length_note
+from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = (
     "YADE trunk of 2023 or later (Hertz-Mindlin damping of merge request 919; a"

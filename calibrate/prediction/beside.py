@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, RIG_OF, Prediction
+from benchtwin.calibrate.statistics.predictive import NORMAL_95
+from benchtwin.twin import Parameters
+from benchtwin.twin.bench_folder import RecordingReadings, read_bench
+from benchtwin.twin.job import Job
+from benchtwin.twin.scene import rig_of, section_of
 from scipy import stats
-
-from calibrate.prediction.predict import MEAN, QUANTITIES, RIG_OF, Prediction
-from calibrate.statistics.predictive import NORMAL_95
-from twin import Parameters
-from twin.bench_folder import RecordingReadings, read_bench
-from twin.job import Job
-from twin.scene import rig_of, section_of
 
 APART_P = (
     0.01  # two-sided F test: the recordings scatter more than the simulated packings do

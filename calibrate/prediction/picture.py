@@ -4,9 +4,8 @@ intervals, and what was measured."""
 from html import escape
 
 import numpy as np
-
-from calibrate.prediction.beside import Comparison, Measured
-from calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
+from benchtwin.calibrate.prediction.beside import Comparison, Measured
+from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
 
 WIDTH, LEFT, RIGHT, ROW, TOP = 760, 150, 20, 110, 40
 BLUE, LIGHT, GREY, RED = "#1f5fa8", "#c7d9f0", "#9ca3af", "#b3261e"

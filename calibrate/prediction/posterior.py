@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
-from calibrate.procedure.simulated import ASSUMED
-from twin.bench_folder import read_numbers
+from benchtwin.calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
+from benchtwin.calibrate.procedure.simulated import ASSUMED
+from benchtwin.twin.bench_folder import read_numbers
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,10 @@ show, and how well that is known."""
 from dataclasses import dataclass
 
 import pandas as pd
-
-from calibrate.prediction.posterior import Kept
-from calibrate.procedure.rigs import PARAMETERS
-from calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
-from calibrate.statistics.predictive import Predictive, predictive
+from benchtwin.calibrate.prediction.posterior import Kept
+from benchtwin.calibrate.procedure.rigs import PARAMETERS
+from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
+from benchtwin.calibrate.statistics.predictive import Predictive, predictive
 
 QUANTITIES = {
     "cylinder": {

@@ -6,7 +6,7 @@ seed–seed    pile: path, design, surface, optimum       pile.py
 together     posterior, what is resolved, what next     joint.py
 """
 
-from calibrate.procedure.calibration import LEVEL, Calibration, parameters
-from calibrate.procedure.from_tables import calibrate_tables
+from benchtwin.calibrate.procedure.calibration import LEVEL, Calibration, parameters
+from benchtwin.calibrate.procedure.from_tables import calibrate_tables
 
 __all__ = ["LEVEL", "Calibration", "calibrate_tables", "parameters"]

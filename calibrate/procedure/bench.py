@@ -6,11 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.statistics.bench import (
+    BenchMean,
+    agreement,
+    bench_mean,
+    one_reading,
+)
+from benchtwin.twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
 from scipy import stats
-
-from calibrate.procedure.rigs import STEEL
-from calibrate.statistics.bench import BenchMean, agreement, bench_mean, one_reading
-from twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
 
 PER_RECORDING = {
     "baseline_px",

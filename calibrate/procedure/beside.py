@@ -6,12 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
-
-from calibrate.procedure.calibration import Calibration
-from calibrate.procedure.from_tables import published
-from calibrate.procedure.published import check_pile, check_steel
-from calibrate.procedure.rigs import PILE_RESPONSE
-from calibrate.procedure.tables import levels_table
+from benchtwin.calibrate.procedure.calibration import Calibration
+from benchtwin.calibrate.procedure.from_tables import published
+from benchtwin.calibrate.procedure.published import check_pile, check_steel
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.tables import levels_table
 
 RUNS = ["table", "at", "unit", "on_the_tables", "simulated", "sd", "runs"]
 

@@ -4,12 +4,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pandas as pd
-
-from calibrate.procedure.bench import Bench
-from calibrate.procedure.joint import Joint
-from calibrate.procedure.pile import PileFit, weak
-from calibrate.procedure.steel import SteelFit
-from calibrate.statistics.bounds import interval, open_ends
+from benchtwin.calibrate.procedure.bench import Bench
+from benchtwin.calibrate.procedure.joint import Joint
+from benchtwin.calibrate.procedure.pile import PileFit, weak
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.statistics.bounds import interval, open_ends
 
 LEVEL = 0.95
 # share of its prior's sd that a bench must take away for a parameter to count as

@@ -10,22 +10,25 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import (
+from benchtwin.calibrate.procedure.bench import (
     Bench,
     bench_of,
     contradictory,
     missing,
     trimmed_before,
 )
-from calibrate.procedure.calibration import FOLLOWS, Calibration, nothing_calibrated
-from calibrate.procedure.joint import fit_joint
-from calibrate.procedure.pile import PileFit, fit_pile
-from calibrate.procedure.published import check_pile, check_steel
-from calibrate.procedure.published_keys import checked
-from calibrate.procedure.rigs import PILE_RESPONSE, STEEL
-from calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
-from calibrate.procedure.tables import (
+from benchtwin.calibrate.procedure.calibration import (
+    FOLLOWS,
+    Calibration,
+    nothing_calibrated,
+)
+from benchtwin.calibrate.procedure.joint import fit_joint
+from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
+from benchtwin.calibrate.procedure.published import check_pile, check_steel
+from benchtwin.calibrate.procedure.published_keys import checked
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL
+from benchtwin.calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
+from benchtwin.calibrate.procedure.tables import (
     LETTERS,
     box_of,
     design_table,
@@ -34,9 +37,9 @@ from calibrate.procedure.tables import (
     path_table,
     steel_table,
 )
-from calibrate.statistics.ascent import choose_centre
-from calibrate.statistics.inversion import OutsideRange
-from calibrate.statistics.replicates import Noise, packing_noise
+from benchtwin.calibrate.statistics.ascent import choose_centre
+from benchtwin.calibrate.statistics.inversion import OutsideRange
+from benchtwin.calibrate.statistics.replicates import Noise, packing_noise
 
 
 def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:

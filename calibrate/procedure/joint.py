@@ -6,17 +6,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.pile import PileFit
-from calibrate.procedure.pile_surrogate import PileObservables
-from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS
-from calibrate.procedure.steel import SteelFit
-from calibrate.statistics.box import Box
-from calibrate.statistics.posterior import Observable, Posterior, on_grid, summary
-from calibrate.statistics.prior import Prior
-from calibrate.statistics.resolution import Candidate, directions, narrowing
-from calibrate.statistics.sampling import sample
-from calibrate.statistics.shrinkage import shrink
+from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.posterior import (
+    Observable,
+    Posterior,
+    on_grid,
+    summary,
+)
+from benchtwin.calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics.resolution import Candidate, directions, narrowing
+from benchtwin.calibrate.statistics.sampling import sample
+from benchtwin.calibrate.statistics.shrinkage import shrink
 
 GRID_CELLS = (
     40_001  # of a single parameter: fine beside any interval, and quicker than a chain

@@ -5,13 +5,16 @@ from typing import cast
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.pile_stage import PileStage
-from calibrate.procedure.pile_surrogate import PileObservables, observed
-from calibrate.statistics.box import Box
-from calibrate.statistics.information import Weighted, most_informative, weighted
-from calibrate.statistics.prior import Prior
-from calibrate.statistics.shrinkage import ShrinkageSurface
+from benchtwin.calibrate.procedure.pile_stage import PileStage
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables, observed
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.information import (
+    Weighted,
+    most_informative,
+    weighted,
+)
+from benchtwin.calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface
 
 BATCH = 4  # piles chosen and simulated at a time
 WAIT, LEAST_GAIN = (

@@ -5,13 +5,13 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
-from calibrate.procedure.bench import PER_RECORDING
-from calibrate.procedure.calibration import Calibration, parameters
-from calibrate.procedure.effort import Effort, pile_description
-from twin import Parameters
-from twin.engine import OWN, Engine
-from twin.job import Job, described
-from twin.pair import Pair, Recording, pair, recordings
+from benchtwin.calibrate.procedure.bench import PER_RECORDING
+from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.effort import Effort, pile_description
+from benchtwin.twin import Parameters
+from benchtwin.twin.engine import OWN, Engine
+from benchtwin.twin.job import Job, described
+from benchtwin.twin.pair import Pair, Recording, pair, recordings
 
 WIDTH_PX = 1600
 

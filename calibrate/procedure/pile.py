@@ -5,18 +5,26 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import PILE_RESPONSE
-from calibrate.statistics.anova import anova_table, contributions
-from calibrate.statistics.ascent import Centre
-from calibrate.statistics.assessment import Quality, coefficients, quality
-from calibrate.statistics.bench import BenchMean, Verification
-from calibrate.statistics.box import Box
-from calibrate.statistics.optimum import Optimum, SolutionSet, optimum, solution_set
-from calibrate.statistics.reduction import Reduction, reduce
-from calibrate.statistics.replicates import Noise, Pairing, Plan
-from calibrate.statistics.residuals import Normality, normality, residual_table
-from calibrate.statistics.surface import Surface, fit_surface
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.statistics.anova import anova_table, contributions
+from benchtwin.calibrate.statistics.ascent import Centre
+from benchtwin.calibrate.statistics.assessment import Quality, coefficients, quality
+from benchtwin.calibrate.statistics.bench import BenchMean, Verification
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.optimum import (
+    Optimum,
+    SolutionSet,
+    optimum,
+    solution_set,
+)
+from benchtwin.calibrate.statistics.reduction import Reduction, reduce
+from benchtwin.calibrate.statistics.replicates import Noise, Pairing, Plan
+from benchtwin.calibrate.statistics.residuals import (
+    Normality,
+    normality,
+    residual_table,
+)
+from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 
 
 @dataclass(frozen=True, eq=False)

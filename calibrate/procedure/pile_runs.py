@@ -5,13 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy import stats
-
-from calibrate.procedure.effort import Effort
-from calibrate.procedure.more_piles import add_piles
-from calibrate.procedure.pile import PileFit, fit_pile
-from calibrate.procedure.pile_stage import PileStage
-from calibrate.procedure.pile_surrogate import (
+from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.more_piles import add_piles
+from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
+from benchtwin.calibrate.procedure.pile_stage import PileStage
+from benchtwin.calibrate.procedure.pile_surrogate import (
     NOT_OBSERVABLES,
     PileObservables,
     angles_at,
@@ -20,13 +18,13 @@ from calibrate.procedure.pile_surrogate import (
     observed,
     two_level_pattern,
 )
-from calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
-from calibrate.procedure.simulator import usable
-from calibrate.statistics.ascent import Centre, choose_centre, equal_steps
-from calibrate.statistics.bench import BenchMean, pooled_mean, verify
-from calibrate.statistics.box import Box
-from calibrate.statistics.designs import box_behnken, central_composite
-from calibrate.statistics.replicates import (
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
+from benchtwin.calibrate.procedure.simulator import usable
+from benchtwin.calibrate.statistics.ascent import Centre, choose_centre, equal_steps
+from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean, verify
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.designs import box_behnken, central_composite
+from benchtwin.calibrate.statistics.replicates import (
     Noise,
     Pairing,
     Plan,
@@ -34,7 +32,8 @@ from calibrate.statistics.replicates import (
     packing_noise,
     plan,
 )
-from calibrate.statistics.resolution import Candidate
+from benchtwin.calibrate.statistics.resolution import Candidate
+from scipy import stats
 
 STEPS, MOST_STEPS = 6, 14
 MOST_EFFECT = 5.0  # in packing noise

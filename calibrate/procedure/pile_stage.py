@@ -4,11 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.effort import Effort
-from calibrate.procedure.simulator import Run, Simulator, seed_numbers
-from calibrate.statistics.box import Box
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
+from benchtwin.calibrate.statistics.box import Box
 
 RANGES = {
     "seed_restitution": (0.45, 0.70),

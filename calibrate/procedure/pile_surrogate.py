@@ -9,18 +9,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.rigs import PILE_RESPONSE
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.anova import anova_table
-from calibrate.statistics.assessment import coefficients
-from calibrate.statistics.bench import pooled_mean
-from calibrate.statistics.box import Box
-from calibrate.statistics.posterior import Observable
-from calibrate.statistics.resolution import Candidate
-from calibrate.statistics.shrinkage import shrink
-from calibrate.statistics.surface import Surface, fit_surface
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.anova import anova_table
+from benchtwin.calibrate.statistics.assessment import coefficients
+from benchtwin.calibrate.statistics.bench import pooled_mean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.posterior import Observable
+from benchtwin.calibrate.statistics.resolution import Candidate
+from benchtwin.calibrate.statistics.shrinkage import shrink
+from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 
 STEEL_HALF_RANGE = (
     0.25  # of a seed–steel parameter: how far to either side it varies at least

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.calibration import FOLLOWS
-from calibrate.procedure.pile import PileFit
-from calibrate.procedure.rigs import PILE_RESPONSE, direct
-from calibrate.procedure.steel import SteelFit
-from calibrate.statistics.ascent import check_published, relative_error
-from calibrate.statistics.assessment import natural_coefficients
-from calibrate.statistics.optimum import stand
-from calibrate.statistics.published_values import compare, flatten
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.calibration import FOLLOWS
+from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, direct
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.statistics.ascent import check_published, relative_error
+from benchtwin.calibrate.statistics.assessment import natural_coefficients
+from benchtwin.calibrate.statistics.optimum import stand
+from benchtwin.calibrate.statistics.published_values import compare, flatten
 
 ANOVA_COLUMNS = ("sum_of_squares", "df", "mean_square", "f", "p")
 POWERS = ("1", "x", "x²", "x³")

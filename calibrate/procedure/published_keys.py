@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -10,8 +11,6 @@ from pydantic import (
     ValidationError,
     field_validator,
 )
-
-from calibrate.procedure.rigs import SEED_FACTORS
 
 
 class _Section(BaseModel):

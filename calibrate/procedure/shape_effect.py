@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import PILE_RESPONSE
-from calibrate.procedure.simulator import Run, Simulator, seed_numbers
-from calibrate.procedure.steel import SteelFit
-from twin.lot import other_seeds
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.twin.lot import other_seeds
 
 LEAST = 2  # runs of either kind, below which a difference has no error
 

@@ -7,27 +7,34 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import (
+from benchtwin.calibrate.procedure.bench import (
     Bench,
     bench_of,
     contradictory,
     missing,
     trimmed_before,
 )
-from calibrate.procedure.calibration import Calibration, nothing_calibrated
-from calibrate.procedure.effort import FULL, Effort, pile_description
-from calibrate.procedure.joint import Joint, fit_joint
-from calibrate.procedure.pile_runs import PileResult, simulate_pile
-from calibrate.procedure.pile_stage import RANGES, PileStage
-from calibrate.procedure.pile_surrogate import steel_box
-from calibrate.procedure.rigs import SEED_LIMITS, STEEL
-from calibrate.procedure.shape_effect import pile_question, shape_effect, steel_question
-from calibrate.procedure.simulator import SimulationFailed, Simulator
-from calibrate.procedure.steel import SteelFit
-from calibrate.procedure.steel_runs import SteelStage, Unreachable, simulate_steel
-from calibrate.statistics.box import Box
-from twin.parameters import said_of
+from benchtwin.calibrate.procedure.calibration import Calibration, nothing_calibrated
+from benchtwin.calibrate.procedure.effort import FULL, Effort, pile_description
+from benchtwin.calibrate.procedure.joint import Joint, fit_joint
+from benchtwin.calibrate.procedure.pile_runs import PileResult, simulate_pile
+from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.procedure.pile_surrogate import steel_box
+from benchtwin.calibrate.procedure.rigs import SEED_LIMITS, STEEL
+from benchtwin.calibrate.procedure.shape_effect import (
+    pile_question,
+    shape_effect,
+    steel_question,
+)
+from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
+from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.procedure.steel_runs import (
+    SteelStage,
+    Unreachable,
+    simulate_steel,
+)
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.twin.parameters import said_of
 
 # the paper's, of a rig that gives none
 ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import STEEL
-from twin.engine import OWN, Engine
+from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.twin.engine import OWN, Engine
 
 MANY = 10_000  # jobs: as many workers as there are cores
 # how far below the expected onset a slide's tilting begins: nothing happens before
@@ -56,10 +55,10 @@ def campaign(
 
     Without a scheduler, local workers are started with the first run that the store has
     not, and stay for all that follow: they load their compiled kernels once."""
-    from twin import Parameters
-    from twin.campaign import read_campaign, run_campaign
-    from twin.campaign.cluster import connected, workers_for
-    from twin.job import Job
+    from benchtwin.twin import Parameters
+    from benchtwin.twin.campaign import read_campaign, run_campaign
+    from benchtwin.twin.campaign.cluster import connected, workers_for
+    from benchtwin.twin.job import Job
 
     with ExitStack() as stack:
         address, said = scheduler, list[str]()

@@ -5,16 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import Rig, direct
-from calibrate.statistics.bench import BenchMean, Verification
-from calibrate.statistics.curves import (
+from benchtwin.calibrate.procedure.rigs import Rig, direct
+from benchtwin.calibrate.statistics.bench import BenchMean, Verification
+from benchtwin.calibrate.statistics.curves import (
     Monotone,
     Polynomial,
     fit_monotone,
     fit_polynomial,
 )
-from calibrate.statistics.inversion import Inverse, OutsideRange, invert
+from benchtwin.calibrate.statistics.inversion import Inverse, OutsideRange, invert
 
 # of the simulated range: how far its end the polynomial is followed when nothing else
 # answers

@@ -5,20 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.effort import Effort
-from calibrate.procedure.rigs import Rig, direct
-from calibrate.procedure.simulator import (
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.rigs import Rig, direct
+from benchtwin.calibrate.procedure.simulator import (
     Run,
     Simulator,
     seed_numbers,
     steel_rows,
     usable,
 )
-from calibrate.procedure.steel import SteelFit, fit_steel, verified
-from calibrate.statistics.bench import BenchMean, verify
-from calibrate.statistics.inversion import OutsideRange
+from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel, verified
+from benchtwin.calibrate.statistics.bench import BenchMean, verify
+from benchtwin.calibrate.statistics.inversion import OutsideRange
 
 EXTENSIONS = 5
 # of the variance from the curve's shape, above which the range is narrowed around the

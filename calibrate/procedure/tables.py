@@ -7,11 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS, SEED_LIMITS, Rig
-from calibrate.statistics.box import Box
-from calibrate.statistics.inversion import OutsideRange
-from twin.bench_folder import read_numbers
+from benchtwin.calibrate.procedure.rigs import (
+    PILE_RESPONSE,
+    SEED_FACTORS,
+    SEED_LIMITS,
+    Rig,
+)
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.inversion import OutsideRange
+from benchtwin.twin.bench_folder import read_numbers
 
 LETTERS = (
     "A",

@@ -6,10 +6,9 @@ Residual = lack of fit + pure error."""
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.surface import Surface, total_ss
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.surface import Surface, total_ss
 
 
 def anova_table(surface: Surface) -> pd.DataFrame:

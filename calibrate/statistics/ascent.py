@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
-
-from calibrate.statistics.box import Box
-from calibrate.statistics.columns import numbers
 
 
 def equal_steps(box: Box, steps: int) -> pd.DataFrame:

@@ -8,10 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.surface import (
+    Surface,
+    leverage,
+    residuals,
+    total_ss,
+)
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.surface import Surface, leverage, residuals, total_ss
 
 
 def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
-
-from calibrate.statistics.columns import numbers
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
-
-from calibrate.statistics.box import Box
-from calibrate.statistics.columns import numbers
 
 # the pooled variance counts this many degrees of freedom beside a row's own: with five
 # repeats, one half

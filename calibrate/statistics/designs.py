@@ -8,8 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 import pandas as pd
-
-from calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.box import Box
 
 SIGNS = (-1.0, 1.0)
 

@@ -14,11 +14,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.posterior import Observable, log_posterior
-from calibrate.statistics.prior import Prior
-from calibrate.statistics.shrinkage import ShrinkageSurface
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.posterior import Observable, log_posterior
+from benchtwin.calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface
 
 POINTS, MOST_POINTS, LEAST_EFFECTIVE = 20_000, 500_000, 200
 

@@ -9,10 +9,9 @@ The interval holds all x of the branch at which the curve agrees with the bench
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.calibrate.statistics.bench import BenchMean
+from benchtwin.calibrate.statistics.curves import Curve, Monotone, Polynomial
 from scipy import stats
-
-from calibrate.statistics.bench import BenchMean
-from calibrate.statistics.curves import Curve, Monotone, Polynomial
 
 GRID = 2001  # steps of 1/2000 of the range, roots interpolated between them
 

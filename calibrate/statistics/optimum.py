@@ -9,10 +9,9 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics.surface import Surface
 from scipy import stats
 from scipy.optimize import minimize
-
-from calibrate.statistics.surface import Surface
 
 EDGE = 1e-3  # coded distance from ±1 within which a factor stands at its limit
 

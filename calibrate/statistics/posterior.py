@@ -12,13 +12,12 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics.bench import BenchMean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.prior import Prior
 from numpy.typing import ArrayLike
 from scipy import special
 from scipy.sparse import csgraph
-
-from calibrate.statistics.bench import BenchMean
-from calibrate.statistics.box import Box
-from calibrate.statistics.prior import Prior
 
 
 class Surrogate(Protocol):

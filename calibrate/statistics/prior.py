@@ -4,9 +4,8 @@ off at the box."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.calibrate.statistics.box import Box
 from scipy import special, stats
-
-from calibrate.statistics.box import Box
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,10 +4,9 @@ staying in (hierarchy)."""
 from dataclasses import dataclass
 
 import pandas as pd
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.assessment import coefficients
-from calibrate.statistics.surface import Surface, refit
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.assessment import coefficients
+from benchtwin.calibrate.statistics.surface import Surface, refit
 
 
 @dataclass(frozen=True, eq=False)

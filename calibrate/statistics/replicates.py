@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.columns import numbers
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.columns import numbers
 
 
 @dataclass(frozen=True)

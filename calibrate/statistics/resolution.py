@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from calibrate.statistics.posterior import Posterior, Surrogate
+from benchtwin.calibrate.statistics.posterior import Posterior, Surrogate
 
 
 def directions(posterior: Posterior, resolved_below: float = 0.5) -> pd.DataFrame:

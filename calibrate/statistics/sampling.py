@@ -7,15 +7,14 @@ Source: Goodman & Weare (2010), Comm. App. Math. Comp. Sci. 5, 65; Foreman-Macke
 
 import emcee
 import numpy as np
-
-from calibrate.statistics.posterior import (
+from benchtwin.calibrate.statistics.posterior import (
     Observable,
     Posterior,
     check,
     finish,
     log_posterior,
 )
-from calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics.prior import Prior
 
 # independent, from different starts: walkers of one ensemble know each other and cannot
 # vouch for each other

@@ -15,11 +15,10 @@ Bayesian Data Analysis (3rd ed.), 14.8 and 5; O'Hagan (1978), J. R. Stat. Soc. B
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.surface import Surface
 from numpy.typing import ArrayLike
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.box import Box
-from calibrate.statistics.surface import Surface
 
 STRENGTHS = np.geomspace(3e-3, 3e2, 11)  # g: main effects of 0.05 to 17 packing sds
 STEEPNESS = (0.2, 0.5, 1.0)  # r

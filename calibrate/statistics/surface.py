@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.columns import numbers
+from benchtwin.calibrate.statistics.packings import decorrelate
 from numpy.typing import ArrayLike
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.box import Box
-from calibrate.statistics.columns import numbers
-from calibrate.statistics.packings import decorrelate
 
 # lack of fit this unlikely by chance is believed, and added to the surface's own error
 LACK_P = 0.10

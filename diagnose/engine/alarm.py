@@ -7,12 +7,11 @@ bootstrap, unlisted physics by its fall of χ². Source: Rao (1948), Math. Proc.
 Philos. Soc. 44, 50."""
 
 import numpy as np
+from benchtwin.diagnose.engine.evidence import EvidenceTable, Kind
+from benchtwin.diagnose.engine.explanation import Explanation, Posterior
+from benchtwin.diagnose.engine.linear import chance
+from benchtwin.diagnose.engine.noise import maximum_draws
 from scipy import stats
-
-from diagnose.engine.evidence import EvidenceTable, Kind
-from diagnose.engine.explanation import Explanation, Posterior
-from diagnose.engine.linear import chance
-from diagnose.engine.noise import maximum_draws
 
 ALARM_P = 0.005  # below which there is an alarm
 UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped

@@ -10,11 +10,10 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
-from diagnose.engine.least_squares import FastChi2
-from diagnose.engine.linear import Reduced
-from diagnose.engine.problem import Problem
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.engine.least_squares import FastChi2
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.problem import Problem
 
 CONFOUNDED_CORRELATION = 0.98  # from which two conditions cannot be told apart
 MOST_LEVELS = 6

@@ -15,9 +15,8 @@ from enum import Enum
 from itertools import pairwise
 
 import numpy as np
+from benchtwin.diagnose.engine.linear import Reduced
 from scipy.special import log_ndtr, logsumexp
-
-from diagnose.engine.linear import Reduced
 
 PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
 UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics

@@ -3,11 +3,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from diagnose.engine.evidence import EvidenceTable, Kind
-from diagnose.engine.linear import Reduced
-from diagnose.engine.problem import Fit, Problem
-from diagnose.engine.unlisted import Windows
+from benchtwin.diagnose.engine.evidence import EvidenceTable, Kind
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.problem import Fit, Problem
+from benchtwin.diagnose.engine.unlisted import Windows
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,11 +4,16 @@ estimated."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from diagnose.engine.evidence import Kind
-from diagnose.engine.explanation import Explanation
-from diagnose.engine.linear import Reduced, fall_of_chi2, projector, ridge, stacked
-from diagnose.engine.posterior import WIDE_PRIOR
+from benchtwin.diagnose.engine.evidence import Kind
+from benchtwin.diagnose.engine.explanation import Explanation
+from benchtwin.diagnose.engine.linear import (
+    Reduced,
+    fall_of_chi2,
+    projector,
+    ridge,
+    stacked,
+)
+from benchtwin.diagnose.engine.posterior import WIDE_PRIOR
 
 CHANCE_SDS = 2.0  # of the left-out error that noise alone makes
 UNLISTED_PRIOR = 10.0  # factor on the sd of unlisted physics, whose own is just visible

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-
-from diagnose.engine.linear import Reduced, ridge, stacked
+from benchtwin.diagnose.engine.linear import Reduced, ridge, stacked
 
 TAIL_SDS = 2.0  # sds of an effect's prior beyond which its tail is exponential
 TAIL_ITERATIONS = 6  # until the tail's width agrees with the value

@@ -11,19 +11,22 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from scipy.special import logsumexp
-
-from diagnose.engine.evidence import (
+from benchtwin.diagnose.engine.evidence import (
     Component,
     Kind,
     refined_noise_power,
     student_ln_likelihood,
     table_of,
 )
-from diagnose.engine.explanation import Alternative, Explanation, Posterior
-from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.problem import Fit, Problem, fit
-from diagnose.engine.unlisted import Windows, unlisted_components, window_columns
+from benchtwin.diagnose.engine.explanation import Alternative, Explanation, Posterior
+from benchtwin.diagnose.engine.linear import Reduced, stacked
+from benchtwin.diagnose.engine.problem import Fit, Problem, fit
+from benchtwin.diagnose.engine.unlisted import (
+    Windows,
+    unlisted_components,
+    window_columns,
+)
+from scipy.special import logsumexp
 
 # Prior probability of (listed, unlisted) components.
 PRIOR = {

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-
-from diagnose.engine.held_out import squared_errors
-from diagnose.engine.linear import Reduced, falls_of, ridge, stacked
-from diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.held_out import squared_errors
+from benchtwin.diagnose.engine.linear import Reduced, falls_of, ridge, stacked
+from benchtwin.diagnose.engine.problem import Fit
 
 WITHIN_CHI2 = 3.84  # 95 % of one degree of freedom
 LEAST_FALL = 12.0  # of χ², for a term to be reported

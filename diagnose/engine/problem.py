@@ -12,10 +12,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
-from diagnose.engine.least_squares import FastChi2, GlobalPrior, Linearisation, minimise
-from diagnose.engine.linear import Reduced
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.engine.least_squares import (
+    FastChi2,
+    GlobalPrior,
+    Linearisation,
+    minimise,
+)
+from benchtwin.diagnose.engine.linear import Reduced
 
 OUT_OF_RANGE_CHI2 = 10.0  # penalty on χ²: a Bayes factor of e⁵
 RESTART_REDUCED_CHI2 = (

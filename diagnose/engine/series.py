@@ -11,13 +11,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.engine.least_squares import FastChi2
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.noise import Noise
+from benchtwin.diagnose.engine.problem import Problem
 from scipy.linalg import solve_triangular
-
-from diagnose.effects.effect import Effect
-from diagnose.engine.least_squares import FastChi2
-from diagnose.engine.linear import Reduced
-from diagnose.engine.noise import Noise
-from diagnose.engine.problem import Problem
 
 # of a prior's sd, for derivatives; less where predictions are exact and bend much
 # within a sd

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-
-from diagnose.engine.evidence import Component, Kind
-from diagnose.engine.linear import Reduced, fall_of_chi2, projector, stacked
-from diagnose.engine.noise import maximum_draws
-from diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.evidence import Component, Kind
+from benchtwin.diagnose.engine.linear import Reduced, fall_of_chi2, projector, stacked
+from benchtwin.diagnose.engine.noise import maximum_draws
+from benchtwin.diagnose.engine.problem import Fit
 
 WINDOW_P = 0.05
 LENGTH_BINS = 1.5  # correlation length of unlisted physics

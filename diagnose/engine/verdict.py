@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+from benchtwin.diagnose.engine.alarm import ALARM_P
+from benchtwin.diagnose.engine.explanation import Explanation, Posterior
+from benchtwin.diagnose.engine.posterior import WIDE_PRIOR
 from scipy import stats
 from scipy.optimize import brentq
-
-from diagnose.engine.alarm import ALARM_P
-from diagnose.engine.explanation import Explanation, Posterior
-from diagnose.engine.posterior import WIDE_PRIOR
 
 NAME_SHARE = 0.95  # of the explanations with something missing, for a name or class
 NAME_PROBABILITY = 0.8  # of all explanations, for a name without unlisted physics

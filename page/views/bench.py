@@ -5,18 +5,17 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
+from benchtwin.page import runs
+from benchtwin.page.folder import Refused, clean_name
+from benchtwin.page.server import Site
+from benchtwin.page.views import keys_form, results
+from benchtwin.page.views import runs as runs_panel
+from benchtwin.page.views.frame import errors_shown, frame
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.new_bench import new_bench
+from benchtwin.vision.recording import Recording
 from nicegui import ui
-
-from page import runs
-from page.folder import Refused, clean_name
-from page.server import Site
-from page.views import keys_form, results
-from page.views import runs as runs_panel
-from page.views.frame import errors_shown, frame
-from vision.find_recordings import find_recordings
-from vision.measurement import MeasurementError
-from vision.new_bench import new_bench
-from vision.recording import Recording
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
 PICTURED = ("photos", "frames", "video")

@@ -7,9 +7,8 @@ from functools import wraps
 from typing import Any
 from urllib.parse import quote
 
+from benchtwin.page.folder import Refused
 from nicegui import ui
-
-from page.folder import Refused
 
 FILES = (
     '<link rel="stylesheet" href="/static/page.css"><script'

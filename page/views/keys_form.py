@@ -5,12 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from benchtwin.page import toml_file
+from benchtwin.page.folder import Refused
+from benchtwin.page.form import Field, form
+from benchtwin.page.views.frame import errors_shown
 from nicegui import ui
-
-from page import toml_file
-from page.folder import Refused
-from page.form import Field, form
-from page.views.frame import errors_shown
 
 
 def form_for(

@@ -4,7 +4,7 @@ import html
 import math
 from collections.abc import Iterable, Mapping
 
-from vision.measurement import Quantity
+from benchtwin.vision.measurement import Quantity
 
 
 def number(value: float, sd: float) -> str:

@@ -7,22 +7,21 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from benchtwin.page import measuring, sound_impacts, toml_file
+from benchtwin.page.folder import Refused
+from benchtwin.page.form import needed
+from benchtwin.page.server import Site
+from benchtwin.page.views import keys_form
+from benchtwin.page.views.elements import Picture, Wave
+from benchtwin.page.views.frame import errors_shown, frame, neighbours
+from benchtwin.page.views.numbers import quantities_table
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.drop_sound import sound_of
+from benchtwin.vision.recording import Recording
 from nicegui import ui
 from PIL import Image
-
-from page import measuring, sound_impacts, toml_file
-from page.folder import Refused
-from page.form import needed
-from page.server import Site
-from page.views import keys_form
-from page.views.elements import Picture, Wave
-from page.views.frame import errors_shown, frame, neighbours
-from page.views.numbers import quantities_table
-from vision.evidence.read_keys import read_toml
-from vision.find_recordings import find_recordings
-from vision.measurement import MeasurementError
-from vision.motion.drop_sound import sound_of
-from vision.recording import Recording
 
 TOOL_NAMES = {
     "": "Look",

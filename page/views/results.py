@@ -7,14 +7,13 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pandas as pd
+from benchtwin.calibrate.export import ENGINES
+from benchtwin.page import results
+from benchtwin.page.server import Site
+from benchtwin.page.side_by_side import pairs_of
+from benchtwin.page.views import side_by_side
+from benchtwin.page.views.elements import PosteriorCloud
 from nicegui import ui
-
-from calibrate.export import ENGINES
-from page import results
-from page.server import Site
-from page.side_by_side import pairs_of
-from page.views import side_by_side
-from page.views.elements import PosteriorCloud
 
 REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),

@@ -3,12 +3,11 @@
 import re
 from pathlib import Path
 
+from benchtwin.page import runs
+from benchtwin.page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
+from benchtwin.page.server import Site
+from benchtwin.page.views.frame import errors_shown
 from nicegui import ui
-
-from page import runs
-from page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
-from page.server import Site
-from page.views.frame import errors_shown
 
 EVERY_S = 0.7
 ASKS = (  # command, label, options, what for

@@ -3,12 +3,11 @@
 import asyncio
 from pathlib import Path
 
+from benchtwin.page.server import Site
+from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
+from benchtwin.page.views.elements import SideBySide
+from benchtwin.vision.measurement import MeasurementError
 from nicegui import ui
-
-from page.server import Site
-from page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
-from page.views.elements import SideBySide
-from vision.measurement import MeasurementError
 
 
 def panel(site: Site, bench: Path) -> None:

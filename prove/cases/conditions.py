@@ -4,8 +4,7 @@ that a contact parameter follows."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from prove.cases.bench import Bench
+from benchtwin.prove.cases.bench import Bench
 
 NUMBERS = {  # name with its unit → least, most, digits
     "moisture_pct": (8.0, 20.0, 1),

@@ -4,20 +4,19 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-
-from prove.cases import ellipsoid as body
-from prove.cases.bench import Request, log_uniform
-from prove.cases.camera import Camera, true_times
-from prove.cases.drop_effects import (
+from benchtwin.prove.cases import ellipsoid as body
+from benchtwin.prove.cases.bench import Request, log_uniform
+from benchtwin.prove.cases.camera import Camera, true_times
+from benchtwin.prove.cases.drop_effects import (
     FOLLOWS,
     IN_CAMERA,
     Air,
     flight_changes,
     impact_changes,
 )
-from prove.cases.flight_laws import drag_number, impact_array, law_array
-from prove.cases.noise import Noise, draw_noise
-from prove.cases.stated import (
+from benchtwin.prove.cases.flight_laws import drag_number, impact_array, law_array
+from benchtwin.prove.cases.noise import Noise, draw_noise
+from benchtwin.prove.cases.stated import (
     AIR_DENSITY,
     AIR_VISCOSITY,
     UNSTATED_PLUMB_SD_DEG,

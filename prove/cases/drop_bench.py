@@ -3,14 +3,13 @@ state."""
 
 import numpy as np
 import pandas as pd
-
-from prove.cases.bench import Bench, Recording
-from prove.cases.camera import magnification, project
-from prove.cases.drop import Scene, SimulatedDrop, fly_all
-from prove.cases.ellipsoid import angle, outlines
-from prove.cases.noise import kept, noisy, shocks
-from prove.cases.picture import film
-from prove.cases.stated import camera_keys
+from benchtwin.prove.cases.bench import Bench, Recording
+from benchtwin.prove.cases.camera import magnification, project
+from benchtwin.prove.cases.drop import Scene, SimulatedDrop, fly_all
+from benchtwin.prove.cases.ellipsoid import angle, outlines
+from benchtwin.prove.cases.noise import kept, noisy, shocks
+from benchtwin.prove.cases.picture import film
+from benchtwin.prove.cases.stated import camera_keys
 
 ORIGIN_MM = (
     40.0,

@@ -12,9 +12,8 @@ follows, order-drift: change of e over half the range of a condition, of the ord
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.prove.cases.flight_laws import IMPACT, restitution
 from scipy.optimize import brentq
-
-from prove.cases.flight_laws import IMPACT, restitution
 
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
 STRENGTH = {

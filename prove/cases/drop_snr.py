@@ -8,11 +8,8 @@ of contact."""
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
-from scipy.integrate import cumulative_trapezoid
-
-from prove.cases.camera import magnification, project, stated_times
-from prove.cases.drop import (
+from benchtwin.prove.cases.camera import magnification, project, stated_times
+from benchtwin.prove.cases.drop import (
     DEPTH_SD_MM,
     PUSH_SD_M_S,
     RUN_SD,
@@ -21,8 +18,8 @@ from prove.cases.drop import (
     fly_all,
     world,
 )
-from prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT
-from prove.cases.ellipsoid import (
+from benchtwin.prove.cases.drop_effects import IN_CAMERA, IN_FLIGHT
+from benchtwin.prove.cases.ellipsoid import (
     E_LAW,
     T_BEGIN,
     T_END,
@@ -38,8 +35,8 @@ from prove.cases.ellipsoid import (
     outlines,
     rotation,
 )
-from prove.cases.flight_laws import acceleration, restitution
-from prove.cases.snr import (
+from benchtwin.prove.cases.flight_laws import acceleration, restitution
+from benchtwin.prove.cases.snr import (
     Channel,
     Fitted,
     RecordingChange,
@@ -48,7 +45,9 @@ from prove.cases.snr import (
     scatter_snr,
     spread_snr,
 )
-from prove.cases.stated import known_plumb_deg, known_scale
+from benchtwin.prove.cases.stated import known_plumb_deg, known_scale
+from numba import njit
+from scipy.integrate import cumulative_trapezoid
 
 MARGIN_S = 4e-4
 DRAG_SD = (

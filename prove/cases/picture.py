@@ -2,8 +2,7 @@
 is not evenly lit."""
 
 import numpy as np
-
-from prove.cases.camera import Camera, project
+from benchtwin.prove.cases.camera import Camera, project
 
 MARGIN_PX = 14
 SEED, PLATE, GROUND = 205.0, 95.0, 42.0

@@ -13,17 +13,16 @@ flank breaks half way up."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
-
-from prove.cases.bench import Bench, Recording, Request, log_uniform
-from prove.cases.noise import Noise
-from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
-from prove.cases.stated import (
+from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
+from benchtwin.prove.cases.noise import Noise
+from benchtwin.prove.cases.snr import Channel, RecordingChange, Visibility, fitted
+from benchtwin.prove.cases.stated import (
     PLUMB,
     UNSTATED_PLUMB_SD_DEG,
     camera_keys,
     known_plumb_deg,
 )
+from scipy.optimize import least_squares
 
 RANGES = {
     "cohesion": (0.3, 10.0, 1),

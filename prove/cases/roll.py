@@ -11,14 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
-
-from prove.cases import ground_motion as ground
-from prove.cases.bench import Bench, Recording, Request, log_uniform
-from prove.cases.camera import Camera, magnification
-from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, RecordingChange, Visibility, fitted
-from prove.cases.stated import (
+from benchtwin.prove.cases import ground_motion as ground
+from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
+from benchtwin.prove.cases.camera import Camera, magnification
+from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
+from benchtwin.prove.cases.snr import Channel, RecordingChange, Visibility, fitted
+from benchtwin.prove.cases.stated import (
     AIR_DENSITY,
     AIRY_SHARE,
     camera_keys,
@@ -28,6 +26,7 @@ from prove.cases.stated import (
     known_scale,
     stated_distance_mm,
 )
+from scipy.optimize import brentq
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
 DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (

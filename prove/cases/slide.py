@@ -15,12 +15,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-
-from prove.cases import ground_motion as ground
-from prove.cases.bench import Bench, Recording, Request
-from prove.cases.noise import Noise, draw_noise, kept, noisy
-from prove.cases.snr import Channel, RecordingChange, Visibility, fitted, scatter_snr
-from prove.cases.stated import (
+from benchtwin.prove.cases import ground_motion as ground
+from benchtwin.prove.cases.bench import Bench, Recording, Request
+from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
+from benchtwin.prove.cases.snr import (
+    Channel,
+    RecordingChange,
+    Visibility,
+    fitted,
+    scatter_snr,
+)
+from benchtwin.prove.cases.stated import (
     AIR_DENSITY,
     AIRY_SHARE,
     Reading,

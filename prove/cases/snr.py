@@ -9,8 +9,7 @@ nuisances' prior precisions."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from prove.cases.noise import Noise, whitened
+from benchtwin.prove.cases.noise import Noise, whitened
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ that laws still run in vector registers."""
 
 from collections.abc import Callable
 
+from benchtwin.sim.engine import tiles
+from benchtwin.sim.engine.compiled import OPTIONS, inner
+from benchtwin.sim.laws.law import CONTACT_KINDS, Law
 from numba import njit
-
-from sim.engine import tiles
-from sim.engine.compiled import OPTIONS, inner
-from sim.laws.law import CONTACT_KINDS, Law
 
 
 def _numbers_from(first: int, count: int, lanes: bool):

@@ -8,12 +8,11 @@ new forces). Forces that depend on velocity thus see it to second order in the s
 import math
 
 import numpy as np
+from benchtwin.sim.engine import sleeping, turning
+from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.sleeping import CALM
+from benchtwin.sim.engine.tiles import LANES
 from numba import njit
-
-from sim.engine import sleeping, turning
-from sim.engine.compiled import OPTIONS
-from sim.engine.sleeping import CALM
-from sim.engine.tiles import LANES
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9

@@ -9,15 +9,14 @@ the order of every sum is fixed, however many threads share the blocks."""
 import math
 
 import numpy as np
+from benchtwin.sim.engine import gathering, tiles
+from benchtwin.sim.engine.bodies import FROM_CONTACTS
+from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.gathering import S_CONTACTS
+from benchtwin.sim.engine.sleeping import CALM
+from benchtwin.sim.engine.surfaces import nearest, shares_feature
+from benchtwin.sim.engine.tiles import LANES
 from numba import njit
-
-from sim.engine import gathering, tiles
-from sim.engine.bodies import FROM_CONTACTS
-from sim.engine.compiled import OPTIONS
-from sim.engine.gathering import S_CONTACTS
-from sim.engine.sleeping import CALM
-from sim.engine.surfaces import nearest, shares_feature
-from sim.engine.tiles import LANES
 
 REACH = False
 SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision

@@ -2,8 +2,7 @@
 refused."""
 
 import numpy as np
-
-from sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.engine.world import Placed, Scattered, World
 
 # grid pitch over the largest seed's bounding diameter; half of the rest is the shake
 SLACK = 1.02

@@ -1,9 +1,9 @@
 """Between the arrays of a state and a tile: contacts' bodies, parameters and memory in,
 forces, torques and memory out."""
 
-from sim.engine import tiles
-from sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
-from sim.engine.tiles import LANES, STRIDE
+from benchtwin.sim.engine import tiles
+from benchtwin.sim.engine.bodies import FROM_CONTACTS, MASS, V, W, X
+from benchtwin.sim.engine.tiles import LANES, STRIDE
 
 # "& LAST_LANE" tells the compiler that a lane is not negative, which spares it a check
 # of every index

@@ -6,9 +6,7 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
-
-from sim.engine import (
+from benchtwin.sim.engine import (
     assemble,
     bodies,
     contacts,
@@ -19,11 +17,12 @@ from sim.engine import (
     tiles,
     turning,
 )
-from sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
-from sim.engine.gathering import S_OVERLAP
-from sim.engine.parallel import barrier, take
-from sim.laws import hertz_mindlin
-from sim.laws.law import Chosen, Law
+from benchtwin.sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
+from benchtwin.sim.engine.gathering import S_OVERLAP
+from benchtwin.sim.engine.parallel import barrier, take
+from benchtwin.sim.laws import hertz_mindlin
+from benchtwin.sim.laws.law import Chosen, Law
+from numba import njit
 
 # What the kernels see of a state and its world, arrays all (see `state.State` for those
 # that outlive a call).

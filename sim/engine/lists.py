@@ -5,14 +5,13 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from benchtwin.sim.engine import neighbours, surfaces
+from benchtwin.sim.engine.bodies import X
+from benchtwin.sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.walls import Vector
+from benchtwin.sim.engine.world import Tables
 from numba import njit
-
-from sim.engine import neighbours, surfaces
-from sim.engine.bodies import X
-from sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
-from sim.engine.state import State
-from sim.engine.walls import Vector
-from sim.engine.world import Tables
 
 # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is
 # ever searched

@@ -8,9 +8,8 @@ keeps partners near each other in memory: measured 1.8–2.7 × on beds of 20,00
 import math
 
 import numpy as np
-
-from sim.engine.bodies import BOUND, X
-from sim.engine.surfaces import PLANE, TRIANGLE
+from benchtwin.sim.engine.bodies import BOUND, X
+from benchtwin.sim.engine.surfaces import PLANE, TRIANGLE
 
 MOST_CELLS_PER_BODY = 4
 

@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-
-from sim.engine import gathering
-from sim.engine.bodies import DIAMETER, MASS, V, W, X
-from sim.engine.kernels import LEDGER_NAMES, T_KINETIC
-from sim.engine.state import State
-from sim.engine.step import tables_of
-from sim.engine.world import World
+from benchtwin.sim.engine import gathering
+from benchtwin.sim.engine.bodies import DIAMETER, MASS, V, W, X
+from benchtwin.sim.engine.kernels import LEDGER_NAMES, T_KINETIC
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import tables_of
+from benchtwin.sim.engine.world import World
 
 
 @dataclass(frozen=True)

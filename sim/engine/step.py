@@ -9,17 +9,23 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-
-from sim.engine import bodies, kernels, lists, turning
-from sim.engine import state as states
-from sim.engine.compiled import fingerprint, is_kept, kernel
-from sim.engine.filling import place
-from sim.engine.gathering import S_OVERLAP, SUMS
-from sim.engine.kernels import DONE, LEDGER_NAMES, RUNAWAY, SQUEEZED, STALE, View
-from sim.engine.lists import relist
-from sim.engine.pace import Pace
-from sim.engine.state import State
-from sim.engine.world import Tables, World, tabulate_world, time_step
+from benchtwin.sim.engine import bodies, kernels, lists, turning
+from benchtwin.sim.engine import state as states
+from benchtwin.sim.engine.compiled import fingerprint, is_kept, kernel
+from benchtwin.sim.engine.filling import place
+from benchtwin.sim.engine.gathering import S_OVERLAP, SUMS
+from benchtwin.sim.engine.kernels import (
+    DONE,
+    LEDGER_NAMES,
+    RUNAWAY,
+    SQUEEZED,
+    STALE,
+    View,
+)
+from benchtwin.sim.engine.lists import relist
+from benchtwin.sim.engine.pace import Pace
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.world import Tables, World, tabulate_world, time_step
 
 BALL_STEPS_A_CALL = (
     2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn

@@ -8,9 +8,8 @@ the axis to the other end, radius; a thin shell, felt from inside and outside.""
 
 import math
 
+from benchtwin.sim.engine.compiled import OPTIONS
 from numba import njit
-
-from sim.engine.compiled import OPTIONS
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
 ROW = 10

@@ -8,8 +8,8 @@ not overlap and turns the lane loop into vector instructions, the laws in it inc
 
 import math
 
-from sim.engine import quadrature
-from sim.laws import hertz_mindlin
+from benchtwin.sim.engine import quadrature
+from benchtwin.sim.laws import hertz_mindlin
 
 LANES = 32
 # from row to row: no power of two, so that the rows spread over the sets of the

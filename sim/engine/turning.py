@@ -16,10 +16,9 @@ from step to step.)"""
 
 import math
 
+from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.tiles import COMPUTED, rows
 from numba import njit
-
-from sim.engine.compiled import OPTIONS
-from sim.engine.tiles import COMPUTED, rows
 
 QW, QX, QY, QZ = rows(COMPUTED, 4)  # orientation: unit quaternion, body to world
 LX, LY, LZ = rows(

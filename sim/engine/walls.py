@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from sim.engine.surfaces import (
+from benchtwin.sim.engine.surfaces import (
     CYLINDER,
     PARALLELOGRAM,
     PLANE,
@@ -16,8 +15,8 @@ from sim.engine.surfaces import (
     TRIANGLE,
     TURN,
 )
-from sim.laws.law import Chosen, Law
-from sim.material import Material
+from benchtwin.sim.laws.law import Chosen, Law
+from benchtwin.sim.material import Material
 
 Vector = tuple[float, float, float]
 Primitives = tuple[

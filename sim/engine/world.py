@@ -5,14 +5,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine import assemble
-from sim.engine.tiles import COLUMNS
-from sim.engine.walls import Wall, WallTables, tabulate
-from sim.laws import LAWS
-from sim.laws.hertz_mindlin import damping_factor
-from sim.laws.law import CONTACT_KINDS, Chosen
-from sim.material import Contact, Material, effective_moduli
+from benchtwin.sim.engine import assemble
+from benchtwin.sim.engine.tiles import COLUMNS
+from benchtwin.sim.engine.walls import Wall, WallTables, tabulate
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.laws.hertz_mindlin import damping_factor
+from benchtwin.sim.laws.law import CONTACT_KINDS, Chosen
+from benchtwin.sim.material import Contact, Material, effective_moduli
 
 Vector = tuple[float, float, float]
 

@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.engine.state import State
-from sim.engine.step import Every
-from sim.engine.world import World
-from sim.lammps.follow import read_pushes
-from sim.lammps.run import Lammps
-from sim.lammps.stage import Stage
-from sim.rigs.bench import Watch
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import Every
+from benchtwin.sim.engine.world import World
+from benchtwin.sim.lammps.follow import read_pushes
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.lammps.stage import Stage
+from benchtwin.sim.rigs.bench import Watch
 
 LOOK_S = 0.05  # about how often the end is asked for
 

@@ -11,11 +11,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-
-from sim.engine.world import World, contact_between
-from sim.laws import LAWS
-from sim.material import Contact, effective_moduli
-from sim.rigs.bench import GRAVITY_M_S2, Bench
+from benchtwin.sim.engine.world import World, contact_between
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Contact, effective_moduli
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench
 
 RESTING_WEIGHTS = (
     10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from sim.rigs.bench import Columns
+from benchtwin.sim.rigs.bench import Columns
 
 COLUMNS = 14  # mol, place (3), quaternion (4), velocity (3), spin (3)
 

@@ -4,15 +4,14 @@ the same places, with the same end."""
 from dataclasses import replace
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.engine.world import World
-from sim.lammps.run import Lammps
-from sim.lammps.stage import Stage
-from sim.motion import Motion
-from sim.rigs import filling, heap
-from sim.rigs.bench import Bench, Watch
-from sim.rigs.heap import Vessel
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.engine.world import World
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.lammps.stage import Stage
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs import filling, heap
+from benchtwin.sim.rigs.bench import Bench, Watch
+from benchtwin.sim.rigs.heap import Vessel
 
 LOOK_S = 0.01
 FRAME_S = 0.05  # of the seeds' places where no film is asked for

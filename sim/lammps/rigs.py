@@ -7,19 +7,18 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.lammps.alone import Alone
-from sim.lammps.heap import run_heap
-from sim.lammps.run import Lammps
-from sim.motion import Motion
-from sim.rigs import roll
-from sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, no_watch
-from sim.rigs.cylinder import LiftedCylinder, run_cylinder
-from sim.rigs.drop import Drop, run_drop
-from sim.rigs.pile import Pile, run_pile
-from sim.rigs.roll import Roll, run_roll
-from sim.rigs.slide import Slide, run_slide
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.lammps.alone import Alone
+from benchtwin.sim.lammps.heap import run_heap
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs import roll
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, no_watch
+from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from benchtwin.sim.rigs.drop import Drop, run_drop
+from benchtwin.sim.rigs.pile import Pile, run_pile
+from benchtwin.sim.rigs.roll import Roll, run_roll
+from benchtwin.sim.rigs.slide import Slide, run_slide
 
 AIR_SLOWS = 1.2  # a fall through air lasts so much longer at most than one through none
 BELOW_M = 0.06  # a seed so far below the plate's end has left it

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from sim.engine.world import Placed
-from sim.lammps import program
-from sim.lammps.follow import Way, parts, read_way
-from sim.lammps.seeds import write_seeds
-from sim.lammps.stage import Stage, script
-from sim.rigs.bench import Watch
+from benchtwin.sim.engine.world import Placed
+from benchtwin.sim.lammps import program
+from benchtwin.sim.lammps.follow import Way, parts, read_way
+from benchtwin.sim.lammps.seeds import write_seeds
+from benchtwin.sim.lammps.stage import Stage, script
+from benchtwin.sim.rigs.bench import Watch
 
 
 @dataclass(frozen=True)

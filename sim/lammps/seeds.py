@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-
-from sim.engine.world import Placed
-from sim.rigs.bench import turned
-from sim.seed import Seed
+from benchtwin.sim.engine.world import Placed
+from benchtwin.sim.rigs.bench import turned
+from benchtwin.sim.seed import Seed
 
 TOUCHING, CENTRE, INNER = (
     1,

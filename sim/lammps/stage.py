@@ -5,12 +5,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.engine.world import World, time_step
-from sim.lammps.contact import refuse_others, words
-from sim.lammps.walls import name_of, wall_lines
-from sim.rigs.bench import GRAVITY_M_S2
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.engine.world import World, time_step
+from benchtwin.sim.lammps.contact import refuse_others, words
+from benchtwin.sim.lammps.walls import name_of, wall_lines
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2
 
 # neighbour lists reach so much farther than contact, of the smallest ball's radius
 SKIN = 0.4

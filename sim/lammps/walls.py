@@ -8,10 +8,18 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine.walls import Cylinder, Plane, Rectangle, Slide, Turn, Vector, Wall, unit
-from sim.engine.world import World
-from sim.lammps.contact import words
+from benchtwin.sim.engine.walls import (
+    Cylinder,
+    Plane,
+    Rectangle,
+    Slide,
+    Turn,
+    Vector,
+    Wall,
+    unit,
+)
+from benchtwin.sim.engine.world import World
+from benchtwin.sim.lammps.contact import words
 
 AXES = "xyz"
 

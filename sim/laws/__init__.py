@@ -56,7 +56,7 @@ costs nothing.
 `LAWS` is the registry, by name. A law from elsewhere needs no entry: make a `Law` and
 choose it with `.use(…)`."""
 
-from sim.laws import (
+from benchtwin.sim.laws import (
     cohesion_jkr,
     cohesion_linear,
     drag,
@@ -76,7 +76,7 @@ from sim.laws import (
     rolling_type_c,
     rolling_viscous,
 )
-from sim.laws.law import KINDS, Chosen, Law, Parameter
+from benchtwin.sim.laws.law import KINDS, Chosen, Law, Parameter
 
 __all__ = ["KINDS", "LAWS", "Chosen", "Law", "Parameter"]
 

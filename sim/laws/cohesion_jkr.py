@@ -2,7 +2,7 @@
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def cohesion_jkr(overlap, closing_speed, radius, modulus, work):

@@ -1,6 +1,6 @@
 """Linear cohesion: a pull in proportion to the contact's area."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def cohesion_linear(overlap, closing_speed, radius, modulus, energy_density):

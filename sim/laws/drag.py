@@ -3,7 +3,7 @@ uniform draught."""
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def drag(

@@ -1,7 +1,7 @@
 """Film adhesion: a neck of liquid or glue pulls with a constant force from first touch
 until it is stretched to its end."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def film_adhesion(overlap, closing_speed, radius, modulus, pull, rupture):

@@ -2,7 +2,7 @@
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def friction_kinetic(slip_speed, mu, drop, settle_speed):

@@ -2,7 +2,7 @@
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def friction_stribeck(slip_speed, mu, drop, stribeck_speed):

@@ -1,6 +1,6 @@
 """Viscous sliding: the coefficient of friction changes linearly with slip speed."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def friction_viscous(slip_speed, mu, slope):

@@ -1,6 +1,6 @@
 """Magnus lift: air pushes a spinning seed sideways."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def magnus(vx, vy, vz, wx, wy, wz, diameter, air_density, lift):

@@ -1,7 +1,7 @@
 """Steady motion of a wall: a gate that rises, a plate that is tilted, each at a
 constant rate between two moments."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def motion_steady(t, rate, start, duration):

@@ -2,7 +2,7 @@
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def motion_vibration(t, acceleration, frequency, phase):

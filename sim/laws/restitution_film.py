@@ -3,7 +3,7 @@ every impact."""
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def restitution_film(impact_speed, e, film_speed):

@@ -2,7 +2,7 @@
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def restitution_plastic(impact_speed, e, yield_speed, anchor_speed):

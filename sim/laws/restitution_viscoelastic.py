@@ -1,6 +1,6 @@
 """Restitution that falls with impact speed because the solids are viscous."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def restitution_viscoelastic(impact_speed, e, viscosity, anchor_speed):

@@ -1,7 +1,7 @@
 """EDEM's standard rolling friction: a torque of constant size against each body's own
 spin, which holds a body at rest."""
 
-from sim.laws.law import Law
+from benchtwin.sim.laws.law import Law
 
 
 def rolling_edem(normal_force, spin_speed, arm, mu_r):

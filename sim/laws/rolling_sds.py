@@ -3,7 +3,7 @@ stiffness between the two bodies' rolling."""
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def rolling_sds(

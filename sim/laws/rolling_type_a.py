@@ -1,7 +1,7 @@
 """Type A rolling friction: a constant torque against the relative rolling of the two
 bodies."""
 
-from sim.laws.law import Law
+from benchtwin.sim.laws.law import Law
 
 
 def rolling_type_a(normal_force, rolling_speed, radius, mu_r):

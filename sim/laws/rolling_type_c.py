@@ -3,7 +3,7 @@ that seeds come to rest."""
 
 import math
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def rolling_type_c(

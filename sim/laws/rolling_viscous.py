@@ -1,7 +1,7 @@
 """Viscous rolling: a resistance that grows with rolling speed, on top of the chosen
 rolling friction."""
 
-from sim.laws.law import Law, Parameter
+from benchtwin.sim.laws.law import Law, Parameter
 
 
 def rolling_viscous(normal_force, rolling_speed, radius, mu_r, slope):

@@ -6,10 +6,10 @@ frame; coverage(motion, camera, frame=-1) → float32, share covered, 0 to 1;
 project(camera, points_m) → where points are seen. camera.roll_deg is a recording's
 plumb_deg, camera.mm_per_px its mm_per_px."""
 
-from sim.picture.camera import Camera, project
-from sim.picture.context import RenderingUnavailable, renderer_name
-from sim.picture.exposure import coverage, film, photo
-from sim.picture.look import Look
+from benchtwin.sim.picture.camera import Camera, project
+from benchtwin.sim.picture.context import RenderingUnavailable, renderer_name
+from benchtwin.sim.picture.exposure import coverage, film, photo
+from benchtwin.sim.picture.look import Look
 
 __all__ = [
     "Camera",

@@ -5,12 +5,11 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
-
-from sim.motion import Motion
-from sim.picture import look as looks
-from sim.picture.camera import Camera, undistort
-from sim.picture.look import Look
-from sim.picture.render import Stage
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.picture import look as looks
+from benchtwin.sim.picture.camera import Camera, undistort
+from benchtwin.sim.picture.look import Look
+from benchtwin.sim.picture.render import Stage
 
 Array = np.ndarray
 Box = tuple[int, int, int, int]  # columns x0…x1 and rows y0…y1, ends excluded

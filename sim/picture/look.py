@@ -4,10 +4,9 @@ reproducible: nothing is drawn here."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.picture.camera import Camera
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
-
-from sim.picture.camera import Camera
 
 Array = np.ndarray
 

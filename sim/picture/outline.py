@@ -2,9 +2,8 @@
 silhouette."""
 
 import numpy as np
-
-from sim.seed import Seed
-from sim.seed.surface import Mesh
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.surface import Mesh
 
 Array = np.ndarray
 

@@ -5,8 +5,7 @@ A seed that is not there has NaN for its pose. SciPy's rotations refuse NaN, so
 quaternions are multiplied here."""
 
 import numpy as np
-
-from sim.motion import Motion
+from benchtwin.sim.motion import Motion
 
 Array = np.ndarray
 

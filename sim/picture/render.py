@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from sim.motion import Motion
-from sim.picture import look as looks
-from sim.picture.camera import Camera, axes, view
-from sim.picture.context import Context
-from sim.picture.outline import flat, level_for, silhouette_true
-from sim.picture.pose import matrices, poses_at
-from sim.seed.surface import Mesh
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.picture import look as looks
+from benchtwin.sim.picture.camera import Camera, axes, view
+from benchtwin.sim.picture.context import Context
+from benchtwin.sim.picture.outline import flat, level_for, silhouette_true
+from benchtwin.sim.picture.pose import matrices, poses_at
+from benchtwin.sim.seed.surface import Mesh
 
 Array = np.ndarray
 

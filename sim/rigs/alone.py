@@ -4,9 +4,8 @@ on and end it."""
 from collections.abc import Callable, Sequence
 
 import numpy as np
-
-from sim.engine.step import Every, init, run
-from sim.engine.world import World
+from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.world import World
 
 Engine = Callable[[World, np.random.Generator, float, Sequence[Every]], None]
 """Computes a world until an observer ends it, or for so many seconds."""

@@ -6,17 +6,23 @@ from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.walls import Slide, Vector, Wall
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.laws import LAWS, Chosen
+from benchtwin.sim.material import (
+    Q235,
+    SOYBEAN,
+    SOYBEAN_Q235,
+    SOYBEAN_SOYBEAN,
+    Contact,
+    Material,
+)
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.lot import Lot
+from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
+from benchtwin.sim.seed.sizes import Sizes
 from numpy.typing import ArrayLike
-
-from sim.engine.state import State
-from sim.engine.walls import Slide, Vector, Wall
-from sim.engine.world import Placed, Scattered, World
-from sim.laws import LAWS, Chosen
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact, Material
-from sim.seed import Seed
-from sim.seed.lot import Lot
-from sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
-from sim.seed.sizes import Sizes
 
 GRAVITY_M_S2 = 9.80665
 # sizes in a heap: as many as callipers measured; each is meshed once for the picture

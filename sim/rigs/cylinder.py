@@ -4,14 +4,13 @@ slopes all round is left."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine.walls import Cylinder, Rectangle, Slide, Wall
-from sim.laws import Chosen
-from sim.motion import Motion
-from sim.rigs.bench import Bench, Watch, no_watch
-from sim.rigs.filling import Filled
-from sim.rigs.heap import Engine, Vessel, run_heap
-from sim.rigs.parts import slab
+from benchtwin.sim.engine.walls import Cylinder, Rectangle, Slide, Wall
+from benchtwin.sim.laws import Chosen
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
+from benchtwin.sim.rigs.filling import Filled
+from benchtwin.sim.rigs.heap import Engine, Vessel, run_heap
+from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
 

@@ -3,14 +3,13 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from sim.engine.state import State
-from sim.engine.step import Every
-from sim.engine.walls import Rectangle
-from sim.engine.world import Placed, World
-from sim.motion import Motion
-from sim.rigs.alone import Engine, our_engine
-from sim.rigs.bench import (
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import Every
+from benchtwin.sim.engine.walls import Rectangle
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.alone import Engine, our_engine
+from benchtwin.sim.rigs.bench import (
     GRAVITY_M_S2,
     Bench,
     Columns,
@@ -22,8 +21,8 @@ from sim.rigs.bench import (
     product,
     reach,
 )
-from sim.rigs.parts import prism
-from sim.seed import Seed
+from benchtwin.sim.rigs.parts import prism
+from benchtwin.sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
 ONE_IMPACT_S = (

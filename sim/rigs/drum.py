@@ -4,19 +4,25 @@ dynamic angle of repose."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine.step import Every, init, run
-from sim.engine.walls import Cylinder, Mesh, Rectangle, Turn, Wall
-from sim.engine.world import Placed, World
-from sim.laws import LAWS
-from sim.material import Contact, Material
-from sim.motion import Motion
-from sim.rigs.bench import Bench, Frames, Watch, no_watch
-from sim.rigs.filling import POURED, Filled, chute_height, count_for, rain, settle
-from sim.rigs.heap import RAIN_OVERLAP
-from sim.rigs.parts import ring
-from sim.rigs.pile import GLASS
-from sim.rigs.profile import balls
+from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.walls import Cylinder, Mesh, Rectangle, Turn, Wall
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Contact, Material
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch
+from benchtwin.sim.rigs.filling import (
+    POURED,
+    Filled,
+    chute_height,
+    count_for,
+    rain,
+    settle,
+)
+from benchtwin.sim.rigs.heap import RAIN_OVERLAP
+from benchtwin.sim.rigs.parts import ring
+from benchtwin.sim.rigs.pile import GLASS
+from benchtwin.sim.rigs.profile import balls
 
 # of the surface from wall to wall: between these the line is fitted, as in the picture
 WINDOW = (0.25, 0.75)

@@ -5,15 +5,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from sim.engine.filling import scatter
-from sim.engine.observe import Settled, kinetic_per_seed
-from sim.engine.state import State
-from sim.engine.step import run
-from sim.engine.walls import Vector
-from sim.engine.world import Placed, Scattered, World
-from sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
-from sim.seed import Seed
+from benchtwin.sim.engine.filling import scatter
+from benchtwin.sim.engine.observe import Settled, kinetic_per_seed
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import run
+from benchtwin.sim.engine.walls import Vector
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
+from benchtwin.sim.seed import Seed
 
 # volume fraction that is never exceeded by such a rain: how many seeds are enough
 PACKED = 0.64

@@ -5,18 +5,25 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.engine.observe import Settled
-from sim.engine.state import State
-from sim.engine.step import Every, init, run
-from sim.engine.walls import Vector, Wall
-from sim.engine.world import Placed, World
-from sim.laws import LAWS, Chosen
-from sim.material import Contact
-from sim.motion import Motion, Part
-from sim.rigs.bench import Bench, Frames, Watch
-from sim.rigs.filling import POURED, Filled, Lay, chute_height, count_for, rain, settle
-from sim.rigs.profile import centroid_angle, outline, slope_angle
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.walls import Vector, Wall
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS, Chosen
+from benchtwin.sim.material import Contact
+from benchtwin.sim.motion import Motion, Part
+from benchtwin.sim.rigs.bench import Bench, Frames, Watch
+from benchtwin.sim.rigs.filling import (
+    POURED,
+    Filled,
+    Lay,
+    chute_height,
+    count_for,
+    rain,
+    settle,
+)
+from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
 # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
 RAIN_OVERLAP = 0.25

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-
-from sim.motion import Part
-from sim.seed.surface import Mesh
+from benchtwin.sim.motion import Part
+from benchtwin.sim.seed.surface import Mesh
 
 
 def slab(

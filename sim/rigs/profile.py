@@ -4,10 +4,9 @@ height would see."""
 from collections.abc import Sequence
 
 import numpy as np
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs.bench import turned
 from scipy.ndimage import uniform_filter1d
-
-from sim.motion import Motion
-from sim.rigs.bench import turned
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile
 # ends

@@ -4,18 +4,26 @@ slide."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import Every
+from benchtwin.sim.engine.walls import Rectangle, Turn
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.motion import Motion, Part
+from benchtwin.sim.rigs.alone import Engine, our_engine
+from benchtwin.sim.rigs.bench import (
+    Bench,
+    Frames,
+    Watch,
+    about,
+    no_watch,
+    product,
+    reach,
+    turned,
+)
+from benchtwin.sim.rigs.parts import slab
+from benchtwin.sim.seed import MOST_SPHERES, Seed
 from scipy.spatial.transform import Rotation
-
-from sim.engine.state import State
-from sim.engine.step import Every
-from sim.engine.walls import Rectangle, Turn
-from sim.engine.world import Placed, World
-from sim.laws import LAWS
-from sim.motion import Motion, Part
-from sim.rigs.alone import Engine, our_engine
-from sim.rigs.bench import Bench, Frames, Watch, about, no_watch, product, reach, turned
-from sim.rigs.parts import slab
-from sim.seed import MOST_SPHERES, Seed
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins

@@ -3,9 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from sim.seed import arrange, clump, solid, surface
-from sim.seed.shape import Shape
+from benchtwin.sim.seed import arrange, clump, solid, surface
+from benchtwin.sim.seed.shape import Shape
 
 Array = np.ndarray
 

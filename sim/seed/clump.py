@@ -11,10 +11,9 @@ own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they
 least missed."""
 
 import numpy as np
+from benchtwin.sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
+from benchtwin.sim.seed.shape import Shape
 from scipy.spatial import cKDTree
-
-from sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
-from sim.seed.shape import Shape
 
 Array = np.ndarray
 Balls = tuple[Array, Array]

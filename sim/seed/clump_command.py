@@ -6,12 +6,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from sim.seed import MOST_SPHERES, Seed
-from sim.seed.clump import spheres_for
-from sim.seed.clump_error import ClumpError, clump_error
-from sim.seed.clump_files import files
-from sim.seed.shape import Shape
+from benchtwin.sim.seed import MOST_SPHERES, Seed
+from benchtwin.sim.seed.clump import spheres_for
+from benchtwin.sim.seed.clump_error import ClumpError, clump_error
+from benchtwin.sim.seed.clump_files import files
+from benchtwin.sim.seed.shape import Shape
 
 DONE, MISUSED = 0, 2
 USUAL_TOLERANCE = 0.03  # rms surface error over the mean radius

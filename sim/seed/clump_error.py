@@ -4,9 +4,8 @@ moments of inertia."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.seed.shape import Shape
-from sim.seed.solid import union_of_balls
+from benchtwin.sim.seed.shape import Shape
+from benchtwin.sim.seed.solid import union_of_balls
 
 Array = np.ndarray
 CHECKED_POINTS = 4000  # of the surface, where the error is taken

@@ -5,7 +5,7 @@ Formats read: LAMMPS manual, `molecule`; LIGGGHTS-PUBLIC manual, `fix
 particletemplate/multisphere`; YADE class reference, `BodyContainer.appendClumped`;
 EDEM's table of spheres, which takes pasted rows."""
 
-from sim.seed import Seed
+from benchtwin.sim.seed import Seed
 
 
 def files(seed: Seed, source: str) -> dict[str, str]:

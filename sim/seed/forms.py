@@ -4,9 +4,8 @@ volume: vertices [m] and faces."""
 import math
 
 import numpy as np
+from benchtwin.sim.seed.surface import ellipsoid_mesh, enclosed_volume
 from scipy.special import beta, erf
-
-from sim.seed.surface import ellipsoid_mesh, enclosed_volume
 
 Array = np.ndarray
 Surface = tuple[Array, Array]

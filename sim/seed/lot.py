@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from sim.seed import Seed
+from benchtwin.sim.seed import Seed
 
 
 @dataclass(frozen=True, eq=False)

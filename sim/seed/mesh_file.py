@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchtwin.sim.seed.shape import Shape, open_edges, thinned
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-
-from sim.seed.shape import Shape, open_edges, thinned
 
 Array = np.ndarray
 

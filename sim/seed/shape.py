@@ -6,10 +6,9 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-
-from sim.seed import forms
-from sim.seed.solid import Solid, principal
-from sim.seed.surface import Mesh, enclosed_volume
+from benchtwin.sim.seed import forms
+from benchtwin.sim.seed.solid import Solid, principal
+from benchtwin.sim.seed.surface import Mesh, enclosed_volume
 
 Array = np.ndarray
 
@@ -134,7 +133,7 @@ class Shape:
     def from_mesh_file(cls, file: Path, unit: str | None) -> "Shape":
         """An STL, PLY or OBJ file in "mm", "cm", "m" or "inch"
         (`sim.seed.mesh_file.read_mesh`)."""
-        from sim.seed.mesh_file import read_mesh
+        from benchtwin.sim.seed.mesh_file import read_mesh
 
         return read_mesh(file, unit)
 
@@ -142,7 +141,7 @@ class Shape:
     def from_voxels(cls, filled: Array, pitch_m: float) -> "Shape":
         """The largest piece of voxels (i, j, k) of bool, cubes of side pitch_m [m]
         (`sim.seed.voxels.closed_surface`)."""
-        from sim.seed.voxels import closed_surface
+        from benchtwin.sim.seed.voxels import closed_surface
 
         return cls(*closed_surface(filled, pitch_m))
 

@@ -4,10 +4,9 @@ callipers gave."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.seed import ARRANGEMENTS, SOYBEAN_DENSITY, Seed
+from benchtwin.sim.seed.arrange import PLANAR_MARGIN, ROUNDEST_AXIAL
 from scipy.stats import beta, norm
-
-from sim.seed import ARRANGEMENTS, SOYBEAN_DENSITY, Seed
-from sim.seed.arrange import PLANAR_MARGIN, ROUNDEST_AXIAL
 
 Array = np.ndarray
 

@@ -2,10 +2,9 @@
 surface nets (Gibson 1998)."""
 
 import numpy as np
+from benchtwin.sim.seed.shape import open_edges, thinned
+from benchtwin.sim.seed.surface import enclosed_volume
 from scipy import ndimage
-
-from sim.seed.shape import open_edges, thinned
-from sim.seed.surface import enclosed_volume
 
 Array = np.ndarray
 

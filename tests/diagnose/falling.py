@@ -252,10 +252,10 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
     """`count` recordings as twin.tracks gives them."""
     from pathlib import Path
 
-    from twin.tracks import drop_of
-    from vision.evidence.keys import Air, Camera, Drop, Seed
-    from vision.motion.track import make_track
-    from vision.recording import Recording
+    from benchtwin.twin.tracks import drop_of
+    from benchtwin.vision.evidence.keys import Air, Camera, Drop, Seed
+    from benchtwin.vision.motion.track import make_track
+    from benchtwin.vision.recording import Recording
 
     out = []
     for i in range(count):

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from benchtwin.twin.piles import SeenPile
 from scipy.ndimage import gaussian_filter1d
-
-from twin.piles import SeenPile
 
 PX_MM = 0.2
 

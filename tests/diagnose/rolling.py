@@ -249,10 +249,10 @@ def rolls(
     bench: Bench, count: int, rng, *, directions=("+x", "-x"), lengths=None
 ) -> list:
     """`count` recordings as twin.roll_tracks gives them."""
-    from twin.roll_tracks import roll_of
-    from vision.evidence.keys import Air, Camera, Roll, Seed
-    from vision.motion.track import make_track
-    from vision.recording import Recording
+    from benchtwin.twin.roll_tracks import roll_of
+    from benchtwin.vision.evidence.keys import Air, Camera, Roll, Seed
+    from benchtwin.vision.motion.track import make_track
+    from benchtwin.vision.recording import Recording
 
     bench, out = usual(bench, rng), []
     for i in range(count):

@@ -142,10 +142,10 @@ def noise(n, sd, rho, white, rng):
 
 def slides(bench: Bench, count: int, rng):
     """`count` recordings as twin.slides gives them."""
-    from twin.slides import slide_of
-    from vision.evidence.keys import Air, Camera, Seed, Slide
-    from vision.motion.track import make_track
-    from vision.recording import Recording
+    from benchtwin.twin.slides import slide_of
+    from benchtwin.vision.evidence.keys import Air, Camera, Seed, Slide
+    from benchtwin.vision.motion.track import make_track
+    from benchtwin.vision.recording import Recording
 
     out = []
     offset = bench.offset_deg + rng.normal(0, bench.offset_sd_deg)
@@ -220,7 +220,7 @@ def slides(bench: Bench, count: int, rng):
 def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True):
     """One recording a (rate, count): `repeats` angles [deg] by angles_of(rate, count,
     rng)."""
-    from twin.slides import SeenSlide
+    from benchtwin.twin.slides import SeenSlide
 
     none, out = np.zeros(0), []
     for i, (rate, count) in enumerate(zip(rates, counts, strict=True)):
@@ -240,7 +240,7 @@ def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True
 
 def found(bench: Bench, seed: int, count: int = 3):
     """The finding on `count` slides of this bench."""
-    from diagnose.rigs.slide.diagnose import diagnose_slide
+    from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
 
     return diagnose_slide(
         slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0)

@@ -313,7 +313,7 @@ def test_a_ball_in_free_flight_needs_no_plate(tmp_path):
 
 
 def test_a_fault_in_one_rig_is_reported(airless, tmp_path, monkeypatch):
-    from diagnose import bench as benches
+    from benchtwin.diagnose import bench as benches
 
     monkeypatch.setitem(benches.READERS, "drop", ("tracks", "lost"))
     result = diagnose(airless[0], tmp_path / "out")
@@ -325,9 +325,10 @@ def test_no_engine_is_imported_for_a_verdict(airless):
     import subprocess
 
     code = (
-        "import sys; from diagnose import bench; import diagnose.rigs.drop.diagnose;"
-        " print([m for m in ('sim.engine', 'pyrender', 'plotly', 'distributed') if m in"
-        " sys.modules])"
+        "import sys; from benchtwin.diagnose import bench;"
+        " import benchtwin.diagnose.rigs.drop.diagnose;"
+        " print([m for m in ('benchtwin.sim.engine', 'pyrender', 'plotly',"
+        " 'distributed') if m in sys.modules])"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True

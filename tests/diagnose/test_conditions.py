@@ -5,9 +5,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
-
-from diagnose.bench import diagnose_bench
-from diagnose.words import lines
+from benchtwin.diagnose.bench import diagnose_bench
+from benchtwin.diagnose.words import lines
 
 PLATES = {"steel": 0.36, "glass": 0.33, "rubber": 0.42}
 

@@ -5,8 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-
-from diagnose.effects import drop, pile, roll, slide
+from benchtwin.diagnose.effects import drop, pile, roll, slide
 
 TEXT = (Path(__file__).parents[2] / "docs" / "diagnose.md").read_text(encoding="utf8")
 OF_RIG = {

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from falling import PIXEL_MM, Bench, G, tracks
-
-from diagnose.air import speed_through_air
-from diagnose.engine.alarm import ALARM_P
-from diagnose.engine.problem import fit
-from diagnose.rigs.drop.diagnose import diagnose_drop
-from diagnose.rigs.drop.flight_model import (
+from benchtwin.diagnose.air import speed_through_air
+from benchtwin.diagnose.engine.alarm import ALARM_P
+from benchtwin.diagnose.engine.problem import fit
+from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
+from benchtwin.diagnose.rigs.drop.flight_model import (
     FELT,
     LAWS,
     STARTS,
@@ -22,17 +20,22 @@ from diagnose.rigs.drop.flight_model import (
     push_slopes,
     pushed,
 )
-from diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
-from diagnose.rigs.drop.reduction import (
+from benchtwin.diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
+from benchtwin.diagnose.rigs.drop.reduction import (
     STEP,
     known_sd,
     problem_of,
     row_slopes,
     side_slopes,
 )
-from diagnose.rigs.drop.session import assemble
-from diagnose.rigs.drop.trajectories import POINTS, accelerations, positions_at_nodes
-from twin.tracks import one_scale
+from benchtwin.diagnose.rigs.drop.session import assemble
+from benchtwin.diagnose.rigs.drop.trajectories import (
+    POINTS,
+    accelerations,
+    positions_at_nodes,
+)
+from benchtwin.twin.tracks import one_scale
+from falling import PIXEL_MM, Bench, G, tracks
 
 LIGHT = Bench(fps=500.0)
 

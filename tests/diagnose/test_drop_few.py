@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
+from benchtwin.twin.tracks import read_drops
 from test_drop_few_rows import flights
-
-from diagnose.rigs.drop.diagnose import diagnose_drop
-from twin.tracks import read_drops
 
 SEED = "length_mm = 40\nwidth_mm = 40\nthickness_mm = 40\nmass_g = 150\n"
 

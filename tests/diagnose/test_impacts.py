@@ -7,13 +7,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.finding import DiagnosisTask, finding_of
+from benchtwin.diagnose.rigs.drop import diagnose
+from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
+from benchtwin.diagnose.rigs.drop.impacts import (
+    Impacts,
+    impacts_from_times,
+    seeds_of,
+    subset,
+)
+from benchtwin.diagnose.rigs.drop.unlisted import law_in_words, windows_of
 from falling import Bench, G, tracks
-
-from diagnose.finding import DiagnosisTask, finding_of
-from diagnose.rigs.drop import diagnose
-from diagnose.rigs.drop.diagnose import diagnose_drop
-from diagnose.rigs.drop.impacts import Impacts, impacts_from_times, seeds_of, subset
-from diagnose.rigs.drop.unlisted import law_in_words, windows_of
 
 FALLING = (
     "restitution-falls-with-speed",

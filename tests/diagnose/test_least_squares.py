@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from diagnose.effects.effect import Effect
-from diagnose.engine.least_squares import FastChi2
-from diagnose.engine.linear import Reduced
-from diagnose.engine.problem import Problem, fit
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.engine.least_squares import FastChi2
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.problem import Problem, fit
 
 
 def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:

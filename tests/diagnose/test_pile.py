@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
+from benchtwin.diagnose.rigs.pile.flanks import photo_of, photos_of
 from heaping import Heap, changed, clean_bench, picture, repeats
-
-from diagnose.effects.pile import EFFECTS
-from diagnose.rigs.pile.diagnose import diagnose_pile
-from diagnose.rigs.pile.flanks import photo_of, photos_of
 
 BENCH = Heap(grain_mm=3.0)
 SHAPES = {"cohesion", "gate-speed", "base-vibration", "wall-friction", "particle-shape"}

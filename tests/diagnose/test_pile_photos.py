@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
+from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.twin.piles import SeenPile, read_piles
 from heaping import PX_MM, Heap, changed, photograph, picture
-
-from diagnose.rigs.pile.diagnose import diagnose_pile
-from diagnose.rigs.pile.flanks import photo_of
-from twin.piles import SeenPile, read_piles
 
 BENCH = Heap(grain_mm=3.0)
 

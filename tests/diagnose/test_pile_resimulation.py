@@ -6,27 +6,26 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heaping import Heap, repeats
-
-from diagnose.effects.pile import EFFECTS
-from diagnose.rigs.pile.diagnose import diagnose_pile
-from diagnose.rigs.pile.resimulation import (
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
+from benchtwin.diagnose.rigs.pile.resimulation import (
     FRICTIONS,
     Kind,
     _compared,
     _fitted,
     resimulate,
 )
-from diagnose.rigs.pile.simulated_heaps import (
+from benchtwin.diagnose.rigs.pile.simulated_heaps import (
     AT,
     HeapSettings,
     Shape,
     shape_of,
     simulation_inputs,
 )
-from twin.parameters import Parameters, bench
-from twin.piles import read_piles
-from twin.run import simulate
+from benchtwin.twin.parameters import Parameters, bench
+from benchtwin.twin.piles import read_piles
+from benchtwin.twin.run import simulate
+from heaping import Heap, repeats
 
 TOLD = {
     "seed": {

@@ -8,18 +8,21 @@ from types import SimpleNamespace
 import falling
 import numpy as np
 import pytest
-
-from diagnose.air import air_of
-from diagnose.effects import drop, pile, roll, slide
-from diagnose.engine.conditions import Contact, conditions_of
-from diagnose.finding import Finding
-from diagnose.rerun import condition_shifts, reason_not_simulated, simulation_settings
-from diagnose.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
-from diagnose.rigs.drop.resimulation import laws_of, session_flights
-from diagnose.rigs.roll.resimulation import laws_of as rolling_laws
-from sim.laws import LAWS
-from twin.flights import drag_factor, fly, strike
-from twin.parameters import Parameters
+from benchtwin.diagnose.air import air_of
+from benchtwin.diagnose.effects import drop, pile, roll, slide
+from benchtwin.diagnose.engine.conditions import Contact, conditions_of
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.rerun import (
+    condition_shifts,
+    reason_not_simulated,
+    simulation_settings,
+)
+from benchtwin.diagnose.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
+from benchtwin.diagnose.rigs.drop.resimulation import laws_of, session_flights
+from benchtwin.diagnose.rigs.roll.resimulation import laws_of as rolling_laws
+from benchtwin.sim.laws import LAWS
+from benchtwin.twin.flights import drag_factor, fly, strike
+from benchtwin.twin.parameters import Parameters
 
 OF_RIG = {
     "drop": drop.EFFECTS,
@@ -238,11 +241,11 @@ def test_air_of_the_diagnosis_and_of_the_dem_agree():
 def test_the_full_chain_from_a_hidden_law_to_the_improved_simulation(tmp_path):
     """DEM with air → rendered frames → tracker → diagnosis that is told of no air → DEM
     with air again, rendered and followed."""
+    from benchtwin.twin import Parameters, simulate
+    from benchtwin.twin.paths import like
     from typer.testing import CliRunner
 
     from benchtwin.command_line import app
-    from twin import Parameters, simulate
-    from twin.paths import like
 
     bench = tmp_path / "bench"
     bench.mkdir()

@@ -5,10 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.roll.diagnose import diagnose_roll
+from benchtwin.twin.roll_tracks import SeenRoll
 from rolling_balls import Ball, way
-
-from diagnose.rigs.roll.diagnose import diagnose_roll
-from twin.roll_tracks import SeenRoll
 
 SEED = {"length_mm": 15.0, "width_mm": 15.0, "thickness_mm": 15.0, "mass_g": 13.8}
 GATES = np.array([180.0, 360, 540, 720, 900])

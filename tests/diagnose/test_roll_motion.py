@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-
-from diagnose.rigs.roll.initial_path import fit_path
-from diagnose.rigs.roll.motion import Table, Way, travel
+from benchtwin.diagnose.rigs.roll.initial_path import fit_path
+from benchtwin.diagnose.rigs.roll.motion import Table, Way, travel
 
 G = 9.80665
 

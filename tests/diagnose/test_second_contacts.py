@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
+from benchtwin.diagnose.rigs.drop.joint_problem import prepare_sessions
 from falling import Bench, tracks
-
-from diagnose.rigs.drop.diagnose import diagnose_drop
-from diagnose.rigs.drop.joint_problem import prepare_sessions
 
 LONG = Bench(fps=2000.0, noise_mm=0.04, rho=0.0)
 

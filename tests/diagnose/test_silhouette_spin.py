@@ -2,13 +2,12 @@
 dimensions."""
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-
-from diagnose.rigs.drop.silhouette_spin import (
+from benchtwin.diagnose.rigs.drop.silhouette_spin import (
     silhouette_rotation,
     smoothed,
     spin_calibration,
 )
+from scipy.spatial.transform import Rotation
 
 FRAMES = 120
 

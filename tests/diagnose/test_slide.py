@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.diagnose.engine.alarm import ALARM_P
+from benchtwin.diagnose.engine.noise import Noise
+from benchtwin.diagnose.engine.problem import fit
+from benchtwin.diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
+from benchtwin.diagnose.rigs.slide.problem import prepare
+from benchtwin.diagnose.rigs.slide.session import assemble
+from benchtwin.twin.slides import read_slides
 from sliding import AIRLESS, LIGHT, Bench, found, slides
-
-from diagnose.engine.alarm import ALARM_P
-from diagnose.engine.noise import Noise
-from diagnose.engine.problem import fit
-from diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
-from diagnose.rigs.slide.problem import prepare
-from diagnose.rigs.slide.session import assemble
-from twin.slides import read_slides
 
 
 def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():

@@ -3,10 +3,9 @@ raise no alarm; a plate that stands is told."""
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
+from benchtwin.twin.slides import read_slides
 from test_slide_few_rows import way
-
-from diagnose.rigs.slide.diagnose import diagnose_slide
-from twin.slides import read_slides
 
 GATES = np.array([20.0, 80, 160, 260, 400])
 RATE, START = 3.0, 10.0

@@ -6,9 +6,15 @@ import time
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.slide.motion import (
+    SCATTER,
+    SHARE,
+    Laws,
+    _crept,
+    friction_at,
+    travel,
+)
 from sliding import G
-
-from diagnose.rigs.slide.motion import SCATTER, SHARE, Laws, _crept, friction_at, travel
 
 
 def test_a_block_on_a_still_plate_has_its_closed_form():

@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.engine.problem import fit
+from benchtwin.diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
+from benchtwin.diagnose.rigs.slide.model import ACTING
+from benchtwin.diagnose.rigs.slide.problem import prepare
+from benchtwin.diagnose.rigs.slide.session import assemble
 from sliding import LIGHT, slides
-
-from diagnose.engine.problem import fit
-from diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
-from diagnose.rigs.slide.model import ACTING
-from diagnose.rigs.slide.problem import prepare
-from diagnose.rigs.slide.session import assemble
 
 SHARP = replace(
     LIGHT,

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
+from benchtwin.diagnose.rigs.slide.tilt import seen_tilt
 from sliding import LIGHT, G, found, readings
-
-from diagnose.rigs.slide.diagnose import diagnose_slide
-from diagnose.rigs.slide.tilt import seen_tilt
 
 
 def test_a_stepped_plate_is_separated_from_a_rounded_column():

@@ -7,19 +7,18 @@ import zlib
 
 import numpy as np
 import pytest
+from benchtwin.vision import measure
+from benchtwin.vision.evidence import photo, read_keys, tables
+from benchtwin.vision.evidence.frames import Video
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.evidence.tables import read_impacts, read_readings, read_track
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording
 from PIL import Image
 from synthetic.film import Look, film, write_video
 from synthetic.motion import draw_drop
-
-from vision import measure
-from vision.evidence import photo, read_keys, tables
-from vision.evidence.frames import Video
-from vision.evidence.photo import read_photo
-from vision.evidence.read_keys import read_toml
-from vision.evidence.tables import read_impacts, read_readings, read_track
-from vision.find_recordings import find_recordings
-from vision.measurement import MeasurementError
-from vision.recording import Recording
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:
@@ -207,7 +206,7 @@ def test_a_film_of_too_large_frames_is_refused(tmp_path, monkeypatch):
     video = write_video(
         recording, film(motion, look, np.random.default_rng(1), fps=100), fps=100
     ).files[0]
-    monkeypatch.setattr("vision.evidence.frames.MAX_PIXELS", 1000)
+    monkeypatch.setattr("benchtwin.vision.evidence.frames.MAX_PIXELS", 1000)
     with pytest.raises(
         MeasurementError, match=r"video\.mp4: 64 × 48 pixels a frame is more than"
     ):

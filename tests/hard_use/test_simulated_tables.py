@@ -5,19 +5,18 @@ import shutil
 from pathlib import Path
 
 import pytest
-from fuzz import attack, spoilt
-from fuzz_files import Reader, calibrate_tables_beside, readers
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-
-from calibrate.procedure.rigs import STEEL
-from calibrate.procedure.tables import (
+from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.procedure.tables import (
     box_of,
     design_table,
     levels_table,
     path_table,
     steel_table,
 )
+from fuzz import attack, spoilt
+from fuzz_files import Reader, calibrate_tables_beside, readers
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 TABLES = Path(__file__).parents[2] / "samples" / "soybean-paper" / "tables"
 READ = {

@@ -15,12 +15,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.vision.motion.drop_sound import impacts_in_sound
+from benchtwin.vision.pile.repose import measure_repose
+from benchtwin.vision.recording import read_recording
 from PIL import Image
 from synthetic.piles import PileScene, draw_pile
-
-from vision.motion.drop_sound import impacts_in_sound
-from vision.pile.repose import measure_repose
-from vision.recording import read_recording
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),

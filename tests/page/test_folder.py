@@ -5,8 +5,7 @@ import itertools
 import os
 
 import pytest
-
-from page.folder import (
+from benchtwin.page.folder import (
     MARK,
     RESULTS,
     Folder,

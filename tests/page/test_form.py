@@ -2,11 +2,10 @@
 type."""
 
 import pytest
-
-from page.folder import Refused
-from page.form import form, needed
-from vision.evidence.keys import Keys
-from vision.recording import RIGS
+from benchtwin.page.folder import Refused
+from benchtwin.page.form import form, needed
+from benchtwin.vision.evidence.keys import Keys
+from benchtwin.vision.recording import RIGS
 
 
 def fields(rig):

@@ -4,8 +4,7 @@ turned away, sockets too."""
 import asyncio
 
 import pytest
-
-from page.guard import Guard
+from benchtwin.page.guard import Guard
 
 PORT, TOKEN = 8123, "a-long-random-token"
 HOST = (b"host", b"127.0.0.1:8123")

@@ -5,9 +5,9 @@ import time
 import tomllib
 from pathlib import Path
 
-from page import toml_file
-from page.folder import INCOMING, Folder
-from page.upload import ReceivedFile, place_files
+from benchtwin.page import toml_file
+from benchtwin.page.folder import INCOMING, Folder
+from benchtwin.page.upload import ReceivedFile, place_files
 
 KILLS = 50
 LARGE = b"x" * 200_000

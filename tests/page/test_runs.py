@@ -10,11 +10,10 @@ import time
 from pathlib import Path
 
 import pytest
-
-from page import runs
-from page.folder import Folder, Refused
-from twin.bench_folder import hashes
-from vision.find_recordings import find_recordings
+from benchtwin.page import runs
+from benchtwin.page.folder import Folder, Refused
+from benchtwin.twin.bench_folder import hashes
+from benchtwin.vision.find_recordings import find_recordings
 
 SLEEPER = """
 import signal, sys, time, pathlib

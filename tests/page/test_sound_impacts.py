@@ -5,17 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from page.sound_impacts import (
+from benchtwin.page.sound_impacts import (
     SoundView,
     changes_of_click,
     find_with_corrections,
     waveform,
 )
-from vision.evidence.keys import Drop
-from vision.evidence.sound import Sound
-from vision.motion.onsets import find_onsets
-from vision.recording import Recording
+from benchtwin.vision.evidence.keys import Drop
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.motion.onsets import find_onsets
+from benchtwin.vision.recording import Recording
 
 NOW = SoundView(impacts=[1.0, 1.3], added=[1.3], struck=[0.5], others=[0.502, 1.5])
 ADDED, STRUCK = ("drop", "impacts_added_s"), ("drop", "impacts_struck_s")

@@ -4,9 +4,8 @@ lose each other's edits."""
 import tomllib
 
 import pytest
-
-from page import toml_file
-from page.folder import Refused
+from benchtwin.page import toml_file
+from benchtwin.page.folder import Refused
 
 TEXT = """# my first drop
 rig = "drop"   # a plate of steel

@@ -2,11 +2,10 @@
 half."""
 
 import pytest
-
-from page.folder import Folder, Refused
-from page.upload import KINDS, LEAST_FRAMES, ReceivedFile, check, place_files
-from vision.find_recordings import find_recordings
-from vision.recording import Recording
+from benchtwin.page.folder import Folder, Refused
+from benchtwin.page.upload import KINDS, LEAST_FRAMES, ReceivedFile, check, place_files
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.recording import Recording
 
 
 @pytest.fixture

@@ -4,13 +4,12 @@ one compiled kernel for all of them."""
 import math
 
 import numpy as np
-
-from sim.engine.step import init, run
-from sim.engine.walls import Plane
-from sim.engine.world import Placed, World
-from sim.laws import LAWS
-from sim.material import Contact, Material
-from sim.seed import Seed
+from benchtwin.sim.engine.step import init, run
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Contact, Material
+from benchtwin.sim.seed import Seed
 
 # A drag that is zero. The step loop is compiled for each set of laws, which takes half
 # a minute: a world with a moving wall and this drag has the rigs' set.

@@ -3,15 +3,14 @@ integrator; a bed's weight on its floor."""
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine import observe
+from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.walls import Plane, Slide, box
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.seed import Seed
 from scenes import ball, go, on_floor
-
-from sim.engine import observe
-from sim.engine.step import Every, init, run
-from sim.engine.walls import Plane, Slide, box
-from sim.engine.world import Placed, Scattered, World
-from sim.laws import LAWS
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
-from sim.seed import Seed
 
 SOFT = SOYBEAN.softened(1e7)
 CONTACTS = (SOYBEAN_Q235, SOYBEAN_SOYBEAN)
@@ -98,7 +97,7 @@ def test_order_of_the_integrator(e):
 
 def test_a_bed_presses_on_its_floor_with_its_weight():
     """Planes of no friction at the sides: the floor carries it all."""
-    from sim.material import Contact, Material
+    from benchtwin.sim.material import Contact, Material
 
     slick = Material("slick", 7850.0, 8.2e10, 0.28)
     contacts = (*CONTACTS, Contact(("soybean", "slick"), 0.3, 0.0, 0.0))

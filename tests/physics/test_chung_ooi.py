@@ -5,12 +5,11 @@ import math
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.observe import Track
+from benchtwin.sim.engine.step import Every
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.material import Material
 from scenes import RIGID, ball, ball_like_clump, go, on_floor, own
-
-from sim.engine.observe import Track
-from sim.engine.step import Every
-from sim.engine.world import Placed, World
-from sim.material import Material
 
 
 # density, shear modulus from E and ν

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from benchtwin.sim.material import Q235, SOYBEAN
 from scenes import ball, flat_clump, go, on_floor
-
-from sim.material import Q235, SOYBEAN
 
 G, R = 9.81, 3e-3
 SEED = ball(R, 1250.0)
@@ -16,7 +15,7 @@ EASE = {"rayleigh_fraction": 0.2}
 def at_rest_height(seed, slope=0.0):
     """Overlap under the seed's own weight on the floor, so that it starts in
     balance."""
-    from sim.material import effective_moduli
+    from benchtwin.sim.material import effective_moduli
 
     modulus, _ = effective_moduli(SOYBEAN, Q235)
     touching = np.isclose(

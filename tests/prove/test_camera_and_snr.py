@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from prove.cases import drop
-from prove.cases.bench import Request
-from prove.cases.camera import Camera, project, stated_times, true_times
-from prove.cases.drop_snr import visibility
-from prove.cases.noise import Noise, kept, noisy, whitened
-from prove.cases.snr import Channel, RecordingChange, fitted, scatter_snr
+from benchtwin.prove.cases import drop
+from benchtwin.prove.cases.bench import Request
+from benchtwin.prove.cases.camera import Camera, project, stated_times, true_times
+from benchtwin.prove.cases.drop_snr import visibility
+from benchtwin.prove.cases.noise import Noise, kept, noisy, whitened
+from benchtwin.prove.cases.snr import Channel, RecordingChange, fitted, scatter_snr
 
 CAMERA = Camera((0.0, 100.0), 120.0)
 NOTHING = np.zeros(2)

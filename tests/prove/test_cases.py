@@ -5,16 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from prove.baselines.drops import bounces, read_drops
-from prove.baselines.methods import METHODS, diagnose
-from prove.cases.bench import Request, write_bench
-from prove.cases.pile import photograph
-from prove.cases.roll import travel
-from prove.cases.snr import Visibility
-from prove.effects import EFFECTS, OUTSIDE
-from prove.make import RIGS, make, sized
-from prove.plan import (
+from benchtwin.prove.baselines.drops import bounces, read_drops
+from benchtwin.prove.baselines.methods import METHODS, diagnose
+from benchtwin.prove.cases.bench import Request, write_bench
+from benchtwin.prove.cases.pile import photograph
+from benchtwin.prove.cases.roll import travel
+from benchtwin.prove.cases.snr import Visibility
+from benchtwin.prove.effects import EFFECTS, OUTSIDE
+from benchtwin.prove.make import RIGS, make, sized
+from benchtwin.prove.plan import (
     CONDITIONS,
     CONFOUNDED_EFFECTS,
     PAIRS,
@@ -23,10 +22,10 @@ from prove.plan import (
     UNLISTED_EFFECTS,
     Spec,
 )
-from vision.batch import find_all
-from vision.evidence.frames import open_frames
-from vision.motion.track_seed import track_seed
-from vision.recording import Recording
+from benchtwin.vision.batch import find_all
+from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.motion.track_seed import track_seed
+from benchtwin.vision.recording import Recording
 
 
 def spec(

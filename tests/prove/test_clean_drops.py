@@ -4,12 +4,11 @@ and camera must not pass for physics."""
 from dataclasses import replace
 
 import numpy as np
-
-from prove.cases.bench import Request
-from prove.cases.drop import Scene, SimulatedDrop, draw, fly_all
-from prove.cases.drop_snr import _flights, _places, _pushed, _recording_change
-from prove.cases.ellipsoid import G_M_S2
-from prove.cases.snr import fitted
+from benchtwin.prove.cases.bench import Request
+from benchtwin.prove.cases.drop import Scene, SimulatedDrop, draw, fly_all
+from benchtwin.prove.cases.drop_snr import _flights, _places, _pushed, _recording_change
+from benchtwin.prove.cases.ellipsoid import G_M_S2
+from benchtwin.prove.cases.snr import fitted
 
 NUISANCES = ("scale_error", "roll_deg", "distortion", "perspective")
 

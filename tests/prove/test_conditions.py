@@ -5,15 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from prove.cases import drop, drop_snr, roll
-from prove.cases.bench import Request
-from prove.cases.conditions import WORDS, draw_conditions
-from prove.cases.ellipsoid import E_LAW, G_M_S2, T_BEGIN, T_END, VZ_IN, VZ_OUT
-from prove.judge import judge
-from prove.make import RIGS, Key, conceal, make
-from prove.plan import Spec
-from prove.score import table
+from benchtwin.prove.cases import drop, drop_snr, roll
+from benchtwin.prove.cases.bench import Request
+from benchtwin.prove.cases.conditions import WORDS, draw_conditions
+from benchtwin.prove.cases.ellipsoid import E_LAW, G_M_S2, T_BEGIN, T_END, VZ_IN, VZ_OUT
+from benchtwin.prove.judge import judge
+from benchtwin.prove.make import RIGS, Key, conceal, make
+from benchtwin.prove.plan import Spec
+from benchtwin.prove.score import table
 
 DESIGN = np.column_stack([np.linspace(-1, 1, 8), np.tile([310.0, 100.0], 4)])
 RNG = np.random.default_rng

@@ -4,10 +4,14 @@ import math
 
 import numpy as np
 import pytest
-
-from prove.cases import ellipsoid as body
-from prove.cases.drop_effects import falling, value
-from prove.cases.flight_laws import drag_number, impact_array, law_array, restitution
+from benchtwin.prove.cases import ellipsoid as body
+from benchtwin.prove.cases.drop_effects import falling, value
+from benchtwin.prove.cases.flight_laws import (
+    drag_number,
+    impact_array,
+    law_array,
+    restitution,
+)
 
 R, DENSITY = 3.5e-3, 1250.0
 SPHERE = np.full(3, R)

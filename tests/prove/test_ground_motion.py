@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
-
-from prove.cases import ground_motion as ground
-from prove.cases.flight_laws import drag_number
-from prove.cases.roll import slip_friction
-from prove.cases.stated import drag_scale
+from benchtwin.prove.cases import ground_motion as ground
+from benchtwin.prove.cases.flight_laws import drag_number
+from benchtwin.prove.cases.roll import slip_friction
+from benchtwin.prove.cases.stated import drag_scale
 
 G = ground.G_M_S2
 

@@ -1,8 +1,7 @@
 """Published hashes hold the keys to what they were."""
 
 import pytest
-
-from prove.keys import KeyMismatch, hashed, salt_of, verify
+from benchtwin.prove.keys import KeyMismatch, hashed, salt_of, verify
 
 KEYS = {
     "case-0001": {"effects": [{"name": "drag", "value": 0.0123}], "rig": "drop"},

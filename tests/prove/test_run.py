@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from prove.command import prove_command
-from prove.keys import KeyMismatch
-from prove.plan import CLEAN, COMPOUND, plan
-from prove.run import Settings, judged, prove
+from benchtwin.prove.command import prove_command
+from benchtwin.prove.keys import KeyMismatch
+from benchtwin.prove.plan import CLEAN, COMPOUND, plan
+from benchtwin.prove.run import Settings, judged, prove
 
 STAND_IN = Path(__file__).parent / "stand_in.py"
 CASES, SEED = 6, 2  # drops and a slide, none in pictures: quick
@@ -82,7 +81,7 @@ def test_keys_are_published_as_hashes_and_written_at_the_end(proof):
 
 
 def test_a_stopped_proof_goes_on_and_ends_the_same(proof, tmp_path, monkeypatch):
-    import prove.run as run
+    from benchtwin.prove import run
 
     calls, true_solve = [], run.solve
 

@@ -3,9 +3,8 @@ loud and overconfident ones do not."""
 
 import numpy as np
 import pytest
-
-from prove.figures import reliability_figure
-from prove.intervals import (
+from benchtwin.prove.figures import reliability_figure
+from benchtwin.prove.intervals import (
     EDGES,
     FLOOR,
     binomial_interval,
@@ -13,10 +12,10 @@ from prove.intervals import (
     power_curve,
     reliability,
 )
-from prove.judge import Judged, judge
-from prove.make import Concealed, Key
-from prove.score import table
-from prove.solve import Attempt
+from benchtwin.prove.judge import Judged, judge
+from benchtwin.prove.make import Concealed, Key
+from benchtwin.prove.score import table
+from benchtwin.prove.solve import Attempt
 
 TIME = Attempt("case", 2.0, 0, "")
 

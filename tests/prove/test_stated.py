@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from prove.cases import drop, drop_bench, drop_snr, slide
-from prove.cases import ground_motion as ground
-from prove.cases.bench import Request
-from prove.cases.camera import Camera, project
-from prove.cases.stated import (
+from benchtwin.prove.cases import drop, drop_bench, drop_snr, slide
+from benchtwin.prove.cases import ground_motion as ground
+from benchtwin.prove.cases.bench import Request
+from benchtwin.prove.cases.camera import Camera, project
+from benchtwin.prove.cases.stated import (
     DISTANCE_M,
     GRIDS_DEG,
     NEEDED,
@@ -20,9 +19,9 @@ from prove.cases.stated import (
     draw_distance_mm,
     draw_reading,
 )
-from prove.effects import EFFECTS, OUTSIDE
-from prove.make import make
-from prove.plan import Spec
+from benchtwin.prove.effects import EFFECTS, OUTSIDE
+from benchtwin.prove.make import make
+from benchtwin.prove.plan import Spec
 
 RNG = np.random.default_rng
 

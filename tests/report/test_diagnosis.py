@@ -11,16 +11,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from benchtwin.diagnose.bench import Diagnosis
+from benchtwin.diagnose.engine.held_out import HeldOut
+from benchtwin.diagnose.engine.unlisted import Window
+from benchtwin.diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
+from benchtwin.diagnose.finding import Curve, Finding, Parameter, Sector
+from benchtwin.diagnose.rerun import Comparison, Resimulation
+from benchtwin.report.diagnosis import render
+from benchtwin.report.residuals import BINS, binned
 from pages import Tags, own
-
-from diagnose.bench import Diagnosis
-from diagnose.engine.held_out import HeldOut
-from diagnose.engine.unlisted import Window
-from diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
-from diagnose.finding import Curve, Finding, Parameter, Sector
-from diagnose.rerun import Comparison, Resimulation
-from report.diagnosis import render
-from report.residuals import BINS, binned
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from benchtwin.calibrate.procedure import calibrate_tables
+from benchtwin.report import render
+from benchtwin.report.numbers import digits, sentence, with_interval
 from pages import Tags, own
-
-from calibrate.procedure import calibrate_tables
-from report import render
-from report.numbers import digits, sentence, with_interval
 
 PAPER = Path(__file__).parents[2] / "samples" / "soybean-paper"
 

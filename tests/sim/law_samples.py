@@ -5,8 +5,7 @@ import inspect
 import math
 
 import numpy as np
-
-from sim.laws import LAWS, hertz_mindlin
+from benchtwin.sim.laws import LAWS, hertz_mindlin
 
 # Fixed arguments of each kind: (low, high); positive ones are spread evenly in their
 # logarithm.

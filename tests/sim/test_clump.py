@@ -3,14 +3,13 @@ limits, and the seed made from it."""
 
 import numpy as np
 import pytest
+from benchtwin.sim.picture.outline import area, silhouette_true
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.clump import METHODS, connected, fit_clump, spheres_for
+from benchtwin.sim.seed.clump_error import clump_error
+from benchtwin.sim.seed.shape import Shape
+from benchtwin.sim.seed.surface import union_mesh
 from scipy.spatial.transform import Rotation
-
-from sim.picture.outline import area, silhouette_true
-from sim.seed import Seed
-from sim.seed.clump import METHODS, connected, fit_clump, spheres_for
-from sim.seed.clump_error import clump_error
-from sim.seed.shape import Shape
-from sim.seed.surface import union_mesh
 
 SHAPES = {
     "ellipsoid": Shape.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),

@@ -7,10 +7,9 @@ import subprocess
 import numpy as np
 import pytest
 import trimesh
-
-from sim.lammps.program import installed, program
-from sim.seed.clump_command import DONE, MISUSED, clump_command
-from sim.seed.shape import Shape
+from benchtwin.sim.lammps.program import installed, program
+from benchtwin.sim.seed.clump_command import DONE, MISUSED, clump_command
+from benchtwin.sim.seed.shape import Shape
 
 SHAPE = Shape.superquadric(11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3)
 HOW = {

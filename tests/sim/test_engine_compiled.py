@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from sim.engine import compiled, step
-from sim.engine.walls import Plane
-from sim.engine.world import Placed, World
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
-from sim.seed import Seed
+from benchtwin.sim.engine import compiled, step
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.seed import Seed
 
 
 @pytest.fixture

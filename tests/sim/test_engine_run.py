@@ -5,17 +5,24 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.observe import Settled, Track
+from benchtwin.sim.engine.pace import Pace
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import Every, Stopped, init, load, run, save, step
+from benchtwin.sim.engine.walls import (
+    Cylinder,
+    Mesh,
+    Plane,
+    Rectangle,
+    Slide,
+    Turn,
+    box,
+)
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact
+from benchtwin.sim.seed import Seed
 from scenes import NO_AIR
-
-from sim.engine.observe import Settled, Track
-from sim.engine.pace import Pace
-from sim.engine.state import State
-from sim.engine.step import Every, Stopped, init, load, run, save, step
-from sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Slide, Turn, box
-from sim.engine.world import Placed, Scattered, World
-from sim.laws import LAWS
-from sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact
-from sim.seed import Seed
 
 SOFT = SOYBEAN.softened(1e7)
 CONTACTS = (SOYBEAN_Q235, SOYBEAN_SOYBEAN)

@@ -5,17 +5,16 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.pace import Pace
+from benchtwin.sim.engine.sleeping import CALM, SLEEP_EVERY
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import init, load, run, save
+from benchtwin.sim.engine.walls import Plane, Rectangle, Slide, box
+from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, Contact
+from benchtwin.sim.seed import Seed
 from scenes import NO_AIR
-
-from sim.engine.pace import Pace
-from sim.engine.sleeping import CALM, SLEEP_EVERY
-from sim.engine.state import State
-from sim.engine.step import init, load, run, save
-from sim.engine.walls import Plane, Rectangle, Slide, box
-from sim.engine.world import Placed, Scattered, World
-from sim.laws import LAWS
-from sim.material import Q235, SOYBEAN, Contact
-from sim.seed import Seed
 
 SOFT = SOYBEAN.softened(1e7)
 BALL = Seed.from_spheres([[0, 0, 0]], [3e-3])

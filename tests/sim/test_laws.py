@@ -8,11 +8,10 @@ import re
 
 import numpy as np
 import pytest
+from benchtwin.sim.laws import KINDS, LAWS
+from benchtwin.sim.laws.restitution_viscoelastic import viscosity_for
 from law_samples import FIXED, arity, functions, samples
 from scipy.integrate import solve_ivp
-
-from sim.laws import KINDS, LAWS
-from sim.laws.restitution_viscoelastic import viscosity_for
 
 G = 9.81
 NAMES = {name: function for name, function, _ in functions()}
@@ -66,7 +65,7 @@ def test_only_scalars_and_math():
             if isinstance(node, ast.Import):
                 assert [a.name for a in node.names] == ["math"], name
             if isinstance(node, ast.ImportFrom):
-                assert node.module == "sim.laws.law", name
+                assert node.module == "benchtwin.sim.laws.law", name
         body = ast.parse(inspect.getsource(function)).body[0]
         assert (
             not body.decorator_list

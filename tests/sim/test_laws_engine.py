@@ -9,14 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.step import init, run
+from benchtwin.sim.engine.walls import Plane, Slide
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Q235, SOYBEAN, Contact
+from benchtwin.sim.seed import Seed
 from scipy.integrate import solve_ivp
-
-from sim.engine.step import init, run
-from sim.engine.walls import Plane, Slide
-from sim.engine.world import Placed, World
-from sim.laws import LAWS
-from sim.material import Q235, SOYBEAN, Contact
-from sim.seed import Seed
 
 G, R = 9.81, 3.2e-3
 BALL = Seed.from_spheres([[0, 0, 0]], [R])

@@ -3,10 +3,9 @@ the means."""
 
 import numpy as np
 import pytest
-
-from sim.rigs.bench import Bench
-from sim.seed import Seed
-from sim.seed.lot import Lot
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.lot import Lot
 
 SEEDS = tuple(
     Seed.from_dimensions(1e-3 * length, 6e-3, 5e-3) for length in (7.0, 8.0, 9.5)

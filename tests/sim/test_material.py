@@ -2,8 +2,7 @@
 errors by name."""
 
 import pytest
-
-from sim.material import (
+from benchtwin.sim.material import (
     Q235,
     SOYBEAN,
     SOYBEAN_Q235,

@@ -4,10 +4,9 @@ written here by hand or by trimesh."""
 import numpy as np
 import pytest
 import trimesh
-
-from sim.seed.mesh_file import MOST_FACES, crossing_faces, read_mesh
-from sim.seed.shape import Shape
-from sim.seed.voxels import closed_surface
+from benchtwin.sim.seed.mesh_file import MOST_FACES, crossing_faces, read_mesh
+from benchtwin.sim.seed.shape import Shape
+from benchtwin.sim.seed.voxels import closed_surface
 
 
 def sphere(faces_level=3, radius=4.0):

@@ -2,8 +2,7 @@
 kept."""
 
 import pytest
-
-from twin.command import (
+from benchtwin.twin.command import (
     DONE,
     FAILED,
     MISUSED,

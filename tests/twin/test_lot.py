@@ -3,14 +3,13 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from twin.job import Job
-from twin.lot import measured_lot, other_seeds, representative
-from twin.parameters import Parameters, bench
-from vision.evidence.keys import Air, Seed
-from vision.evidence.read_keys import read_toml
-from vision.measurement import MeasurementError
-from vision.shape.lot import OUTLINES, SEEDS, WHOLE
+from benchtwin.twin.job import Job
+from benchtwin.twin.lot import measured_lot, other_seeds, representative
+from benchtwin.twin.parameters import Parameters, bench
+from benchtwin.vision.evidence.keys import Air, Seed
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.shape.lot import OUTLINES, SEEDS, WHOLE
 
 HOW = {
     "only": None,

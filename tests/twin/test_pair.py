@@ -7,15 +7,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-
-from calibrate.procedure import pairs as procedure
-from calibrate.procedure.bench import bench_of
-from calibrate.procedure.calibration import Calibration
-from calibrate.procedure.effort import QUICK
-from report.side_by_side import figure, panels
-from twin.pair import Curve, laid_over, pair
-from vision.measurement import MeasurementError
-from vision.recording import read_recording
+from benchtwin.calibrate.procedure import pairs as procedure
+from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.calibration import Calibration
+from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.report.side_by_side import figure, panels
+from benchtwin.twin.pair import Curve, laid_over, pair
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import read_recording
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

@@ -2,13 +2,12 @@
 
 import pytest
 import trimesh
-
-from sim.seed.shape import Shape
-from twin.job import Job
-from twin.parameters import Parameters, bench
-from vision.evidence.keys import Air, Seed
-from vision.evidence.read_keys import read_toml
-from vision.measurement import MeasurementError
+from benchtwin.sim.seed.shape import Shape
+from benchtwin.twin.job import Job
+from benchtwin.twin.parameters import Parameters, bench
+from benchtwin.vision.evidence.keys import Air, Seed
+from benchtwin.vision.evidence.read_keys import read_toml
+from benchtwin.vision.measurement import MeasurementError
 
 SHAPE = Shape.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75)
 

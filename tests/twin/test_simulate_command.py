@@ -37,7 +37,7 @@ def test_simulate_and_measure_agree(tmp_path):
 
 
 def test_the_same_command_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
-    from twin.job import Job
+    from benchtwin.twin.job import Job
 
     real, calls = Job.run, []
 
@@ -112,7 +112,7 @@ def test_a_full_disk_is_said_so(tmp_path, monkeypatch):
     def full(*args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("twin.write.numbers", full)
+    monkeypatch.setattr("benchtwin.twin.write.numbers", full)
     result = run("drop", "--track", "--out", tmp_path / "x")
     assert result.exit_code == 2
     assert "No space left on device" in result.output

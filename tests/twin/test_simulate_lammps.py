@@ -5,14 +5,14 @@ import json
 import subprocess
 
 import pytest
+from benchtwin.sim.lammps import program
+from benchtwin.twin import Parameters
+from benchtwin.twin.campaign.__main__ import job_of
+from benchtwin.twin.engine import LAMMPS, Engine
+from benchtwin.twin.job import Job
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from sim.lammps import program
-from twin import Parameters
-from twin.campaign.__main__ import job_of
-from twin.engine import LAMMPS, Engine
-from twin.job import Job
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),
@@ -118,7 +118,7 @@ def test_a_stopped_command_goes_on_from_what_lammps_left(tmp_path, monkeypatch):
     ]
     settings = ["roll.incline_length_mm=2", "shear_modulus_pa=3e6"]
     with monkeypatch.context() as patched:
-        patched.setattr("twin.write.numbers", stopped)
+        patched.setattr("benchtwin.twin.write.numbers", stopped)
         assert run(*asked, settings=settings).exit_code == 1
     assert [p.name for p in (tmp_path / "x").iterdir()] == [".roll-01.lammps"]
     monkeypatch.setattr(

@@ -4,16 +4,15 @@ reader, the recording's before the bench's."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from twin.piles import read_piles
-from twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
-from twin.slides import read_slides
-from twin.tracks import read_drops
-from vision.measurement import FAILED, MeasurementError
-from vision.motion.run_out import ends_on_incline
-from vision.motion.track import GATE_SD_MM
-from vision.observe import observe
-from vision.recording import read_recording
+from benchtwin.twin.piles import read_piles
+from benchtwin.twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
+from benchtwin.twin.slides import read_slides
+from benchtwin.twin.tracks import read_drops
+from benchtwin.vision.measurement import FAILED, MeasurementError
+from benchtwin.vision.motion.run_out import ends_on_incline
+from benchtwin.vision.motion.track import GATE_SD_MM
+from benchtwin.vision.observe import observe
+from benchtwin.vision.recording import read_recording
 
 READERS = {
     "drop": read_drops,

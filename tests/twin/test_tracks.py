@@ -4,8 +4,7 @@ say why not."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from twin.tracks import listed, read_drops
+from benchtwin.twin.tracks import listed, read_drops
 
 G_MM = 9806.65
 

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from sim.picture import RenderingUnavailable, renderer_name
-from twin import Parameters, observe, simulate
-from twin.job import Job, assigned, described, jobs
-from twin.run import RECORD
-from vision.recording import read_recording
+from benchtwin.sim.picture import RenderingUnavailable, renderer_name
+from benchtwin.twin import Parameters, observe, simulate
+from benchtwin.twin.job import Job, assigned, described, jobs
+from benchtwin.twin.run import RECORD
+from benchtwin.vision.recording import read_recording
 
 FILM = {
     "camera": {"width_px": 320, "height_px": 512, "mm_per_px": 0.675}
@@ -187,7 +186,7 @@ def test_a_run_that_breaks_leaves_nothing_behind(tmp_path, monkeypatch):
     def full(*args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("twin.write.numbers", full)
+    monkeypatch.setattr("benchtwin.twin.write.numbers", full)
     with pytest.raises(OSError, match="No space left"):
         Job("drop", Parameters(), rendered=False).run(tmp_path / "a")
     assert list(tmp_path.iterdir()) == []

@@ -161,11 +161,11 @@ def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
 
 
 def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch):
-    import vision.observe
+    from benchtwin.vision import observe
 
-    whole = vision.observe.observe_pile
+    whole = observe.observe_pile
     monkeypatch.setattr(
-        vision.observe,
+        observe,
         "observe_pile",
         lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o),
     )
@@ -225,12 +225,12 @@ def test_window_roi_and_baseline_reach_the_measurement(run, photos, tmp_path):
 
 
 def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
-    import vision.command
+    from benchtwin.vision import command
 
     def broken(*args, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(vision.command, "observe_or_fail", broken)
+    monkeypatch.setattr(command, "observe_or_fail", broken)
     assert run(photos, "--out", tmp_path / "out").exit_code == 1
     assert sorted(p.name for p in tmp_path.iterdir()) == [photos.name]
 

@@ -2,10 +2,9 @@
 stated."""
 
 import pytest
-
-from vision.evidence.keys import Seed
-from vision.motion.inertia import inertia_of
-from vision.observe import seed_questions
+from benchtwin.vision.evidence.keys import Seed
+from benchtwin.vision.motion.inertia import inertia_of
+from benchtwin.vision.observe import seed_questions
 
 
 @pytest.mark.parametrize(

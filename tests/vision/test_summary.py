@@ -3,9 +3,8 @@ outliers are named and never dropped."""
 
 import numpy as np
 import pytest
-
-from vision.measurement import Observation, Quantity, failed
-from vision.summary import Line, as_table, summarise
+from benchtwin.vision.measurement import Observation, Quantity, failed
+from benchtwin.vision.summary import Line, as_table, summarise
 
 
 def drop(

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD
-from vision.summary import Line
-from vision.terminal import MOST_ROWS, show_results
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
+from benchtwin.vision.summary import Line
+from benchtwin.vision.terminal import MOST_ROWS, show_results
 
 LINE = Line(
     "bench",

@@ -1,6 +1,6 @@
 """Run one failed job alone, in this process, with its whole traceback.
 
-    python -m twin.campaign DIR/failed/KEY.json
+    python -m benchtwin.twin.campaign DIR/failed/KEY.json
 
 A result goes into the store like any other. Exit code 0: it ran; 1: it failed again; 2:
 that file does not name a job."""
@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from twin.campaign.attempt import Order, attempt
-from twin.campaign.results import FAILED
-from twin.campaign.store import open_store
-from twin.campaign.work import simulate_and_measure
+from benchtwin.twin.campaign.attempt import Order, attempt
+from benchtwin.twin.campaign.results import FAILED
+from benchtwin.twin.campaign.store import open_store
+from benchtwin.twin.campaign.work import simulate_and_measure
 
 
 def main(arguments: list[str]) -> int:
@@ -58,9 +58,9 @@ def main(arguments: list[str]) -> int:
 
 def job_of(told: dict) -> Any:
     """The job of an `input` as stored."""
-    from twin import Parameters
-    from twin.engine import Engine
-    from twin.job import Job
+    from benchtwin.twin import Parameters
+    from benchtwin.twin.engine import Engine
+    from benchtwin.twin.job import Job
 
     more = {
         "description": told["description"],

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sim.lammps.program import Unavailable
-from twin.campaign import claims
-from twin.campaign.results import Measured, Outcome
-from twin.campaign.store import Store, open_store
-from twin.campaign.work import thin
+from benchtwin.sim.lammps.program import Unavailable
+from benchtwin.twin.campaign import claims
+from benchtwin.twin.campaign.results import Measured, Outcome
+from benchtwin.twin.campaign.store import Store, open_store
+from benchtwin.twin.campaign.work import thin
 
 Work = Callable[[object, Path, int], Measured]
 
@@ -173,7 +173,12 @@ def _failure(store: Store, order: Order, job, error: Exception) -> dict:
 def rerun_command(root: Path, key: str) -> str:
     """The line that runs one failed job alone, in one process."""
     return shlex.join(
-        [sys.executable, "-m", "twin.campaign", str(root / "failed" / f"{key}.json")]
+        [
+            sys.executable,
+            "-m",
+            "benchtwin.twin.campaign",
+            str(root / "failed" / f"{key}.json"),
+        ]
     )
 
 

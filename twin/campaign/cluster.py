@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from twin.campaign.store import CampaignStopped
+from benchtwin.twin.campaign.store import CampaignStopped
 
 PATIENCE_S = 30.0
 CLOSING_S = 10.0  # dask would wait without end for a worker that does not answer

@@ -5,7 +5,7 @@ import time
 from collections import defaultdict
 from dataclasses import dataclass
 
-from twin.campaign.results import FAILED, Outcome
+from benchtwin.twin.campaign.results import FAILED, Outcome
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,21 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
-from twin.campaign import claims
-from twin.campaign.attempt import Order, Reply, Work, attempt, recorded, rerun_command
-from twin.campaign.cluster import Connection, connected
-from twin.campaign.interrupt import kept_interrupt
-from twin.campaign.progress import Progress, Tally
-from twin.campaign.results import DONE, Outcome, Results, in_order
-from twin.campaign.store import CampaignStopped, Store, open_store
-from twin.campaign.work import KEEP, simulate_and_measure
+from benchtwin.twin.campaign import claims
+from benchtwin.twin.campaign.attempt import (
+    Order,
+    Reply,
+    Work,
+    attempt,
+    recorded,
+    rerun_command,
+)
+from benchtwin.twin.campaign.cluster import Connection, connected
+from benchtwin.twin.campaign.interrupt import kept_interrupt
+from benchtwin.twin.campaign.progress import Progress, Tally
+from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
+from benchtwin.twin.campaign.store import CampaignStopped, Store, open_store
+from benchtwin.twin.campaign.work import KEEP, simulate_and_measure
 
 POLL_S = 0.02
 LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is told

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twin.campaign import claims
-from twin.campaign.results import (
+from benchtwin.twin.campaign import claims
+from benchtwin.twin.campaign.results import (
     DONE,
     FAILED,
     UNMEASURED,

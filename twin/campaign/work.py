@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from twin.campaign.results import Measured, Measurement
+from benchtwin.twin.campaign.results import Measured, Measurement
 
 LONGEST_WAIT_S = 300.0
 KEEP = ("photos", "all", "numbers")
@@ -24,8 +24,8 @@ _compiled: set[str] = set()
 def simulate_and_measure(job: Any, folder: Path, threads: int) -> Measured:
     """Run a `twin.job.Job` into `folder` and measure what it filmed; raises what the
     run raises."""
-    from twin import observe
-    from twin.job import MeasurementError
+    from benchtwin.twin import observe
+    from benchtwin.twin.job import MeasurementError
 
     with one_compiles(kernels_of(job)) as warming:
         recording = job.run(

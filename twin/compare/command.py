@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from rich.table import Table
-
-from twin.campaign import run_campaign
-from twin.campaign.cluster import workers_for
-from twin.campaign.results import DONE
-from twin.command import (
+from benchtwin.twin.campaign import run_campaign
+from benchtwin.twin.campaign.cluster import workers_for
+from benchtwin.twin.campaign.results import DONE
+from benchtwin.twin.command import (
     CampaignOptions,
     check_out,
     exit_code,
@@ -20,13 +18,14 @@ from twin.command import (
     progress_line,
     result_console,
 )
-from twin.compare.differences import QUANTITIES, differences, verdict
-from twin.compare.picture import page
-from twin.compare.rows import label, read_rows
-from twin.engine import LAMMPS, OURS, Engine
-from twin.job import Job, assigned
-from twin.parameters import Parameters
-from twin.versions import versions
+from benchtwin.twin.compare.differences import QUANTITIES, differences, verdict
+from benchtwin.twin.compare.picture import page
+from benchtwin.twin.compare.rows import label, read_rows
+from benchtwin.twin.engine import LAMMPS, OURS, Engine
+from benchtwin.twin.job import Job, assigned
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.versions import versions
+from rich.table import Table
 
 FINISHED = 0
 SLICE = {

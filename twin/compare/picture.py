@@ -5,9 +5,8 @@ from html import escape
 
 import pandas as pd
 import plotly.graph_objects as go
+from benchtwin.twin.compare.differences import QUANTITIES
 from plotly.subplots import make_subplots
-
-from twin.compare.differences import QUANTITIES
 
 BLUE, GREY, RED = "#1f5fa8", "#9ca3af", "#b3261e"
 PAGE = """\

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-
-from twin.parameters import Parameters
+from benchtwin.twin.parameters import Parameters
 
 PARAMETERS = (
     "restitution",

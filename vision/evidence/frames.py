@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-
-from vision.evidence.photo import MAX_PIXELS, read_photo
-from vision.evidence.sound import open_media
-from vision.measurement import MeasurementError
-from vision.recording import Recording
+from benchtwin.vision.evidence.photo import MAX_PIXELS, read_photo
+from benchtwin.vision.evidence.sound import open_media
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording
 
 SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
 

@@ -3,11 +3,10 @@ them."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from benchtwin.vision.evidence.conditions import condition_errors
+from benchtwin.vision.evidence.seed_kinds import kinds
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
-
-from vision.evidence.conditions import condition_errors
-from vision.evidence.seed_kinds import kinds
 
 COMPLETE = "complete"  # type of an error whose message lacks only the name of the file
 

@@ -5,14 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.evidence.resolution import reading_step
+from benchtwin.vision.evidence.tables import READING_COLUMNS, Table, read_readings
+from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
+from benchtwin.vision.motion.run_out import (
+    INCLINE_SD_DEG,
+    LENGTH_SD_MM,
+    rolling_friction_eq3,
+)
+from benchtwin.vision.recording import Recording
+from benchtwin.vision.robust import robust_sd
 from scipy.stats import t as student
-
-from vision.evidence.resolution import reading_step
-from vision.evidence.tables import READING_COLUMNS, Table, read_readings
-from vision.measurement import MeasurementError, Observation, Quantity
-from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, rolling_friction_eq3
-from vision.recording import Recording
-from vision.robust import robust_sd
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
 # protractor or ruler, release height.

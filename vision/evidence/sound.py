@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError
 
 SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")
 LOSSLESS = ("flac", "alac", "wavpack", "ape", "tta")

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from vision.evidence.separators import Separators, separators
-from vision.measurement import MeasurementError
+from benchtwin.vision.evidence.separators import Separators, separators
+from benchtwin.vision.measurement import MeasurementError
 
 READING_COLUMNS = {  # column → (rig, quantity, unit)
     "rebound_height_mm": ("drop", "rebound_height", "mm"),
@@ -65,7 +64,7 @@ def read_track(path: Path) -> Table:
     out, rows out of order are sorted; both are noted. Errors: two rows of one time, a
     missing or unknown column, text in place of a number."""
     if _of_another_tool(path):
-        from vision.foreign.as_evidence import foreign_track
+        from benchtwin.vision.foreign.as_evidence import foreign_track
 
         return foreign_track(path)
     rows = _read_csv(path)
@@ -148,7 +147,7 @@ def read_impacts(path: Path) -> Table:
     """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if
     known; or another tool's file of them."""
     if _of_another_tool(path):
-        from vision.foreign.as_evidence import foreign_impacts
+        from benchtwin.vision.foreign.as_evidence import foreign_impacts
 
         return foreign_impacts(path)
     rows = _read_csv(path)
@@ -199,7 +198,7 @@ def read_readings(path: Path) -> Table:
 
 
 def _of_another_tool(path: Path) -> bool:
-    from vision.foreign import tool_of
+    from benchtwin.vision.foreign import tool_of
 
     return bool(tool_of(path))
 

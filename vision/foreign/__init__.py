@@ -8,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 
-from vision.foreign import (
+from benchtwin.vision.foreign import (
     accelerometer,
     kinovea,
     manual_tracking,
@@ -18,9 +18,9 @@ from vision.foreign import (
     tracker_table,
     trackmate,
 )
-from vision.foreign.contents import Contents
-from vision.foreign.source import Source
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.foreign.source import Source
+from benchtwin.vision.measurement import MeasurementError
 
 READERS: tuple[ModuleType, ...] = (
     tracker,

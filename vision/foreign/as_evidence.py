@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-
-from vision.evidence.tables import Table
-from vision.foreign import read_foreign
-from vision.foreign.contents import Contents, PointTrack
-from vision.foreign.unit_inference import fits_gravity, free_fall
-from vision.measurement import MeasurementError
+from benchtwin.vision.evidence.tables import Table
+from benchtwin.vision.foreign import read_foreign
+from benchtwin.vision.foreign.contents import Contents, PointTrack
+from benchtwin.vision.foreign.unit_inference import fits_gravity, free_fall
+from benchtwin.vision.measurement import MeasurementError
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-
-from vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError
 
 LEAST_ROWS = 3
 LARGEST = 1e9  # of a place or time, in any unit

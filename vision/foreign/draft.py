@@ -10,19 +10,18 @@ from typing import Any
 
 import pandas as pd
 import tomlkit
-
-from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.evidence.sound import SOUND_SUFFIXES
-from vision.foreign import read_foreign
-from vision.foreign.as_evidence import (
+from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
+from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
+from benchtwin.vision.foreign import read_foreign
+from benchtwin.vision.foreign.as_evidence import (
     choose_track,
     falls_freely,
     impact_rows,
     track_rows,
 )
-from vision.foreign.contents import Contents
-from vision.measurement import MeasurementError
-from vision.recording import RIGS, VIDEO_SUFFIXES
+from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import RIGS, VIDEO_SUFFIXES
 
 RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
     "drop": (

@@ -4,11 +4,10 @@ Distance, Velocity, Pixel Value, in pixels, y down."""
 import re
 
 import numpy as np
-
-from vision.foreign.contents import Contents, point_track
-from vision.foreign.source import Source, column
-from vision.foreign.unit_inference import infer_units
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.contents import Contents, point_track
+from benchtwin.vision.foreign.source import Source, column
+from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "ImageJ Manual Tracking"
 _TRACK, _SLICE = re.compile(r"track\s*n"), re.compile(r"slice\s*n")

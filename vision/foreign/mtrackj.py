@@ -2,11 +2,10 @@
 pixels, y down, t the frame."""
 
 import numpy as np
-
-from vision.foreign.contents import Contents, point_track
-from vision.foreign.source import Source
-from vision.foreign.unit_inference import infer_units
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.contents import Contents, point_track
+from benchtwin.vision.foreign.source import Source
+from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "MTrackJ"
 

@@ -7,11 +7,10 @@ units and the relations of their columns."""
 from itertools import pairwise
 
 import numpy as np
-
-from vision.foreign.accelerometer import AXES, plate_tilt
-from vision.foreign.contents import Contents
-from vision.foreign.source import TIME, Rows, Source, column, name_and_unit
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.accelerometer import AXES, plate_tilt
+from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.foreign.source import TIME, Rows, Source, column, name_and_unit
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "phyphox"
 _ACCELERATION = ("m/s^2", "m/s²", "m/s2")

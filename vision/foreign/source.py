@@ -11,11 +11,10 @@ from xml.etree.ElementTree import Element, ParseError
 
 import defusedxml.ElementTree
 import numpy as np
+from benchtwin.vision.evidence.separators import separators
+from benchtwin.vision.foreign.workbook import sheets_of
+from benchtwin.vision.measurement import MeasurementError
 from defusedxml.common import DefusedXmlException
-
-from vision.evidence.separators import separators
-from vision.foreign.workbook import sheets_of
-from vision.measurement import MeasurementError
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
 MOST_TABLES = 50  # in a packed file

@@ -9,11 +9,15 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 import numpy as np
-
-from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import LENGTH, Source
-from vision.foreign.unit_inference import infer_units
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.contents import (
+    Contents,
+    PointTrack,
+    point_track,
+    require_tracks,
+)
+from benchtwin.vision.foreign.source import LENGTH, Source
+from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "Tracker"
 _PANEL, _ANY = "tracker.TrackerPanel", b"org.opensourcephysics.cabrillo.tracker."

@@ -5,9 +5,9 @@ Tracker's rows: "#multi:" before several tracks, a row of their names, the headi
 x, y, …; the time once or once a track), then numbers separated by tab, comma, semicolon
 or space, with a point or a comma. It names no units."""
 
-from vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from vision.foreign.contents import Contents, PointTrack, point_track
-from vision.foreign.source import (
+from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
+from benchtwin.vision.foreign.contents import Contents, PointTrack, point_track
+from benchtwin.vision.foreign.source import (
     LENGTH,
     PIXELS,
     TIME,
@@ -16,8 +16,8 @@ from vision.foreign.source import (
     heading_row,
     name_and_unit,
 )
-from vision.foreign.unit_inference import infer_units
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "Tracker table"
 _TIMES = ("t", "time", "frame", "step", "n")

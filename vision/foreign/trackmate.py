@@ -7,11 +7,15 @@ Places are in the picture's calibrated unit, y down.
 from xml.etree.ElementTree import Element
 
 import numpy as np
-
-from vision.foreign.contents import Contents, PointTrack, point_track, require_tracks
-from vision.foreign.source import Source, column, name_and_unit, need
-from vision.foreign.unit_inference import infer_units
-from vision.measurement import MeasurementError
+from benchtwin.vision.foreign.contents import (
+    Contents,
+    PointTrack,
+    point_track,
+    require_tracks,
+)
+from benchtwin.vision.foreign.source import Source, column, name_and_unit, need
+from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "TrackMate"
 _COLUMNS = ("TRACK_ID", "POSITION_X", "POSITION_Y", "POSITION_T", "FRAME")

@@ -9,11 +9,10 @@ Light gates know the height and measure the time: a row's error is σ_t times th
 """
 
 import numpy as np
-
-from vision.measurement import MeasurementError
-from vision.motion.flight import Flights, Gravity, drag_shift
-from vision.motion.least_squares import all_stated, variance_factor
-from vision.motion.outliers import STILL, rows_at_rest
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.flight import Flights, Gravity, drag_shift
+from benchtwin.vision.motion.least_squares import all_stated, variance_factor
+from benchtwin.vision.motion.outliers import STILL, rows_at_rest
 
 # with fewer, no rows are left out about a contact, and outliers are not detected
 FEW_ROWS = 16

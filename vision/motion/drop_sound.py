@@ -13,14 +13,19 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-from vision.evidence.sound import Sound, film_fps, has_sound, read_sound
-from vision.measurement import FAILED, GOOD, MeasurementError, Observation, Quantity
-from vision.motion.impact_chain import Chain, correct_impacts, find_chain
-from vision.motion.impacts import measure_impacts
-from vision.motion.onsets import Onsets, find_onsets
-from vision.overlay.sound import draw_sound
-from vision.recording import Recording
+from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound, read_sound
+from benchtwin.vision.measurement import (
+    FAILED,
+    GOOD,
+    MeasurementError,
+    Observation,
+    Quantity,
+)
+from benchtwin.vision.motion.impact_chain import Chain, correct_impacts, find_chain
+from benchtwin.vision.motion.impacts import measure_impacts
+from benchtwin.vision.motion.onsets import Onsets, find_onsets
+from benchtwin.vision.overlay.sound import draw_sound
+from benchtwin.vision.recording import Recording
 
 LEAST_LOG_ODDS = 5.5  # of a chain of impacts that is not doubtful
 CONTRADICTION_SDS = 3.0

@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-
-from vision.evidence.frames import FrameSource
-from vision.motion.scene import grey
+from benchtwin.vision.evidence.frames import FrameSource
+from benchtwin.vision.motion.scene import grey
 
 SEARCH_PX = 8  # how far an edge may move from one frame to the next
 PLACES = 90  # along the edge where its position is measured

@@ -6,11 +6,10 @@ import math
 
 import cv2
 import numpy as np
-
-from vision.evidence.frames import FrameSource
-from vision.motion.scene import grey
-from vision.motion.track_seed import TrackedSeed
-from vision.recording import Recording
+from benchtwin.vision.evidence.frames import FrameSource
+from benchtwin.vision.motion.scene import grey
+from benchtwin.vision.motion.track_seed import TrackedSeed
+from benchtwin.vision.recording import Recording
 
 LOOKED_AT = 9  # frames, spread over the film
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured

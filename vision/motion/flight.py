@@ -13,12 +13,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from vision.measurement import MeasurementError
-from vision.motion.least_squares import Fit, all_stated, estimate_rho, fit, frame_lag
-from vision.motion.outliers import SPIKE_SD, curve_residuals, off_curve, single_spikes
-from vision.motion.split_flights import free_flights, split
-from vision.robust import robust_sd
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.least_squares import (
+    Fit,
+    all_stated,
+    estimate_rho,
+    fit,
+    frame_lag,
+)
+from benchtwin.vision.motion.outliers import (
+    SPIKE_SD,
+    curve_residuals,
+    off_curve,
+    single_spikes,
+)
+from benchtwin.vision.motion.split_flights import free_flights, split
+from benchtwin.vision.robust import robust_sd
 
 G_MM_S2 = 9806.65
 # frames left out on either side of a contact; fewer only where a flight has hardly any

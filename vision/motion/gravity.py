@@ -9,10 +9,9 @@ bouncing seed towards the camera or away from it changes the scale."""
 import math
 
 import numpy as np
-
-from vision.motion.flight import G_MM_S2, Flights, Gravity
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.motion.flight import G_MM_S2, Flights, Gravity
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 # local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
 OTHER_SD = 1e-3

@@ -13,12 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from vision.evidence.keys import Drop
-from vision.evidence.sound import Sound
-from vision.measurement import MeasurementError
-from vision.motion.flight import G_MM_S2
-from vision.motion.onsets import APART_S, Onsets, onset_near
+from benchtwin.vision.evidence.keys import Drop
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
 LEAST_E, MOST_E = 0.08, 1.0

@@ -12,12 +12,18 @@ import math
 
 import numpy as np
 import pandas as pd
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD, Quantity, all_failed, failed
-from vision.motion.flight import G_MM_S2
-from vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
-from vision.motion.rebound import HEIGHT_SD_MM
-from vision.recording import Recording
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    FAILED,
+    GOOD,
+    Quantity,
+    all_failed,
+    failed,
+)
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
+from benchtwin.vision.motion.rebound import HEIGHT_SD_MM
+from benchtwin.vision.recording import Recording
 
 G = G_MM_S2 / 1000  # m/s²
 PRIOR_SD_S, PRIOR_FACTOR = 2e-4, 2.0  # log-normal prior of the sd of an impact time

@@ -7,9 +7,9 @@ rolls on the smaller radius √(R² − (gap/2)²), so that I/(m r²) grows by R
 import math
 from dataclasses import dataclass
 
-from vision.evidence.keys import Seed
-from vision.measurement import MeasurementError
-from vision.recording import Recording
+from benchtwin.vision.evidence.keys import Seed
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording
 
 SOLID = 0.4
 ROUND = 0.02  # elongation of what is taken for a ball

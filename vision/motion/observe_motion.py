@@ -7,11 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-
-from vision.evidence.frames import open_frames
-from vision.evidence.tables import read_impacts, read_track
-from vision.foreign.unit_inference import free_falls, unit_doubt
-from vision.measurement import (
+from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.evidence.tables import read_impacts, read_track
+from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
+from benchtwin.vision.measurement import (
     DOUBTFUL,
     GOOD,
     MeasurementError,
@@ -19,21 +18,30 @@ from vision.measurement import (
     Quantity,
     all_failed,
 )
-from vision.motion.drop_sound import combine_with_sound, observe_sound, sound_of
-from vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
-from vision.motion.impacts import measure_impacts
-from vision.motion.rebound import QUANTITIES, Rebound, gravity_axes, measure_rebound
-from vision.motion.roll import measure_roll
-from vision.motion.roll_path import roll_path
-from vision.motion.rolling_shutter import average_over_readouts
-from vision.motion.slide import measure_slide_track
-from vision.motion.slide_few_rows import measure_slide
-from vision.motion.tilting_plate import PlateOverlay, track_slide
-from vision.motion.track import Track, track_from_gates, track_from_table
-from vision.motion.track_seed import TrackedSeed, track_seed
-from vision.overlay.plot import plot
-from vision.overlay.track import on_picture
-from vision.recording import Recording, with_camera
+from benchtwin.vision.motion.drop_sound import (
+    combine_with_sound,
+    observe_sound,
+    sound_of,
+)
+from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
+from benchtwin.vision.motion.impacts import measure_impacts
+from benchtwin.vision.motion.rebound import (
+    QUANTITIES,
+    Rebound,
+    gravity_axes,
+    measure_rebound,
+)
+from benchtwin.vision.motion.roll import measure_roll
+from benchtwin.vision.motion.roll_path import roll_path
+from benchtwin.vision.motion.rolling_shutter import average_over_readouts
+from benchtwin.vision.motion.slide import measure_slide_track
+from benchtwin.vision.motion.slide_few_rows import measure_slide
+from benchtwin.vision.motion.tilting_plate import PlateOverlay, track_slide
+from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
+from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
+from benchtwin.vision.overlay.plot import plot
+from benchtwin.vision.overlay.track import on_picture
+from benchtwin.vision.recording import Recording, with_camera
 
 MOVING_RIGS = ("drop", "slide", "roll")
 _SHARE = np.linspace(0, 1, 60)  # of a flight
@@ -341,7 +349,7 @@ def _with_scale(
     and notes."""
     if recording.camera.mm_per_px:
         return recording, []
-    from vision.paper.scale import read_scale
+    from benchtwin.vision.paper.scale import read_scale
 
     grey_background = tracked.scene.grey_background
     picture = np.clip(

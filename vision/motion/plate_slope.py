@@ -11,13 +11,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.overlay.plot import plot
+from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
-
-from vision.measurement import FAILED, MeasurementError, Observation, Quantity
-from vision.motion.flight import G_MM_S2
-from vision.motion.inertia import inertia_of_recording
-from vision.overlay.plot import plot
-from vision.recording import Recording
 
 
 @dataclass(frozen=True)

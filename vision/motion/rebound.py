@@ -12,8 +12,7 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-
-from vision.measurement import (
+from benchtwin.vision.measurement import (
     DOUBTFUL,
     GOOD,
     MeasurementError,
@@ -21,9 +20,9 @@ from vision.measurement import (
     all_failed,
     failed,
 )
-from vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
-from vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
-from vision.motion.gravity import (
+from benchtwin.vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
+from benchtwin.vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
+from benchtwin.vision.motion.gravity import (
     depth_drift_sd,
     depth_drift_shifts,
     drag_one_sd_off,
@@ -32,9 +31,9 @@ from vision.motion.gravity import (
     release_seen,
     scale_note,
 )
-from vision.motion.least_squares import propagate
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.motion.least_squares import propagate
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 HEIGHT_SD_MM = (
     1.0  # of a stated release height: a seed held by hand or clamp, read off a ruler

@@ -12,13 +12,12 @@ import math
 from dataclasses import replace
 
 import numpy as np
-
-from vision.measurement import MeasurementError, Quantity, all_failed, failed
-from vision.motion.flight import G_MM_S2
-from vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
-from vision.motion.inertia import inertia_of_recording
-from vision.motion.least_squares import frame_lag
-from vision.motion.roll_legs import (
+from benchtwin.vision.measurement import MeasurementError, Quantity, all_failed, failed
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.motion.least_squares import frame_lag
+from benchtwin.vision.motion.roll_legs import (
     FEW_ROWS,
     Leg,
     Nuisance,
@@ -27,15 +26,15 @@ from vision.motion.roll_legs import (
     travel,
     with_nuisance_errors,
 )
-from vision.motion.run_out import (
+from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,
     LENGTH_SD_MM,
     RunOut,
     ends_on_incline,
     measure_run_out,
 )
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 LEAST_ROWS = 4
 CURVE_POINTS = 400  # of a curve in a picture

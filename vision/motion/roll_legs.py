@@ -12,16 +12,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
-
-from vision.measurement import MeasurementError
-from vision.motion.least_squares import (
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.least_squares import (
     all_stated,
     estimate_rho,
     propagate,
     variance_factor,
     whiten,
 )
+from scipy.optimize import least_squares
 
 FEW_ROWS = 30  # with fewer, correlation between rows is not estimated
 

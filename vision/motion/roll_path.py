@@ -4,9 +4,8 @@ travel along them."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 # between the bend of the path and the stated incline: more means that the track is not
 # the seed's alone

@@ -13,15 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-from vision.measurement import MeasurementError, Quantity, failed
-from vision.motion.flight import G_MM_S2
-from vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
-from vision.motion.inertia import inertia_of_recording
-from vision.motion.least_squares import Fit, fit, frame_lag
-from vision.motion.slide import integrals
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.measurement import MeasurementError, Quantity, failed
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.motion.least_squares import Fit, fit, frame_lag
+from benchtwin.vision.motion.slide import integrals
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 NAME = "rolling_resistance"
 LEVEL_SD_DEG = 0.05  # of a plate that was set with a spirit level

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-
-from vision.measurement import FAILED
-from vision.motion.rebound import Rebound
-from vision.motion.track import Track
+from benchtwin.vision.measurement import FAILED
+from benchtwin.vision.motion.rebound import Rebound
+from benchtwin.vision.motion.track import Track
 
 STEPS = 9  # readout times that are tried where none is stated
 

@@ -11,21 +11,26 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-
-from vision.measurement import FAILED, MeasurementError, Quantity, all_failed, failed
-from vision.motion.least_squares import (
+from benchtwin.vision.measurement import (
+    FAILED,
+    MeasurementError,
+    Quantity,
+    all_failed,
+    failed,
+)
+from benchtwin.vision.motion.least_squares import (
     correlated_mean,
     estimate_rho,
     fit,
     frame_lag,
     whiten,
 )
-from vision.motion.outliers import single_spikes
-from vision.motion.rolling_resistance import fit_resistance, resistance_notes
-from vision.motion.track import Track
-from vision.recording import Recording
-from vision.robust import difference_noise
+from benchtwin.vision.motion.outliers import single_spikes
+from benchtwin.vision.motion.rolling_resistance import fit_resistance, resistance_notes
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
+from benchtwin.vision.robust import difference_noise
+from scipy.optimize import minimize_scalar
 
 INCLINE_SD_DEG = 0.1  # of a stated incline
 LENGTH_SD_MM = 0.2  # of a stated distance on the incline: a seed laid against a mark

@@ -11,20 +11,19 @@ enough. Few rows do not show the onset, so there is no static friction."""
 import math
 
 import numpy as np
-
-from vision.measurement import MeasurementError, Quantity, all_failed, failed
-from vision.motion.flight import G_MM_S2
-from vision.motion.least_squares import all_stated, variance_factor
-from vision.motion.outliers import rows_at_rest
-from vision.motion.slide import (
+from benchtwin.vision.measurement import MeasurementError, Quantity, all_failed, failed
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.least_squares import all_stated, variance_factor
+from benchtwin.vision.motion.outliers import rows_at_rest
+from benchtwin.vision.motion.slide import (
     QUANTITIES,
     TILT_SD_DEG,
     Slide,
     integrals,
     measure_slide_track,
 )
-from vision.motion.track import Track
-from vision.recording import Recording
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 UNKNOWNS = 3

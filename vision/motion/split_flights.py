@@ -2,11 +2,10 @@
 free flights."""
 
 import numpy as np
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.outliers import despiked
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
-
-from vision.measurement import MeasurementError
-from vision.motion.outliers import despiked
 
 # sds of the noise by which a lowest point stands out: slow noise wanders over ± 3 of
 # its own

@@ -6,13 +6,17 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-
-from vision.evidence.frames import Frame, FrameSource, limit_to_memory
-from vision.measurement import MeasurementError
-from vision.motion.edge_line import Line, track_edge
-from vision.motion.scene import MEDIAN_FRAMES, even_in_motion, grey, learn_scene
-from vision.motion.track_seed import TrackedSeed, track_seed
-from vision.recording import Recording
+from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.edge_line import Line, track_edge
+from benchtwin.vision.motion.scene import (
+    MEDIAN_FRAMES,
+    even_in_motion,
+    grey,
+    learn_scene,
+)
+from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
+from benchtwin.vision.recording import Recording
 
 UNPLUMBED_SD_DEG = 1.0  # of the horizontal where [camera] plumb_deg is not stated
 LEAST_SEEN = 0.5  # of the frames: an edge seen in fewer is not used

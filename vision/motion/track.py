@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.flight import G_MM_S2
+from benchtwin.vision.motion.least_squares import fit, frame_lag
+from benchtwin.vision.motion.outliers import slips
+from benchtwin.vision.recording import Camera, Recording
 from numpy.typing import ArrayLike
-
-from vision.evidence.tables import GATE_PLACE, read_gates
-from vision.measurement import MeasurementError
-from vision.motion.flight import G_MM_S2
-from vision.motion.least_squares import fit, frame_lag
-from vision.motion.outliers import slips
-from vision.recording import Camera, Recording
 
 GATE_SD_MM = (
     0.3  # of a light gate's place read off a ruler: its beam is some millimetres wide

@@ -11,15 +11,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-
-from vision.evidence.frames import FrameSource
-from vision.measurement import MeasurementError
-from vision.motion.detect import Silhouette, find_silhouettes
-from vision.motion.ellipse import fit_ellipses
-from vision.motion.scene import Scene, learn_scene
-from vision.motion.track import Track, make_track
-from vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
-from vision.robust import robust_sd
+from benchtwin.vision.evidence.frames import FrameSource
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.detect import Silhouette, find_silhouettes
+from benchtwin.vision.motion.ellipse import fit_ellipses
+from benchtwin.vision.motion.scene import Scene, learn_scene
+from benchtwin.vision.motion.track import Track, make_track
+from benchtwin.vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
+from benchtwin.vision.robust import robust_sd
 
 MOST_AREA_CHANGE = (
     0.12  # from the frames around: more means merged with something, or partly hidden

@@ -4,8 +4,7 @@ frame and joined over gaps."""
 from dataclasses import dataclass
 
 import numpy as np
-
-from vision.motion.detect import Silhouette
+from benchtwin.vision.motion.detect import Silhouette
 
 PATIENCE = 6  # frames for which a thing may be lost before its tracklet ends
 MOST_COLOUR_STEP, MOST_COLOUR_CHANGE = (

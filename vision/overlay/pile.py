@@ -2,10 +2,9 @@
 angles drawn on it."""
 
 import numpy as np
-
-from vision.measurement import GOOD
-from vision.overlay.canvas import BLUE, GREEN, RED, WHITE, YELLOW, Canvas
-from vision.pile.repose import Repose
+from benchtwin.vision.measurement import GOOD
+from benchtwin.vision.overlay.canvas import BLUE, GREEN, RED, WHITE, YELLOW, Canvas
+from benchtwin.vision.pile.repose import Repose
 
 
 def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:

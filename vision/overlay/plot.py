@@ -6,9 +6,14 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from benchtwin.vision.overlay.canvas import (
+    LINE_PX,
+    SHOWN_PX,
+    text_width,
+    wrapped,
+    write,
+)
 from numpy.typing import ArrayLike
-
-from vision.overlay.canvas import LINE_PX, SHOWN_PX, text_width, wrapped, write
 
 CURVE, MARK, POINT, BAD = (220, 120, 0), (255, 0, 255), (90, 140, 200), (255, 0, 0)
 INK, GRID = (40, 40, 40), (225, 225, 225)

@@ -3,13 +3,12 @@ a lot; its sizes."""
 
 import cv2
 import numpy as np
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD
-from vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, write
-from vision.paper.scale import Scale
-from vision.shape.grains import Grain, Grains
-from vision.shape.lot import SIZES, Lot
-from vision.shape.outline import from_fourier_terms
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
+from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, write
+from benchtwin.vision.paper.scale import Scale
+from benchtwin.vision.shape.grains import Grain, Grains
+from benchtwin.vision.shape.lot import SIZES, Lot
+from benchtwin.vision.shape.outline import from_fourier_terms
 
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 REGION, LINE = (0, 120, 255), (0, 200, 255)

@@ -5,13 +5,19 @@ from collections.abc import Collection
 
 import cv2
 import numpy as np
+from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.motion.impact_chain import Chain
+from benchtwin.vision.motion.onsets import Onsets
+from benchtwin.vision.overlay.canvas import (
+    LINE_PX,
+    SHOWN_PX,
+    Colour,
+    text_width,
+    wrapped,
+    write,
+)
+from benchtwin.vision.overlay.plot import GRID, INK, ticks
 from scipy.signal import spectrogram
-
-from vision.evidence.sound import Sound
-from vision.motion.impact_chain import Chain
-from vision.motion.onsets import Onsets
-from vision.overlay.canvas import LINE_PX, SHOWN_PX, Colour, text_width, wrapped, write
-from vision.overlay.plot import GRID, INK, ticks
 
 WIDE, LOUDNESS, STRIP = 1200, 360, 220
 SHOWN = WIDE / SHOWN_PX

@@ -4,9 +4,8 @@ impacts, the plate."""
 from collections.abc import Sequence
 
 import numpy as np
+from benchtwin.vision.overlay.canvas import WHITE, Canvas
 from numpy.typing import ArrayLike
-
-from vision.overlay.canvas import WHITE, Canvas
 
 CROSS, BAD, CURVE, MARK, LINE = (
     (0, 200, 255),

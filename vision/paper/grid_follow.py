@@ -4,11 +4,10 @@ from a first window."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
+from benchtwin.vision.robust import robust_sd
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
-
-from vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
-from vision.robust import robust_sd
 
 # Squared phase amplitude over that of noise: noise alone exceeds it, in both families,
 # in exp(−10) of all windows.

@@ -4,10 +4,9 @@ tenth line of the paper is heavier."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.vision.paper.grid_find import Level
+from benchtwin.vision.paper.grid_follow import Fit, GridMap
 from scipy import ndimage
-
-from vision.paper.grid_find import Level
-from vision.paper.grid_follow import Fit, GridMap
 
 # A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these
 # multiples of the wave's length.

@@ -7,11 +7,9 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import ArrayLike
-
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from vision.paper.grid_find import Level, find_candidates, pyramid
-from vision.paper.grid_follow import (
+from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
+from benchtwin.vision.paper.grid_find import Level, find_candidates, pyramid
+from benchtwin.vision.paper.grid_follow import (
     Fit,
     GridMap,
     cut_windows,
@@ -19,7 +17,8 @@ from vision.paper.grid_follow import (
     follow_grid,
     start_map,
 )
-from vision.paper.grid_pitch import Pitch, find_pitch
+from benchtwin.vision.paper.grid_pitch import Pitch, find_pitch
+from numpy.typing import ArrayLike
 
 # relative: commercial graph paper keeps its millimetres to about 0.1–0.2 % (print,
 # moisture)

@@ -9,14 +9,19 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
-
-from vision.measurement import MeasurementError
-from vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
-from vision.pile.heap_region import Region
-from vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
-from vision.pile.surface import Background, Silhouette, as_float, denoise, subpixel_edge
-from vision.recording import Camera
-from vision.robust import robust_sd
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
+from benchtwin.vision.pile.heap_region import Region
+from benchtwin.vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
+from benchtwin.vision.pile.surface import (
+    Background,
+    Silhouette,
+    as_float,
+    denoise,
+    subpixel_edge,
+)
+from benchtwin.vision.recording import Camera
+from benchtwin.vision.robust import robust_sd
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5

@@ -8,9 +8,8 @@ between packings of a few hundred seeds it scatters less than half as much as a 
 through part of the slope."""
 
 import numpy as np
-
-from vision.measurement import Quantity, failed
-from vision.pile.heap import BaseLine, Heap
+from benchtwin.vision.measurement import Quantity, failed
+from benchtwin.vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count

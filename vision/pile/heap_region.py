@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from vision.pile.surface import as_float, shrink
-from vision.pile.triangle_search import best_triangle
+from benchtwin.vision.pile.surface import as_float, shrink
+from benchtwin.vision.pile.triangle_search import best_triangle
 
 SEARCH_PX, FEATURES_PX, CUT_PX = (
     96,

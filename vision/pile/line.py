@@ -18,10 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
+from benchtwin.vision.robust import robust_sd
 from scipy.stats import t as student
-
-from vision.pile.heap import BaseLine, Flank, Heap
-from vision.robust import robust_sd
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
 STEEP_DEG = 50.0  # beyond this an angle is doubtful

@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-
-from vision.measurement import MeasurementError, Quantity, failed
-from vision.pile.base_line import (
+from benchtwin.vision.measurement import MeasurementError, Quantity, failed
+from benchtwin.vision.pile.base_line import (
     BASES,
     find_base_line,
     find_horizontal,
@@ -23,12 +22,12 @@ from vision.pile.base_line import (
     in_reduced_px,
     stated_base_line,
 )
-from vision.pile.centroid import centroid_angle
-from vision.pile.heap import TOE, BaseLine, Heap, find_heap
-from vision.pile.heap_region import Region, find_region
-from vision.pile.line import FlankLine, fit_flank
-from vision.pile.surface import fit_background, silhouettes, subpixel_edge
-from vision.recording import Camera
+from benchtwin.vision.pile.centroid import centroid_angle
+from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
+from benchtwin.vision.pile.heap_region import Region, find_region
+from benchtwin.vision.pile.line import FlankLine, fit_flank
+from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
+from benchtwin.vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
 NO_LINE = "the surface is too rough or too short for a line"

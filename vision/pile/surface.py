@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from benchtwin.vision.robust import robust_sd
 from scipy.ndimage import median_filter
-
-from vision.robust import robust_sd
 
 WORKING_PX = (
     1024  # longest side of the reduced picture; edges are read off the full one

@@ -7,14 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import tomli_w
-from PIL import Image
-from rich.console import Console
-
-from vision.evidence.photo import PHOTO_SUFFIXES
-from vision.measurement import MeasurementError
-from vision.out_folder import check_out, new_folder
-from vision.overlay.seeds import draw_outlines, draw_sizes
-from vision.shape.lot import (
+from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.out_folder import check_out, new_folder
+from benchtwin.vision.overlay.seeds import draw_outlines, draw_sizes
+from benchtwin.vision.shape.lot import (
     OUTLINES,
     SEEDS,
     SIZES,
@@ -23,7 +20,9 @@ from vision.shape.lot import (
     lot_summary,
     read_lot,
 )
-from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
+from benchtwin.vision.shape.lot_photos import View, measure_lot_photos, with_thickness
+from PIL import Image
+from rich.console import Console
 
 DONE, NOTHING, MISUSED = 0, 1, 2
 OWN = {SEEDS, OUTLINES, SUMMARY, "overlays", "outlines.png", "sizes.png"}

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 import pandas as pd
-
-from vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
-from vision.paper.scale import Scale
-from vision.shape.outline import centroid, ellipse_agreement, feret, solidity
-from vision.shape.silhouettes import (
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from benchtwin.vision.paper.scale import Scale
+from benchtwin.vision.shape.outline import centroid, ellipse_agreement, feret, solidity
+from benchtwin.vision.shape.silhouettes import (
     Piece,
     Relief,
     make_relief,
@@ -18,7 +17,7 @@ from vision.shape.silhouettes import (
     touching_patch,
     without_thin_parts,
 )
-from vision.shape.subpixel_outline import Edge, find_edge
+from benchtwin.vision.shape.subpixel_outline import Edge, find_edge
 
 LEAST_AREA_PX = 60  # smaller things are dust
 CONVEX = 0.955  # least solidity of a single grain; touching grains have notches

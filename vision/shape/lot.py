@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.shape.outline import from_fourier_terms
 from scipy.stats import t as student
-
-from vision.measurement import MeasurementError
-from vision.shape.outline import from_fourier_terms
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
 WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = (

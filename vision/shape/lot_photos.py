@@ -7,13 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
-
-from vision.evidence.photo import read_photo
-from vision.measurement import FAILED, GOOD, MeasurementError
-from vision.overlay.seeds import draw_grains
-from vision.paper.scale import Scale, read_scale
-from vision.shape.grains import Grain, Grains, measure_seeds
-from vision.shape.lot import (
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
+from benchtwin.vision.overlay.seeds import draw_grains
+from benchtwin.vision.paper.scale import Scale, read_scale
+from benchtwin.vision.shape.grains import Grain, Grains, measure_seeds
+from benchtwin.vision.shape.lot import (
     BROKEN,
     CUT,
     HUSK,
@@ -23,7 +22,7 @@ from vision.shape.lot import (
     TOUCHING,
     WHOLE,
 )
-from vision.shape.outline import aligned_outline, fourier_terms, solidity
+from benchtwin.vision.shape.outline import aligned_outline, fourier_terms, solidity
 
 BROKEN_SHARE = 0.6  # of the median area: smaller things are parts of seeds
 DENTED = 0.94  # solidity below which a seed has lost a piece

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-
-from vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError
 
 SMALL_SIDE = (
     700  # px of the reduced picture on which background and threshold are found

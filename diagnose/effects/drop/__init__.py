@@ -1,5 +1,5 @@
 """Effects of the drop, by name."""
 
-from diagnose.effects.effect import Effect, discovered
+from benchtwin.diagnose.effects.effect import Effect, discovered
 
 EFFECTS: dict[str, Effect] = discovered(__name__, __path__)

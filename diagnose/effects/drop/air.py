@@ -2,15 +2,14 @@
 lift."""
 
 import numpy as np
-
-from diagnose.air import (
+from benchtwin.diagnose.air import (
     REFERENCE_SPEED_M_S,
     drag_over_mass,
     drag_shape,
     speed_through_air,
 )
-from diagnose.effects.drop.hooks import Motion
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.drop.hooks import Motion
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 
 def draught_acceleration(motion: Motion, value: float) -> np.ndarray:

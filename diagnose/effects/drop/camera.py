@@ -1,8 +1,14 @@
 """Errors of a camera: scale, clock, vertical, perspective, lens, centre of a turning
 silhouette."""
 
-from diagnose.effects.drop.hooks import distorted, keystone, scaled, turned, wobbled
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.drop.hooks import (
+    distorted,
+    keystone,
+    scaled,
+    turned,
+    wobbled,
+)
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 _WOBBLE = (
     "a shadow or a lit side moves one edge by up to a pixel, so the centre by up to"

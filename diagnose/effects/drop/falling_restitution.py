@@ -7,9 +7,8 @@ it."""
 from collections.abc import Callable
 
 import numpy as np
-
-from diagnose.effects.drop.hooks import Hits
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.drop.hooks import Hits
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 
 def _law(shape: Callable[[np.ndarray], np.ndarray]):

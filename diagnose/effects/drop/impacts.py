@@ -8,9 +8,8 @@ scatter of kicks."""
 import math
 
 import numpy as np
-
-from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 REACH = 0.45  # rms of b over (a − c) of ellipsoids in any attitude: 0.37 to 0.41 in 3-D
 ROUGH = 0.02  # of the radius: b of a rough ball

@@ -4,9 +4,8 @@ roll."""
 from collections.abc import Callable
 
 import numpy as np
-
-from diagnose.effects.effect import Counterpart
-from diagnose.effects.pile.shapes import (
+from benchtwin.diagnose.effects.effect import Counterpart
+from benchtwin.diagnose.effects.pile.shapes import (
     HeapEffect,
     Law,
     as_stated,

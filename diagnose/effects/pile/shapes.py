@@ -5,8 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
+from benchtwin.diagnose.effects.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
 BENDS, BEND_WIDTH, BEND_SD = (

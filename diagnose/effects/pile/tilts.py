@@ -1,7 +1,7 @@
 """A plate that is not level turns its line in the picture, a rolled camera
 everything."""
 
-from diagnose.effects.pile.shapes import HeapEffect, Law
+from benchtwin.diagnose.effects.pile.shapes import HeapEffect, Law
 
 LEVEL_SD_DEG = 0.2  # of a plate levelled with a spirit level
 

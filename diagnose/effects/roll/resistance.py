@@ -1,9 +1,8 @@
 """Resistance that grows with speed: of rolling, and of air where none is stated."""
 
 import numpy as np
-
-from diagnose.air import drag_shape
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.air import drag_shape
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 REFERENCE_SPEED_M_S = 0.5
 

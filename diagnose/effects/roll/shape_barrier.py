@@ -2,8 +2,7 @@
 s²)."""
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
+from benchtwin.diagnose.effects.effect import Effect
 
 NAME, PRIOR_SD_MM = "shape-barrier", 0.1
 

@@ -2,7 +2,7 @@
 
 import math
 
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 
 def drive(value: float, sign: float) -> float:

@@ -6,7 +6,7 @@ Canudas de Wit (1994), Automatica 30, 1083; Bo & Pavelescu (1982), Wear 82, 277 
 
 import math
 
-from diagnose.effects.effect import Counterpart, Effect
+from benchtwin.diagnose.effects.effect import Counterpart, Effect
 
 SPEED_M_S = 0.05  # typical of v_s; a block slides at 0 to 0.5 m/s
 SETTLE_M_S = 1e-3  # over which the twin's friction falls from that at rest

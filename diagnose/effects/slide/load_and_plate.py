@@ -8,8 +8,7 @@ just let go."""
 import math
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
+from benchtwin.diagnose.effects.effect import Effect
 
 _NOTHING = "nothing in the twin stands for it"
 

@@ -6,9 +6,8 @@ x: overshoot Ω t with x = g Ω cos θ (1 + tan² θ) t³/6 at constant friction
 import math
 
 import numpy as np
-
-from diagnose.air import G_M_S2
-from diagnose.effects.effect import Effect
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.effects.effect import Effect
 
 RATE = (
     "the same slide at three times the tilt rate: a clock's error in angle grows with"

@@ -5,21 +5,27 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-
-from diagnose.effects.drop import EFFECTS
-from diagnose.effects.drop.impacts import SHAPE
-from diagnose.effects.effect import separating_recordings
-from diagnose.engine.conditions import Contact, conditions_of, with_conditions
-from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound
-from diagnose.engine.posterior import LISTED_ODDS
-from diagnose.engine.problem import Fit, Problem, fit, ln_evidence
-from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
-from diagnose.rigs.drop import impact_problem
-from diagnose.rigs.drop.flight_model import predict
-from diagnose.rigs.drop.impact_problem import elongation_of
-from diagnose.rigs.drop.impact_quantities import elongation_test, impact_quantities
-from diagnose.rigs.drop.impacts import Impacts, impacts_from_times
-from diagnose.rigs.drop.joint_problem import (
+from benchtwin.diagnose.effects.drop import EFFECTS
+from benchtwin.diagnose.effects.drop.impacts import SHAPE
+from benchtwin.diagnose.effects.effect import separating_recordings
+from benchtwin.diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from benchtwin.diagnose.engine.explanation import (
+    Alternative,
+    Explanation,
+    ln_bayes_bound,
+)
+from benchtwin.diagnose.engine.posterior import LISTED_ODDS
+from benchtwin.diagnose.engine.problem import Fit, Problem, fit, ln_evidence
+from benchtwin.diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.diagnose.rigs.drop import impact_problem
+from benchtwin.diagnose.rigs.drop.flight_model import predict
+from benchtwin.diagnose.rigs.drop.impact_problem import elongation_of
+from benchtwin.diagnose.rigs.drop.impact_quantities import (
+    elongation_test,
+    impact_quantities,
+)
+from benchtwin.diagnose.rigs.drop.impacts import Impacts, impacts_from_times
+from benchtwin.diagnose.rigs.drop.joint_problem import (
     JointModel,
     PreparedSession,
     at_distance,
@@ -28,9 +34,9 @@ from diagnose.rigs.drop.joint_problem import (
     session_fits,
     with_impacts,
 )
-from diagnose.rigs.drop.nuisances import DISTANCES_M
-from diagnose.rigs.drop.track_noise import UNSEEN_M
-from diagnose.rigs.drop.unlisted import law_in_words, windows_of
+from benchtwin.diagnose.rigs.drop.nuisances import DISTANCES_M
+from benchtwin.diagnose.rigs.drop.track_noise import UNSEEN_M
+from benchtwin.diagnose.rigs.drop.unlisted import law_in_words, windows_of
 
 RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
 LEAST_WEIGHT = (

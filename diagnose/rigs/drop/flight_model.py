@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-
-from diagnose.air import G_M_S2, drag_over_mass
-from diagnose.effects.drop import EFFECTS
-from diagnose.effects.drop.hooks import Motion, View
-from diagnose.effects.effect import Effect
-from diagnose.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES
-from diagnose.rigs.drop.session import Session
-from diagnose.rigs.drop.trajectories import (
+from benchtwin.diagnose.air import G_M_S2, drag_over_mass
+from benchtwin.diagnose.effects.drop import EFFECTS
+from benchtwin.diagnose.effects.drop.hooks import Motion, View
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES
+from benchtwin.diagnose.rigs.drop.session import Session
+from benchtwin.diagnose.rigs.drop.trajectories import (
     accelerations,
     changes,
     shift_basis,

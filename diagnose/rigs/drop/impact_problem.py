@@ -8,11 +8,10 @@ bounces differently at first."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from diagnose.effects.drop import EFFECTS
-from diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
-from diagnose.engine.linear import Reduced
-from diagnose.rigs.drop.impact_quantities import (
+from benchtwin.diagnose.effects.drop import EFFECTS
+from benchtwin.diagnose.effects.drop.hooks import Hits, tilted_kick, tilted_restitution
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.rigs.drop.impact_quantities import (
     KICK_FLOOR,
     NEARLY_ROUND,
     Friction,
@@ -22,8 +21,8 @@ from diagnose.rigs.drop.impact_quantities import (
     sticking,
     stuck,
 )
-from diagnose.rigs.drop.impacts import Impacts
-from diagnose.rigs.drop.variance_components import Scatter, scatter_of
+from benchtwin.diagnose.rigs.drop.impacts import Impacts
+from benchtwin.diagnose.rigs.drop.variance_components import Scatter, scatter_of
 
 E_FLOOR = 0.003  # least scatter of restitution: that of the best balls
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat

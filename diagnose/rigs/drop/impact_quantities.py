@@ -9,12 +9,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.effects.drop.impacts import REACH, ROUGH
+from benchtwin.diagnose.rigs.drop.flight_model import ROUND
+from benchtwin.diagnose.rigs.drop.impacts import Impacts
 from scipy import stats
-
-from diagnose.air import G_M_S2
-from diagnose.effects.drop.impacts import REACH, ROUGH
-from diagnose.rigs.drop.flight_model import ROUND
-from diagnose.rigs.drop.impacts import Impacts
 
 SLOWEST_M_S = 0.15  # closing speed below which restitution is not used
 CAP = 4.0  # sds at which one impact's offset is clipped

@@ -4,10 +4,9 @@ the seed."""
 from dataclasses import replace
 
 import numpy as np
-
-from diagnose.effects.drop import EFFECTS
-from diagnose.finding import Finding
-from diagnose.rerun import (
+from benchtwin.diagnose.effects.drop import EFFECTS
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.rerun import (
     Comparison,
     Resimulation,
     condition_shifts,
@@ -15,8 +14,8 @@ from diagnose.rerun import (
     simulation_settings,
     values_by_recording,
 )
-from diagnose.rigs.drop.diagnose import RESTITUTION
-from diagnose.rigs.drop.impacts import (
+from benchtwin.diagnose.rigs.drop.diagnose import RESTITUTION
+from benchtwin.diagnose.rigs.drop.impacts import (
     Impacts,
     concatenated,
     impacts_from_times,
@@ -24,10 +23,14 @@ from diagnose.rigs.drop.impacts import (
     subset,
     usable_rows,
 )
-from diagnose.rigs.drop.joint_problem import PreparedSession, fit_flights, session_fits
-from twin.flights import strike
-from twin.parameters import Parameters
-from twin.restitution import viscoelastic, yielding
+from benchtwin.diagnose.rigs.drop.joint_problem import (
+    PreparedSession,
+    fit_flights,
+    session_fits,
+)
+from benchtwin.twin.flights import strike
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.restitution import viscoelastic, yielding
 
 WAYS = 8  # attitudes at each impact
 COLUMNS = {"kick": "sideways kick", "e": "restitution of a bounce"}

@@ -5,12 +5,17 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-
-from diagnose.air import G_M_S2, air_of, stated_sizes_mm
-from diagnose.engine.problem import Fit
-from diagnose.rigs.drop.flight_model import STARTS, Model, predict, pushed, velocities
-from diagnose.rigs.drop.reduction import whitened
-from diagnose.rigs.drop.track_noise import TrackNoise
+from benchtwin.diagnose.air import G_M_S2, air_of, stated_sizes_mm
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.rigs.drop.flight_model import (
+    STARTS,
+    Model,
+    predict,
+    pushed,
+    velocities,
+)
+from benchtwin.diagnose.rigs.drop.reduction import whitened
+from benchtwin.diagnose.rigs.drop.track_noise import TrackNoise
 
 SLOWEST_M_S = 0.15  # slower contacts are of a rolling or rocking seed
 CONTACT_FRAMES, CONTACT_PLACE_M = (

@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import block_diag
-
-from diagnose.engine.evidence import UnknownScatter
-from diagnose.engine.linear import Reduced
-from diagnose.engine.noise import block_mean_noise
-from diagnose.engine.problem import Fit, Problem, fit
-from diagnose.rigs.drop import impact_problem
-from diagnose.rigs.drop.flight_model import LAWS, STARTS, build
-from diagnose.rigs.drop.impact_problem import ImpactModel, updated
-from diagnose.rigs.drop.impacts import (
+from benchtwin.diagnose.engine.evidence import UnknownScatter
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.noise import block_mean_noise
+from benchtwin.diagnose.engine.problem import Fit, Problem, fit
+from benchtwin.diagnose.rigs.drop import impact_problem
+from benchtwin.diagnose.rigs.drop.flight_model import LAWS, STARTS, build
+from benchtwin.diagnose.rigs.drop.impact_problem import ImpactModel, updated
+from benchtwin.diagnose.rigs.drop.impacts import (
     Impacts,
     concatenated,
     impacts_of,
@@ -28,10 +26,11 @@ from diagnose.rigs.drop.impacts import (
     usable_rows,
     with_speeds,
 )
-from diagnose.rigs.drop.reduction import MAX_ITERATIONS, problem_of
-from diagnose.rigs.drop.second_contacts import without_second_contacts
-from diagnose.rigs.drop.session import assemble, block_of
-from diagnose.rigs.drop.track_noise import TrackNoise, estimate_noise
+from benchtwin.diagnose.rigs.drop.reduction import MAX_ITERATIONS, problem_of
+from benchtwin.diagnose.rigs.drop.second_contacts import without_second_contacts
+from benchtwin.diagnose.rigs.drop.session import assemble, block_of
+from benchtwin.diagnose.rigs.drop.track_noise import TrackNoise, estimate_noise
+from scipy.linalg import block_diag
 
 
 @dataclass(frozen=True, eq=False)

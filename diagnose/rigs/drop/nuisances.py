@@ -1,9 +1,8 @@
 """Nuisance parameters of every drop, with priors; a stated key replaces the sd here."""
 
 import numpy as np
-
-from diagnose.air import SLOPE_SD
-from diagnose.effects.drop.hooks import (
+from benchtwin.diagnose.air import SLOPE_SD
+from benchtwin.diagnose.effects.drop.hooks import (
     View,
     distorted,
     keystone,
@@ -11,8 +10,8 @@ from diagnose.effects.drop.hooks import (
     turned,
     wobbled,
 )
-from diagnose.effects.effect import Effect
-from diagnose.engine.noise import LOCK_PX
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.engine.noise import LOCK_PX
 
 PRIORS = {  # sds
     # of g over the earth, which acts as the scale; plus what is stated (or 1 %)

@@ -5,10 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from diagnose.air import stated_sizes_mm
-from diagnose.rerun import Comparison, Resimulation, differences
-from twin.drop_pictures import Seed, beside, camera_for, followed, moments
+from benchtwin.diagnose.air import stated_sizes_mm
+from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
+from benchtwin.twin.drop_pictures import Seed, beside, camera_for, followed, moments
 
 MOMENTS = 11  # in one picture
 FRAMES = 160  # of a film, at most

@@ -9,13 +9,11 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import solve_triangular
-
-from diagnose.air import G_M_S2, SEED_DRAG
-from diagnose.engine.linear import Reduced
-from diagnose.engine.noise import frame_lag, whiten
-from diagnose.engine.problem import Problem
-from diagnose.rigs.drop.flight_model import (
+from benchtwin.diagnose.air import G_M_S2, SEED_DRAG
+from benchtwin.diagnose.engine.linear import Reduced
+from benchtwin.diagnose.engine.noise import frame_lag, whiten
+from benchtwin.diagnose.engine.problem import Problem
+from benchtwin.diagnose.rigs.drop.flight_model import (
     IN_FLIGHT,
     LAWS,
     NEARING,
@@ -37,16 +35,17 @@ from diagnose.rigs.drop.flight_model import (
     touching,
     unseen_rows,
 )
-from diagnose.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
-from diagnose.rigs.drop.session import Session
-from diagnose.rigs.drop.track_noise import (
+from benchtwin.diagnose.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
+from benchtwin.diagnose.rigs.drop.session import Session
+from benchtwin.diagnose.rigs.drop.track_noise import (
     SMOOTH,
     TRACKER_PX,
     TrackNoise,
     estimate_noise,
     smooth_columns,
 )
-from diagnose.rigs.drop.trajectories import POINTS
+from benchtwin.diagnose.rigs.drop.trajectories import POINTS
+from scipy.linalg import solve_triangular
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
 MAX_ITERATIONS = 25  # large scale errors and strong winds converge slowly

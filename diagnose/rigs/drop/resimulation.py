@@ -5,18 +5,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, Air, drag_shape
-from diagnose.engine.linear import ridge, stacked
-from diagnose.engine.problem import Fit, fit, ln_evidence
-from diagnose.finding import Finding
-from diagnose.rerun import (
+from benchtwin.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, Air, drag_shape
+from benchtwin.diagnose.engine.linear import ridge, stacked
+from benchtwin.diagnose.engine.problem import Fit, fit, ln_evidence
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.rerun import (
     Comparison,
     Resimulation,
     change_in_words,
     simulation_settings,
 )
-from diagnose.rigs.drop.flight_model import (
+from benchtwin.diagnose.rigs.drop.flight_model import (
     IN_FLIGHT,
     nearer,
     pictured,
@@ -25,13 +24,13 @@ from diagnose.rigs.drop.flight_model import (
     rate_of,
     velocities,
 )
-from diagnose.rigs.drop.joint_problem import (
+from benchtwin.diagnose.rigs.drop.joint_problem import (
     PreparedSession,
     at_distance,
     prepare_sessions,
 )
-from diagnose.rigs.drop.nuisances import DISTANCES_M
-from twin.flights import drag_factor, fly
+from benchtwin.diagnose.rigs.drop.nuisances import DISTANCES_M
+from benchtwin.twin.flights import drag_factor, fly
 
 MAX_ITERATIONS = 3  # of Gauss–Newton for the starts
 TYPICAL = 0.75  # of the greatest speed, at which both drag laws agree
@@ -41,8 +40,8 @@ def resimulate(
     finding: Finding, tracks: list, folder: Path, pictures: bool, say
 ) -> Resimulation:
     """Effects in flight or picture by flights, effects of impacts by impacts."""
-    from diagnose.rigs.drop.impact_resimulation import strikes_again
-    from diagnose.rigs.drop.pictures import with_pictures
+    from benchtwin.diagnose.rigs.drop.impact_resimulation import strikes_again
+    from benchtwin.diagnose.rigs.drop.pictures import with_pictures
 
     names = finding.modelled
     in_flight = tuple(n for n in names if n in IN_FLIGHT)

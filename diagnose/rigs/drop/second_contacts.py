@@ -9,12 +9,11 @@ out; one that was touched just before its contact is cut there. Tested on whiten
 from dataclasses import replace
 
 import numpy as np
+from benchtwin.diagnose.engine.noise import frame_lag
+from benchtwin.diagnose.rigs.drop.flight_model import ROUND
+from benchtwin.diagnose.rigs.drop.session import Session
+from benchtwin.diagnose.rigs.drop.track_noise import DEGREE, TrackNoise
 from numpy.polynomial import legendre
-
-from diagnose.engine.noise import frame_lag
-from diagnose.rigs.drop.flight_model import ROUND
-from diagnose.rigs.drop.session import Session
-from diagnose.rigs.drop.track_noise import DEGREE, TrackNoise
 
 AFTER_S = (0.0015, 0.002, 0.0025, 0.003, 0.005, 0.007, 0.009, 0.012, 0.016, 0.02)
 # fall of χ² with 2 degrees of freedom, 4e-6 by chance, for which a flight is left out

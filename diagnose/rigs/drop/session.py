@@ -4,11 +4,13 @@ recording."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.diagnose.air import Air, air_of, stated_sizes_mm
+from benchtwin.diagnose.effects.drop.hooks import View
+from benchtwin.diagnose.rigs.drop.silhouette_spin import (
+    silhouette_rotation,
+    spin_calibration,
+)
 from numpy.polynomial import legendre
-
-from diagnose.air import Air, air_of, stated_sizes_mm
-from diagnose.effects.drop.hooks import View
-from diagnose.rigs.drop.silhouette_spin import silhouette_rotation, spin_calibration
 
 GUARD_FRAMES = 2.0  # rows nearer to a contact are left out
 LEAST_ROWS = 8  # of a flight

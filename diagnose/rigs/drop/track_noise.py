@@ -4,11 +4,10 @@ effect."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.diagnose.rigs.drop.session import LEAST_ROWS, Session
 from numpy.polynomial import legendre
-
-from diagnose.air import G_M_S2
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
-from diagnose.rigs.drop.session import LEAST_ROWS, Session
 
 TELLING = 20  # longest flights, which tell the correlation
 DEGREE = 6  # of the curve; forces act in degrees 2 to 5

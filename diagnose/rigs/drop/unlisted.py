@@ -4,14 +4,13 @@ laws."""
 from itertools import pairwise
 
 import numpy as np
-
-from diagnose.air import G_M_S2
-from diagnose.engine.power_law import Family, law_of
-from diagnose.engine.problem import Fit
-from diagnose.engine.unlisted import Bin, Windows
-from diagnose.rigs.drop.flight_model import pushed
-from diagnose.rigs.drop.joint_problem import JointModel, session_fits
-from diagnose.rigs.drop.trajectories import NODES, positions_at_nodes
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.engine.power_law import Family, law_of
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.unlisted import Bin, Windows
+from benchtwin.diagnose.rigs.drop.flight_model import pushed
+from benchtwin.diagnose.rigs.drop.joint_problem import JointModel, session_fits
+from benchtwin.diagnose.rigs.drop.trajectories import NODES, positions_at_nodes
 
 BINS, IMPACT_BINS = 6, 4
 FORCE_POWERS = tuple(np.arange(-1.0, 4.01, 0.25))

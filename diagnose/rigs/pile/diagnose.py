@@ -1,18 +1,17 @@
 """Heaps, from photos to a finding."""
 
 import numpy as np
-
-from diagnose.effects.effect import separating_recordings
-from diagnose.effects.pile import EFFECTS
-from diagnose.engine.conditions import Contact, conditions_of, with_conditions
-from diagnose.engine.explanation import Alternative, Explanation
-from diagnose.engine.linear import fall_of_chi2, projector, stacked
-from diagnose.engine.problem import Fit
-from diagnose.engine.unlisted import Bin, Windows, window_columns
-from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
-from diagnose.rigs.pile.flanks import Photo, photos_of
-from diagnose.rigs.pile.problem import differing, problem_of, rows, seeds_high
-from diagnose.rigs.pile.scatter import scatter_of
+from benchtwin.diagnose.effects.effect import separating_recordings
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from benchtwin.diagnose.engine.explanation import Alternative, Explanation
+from benchtwin.diagnose.engine.linear import fall_of_chi2, projector, stacked
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.unlisted import Bin, Windows, window_columns
+from benchtwin.diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.diagnose.rigs.pile.flanks import Photo, photos_of
+from benchtwin.diagnose.rigs.pile.problem import differing, problem_of, rows, seeds_high
+from benchtwin.diagnose.rigs.pile.scatter import scatter_of
 
 ONE = "one photo: nothing can be held out, and nothing is named for certain"
 NO_SCALE = (

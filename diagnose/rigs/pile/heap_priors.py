@@ -2,8 +2,7 @@
 widened."""
 
 import numpy as np
-
-from diagnose.effects.pile.shapes import crest, middle, toe
+from benchtwin.diagnose.effects.pile.shapes import crest, middle, toe
 
 CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.03, 0.12
 TOE_MEAN, TOE_SD, TOE_WIDTH = 0.05, 0.03, 0.1

@@ -10,19 +10,18 @@ creep     flattening from first to last photo = settling + base vibration
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
-from diagnose.effects.pile import EFFECTS
-from diagnose.effects.pile.shapes import HeapEffect
-from diagnose.engine.evidence import UnknownScatter
-from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.problem import Problem
-from diagnose.engine.series import Locals, Series
-from diagnose.engine.series import problem_of as series_problem
-from diagnose.rigs.pile import heap_priors
-from diagnose.rigs.pile.flanks import Photo
-from diagnose.rigs.pile.heap_priors import NATURAL, PARTS, PRIORS
-from diagnose.rigs.pile.scatter import ANGLE_SD_DEG, WAVES, Scatter, cosines
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.effects.pile.shapes import HeapEffect
+from benchtwin.diagnose.engine.evidence import UnknownScatter
+from benchtwin.diagnose.engine.linear import Reduced, stacked
+from benchtwin.diagnose.engine.problem import Problem
+from benchtwin.diagnose.engine.series import Locals, Series
+from benchtwin.diagnose.engine.series import problem_of as series_problem
+from benchtwin.diagnose.rigs.pile import heap_priors
+from benchtwin.diagnose.rigs.pile.flanks import Photo
+from benchtwin.diagnose.rigs.pile.heap_priors import NATURAL, PARTS, PRIORS
+from benchtwin.diagnose.rigs.pile.scatter import ANGLE_SD_DEG, WAVES, Scatter, cosines
 
 PLATE_FLOOR_DEG = 0.05
 FREE = 0.5  # sd of a flank's own level and slope, over its height

@@ -11,13 +11,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-
-from diagnose.effects.pile import EFFECTS
-from diagnose.finding import Finding
-from diagnose.rerun import Comparison, Resimulation
-from diagnose.rigs.pile.flanks import photo_of
-from diagnose.rigs.pile.heap_priors import PACKING_SD
-from diagnose.rigs.pile.simulated_heaps import (
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.rerun import Comparison, Resimulation
+from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.diagnose.rigs.pile.heap_priors import PACKING_SD
+from benchtwin.diagnose.rigs.pile.simulated_heaps import (
     AT,
     SOYBEAN_MM,
     HeapSettings,
@@ -26,9 +25,9 @@ from diagnose.rigs.pile.simulated_heaps import (
     simulate_heap,
     simulation_inputs,
 )
-from twin.drop_pictures import beside
-from twin.piles import SeenPile, read_piles
-from twin.run import simulate
+from benchtwin.twin.drop_pictures import beside
+from benchtwin.twin.piles import SeenPile, read_piles
+from benchtwin.twin.run import simulate
 
 FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less
 LEAST, MOST = 0.1, 1.0  # of friction

@@ -4,11 +4,10 @@ packings."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
+from benchtwin.diagnose.rigs.pile.flanks import STEP, Flank, Photo
+from benchtwin.diagnose.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
 from scipy import stats
-
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag
-from diagnose.rigs.pile.flanks import STEP, Flank, Photo
-from diagnose.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
 
 SIGMA_FLOOR = 0.003  # of the height: model error of the family of shapes
 ANGLE_SD_DEG = 0.1  # of a flank's line

@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from diagnose.effects.pile import EFFECTS
-from diagnose.rigs.pile.flanks import photo_of
-from twin.heap_outline import outlined
-from twin.parameters import Parameters
-from twin.paths import like
-from twin.piles import SeenPile
-from twin.run import run
+from benchtwin.diagnose.effects.pile import EFFECTS
+from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.twin.heap_outline import outlined
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import like
+from benchtwin.twin.piles import SeenPile
+from benchtwin.twin.run import run
 
 SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither
 SLICE, MOST_SEEDS, PACKED = (

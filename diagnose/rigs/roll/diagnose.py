@@ -3,15 +3,13 @@
 import math
 
 import numpy as np
-from scipy import stats
-
-from diagnose.effects.effect import separating_recordings
-from diagnose.effects.roll import EFFECTS
-from diagnose.engine.alarm import ALARM_P as ALPHA
-from diagnose.engine.conditions import Contact, conditions_of, with_conditions
-from diagnose.engine.explanation import Alternative, Explanation
-from diagnose.engine.problem import Fit, fit
-from diagnose.finding import (
+from benchtwin.diagnose.effects.effect import separating_recordings
+from benchtwin.diagnose.effects.roll import EFFECTS
+from benchtwin.diagnose.engine.alarm import ALARM_P as ALPHA
+from benchtwin.diagnose.engine.conditions import Contact, conditions_of, with_conditions
+from benchtwin.diagnose.engine.explanation import Alternative, Explanation
+from benchtwin.diagnose.engine.problem import Fit, fit
+from benchtwin.diagnose.finding import (
     Curve,
     DiagnosisTask,
     Finding,
@@ -19,16 +17,17 @@ from diagnose.finding import (
     Sector,
     finding_of,
 )
-from diagnose.rigs.roll.model import run_motion
-from diagnose.rigs.roll.problem import PRIORS, build, roll_problem
-from diagnose.rigs.roll.session import assemble
-from diagnose.rigs.roll.unlisted import (
+from benchtwin.diagnose.rigs.roll.model import run_motion
+from benchtwin.diagnose.rigs.roll.problem import PRIORS, build, roll_problem
+from benchtwin.diagnose.rigs.roll.session import assemble
+from benchtwin.diagnose.rigs.roll.unlisted import (
     SEEN_P,
     arguments,
     find_ripple,
     law_of,
     windows_of,
 )
+from scipy import stats
 
 BOTH_WAYS = (
     "the same plate run the other way: one direction alone cannot tell a slope of the"

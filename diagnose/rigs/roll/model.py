@@ -9,14 +9,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from diagnose.effects.effect import Effect
-from diagnose.effects.roll.corner import usual_loss
-from diagnose.effects.roll.resistance import drag_over_weight
-from diagnose.effects.roll.shape_barrier import ripple
-from diagnose.effects.roll.slope import drive
-from diagnose.rigs.roll.motion import NOTHING, Table, Way, travel
-from diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.effects.roll.corner import usual_loss
+from benchtwin.diagnose.effects.roll.resistance import drag_over_weight
+from benchtwin.diagnose.effects.roll.shape_barrier import ripple
+from benchtwin.diagnose.effects.roll.slope import drive
+from benchtwin.diagnose.rigs.roll.motion import NOTHING, Table, Way, travel
+from benchtwin.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
 
 SPEEDS = 240  # points of the table of resistance over speed
 REMEMBERED = 600  # predictions kept: a fit asks for the same point several times

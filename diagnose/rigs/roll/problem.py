@@ -5,24 +5,23 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy import stats
-from scipy.optimize import least_squares
-
-from diagnose.air import SEED_DRAG
-from diagnose.effects.roll import EFFECTS
-from diagnose.effects.roll.shape_barrier import NAME, quadratures
-from diagnose.engine.evidence import UnknownScatter
-from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.problem import Problem
-from diagnose.engine.series import Locals, Series, problem_of
-from diagnose.rigs.roll.model import OWN, Model, predict, run_motion
-from diagnose.rigs.roll.run_noise import (
+from benchtwin.diagnose.air import SEED_DRAG
+from benchtwin.diagnose.effects.roll import EFFECTS
+from benchtwin.diagnose.effects.roll.shape_barrier import NAME, quadratures
+from benchtwin.diagnose.engine.evidence import UnknownScatter
+from benchtwin.diagnose.engine.linear import Reduced, stacked
+from benchtwin.diagnose.engine.problem import Problem
+from benchtwin.diagnose.engine.series import Locals, Series, problem_of
+from benchtwin.diagnose.rigs.roll.model import OWN, Model, predict, run_motion
+from benchtwin.diagnose.rigs.roll.run_noise import (
     RunNoise,
     estimate_noise,
     row_weight,
     smooth_curves,
 )
-from diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
+from benchtwin.diagnose.rigs.roll.session import Run, Seed, weight_over_inertia
+from scipy import stats
+from scipy.optimize import least_squares
 
 # Nuisances: sd about 0. Stated keys replace the centre (incline, length, air) or the sd
 # (scale).

@@ -4,22 +4,26 @@ speed."""
 from pathlib import Path
 
 import numpy as np
-
-from diagnose.air import air_of, drag_shape
-from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
-from diagnose.finding import Finding
-from diagnose.path_comparison import (
+from benchtwin.diagnose.air import air_of, drag_shape
+from benchtwin.diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.path_comparison import (
     MOST,
     TwinPair,
     compared,
     way_from_rest,
     with_frame_rate,
 )
-from diagnose.rerun import Resimulation, change_in_words, secant, values_by_recording
-from diagnose.rigs.roll.session import FEW_ROWS, stays
-from twin.flights import drag_factor
-from twin.parameters import Parameters
-from twin.paths import Path1D, Recording, like, run_path
+from benchtwin.diagnose.rerun import (
+    Resimulation,
+    change_in_words,
+    secant,
+    values_by_recording,
+)
+from benchtwin.diagnose.rigs.roll.session import FEW_ROWS, stays
+from benchtwin.twin.flights import drag_factor
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import Path1D, Recording, like, run_path
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
 

@@ -5,11 +5,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.diagnose.rigs.roll.session import Run
 from numpy.polynomial import legendre
 from scipy.linalg import block_diag
-
-from diagnose.engine.noise import Noise, Stretch, estimate, frame_lag, spreads
-from diagnose.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
 ENOUGH_ROWS = (

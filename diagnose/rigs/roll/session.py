@@ -5,13 +5,17 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from benchtwin.diagnose.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
+from benchtwin.diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
+from benchtwin.diagnose.engine.noise import frame_lag
+from benchtwin.diagnose.rigs.roll.initial_path import (
+    Path,
+    fit_path,
+    path_of_few,
+    path_on_incline,
+)
+from benchtwin.twin.roll_tracks import inertia_told
 from scipy.ndimage import median_filter
-
-from diagnose.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
-from diagnose.effects.roll.resistance import REFERENCE_SPEED_M_S
-from diagnose.engine.noise import frame_lag
-from diagnose.rigs.roll.initial_path import Path, fit_path, path_of_few, path_on_incline
-from twin.roll_tracks import inertia_told
 
 MOST_ROWS = 280  # more rows add time, not information
 LEAST_ROWS = 4

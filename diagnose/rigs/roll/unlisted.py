@@ -4,15 +4,14 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
-
-from diagnose.engine.linear import beside_globals, chance, fall_of_chi2
-from diagnose.engine.problem import Fit
-from diagnose.engine.unlisted import Bin, Windows
-from diagnose.rigs.roll.model import run_motion, way_of
-from diagnose.rigs.roll.motion import Table
-from diagnose.rigs.roll.problem import PUSH
-from diagnose.rigs.roll.run_noise import has_few_rows
-from diagnose.rigs.roll.session import Run, Seed
+from benchtwin.diagnose.engine.linear import beside_globals, chance, fall_of_chi2
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.unlisted import Bin, Windows
+from benchtwin.diagnose.rigs.roll.model import run_motion, way_of
+from benchtwin.diagnose.rigs.roll.motion import Table
+from benchtwin.diagnose.rigs.roll.problem import PUSH
+from benchtwin.diagnose.rigs.roll.run_noise import has_few_rows
+from benchtwin.diagnose.rigs.roll.session import Run, Seed
 
 BINS = 6
 POINTS = 400

@@ -3,23 +3,26 @@
 from dataclasses import replace
 
 import numpy as np
-
-from diagnose.effects.effect import separating_recordings
-from diagnose.effects.slide import EFFECTS
-from diagnose.effects.slide.load_and_plate import SHAKEN, STEPPED
-from diagnose.effects.slide.tilt_reading import RATE
-from diagnose.engine.conditions import (
+from benchtwin.diagnose.effects.effect import separating_recordings
+from benchtwin.diagnose.effects.slide import EFFECTS
+from benchtwin.diagnose.effects.slide.load_and_plate import SHAKEN, STEPPED
+from benchtwin.diagnose.effects.slide.tilt_reading import RATE
+from benchtwin.diagnose.engine.conditions import (
     Condition,
     Contact,
     conditions_of,
     with_conditions,
 )
-from diagnose.engine.explanation import Alternative, Explanation, ln_bayes_bound
-from diagnose.engine.posterior import LISTED_ODDS
-from diagnose.engine.problem import Fit
-from diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
-from diagnose.rigs.slide.model import Model, predict
-from diagnose.rigs.slide.problem import (
+from benchtwin.diagnose.engine.explanation import (
+    Alternative,
+    Explanation,
+    ln_bayes_bound,
+)
+from benchtwin.diagnose.engine.posterior import LISTED_ODDS
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.diagnose.rigs.slide.model import Model, predict
+from benchtwin.diagnose.rigs.slide.problem import (
     Prepared,
     effects_of,
     initial_onsets,
@@ -27,9 +30,14 @@ from diagnose.rigs.slide.problem import (
     prepare,
     problem_of,
 )
-from diagnose.rigs.slide.session import COARSE_DEG, RESOLUTIONS_DEG, Session, assemble
-from diagnose.rigs.slide.unlisted import law_of, windows_of
-from diagnose.rigs.slide.vibration import Vibration, vibration
+from benchtwin.diagnose.rigs.slide.session import (
+    COARSE_DEG,
+    RESOLUTIONS_DEG,
+    Session,
+    assemble,
+)
+from benchtwin.diagnose.rigs.slide.unlisted import law_of, windows_of
+from benchtwin.diagnose.rigs.slide.vibration import Vibration, vibration
 
 # Prior odds: the plate turns with the block, or a fixed plate under a rotating gravity
 # vector.

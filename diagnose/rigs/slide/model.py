@@ -10,11 +10,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-
-from diagnose.air import G_M_S2
-from diagnose.effects.effect import Effect
-from diagnose.rigs.slide.motion import Laws, friction_at, travel
-from diagnose.rigs.slide.session import Read, Run, Session
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.effects.effect import Effect
+from benchtwin.diagnose.rigs.slide.motion import Laws, friction_at, travel
+from benchtwin.diagnose.rigs.slide.session import Read, Run, Session
 
 HINGE_M = 0.15  # where not stated; it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
 LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion

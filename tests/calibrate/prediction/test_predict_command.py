@@ -6,10 +6,9 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.calibrate.predict_command import Asked, predict_command, predict_into
+from benchtwin.calibrate.prediction.predict import DRAWN
 from prediction_stand_in import FRICTION_SD, MEAN, SLOPE_DEG, Angles, write_calibrated
-
-from calibrate.predict_command import Asked, predict_command, predict_into
-from calibrate.prediction.predict import DRAWN
 
 
 @pytest.fixture

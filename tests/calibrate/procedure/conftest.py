@@ -3,8 +3,7 @@
 from functools import partial
 
 import pytest
-
-from calibrate.procedure import joint
+from benchtwin.calibrate.procedure import joint
 
 
 @pytest.fixture

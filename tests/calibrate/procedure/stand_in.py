@@ -90,7 +90,7 @@ class StandIn:
             told = {
                 "status": "failed",
                 "reason": "ValueError: it blew up",
-                "rerun": "python -m twin.campaign X",
+                "rerun": "python -m benchtwin.twin.campaign X",
             }
             done = {"status": "done", "reason": "", "rerun": ""}
             rows.append(
@@ -116,7 +116,7 @@ def write_bench(
 ):
     """A bench folder of readings that the stand-in itself would give with the true
     parameters."""
-    from calibrate.procedure.simulator import Run
+    from benchtwin.calibrate.procedure.simulator import Run
 
     columns = {
         "drop": "rebound_height_mm",

@@ -3,9 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-
-from calibrate.procedure.bench import bench_of
-from calibrate.procedure.rigs import direct
+from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.rigs import direct
 
 
 def drop(folder, name, restitution, *, height=0.31, more=""):

@@ -3,8 +3,7 @@ are not computed again."""
 
 import numpy as np
 import pytest
-
-from calibrate.procedure.simulator import Run, campaign, seed_numbers
+from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
 
 
 @pytest.mark.usefixtures("rigs_compiled")
@@ -25,7 +24,7 @@ def test_runs_come_back_in_order_and_from_the_store_without_workers(
     assert table["status"].tolist() == ["done", "done"]
     np.testing.assert_allclose(table["rebound_height_mm"], [49.0, 16.0], rtol=0.25)
     monkeypatch.setattr(
-        "twin.campaign.cluster.connected", None
+        "benchtwin.twin.campaign.cluster.connected", None
     )  # nothing may be started
     with campaign(tmp_path / "runs", workers=1) as simulate:
         assert (

@@ -4,12 +4,11 @@ refused before anything runs."""
 import json
 
 import pytest
-
-from calibrate.calibrate_command import Asked, calibrate_command
-from calibrate.procedure.simulator import Run, campaign
-from sim.lammps import program
-from twin.command import FAILED, MISUSED
-from twin.engine import LAMMPS, Engine
+from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
+from benchtwin.calibrate.procedure.simulator import Run, campaign
+from benchtwin.sim.lammps import program
+from benchtwin.twin.command import FAILED, MISUSED
+from benchtwin.twin.engine import LAMMPS, Engine
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),

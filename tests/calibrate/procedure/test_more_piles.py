@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-
-from calibrate.procedure.bench import RigReadings
-from calibrate.procedure.effort import QUICK
-from calibrate.procedure.more_piles import BATCH, PACKINGS, WAIT, add_piles
-from calibrate.procedure.pile_runs import measure_noise, run_design
-from calibrate.procedure.pile_stage import RANGES, PileStage
-from calibrate.statistics.box import Box
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.calibrate.procedure.more_piles import BATCH, PACKINGS, WAIT, add_piles
+from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
+from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.statistics.box import Box
 
 BOX = Box.of(RANGES)
 

@@ -4,9 +4,8 @@ parameter."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from calibrate.procedure import shape_effect as module
-from calibrate.procedure.shape_effect import Question, shape_effect, verdict
+from benchtwin.calibrate.procedure import shape_effect as module
+from benchtwin.calibrate.procedure.shape_effect import Question, shape_effect, verdict
 
 DROP = Question(
     "drop",

@@ -10,15 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
+from benchtwin.calibrate.procedure import joint, parameters
+from benchtwin.calibrate.procedure.effort import FULL, QUICK, pile_description
+from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
+from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
+from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
+from benchtwin.twin.command import DONE, FAILED, MISUSED
 from stand_in import TRUE, StandIn, angle, write_bench
-
-from calibrate.calibrate_command import Asked, calibrate_command
-from calibrate.procedure import joint, parameters
-from calibrate.procedure.effort import FULL, QUICK, pile_description
-from calibrate.procedure.rigs import SEED_FACTORS
-from calibrate.procedure.simulated import Prescribed, calibrate_simulated
-from calibrate.procedure.simulator import Run, _begun, seed_numbers
-from twin.command import DONE, FAILED, MISUSED
 
 EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
@@ -268,7 +267,7 @@ def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
     def broken(c, out):
         raise ZeroDivisionError("no width")
 
-    monkeypatch.setattr("calibrate.calibrate_command.write_report", broken)
+    monkeypatch.setattr("benchtwin.calibrate.calibrate_command.write_report", broken)
     out = tmp_path / "out"
     assert (
         calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn())

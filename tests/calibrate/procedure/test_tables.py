@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-
-from calibrate.calibrate_command import Asked, calibrate_command
-from calibrate.export import read_result
-from calibrate.procedure import calibrate_tables, parameters
-from twin.command import DONE, FAILED, MISUSED
+from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
+from benchtwin.calibrate.export import read_result
+from benchtwin.calibrate.procedure import calibrate_tables, parameters
+from benchtwin.twin.command import DONE, FAILED, MISUSED
 
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 PRINTED = {

@@ -4,9 +4,8 @@ analysis."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from calibrate.statistics.box import Box
-from calibrate.statistics.surface import fit_surface
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.surface import fit_surface
 
 FACTORS = ("restitution", "static_friction", "rolling_friction")
 

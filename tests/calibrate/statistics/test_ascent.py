@@ -4,14 +4,13 @@ contradict."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from calibrate.statistics.ascent import (
+from benchtwin.calibrate.statistics.ascent import (
     check_published,
     choose_centre,
     equal_steps,
     relative_error,
 )
-from calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.box import Box
 
 FACTORS = ("restitution", "static_friction", "rolling_friction")
 

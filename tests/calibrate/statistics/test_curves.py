@@ -7,19 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
-from scipy import stats
-from scipy.interpolate import PchipInterpolator
-from scipy.optimize import isotonic_regression
-
-from calibrate.statistics.bench import (
+from benchtwin.calibrate.statistics.bench import (
     BenchMean,
     agreement,
     bench_mean,
     one_reading,
     verify,
 )
-from calibrate.statistics.curves import fit_monotone, fit_polynomial, isotonic
-from calibrate.statistics.inversion import OutsideRange, invert
+from benchtwin.calibrate.statistics.curves import fit_monotone, fit_polynomial, isotonic
+from benchtwin.calibrate.statistics.inversion import OutsideRange, invert
+from scipy import stats
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import isotonic_regression
 
 REBOUND = [96, 100, 102, 97, 70, 94, 90, 93, 88, 120]
 SLIDE = [18.9, 20.7, 19.6, 19.9, 18.8, 19.5, 20.4, 19.6, 19.2, 18.4]

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.box import Box
-from calibrate.statistics.designs import box_behnken, central_composite
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.designs import box_behnken, central_composite
 
 
 def unit_box(k):

@@ -5,13 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.bench import BenchMean
-from calibrate.statistics.box import Box
-from calibrate.statistics.information import most_informative, weighted
-from calibrate.statistics.posterior import Observable, on_grid
-from calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.bench import BenchMean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.information import most_informative, weighted
+from benchtwin.calibrate.statistics.posterior import Observable, on_grid
+from benchtwin.calibrate.statistics.prior import Prior
 
 BOX = Box(("a", "b"), [0.0, 0.0], [1.0, 1.0])
 TERMS = ((0, 0), (1, 0), (0, 1))

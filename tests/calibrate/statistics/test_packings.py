@@ -5,18 +5,17 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.anova import anova_table
+from benchtwin.calibrate.statistics.assessment import coefficients, quality
+from benchtwin.calibrate.statistics.bench import pooled_mean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.designs import box_behnken
+from benchtwin.calibrate.statistics.packings import decorrelate
+from benchtwin.calibrate.statistics.reduction import reduce
+from benchtwin.calibrate.statistics.residuals import residual_table
+from benchtwin.calibrate.statistics.surface import fit_surface
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.anova import anova_table
-from calibrate.statistics.assessment import coefficients, quality
-from calibrate.statistics.bench import pooled_mean
-from calibrate.statistics.box import Box
-from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.packings import decorrelate
-from calibrate.statistics.reduction import reduce
-from calibrate.statistics.residuals import residual_table
-from calibrate.statistics.surface import fit_surface
 
 TRUTH = np.array(
     [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]

@@ -6,19 +6,23 @@ import dataclasses
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.bench import BenchMean, bench_mean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.curves import fit_polynomial
+from benchtwin.calibrate.statistics.designs import box_behnken
+from benchtwin.calibrate.statistics.inversion import invert
+from benchtwin.calibrate.statistics.posterior import (
+    Observable,
+    log_posterior,
+    on_grid,
+    summary,
+)
+from benchtwin.calibrate.statistics.prior import Prior
+from benchtwin.calibrate.statistics.resolution import Candidate, directions, narrowing
+from benchtwin.calibrate.statistics.sampling import effective_draws, sample, split_r_hat
+from benchtwin.calibrate.statistics.surface import fit_surface
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.bench import BenchMean, bench_mean
-from calibrate.statistics.box import Box
-from calibrate.statistics.curves import fit_polynomial
-from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.inversion import invert
-from calibrate.statistics.posterior import Observable, log_posterior, on_grid, summary
-from calibrate.statistics.prior import Prior
-from calibrate.statistics.resolution import Candidate, directions, narrowing
-from calibrate.statistics.sampling import effective_draws, sample, split_r_hat
-from calibrate.statistics.surface import fit_surface
 
 EQ8 = np.array(
     [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]

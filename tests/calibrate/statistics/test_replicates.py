@@ -4,22 +4,21 @@ common packings save."""
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import stats
-from statsmodels.formula import api as smf
-from statsmodels.stats.anova import anova_lm
-from statsmodels.stats.power import TTestIndPower
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.assessment import coefficients
-from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.replicates import (
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.assessment import coefficients
+from benchtwin.calibrate.statistics.designs import box_behnken
+from benchtwin.calibrate.statistics.replicates import (
     Noise,
     common_packing,
     packing_noise,
     plan,
     power,
 )
-from calibrate.statistics.surface import fit_surface
+from benchtwin.calibrate.statistics.surface import fit_surface
+from scipy import stats
+from statsmodels.formula import api as smf
+from statsmodels.stats.anova import anova_lm
+from statsmodels.stats.power import TTestIndPower
 
 
 @pytest.fixture

@@ -3,13 +3,12 @@ nearly flat where they do not."""
 
 import numpy as np
 import pytest
+from benchtwin.calibrate.statistics import terms as polynomial
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.designs import box_behnken
+from benchtwin.calibrate.statistics.shrinkage import cubes, shrink
+from benchtwin.calibrate.statistics.surface import fit_surface
 from scipy import stats
-
-from calibrate.statistics import terms as polynomial
-from calibrate.statistics.box import Box
-from calibrate.statistics.designs import box_behnken
-from calibrate.statistics.shrinkage import cubes, shrink
-from calibrate.statistics.surface import fit_surface
 
 BOX = Box(("e", "mu", "mu_r"), [0.45, 0.2, 0.01], [0.7, 0.7, 0.06])
 EQ8 = np.array([30.0, 0.6, 0.8, 0.8, 0.1, 0.1, 0.35, 0.0, -0.3, -0.3])

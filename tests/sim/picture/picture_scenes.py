@@ -2,10 +2,9 @@
 seeds on a plate that tilts."""
 
 import numpy as np
-
-from sim.motion import Motion, Part
-from sim.seed import Seed
-from sim.seed.surface import Mesh
+from benchtwin.sim.motion import Motion, Part
+from benchtwin.sim.seed import Seed
+from benchtwin.sim.seed.surface import Mesh
 
 SOYBEAN = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
 PITCH_M = 6.6e-3  # of the lattice that the heap is cut from

@@ -5,8 +5,7 @@ import math
 
 import numpy as np
 import pytest
-
-from sim.picture.camera import Camera, axes, distort, project, undistort
+from benchtwin.sim.picture.camera import Camera, axes, distort, project, undistort
 
 
 def test_the_target_is_at_the_centre_and_the_scale_holds_in_its_plane():
@@ -49,7 +48,7 @@ def test_roll_is_a_recording_s_plumb_deg(plumb_deg):
 def test_the_measuring_code_reads_roll_the_same_way():
     from types import SimpleNamespace
 
-    from vision.motion.rebound import gravity_axes
+    from benchtwin.vision.motion.rebound import gravity_axes
 
     camera = Camera(roll_deg=4.0)
     places = np.array([(0.01, 0, 0.05), (0.01, 0, 0.02), (0.03, 0, 0.02)])

@@ -11,12 +11,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.sim.picture import (
+    Camera,
+    Look,
+    context,
+    coverage,
+    exposure,
+    film,
+    photo,
+    project,
+)
+from benchtwin.sim.picture.camera import view
+from benchtwin.vision.measurement import GOOD
+from benchtwin.vision.pile.repose import measure_repose
 from picture_scenes import SOYBEAN, drop, heap, slide, still
-
-from sim.picture import Camera, Look, context, coverage, exposure, film, photo, project
-from sim.picture.camera import view
-from vision.measurement import GOOD
-from vision.pile.repose import measure_repose
 
 SMALL = Camera(160, 120, mm_per_px=1.0, target_m=(0.0, 0.0, 0.04))
 BESIDE = Camera(320, 200, mm_per_px=1.0, target_m=(0.0, 0.0, 0.09))
@@ -211,8 +219,8 @@ def test_missing_egl_names_the_packages(monkeypatch):
 def test_importing_pictures_does_not_import_pyrender():
     """Measuring and simulating must not pay for it, or need it."""
     code = (
-        "import sys, sim.picture; print(any(m in sys.modules for m in ('pyrender',"
-        " 'OpenGL')))"
+        "import sys, benchtwin.sim.picture;"
+        " print(any(m in sys.modules for m in ('pyrender', 'OpenGL')))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
@@ -223,7 +231,7 @@ def test_importing_pictures_does_not_import_pyrender():
 def true_surface(motion, camera):
     """The row of the highest ball over every column, from the balls' outlines (circles,
     so far away): (width,), NaN: none."""
-    from sim.picture.pose import matrices
+    from benchtwin.sim.picture.pose import matrices
 
     pose = matrices(motion.positions_m[-1], motion.orientations[-1])
     balls = (
@@ -278,11 +286,10 @@ def test_a_heap_measures_as_what_it_is(look):
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01
     px rms off the projected centre."""
+    from benchtwin.vision.motion.observe_motion import observe_moving
+    from benchtwin.vision.recording import Camera as Stated
+    from benchtwin.vision.recording import Recording
     from synthetic.film import write_frames
-
-    from vision.motion.observe_motion import observe_moving
-    from vision.recording import Camera as Stated
-    from vision.recording import Recording
 
     camera = Camera(
         400, 560, mm_per_px=0.25, target_m=(0.0, 0.0, 0.09), exposure_s=2e-5
@@ -307,7 +314,7 @@ def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
 
 
 def test_a_seed_that_is_not_there_keeps_its_nan_and_moves_no_other():
-    from sim.picture.pose import poses_at
+    from benchtwin.sim.picture.pose import poses_at
 
     motion = still([[0, 0, 0.01], [np.nan] * 3], [[1, 0, 0, 0], [np.nan] * 4])
     places, turns = poses_at(motion, 0, 1e-3)

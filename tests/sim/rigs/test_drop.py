@@ -4,11 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.sim.material import SOYBEAN_Q235
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, reach
+from benchtwin.sim.rigs.drop import Drop, run_drop
 from scenes import NO_AIR
-
-from sim.material import SOYBEAN_Q235
-from sim.rigs.bench import GRAVITY_M_S2, Bench, reach
-from sim.rigs.drop import Drop, run_drop
 
 SLICK = replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0)
 SMOOTH = Bench(seed_wall=SLICK, air_density_kg_m3=0.0, laws=NO_AIR)
@@ -41,7 +40,7 @@ def test_the_height_is_that_of_the_lowest_point():
 def test_air_takes_from_the_rebound_what_drag_takes_twice():
     """Work of drag on the way down and up, with the law itself, summed along the
     flights: within a tenth of it."""
-    from sim.laws.drag import drag
+    from benchtwin.sim.laws.drag import drag
 
     fine = replace(
         SMOOTH, rayleigh_fraction=0.02

@@ -6,19 +6,18 @@ from functools import partial
 
 import numpy as np
 import pytest
+from benchtwin.sim.engine.observe import Settled
+from benchtwin.sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.rigs import cylinder, filling, pile
+from benchtwin.sim.rigs import heap as heap_rig
+from benchtwin.sim.rigs.bench import Bench, turned
+from benchtwin.sim.rigs.cylinder import LiftedCylinder
+from benchtwin.sim.rigs.filling import settle
+from benchtwin.sim.rigs.pile import Pile
+from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
+from benchtwin.sim.seed import Seed
 from scenes import NO_AIR
-
-from sim.engine.observe import Settled
-from sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
-from sim.motion import Motion
-from sim.rigs import cylinder, filling, pile
-from sim.rigs import heap as heap_rig
-from sim.rigs.bench import Bench, turned
-from sim.rigs.cylinder import LiftedCylinder
-from sim.rigs.filling import settle
-from sim.rigs.pile import Pile
-from sim.rigs.profile import centroid_angle, outline, slope_angle
-from sim.seed import Seed
 
 # soft: quick; nothing here asks for an angle to a degree
 BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0, laws=NO_AIR)

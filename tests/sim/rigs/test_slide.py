@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sim.material import SOYBEAN_Q235
-from sim.rigs.bench import GRAVITY_M_S2, Bench
-from sim.rigs.slide import Slide, run_slide, taped
+from benchtwin.sim.material import SOYBEAN_Q235
+from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench
+from benchtwin.sim.rigs.slide import Slide, run_slide, taped
 
 QUICK = Slide(tilt_rate_deg_s=10.0, start_deg=10.0)
 

@@ -8,7 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from twin.campaign import Measured, Measurement
+from benchtwin.twin.campaign import Measured, Measurement
 
 
 @dataclass(frozen=True)

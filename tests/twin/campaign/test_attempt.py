@@ -9,12 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from benchtwin.twin.campaign import Measured, claims
+from benchtwin.twin.campaign.attempt import Order, Reply
+from benchtwin.twin.campaign.attempt import attempt as attempt_as
+from benchtwin.twin.campaign.store import open_store
 from campaign_stand_ins import Square, computed, nothing_half_written, square
-
-from twin.campaign import Measured, claims
-from twin.campaign.attempt import Order, Reply
-from twin.campaign.attempt import attempt as attempt_as
-from twin.campaign.store import open_store
 
 
 def attempt(order: Order, job) -> Reply:
@@ -70,7 +69,7 @@ def test_a_failing_job_is_named_and_stays_failed(order, trouble, reason):
     outcome = attempt(order, job).outcome
     assert outcome.status == "failed" and outcome.reason.startswith(reason)
     assert outcome.rerun.endswith(
-        f"-m twin.campaign {order.root}/failed/{job.key}.json"
+        f"-m benchtwin.twin.campaign {order.root}/failed/{job.key}.json"
     )
     told = json.loads((Path(order.root) / "failed" / f"{job.key}.json").read_text())
     assert (
@@ -110,7 +109,7 @@ import resource, sys
 sys.path[:0] = {sys.path!r}
 from pathlib import Path
 from campaign_stand_ins import Square, nothing_half_written, square
-from twin.campaign.attempt import Order, attempt
+from benchtwin.twin.campaign.attempt import Order, attempt
 order = Order({order.root!r}, {order.id!r}, square, "photos", 1, {order.since_s}, False)
 _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
 for n, limit in enumerate((0, 100, 300, 5000)):

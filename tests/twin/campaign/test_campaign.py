@@ -12,26 +12,25 @@ from pathlib import Path
 
 import psutil
 import pytest
-from campaign_stand_ins import Square, computed, nothing_half_written, square
-
-from twin import Parameters
-from twin.campaign import (
+from benchtwin.twin import Parameters
+from benchtwin.twin.campaign import (
     CampaignStopped,
     cluster,
     read_campaign,
     run_campaign,
     stream_campaign,
 )
-from twin.campaign.run import threads_each
-from twin.campaign.store import open_store
-from twin.job import Job
+from benchtwin.twin.campaign.run import threads_each
+from benchtwin.twin.campaign.store import open_store
+from benchtwin.twin.job import Job
+from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 SCRIPT = """
 import faulthandler
 import sys
 faulthandler.dump_traceback_later(80)  # says where it waits, if it does
 from campaign_stand_ins import Square, square
-from twin.campaign import stream_campaign
+from benchtwin.twin.campaign import stream_campaign
 if __name__ == "__main__":
     store, log, count, takes_s = *sys.argv[1:3], int(sys.argv[3]), float(sys.argv[4])
     jobs = [Square(n, log, takes_s) for n in range(count)]
@@ -94,7 +93,7 @@ def test_a_campaign_is_resumed_and_failures_are_named(tmp_path, monkeypatch):
     dead = tmp_path / "store" / "parts" / f"{mixed[0].key}.of-a-power-cut"
     dead.mkdir()
     monkeypatch.setattr(
-        "twin.campaign.run.connected", None
+        "benchtwin.twin.campaign.run.connected", None
     )  # what is there needs no workers
     again = run_campaign(mixed, tmp_path / "store", work=square)
     assert again.table.equals(results.table) and len(computed(log)) == 3
@@ -271,6 +270,6 @@ def test_the_command_runs_a_failed_job_of_the_twin_alone(tmp_path):
 
 
 def test_rerunning_nothing_says_how(capsys):
-    from twin.campaign.__main__ import main
+    from benchtwin.twin.campaign.__main__ import main
 
     assert main([]) == 2 and "DIR/failed/KEY.json" in capsys.readouterr().err

@@ -10,8 +10,7 @@ import time
 
 import psutil
 import pytest
-
-from twin.campaign import claims
+from benchtwin.twin.campaign import claims
 
 
 def claimed_by(

@@ -5,8 +5,7 @@ import signal
 import threading
 
 import pytest
-
-from twin.campaign.interrupt import kept_interrupt
+from benchtwin.twin.campaign.interrupt import kept_interrupt
 
 
 class Dropping:

@@ -3,9 +3,8 @@
 import math
 
 import pytest
-
-from twin.campaign.progress import Progress, Tally
-from twin.campaign.results import Measurement, Outcome, in_order
+from benchtwin.twin.campaign.progress import Progress, Tally
+from benchtwin.twin.campaign.results import Measurement, Outcome, in_order
 
 GOOD = Measurement("slide_angle", 18.5, 0.2, "deg")
 RATIO = Measurement("restitution", 0.5, 0.01, "1", "doubtful", "short")

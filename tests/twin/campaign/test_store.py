@@ -8,10 +8,9 @@ import threading
 import time
 
 import pytest
+from benchtwin.twin.campaign import Measured, Measurement, claims
+from benchtwin.twin.campaign.store import open_store
 from campaign_stand_ins import Square, nothing_half_written, square
-
-from twin.campaign import Measured, Measurement, claims
-from twin.campaign.store import open_store
 
 
 @pytest.fixture

@@ -4,11 +4,15 @@ import threading
 from dataclasses import replace
 
 import pytest
-
-from twin import Parameters
-from twin.campaign import Measured
-from twin.campaign.work import kernels_of, one_compiles, simulate_and_measure, thin
-from twin.job import Job
+from benchtwin.twin import Parameters
+from benchtwin.twin.campaign import Measured
+from benchtwin.twin.campaign.work import (
+    kernels_of,
+    one_compiles,
+    simulate_and_measure,
+    thin,
+)
+from benchtwin.twin.job import Job
 
 ROLL = Job("roll", Parameters(), {"roll": {"direction": "+x"}}, rendered=False)
 
@@ -33,12 +37,12 @@ def test_the_measured_track_takes_the_place_of_the_frames(tmp_path):
 
 
 def test_an_unmeasurable_run_is_told_from_a_failed_one(tmp_path, monkeypatch):
-    from twin.job import MeasurementError
+    from benchtwin.twin.job import MeasurementError
 
     def fail(recording):
         raise MeasurementError("nothing to see")
 
-    monkeypatch.setattr("twin.observe", fail)
+    monkeypatch.setattr("benchtwin.twin.observe", fail)
     measured = simulate_and_measure(ROLL, tmp_path / "roll", 1)
     assert (
         measured.reason.endswith("nothing to see")
@@ -73,7 +77,7 @@ def test_laws_and_rigs_decide_the_kernels():
 def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, crash):
     """Also when the first crashes before it has compiled."""
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
-    monkeypatch.setattr("twin.campaign.work._compiled", set())
+    monkeypatch.setattr("benchtwin.twin.campaign.work._compiled", set())
     inside, let_go, order = threading.Event(), threading.Event(), []
 
     def first() -> None:
@@ -110,7 +114,7 @@ def test_one_compiles_and_the_others_wait_until_it_has(tmp_path, monkeypatch, cr
 
 def test_compiled_kernels_need_no_lock(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path / "nowhere"))
-    monkeypatch.setattr("twin.campaign.work._compiled", {"a"})
+    monkeypatch.setattr("benchtwin.twin.campaign.work._compiled", {"a"})
     with one_compiles("a") as warming:
         warming.over()
     with (

@@ -4,11 +4,10 @@ what is refused, and what should stand there."""
 from pathlib import Path
 
 import pytest
-
-from vision.evidence.conditions import MOST_CONDITIONS
-from vision.evidence.read_keys import merge, read_toml, validate
-from vision.measurement import MeasurementError
-from vision.recording import read_recording, write_recording
+from benchtwin.vision.evidence.conditions import MOST_CONDITIONS
+from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import read_recording, write_recording
 
 IMPACTS = "t_s\n0.1\n0.4\n"
 

@@ -4,12 +4,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Camera, Recording
 from PIL import Image
 from synthetic.film import write_video
-
-from vision.evidence.frames import open_frames
-from vision.measurement import MeasurementError
-from vision.recording import Camera, Recording
 
 
 def folder_of(folder, numbers, shape=(40, 60), **camera):

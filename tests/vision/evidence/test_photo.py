@@ -5,10 +5,9 @@ import cv2
 import numpy as np
 import pillow_heif
 import pytest
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.measurement import MeasurementError
 from PIL import Image
-
-from vision.evidence.photo import read_photo
-from vision.measurement import MeasurementError
 
 
 def noise(shape, dtype, seed=0):

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from vision.evidence.readings import observe_readings, summarise
-from vision.measurement import DOUBTFUL, MeasurementError
-from vision.recording import read_recording
+from benchtwin.vision.evidence.readings import observe_readings, summarise
+from benchtwin.vision.measurement import DOUBTFUL, MeasurementError
+from benchtwin.vision.recording import read_recording
 
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 

@@ -2,15 +2,14 @@
 them is said, and only what is absent."""
 
 import pytest
-
-from vision.evidence.read_keys import validate
-from vision.evidence.seed_kinds import (
+from benchtwin.vision.evidence.read_keys import validate
+from benchtwin.vision.evidence.seed_kinds import (
     kinds,
     known,
     published_contact_parameters,
     with_published_values,
 )
-from vision.measurement import MeasurementError
+from benchtwin.vision.measurement import MeasurementError
 
 POSSIBLE = {
     "length_mm": (0.2, 40),

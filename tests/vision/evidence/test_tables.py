@@ -3,11 +3,10 @@ row."""
 
 import numpy as np
 import pytest
-
-from vision.evidence.tables import read_gates, read_impacts, read_track
-from vision.measurement import MeasurementError
-from vision.motion.track import make_track, track_from_table
-from vision.recording import Camera
+from benchtwin.vision.evidence.tables import read_gates, read_impacts, read_track
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.track import make_track, track_from_table
+from benchtwin.vision.recording import Camera
 
 
 def write(folder, text, name="track.csv"):

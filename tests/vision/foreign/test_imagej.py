@@ -3,12 +3,11 @@ Pictures count y down, frames are no seconds."""
 
 import numpy as np
 import pytest
+from benchtwin.vision import measure
+from benchtwin.vision.evidence.tables import read_track
+from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
-
-from vision import measure
-from vision.evidence.tables import read_track
-from vision.foreign import read_foreign, tool_of
-from vision.measurement import MeasurementError
 
 FRAME, X, Y = ball()
 PX_PER_M, HIGH = 640.0, 480.0

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.tables import read_track
+from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
-
-from vision.evidence.tables import read_track
-from vision.foreign import read_foreign, tool_of
-from vision.measurement import MeasurementError
 
 FRAME, X, Y = ball()
 MS, PX_PER_M = 1000 * FRAME / 120, 640.0

@@ -6,12 +6,11 @@ import zipfile
 
 import numpy as np
 import pytest
+from benchtwin.vision import measure
+from benchtwin.vision.evidence.tables import read_impacts
+from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.measurement import MeasurementError
 from bouncing import HEIGHT_M, IMPACTS_S
-
-from vision import measure
-from vision.evidence.tables import read_impacts
-from vision.foreign import read_foreign, tool_of
-from vision.measurement import MeasurementError
 
 START_S = 1.2345
 HEARD = START_S + IMPACTS_S

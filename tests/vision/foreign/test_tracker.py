@@ -5,12 +5,11 @@ import zipfile
 
 import numpy as np
 import pytest
+from benchtwin.vision import measure
+from benchtwin.vision.evidence.tables import read_track
+from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
-
-from vision import measure
-from vision.evidence.tables import read_track
-from vision.foreign import read_foreign, tool_of
-from vision.measurement import MeasurementError
 
 ORIGIN, PX_PER_M, ANGLE_DEG, FIRST = (320.0, 430.0), 640.0, 3.0, 4
 TAPE = """<property name="item" type="object">\

@@ -3,12 +3,11 @@ decimals, several tracks, units, y down."""
 
 import numpy as np
 import pytest
+from benchtwin.vision import measure
+from benchtwin.vision.evidence.tables import read_track
+from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
-
-from vision import measure
-from vision.evidence.tables import read_track
-from vision.foreign import read_foreign, tool_of
-from vision.measurement import MeasurementError
 
 FPS = 120.0
 FRAME, X, Y = ball(FPS)

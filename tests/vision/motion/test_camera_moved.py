@@ -3,9 +3,8 @@ a still camera is not."""
 
 import numpy as np
 import pytest
-
-from vision.evidence.frames import Frame
-from vision.motion.film_doubts import camera_moved, common_shift
+from benchtwin.vision.evidence.frames import Frame
+from benchtwin.vision.motion.film_doubts import camera_moved, common_shift
 
 HIGH, WIDE = 240, 320
 

@@ -7,16 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.keys import Air, Camera, Roll, Seed
+from benchtwin.vision.motion.rolling_resistance import DRAG_SD, LEVEL_SD_DEG
+from benchtwin.vision.motion.run_out import (
+    INCLINE_SD_DEG,
+    LENGTH_SD_MM,
+    measure_run_out,
+)
+from benchtwin.vision.motion.slide import TILT_SD_DEG, measure_slide_track
+from benchtwin.vision.motion.track import Track, make_track
+from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
 from scipy.stats import binom
 from scipy.stats import t as student
-
-from vision.evidence.keys import Air, Camera, Roll, Seed
-from vision.motion.rolling_resistance import DRAG_SD, LEVEL_SD_DEG
-from vision.motion.run_out import INCLINE_SD_DEG, LENGTH_SD_MM, measure_run_out
-from vision.motion.slide import TILT_SD_DEG, measure_slide_track
-from vision.motion.track import Track, make_track
-from vision.recording import Recording
 
 pytestmark = pytest.mark.slow
 

@@ -4,9 +4,12 @@ import math
 
 import numpy as np
 import pytest
-
-from vision.motion.flight import Gravity, fit_flights
-from vision.motion.gravity import depth_drift_sd, depth_drift_shifts, inverse_distance
+from benchtwin.vision.motion.flight import Gravity, fit_flights
+from benchtwin.vision.motion.gravity import (
+    depth_drift_sd,
+    depth_drift_shifts,
+    inverse_distance,
+)
 
 
 def test_no_drift_costs_nothing():

@@ -3,12 +3,11 @@ fall and rebound under drag."""
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.keys import Air, Camera, Drop, Seed
+from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
-
-from vision.evidence.keys import Air, Camera, Drop, Seed
-from vision.motion.rebound import measure_rebound
-from vision.motion.track import make_track
-from vision.recording import Recording
 
 G, DRAG = 9.80665, 0.0022  # of the ball below, 1/m: ρ C_d π d² / (8 m), C_d 0.44
 BALL = Seed(length_mm=40, width_mm=40, thickness_mm=40, mass_g=150)

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.drop_sound import impacts_in_sound
+from benchtwin.vision.observe import observe
+from benchtwin.vision.recording import read_recording
 from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from vision.measurement import MeasurementError
-from vision.motion.drop_sound import impacts_in_sound
-from vision.observe import observe
-from vision.recording import read_recording
 
 LOUD = replace(next(s for s in SCENES if s.name == "pink"), db=(30, 32), e=(0.6, 0.65))
 
@@ -80,8 +80,8 @@ def test_an_impact_added_is_placed_at_its_onset(tmp_path):
 def test_a_moment_where_no_sound_is_listed_is_placed_where_the_power_jumps(tmp_path):
     """A click 6 dB over white noise, too faint for a list of three a second: within
     three stated sds and 1 ms."""
-    from vision.evidence.sound import Sound
-    from vision.motion.onsets import onset_near
+    from benchtwin.vision.evidence.sound import Sound
+    from benchtwin.vision.motion.onsets import onset_near
 
     rng, rate = np.random.default_rng(3), 48_000
     off = []

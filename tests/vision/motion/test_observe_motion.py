@@ -5,15 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic.film import Look, film, to_picture, write_frames, write_video
-from synthetic.motion import draw_drop, draw_roll, draw_slide, film_track
-from synthetic.rigs_film import corner_mm, film_roll, film_slide
-
-from vision.measurement import MeasurementError
-from vision.motion.observe_motion import observe_moving
-from vision.overlay.plot import plot
-from vision.overlay.track import BAD, CROSS, on_picture
-from vision.recording import (
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.observe_motion import observe_moving
+from benchtwin.vision.overlay.plot import plot
+from benchtwin.vision.overlay.track import BAD, CROSS, on_picture
+from benchtwin.vision.recording import (
     Air,
     Camera,
     Drop,
@@ -22,7 +18,10 @@ from vision.recording import (
     read_recording,
     write_recording,
 )
-from vision.recording import Slide as SlideKeys
+from benchtwin.vision.recording import Slide as SlideKeys
+from synthetic.film import Look, film, to_picture, write_frames, write_video
+from synthetic.motion import draw_drop, draw_roll, draw_slide, film_track
+from synthetic.rigs_film import corner_mm, film_roll, film_slide
 
 DROP = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.6

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.vision.motion.rebound import measure_rebound
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
-
-from vision.motion.rebound import measure_rebound
 
 
 def test_outliers_are_marked_and_left_out():

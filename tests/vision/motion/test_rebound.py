@@ -7,15 +7,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.vision.motion.flight import drag_shift
+from benchtwin.vision.motion.gravity import drag_per_metre
+from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
+from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.track import make_track, track_from_table
+from benchtwin.vision.recording import Camera, Drop, Recording, Seed
 from drops import CAMERA, drop, named
 from synthetic.motion import correlated_noise, draw_drop, film_track
-
-from vision.motion.flight import drag_shift
-from vision.motion.gravity import drag_per_metre
-from vision.motion.least_squares import estimate_rho, fit, frame_lag
-from vision.motion.rebound import measure_rebound
-from vision.motion.track import make_track, track_from_table
-from vision.recording import Camera, Drop, Recording, Seed
 
 
 def test_restitution_of_a_drawn_bounce():

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.keys import Camera, Roll, Seed
+from benchtwin.vision.motion.inertia import inertia_of
+from benchtwin.vision.motion.roll import measure_roll
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.recording import Recording
 from rolling_balls import Ball, way
-
-from vision.evidence.keys import Camera, Roll, Seed
-from vision.motion.inertia import inertia_of
-from vision.motion.roll import measure_roll
-from vision.motion.track import make_track
-from vision.recording import Recording
 
 BALL = Seed(length_mm=15, width_mm=15, thickness_mm=15, mass_g=13.8)
 LEAST = (

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from vision.evidence.keys import Air, Camera, Roll, Seed
-from vision.motion.rolling_resistance import LEVEL_SD_DEG, fit_resistance
-from vision.motion.track import make_track
-from vision.recording import Recording
+from benchtwin.vision.evidence.keys import Air, Camera, Roll, Seed
+from benchtwin.vision.motion.rolling_resistance import LEVEL_SD_DEG, fit_resistance
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.recording import Recording
 
 G, SPEED, FPS = 9806.65, 300.0, 240.0
 BALL = Seed(length_mm=6.0, width_mm=6.0, thickness_mm=6.0, density_kg_m3=1200.0)
@@ -66,7 +65,7 @@ def test_a_ball_in_a_vacuum(inertia):
 def test_air_is_taken_out_and_its_doubt_is_common():
     """At 300 mm/s Re is 120 to 0 on the way, C_d some 1 on average; the closed form
     needs one k."""
-    from vision.motion.gravity import drag_per_metre
+    from benchtwin.vision.motion.gravity import drag_per_metre
 
     windy = replace(KNOWN, air=Air())
     k = drag_per_metre(windy, 0.2) / 1000 / 1.4

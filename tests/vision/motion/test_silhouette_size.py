@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from vision.motion.film_doubts import size_doubt, stated_area_px
-from vision.motion.track import make_track
-from vision.motion.track_seed import TrackedSeed
-from vision.recording import Camera, Recording, Seed
+from benchtwin.vision.motion.film_doubts import size_doubt, stated_area_px
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.motion.track_seed import TrackedSeed
+from benchtwin.vision.recording import Camera, Recording, Seed
 
 BALL = Seed(length_mm=8.0, width_mm=8.0, thickness_mm=8.0)
 AREA = np.pi * 10.0**2  # a ball of 8 mm at 0.4 mm a pixel

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.vision.motion.slide import TILT_SD_DEG, measure_slide_track
+from benchtwin.vision.recording import Camera, Recording, Slide
 from synthetic.motion import draw_slide, film_track
-
-from vision.motion.slide import TILT_SD_DEG, measure_slide_track
-from vision.recording import Camera, Recording, Slide
 
 KNOWN = Recording(
     "s",
@@ -90,7 +89,7 @@ def test_the_turning_plate_is_borne_less_on(monkeypatch):
 
     assert abs(off()) < 0.02
     monkeypatch.setattr(
-        "vision.motion.slide._turning", lambda time, x, tilt: 0 * time
+        "benchtwin.vision.motion.slide._turning", lambda time, x, tilt: 0 * time
     )  # control
     assert abs(off()) > 0.04
 
@@ -218,7 +217,7 @@ def test_what_happens_after_the_stop_is_not_fitted():
     time = np.concatenate([track.t_s, track.t_s[-1] + np.arange(1, n + 1) / 240])
     rng = np.random.default_rng(0)
     x = np.concatenate([track.x, track.x[-1] + 0.05 * rng.standard_normal(n)])
-    from vision.motion.track import make_track
+    from benchtwin.vision.motion.track import make_track
 
     longer = make_track(
         time,

@@ -3,12 +3,11 @@ drawn by integrating the motion."""
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.keys import Camera, Slide
+from benchtwin.vision.motion.slide_few_rows import measure_slide
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
-
-from vision.evidence.keys import Camera, Slide
-from vision.motion.slide_few_rows import measure_slide
-from vision.motion.track import make_track
-from vision.recording import Recording
 
 G = 9.80665
 

@@ -4,10 +4,9 @@ rolling or resting thing has none."""
 import numpy as np
 import pandas as pd
 import pytest
-
-from vision.motion.outliers import slips
-from vision.motion.track import track_from_table
-from vision.recording import Camera
+from benchtwin.vision.motion.outliers import slips
+from benchtwin.vision.motion.track import track_from_table
+from benchtwin.vision.recording import Camera
 
 G = 9810.0
 

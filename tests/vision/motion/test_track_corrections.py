@@ -7,11 +7,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-
-from vision.evidence.keys import Drop, Tracking
-from vision.measurement import MeasurementError
-from vision.observe import observe
-from vision.recording import Recording, read_recording
+from benchtwin.vision.evidence.keys import Drop, Tracking
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.observe import observe
+from benchtwin.vision.recording import Recording, read_recording
 
 BENCH = Path(__file__).parents[3] / "samples" / "drawn-bench"
 

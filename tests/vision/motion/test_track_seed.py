@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.vision.evidence.frames import Frame, FrameSource
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.detect import find_silhouettes
+from benchtwin.vision.motion.scene import learn_scene
+from benchtwin.vision.motion.track_seed import _fall_height, track_seed
 from synthetic.film import Look, film, to_picture
 from synthetic.motion import draw_drop
-
-from vision.evidence.frames import Frame, FrameSource
-from vision.measurement import MeasurementError
-from vision.motion.detect import find_silhouettes
-from vision.motion.scene import learn_scene
-from vision.motion.track_seed import _fall_height, track_seed
 
 
 class Drawn(FrameSource):

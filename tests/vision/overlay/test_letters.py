@@ -3,9 +3,8 @@
 import cv2
 import numpy as np
 import pytest
-
-from vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, text_width, wrapped
-from vision.overlay.plot import plot
+from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, text_width, wrapped
+from benchtwin.vision.overlay.plot import plot
 
 CAPITAL_PX = 8  # of letters of 12 px
 

@@ -4,10 +4,9 @@ its own: each seed a shaded disc."""
 import cv2
 import numpy as np
 import pytest
-
-from vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from vision.pile.repose import PileOptions, measure_repose
-from vision.recording import Camera
+from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
+from benchtwin.vision.pile.repose import PileOptions, measure_repose
+from benchtwin.vision.recording import Camera
 
 WIDTH, HEIGHT, FOOT, SEED = 900, 640, 470, 17.0  # px; SEED: a seed's diameter
 BACKGROUNDS = ("plain", "cloth", "wood", "horizon", "clutter")

@@ -7,22 +7,29 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from drawn_seed_photos import Scene, caliper, draw
-from PIL import Image
-from scipy.spatial import cKDTree
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
-from vision.measurement import MeasurementError
-from vision.shape.lot import OUTLINES, SEEDS, TOUCHING, WHOLE, read_lot, shape_modes
-from vision.shape.lot_photos import View, measure_lot_photos, with_thickness
-from vision.shape.outline import (
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.shape.lot import (
+    OUTLINES,
+    SEEDS,
+    TOUCHING,
+    WHOLE,
+    read_lot,
+    shape_modes,
+)
+from benchtwin.vision.shape.lot_photos import View, measure_lot_photos, with_thickness
+from benchtwin.vision.shape.outline import (
     aligned_outline,
     centroid,
     feret,
     fourier_terms,
     from_fourier_terms,
 )
+from drawn_seed_photos import Scene, caliper, draw
+from PIL import Image
+from scipy.spatial import cKDTree
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 
 T = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 FLAT = View(0.1, 2e-5, math.inf)
