@@ -187,6 +187,8 @@ class _Input:
                     on_change=lambda e: note(e.value),
                 )
                 self.made.on("blur", leave).on("keydown.enter", leave)
+            if key.kind == "rows":
+                self.made.props("readonly")
             self.made.classes("w-full").props(
                 f'dense stack-label placeholder="{hint}" aria-label="{label}"'
             )
@@ -201,6 +203,8 @@ class _Input:
             return value
         if self.key.kind == "choice":
             return value if not isinstance(value, list) else None
+        if self.key.kind == "rows":
+            return f"{len(value)} set on the picture" if value else ""
         return _shown(value)
 
     def show(self, value: Any) -> None:

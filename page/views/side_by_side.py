@@ -42,6 +42,6 @@ def panel(site: Site, bench: Path) -> None:
         value=pairs[0].title,
         on_change=lambda e: show(by_title[e.value]),
         label="Which pair",
-    ).classes("w-96")
+    ).classes("w-96 max-w-full")
     place = ui.column().classes("w-full")
     ui.timer(0.1, lambda: show(pairs[0]), once=True)

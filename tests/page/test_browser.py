@@ -672,6 +672,7 @@ def test_a_card_has_number_quality_and_original_name(window):
         np.random.default_rng(1),
     )
     (window.folder / "heap-7").mkdir()
+    (window.folder / "heap-7" / "recording.toml").write_text('rig = "pile"\n')
     Image.fromarray(picture).save(window.folder / "heap-7" / "IMG_4300.png")
     window.go("/")
 
@@ -700,8 +701,8 @@ def cards(window) -> list[str]:
 
 
 def test_a_film_plays_at_the_speed_that_was_chosen(window):
-    """At a tenth of its speed, 25 frames a second, 72 frames take half a minute; a
-    second of it passes 2 to 3 frames."""
+    """At a tenth of the speed of its 60 frames a second a frame stands for 0.17 s, five
+    of them 0.83 s; at full speed it is at its end in a moment."""
     film(window, "played")
     window.troubles()
     window.go("/recording?r=played")
@@ -714,7 +715,7 @@ def test_a_film_plays_at_the_speed_that_was_chosen(window):
     window.until(lambda: at() >= 2)
     began, first = time.time(), at()
     window.until(lambda: at() >= first + 5)
-    assert time.time() - began > 1.2  # five frames at 2.5 to 3 a second
+    assert time.time() - began > 0.6  # the first of them may have stood for a while
     window.driver.execute_script(pick + " s.dispatchEvent(new Event('change'))", "2")
     window.until(lambda: at() == 71, 20)
     window.keys("\ue012")  # left: one frame back
@@ -795,10 +796,10 @@ def test_a_region_is_used_on_chosen_photos_only(window):
     files["r1"].write_text('rig = "pile"\n[pile]\nroi_px = [10, 10, 560, 380]\n')
     window.go("/recording?r=r1")
     window.press("Use on other photos …")
-    for name in ("r2", "r4"):
-        window.until(
-            lambda name=name: window.all(f'.q-checkbox[aria-label^="{name} "]')
-        )[0].click()
+    window.until(lambda: len(window.all(".chosen-photos .q-checkbox")) > 2)
+    for box in window.all(".chosen-photos .q-checkbox"):
+        if box.text.startswith(("r2 ", "r4 ")):
+            box.click()
     window.press("Use on these")
     window.until(lambda: "roi_px" in files["r4"].read_text())
     assert "roi_px" in files["r2"].read_text()
@@ -807,7 +808,7 @@ def test_a_region_is_used_on_chosen_photos_only(window):
     window.until(lambda: window.all("[data-key=undo]:not([disabled])"))
     window.driver.execute_script("document.querySelector('[data-key=undo]').click()")
     window.until(lambda: "roi_px" not in files["r2"].read_text())
-    assert files["r4"].read_text() == 'rig = "pile"\n'
+    window.until(lambda: files["r4"].read_text() == 'rig = "pile"\n')
     assert "roi_px" in files["r1"].read_text()
 
 
@@ -818,7 +819,7 @@ def test_files_dropped_with_the_mouse_are_taken(serve, tmp_path, photo):
         try:
             window.until(lambda: "Nothing here yet" in window.text())
             data = {"items": [], "files": [str(photo)], "dragOperationsMask": 1}
-            for kind in ("dragEnter", "dragOver", "drop"):
+            for kind in ("dragEnter", *["dragOver"] * 3, "drop"):
                 window.driver.execute_cdp_cmd(
                     "Input.dispatchDragEvent",
                     {"type": kind, "x": 400, "y": 500, "data": data},
@@ -839,7 +840,7 @@ def test_the_keyboard_alone_opens_a_card_and_moves_the_base_line(window):
     )
     window.go("/")
     window.until(lambda: cards(window))
-    tab_to(window, "e.matches('a.card-link') && e.innerText.includes('aaa-heap')")
+    tab_to(window, "e.matches('a.card-link') && e.href.includes('aaa-heap')")
     outline = "return getComputedStyle(document.activeElement).outlineStyle"
     assert window.driver.execute_script(outline) == "solid"
     window.keys(" ")
