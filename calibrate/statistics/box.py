@@ -53,11 +53,8 @@ class Box:
         >>> Box.of({"restitution": (0.55, 0.65)}).natural([[0.5]])
         array([[0.625]])
         """
-        return cls(
-            tuple(ranges),
-            np.array([r[0] for r in ranges.values()]),
-            np.array([r[1] for r in ranges.values()]),
-        )
+        low, high = np.array(list(ranges.values()), dtype=float).reshape(-1, 2).T
+        return cls(tuple(ranges), low, high)
 
     @property
     def centre(self) -> np.ndarray:
@@ -66,6 +63,18 @@ class Box:
     @property
     def half_width(self) -> np.ndarray:
         return (self.high - self.low) / 2
+
+    def range(self, name: str) -> tuple[float, float]:
+        """A factor's low and high."""
+        i = self.names.index(name)
+        return float(self.low[i]), float(self.high[i])
+
+    def with_factors(self, other: "Box | None") -> "Box":
+        """This box with another's factors behind its own."""
+        if other is None:
+            return self
+        low, high = np.r_[self.low, other.low], np.r_[self.high, other.high]
+        return Box((*self.names, *other.names), low, high)
 
     def coded(self, natural: ArrayLike) -> np.ndarray:
         """Natural (…, k) → coded (…, k)."""
