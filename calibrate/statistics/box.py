@@ -37,14 +37,11 @@ class Box:
         if len(set(self.names)) < len(self.names):
             raise ValueError(f"factor names must differ: {', '.join(self.names)}")
         for name, low, high in zip(self.names, self.low, self.high):
+            here = f"here are {low:g} and {high:g}"
             if not np.isfinite([low, high]).all():
-                raise ValueError(
-                    f"{name}: limits must be finite; here are {low:g} and {high:g}"
-                )
+                raise ValueError(f"{name}: limits must be finite; {here}")
             if low >= high:
-                raise ValueError(
-                    f"{name}: low must be below high; here are {low:g} and {high:g}"
-                )
+                raise ValueError(f"{name}: low must be below high; {here}")
 
     @classmethod
     def of(cls, ranges: Mapping[str, tuple[float, float]]) -> "Box":
