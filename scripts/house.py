@@ -14,6 +14,10 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 BESIDE = {"tests", "benchmarks", "samples", "scripts", "docs", "build", "demo-out"}
 DECIDING = ("vision", "diagnose", "infer", "rigs", "bench", "measure")
+ORDER = (
+    *["bench", "infer", "vision", "sim", "rigs", "measure"],
+    *["twin", "calibrate", "diagnose", "report", "page"],
+)
 RIGS = ("drop", "slide", "roll", "pile", "drum")
 
 
@@ -98,17 +102,17 @@ def knows_a_rig(text: str) -> bool:
     )
 
 
-def climbing(order: list[str], names: Iterable[str]) -> int:
+def climbing(names: Iterable[str]) -> int:
     """Imports of a package from one that stands above it, those inside functions
     counted."""
     found = 0
     for file, _, tree in parsed(names):
-        here = order.index(file.parts[0])
+        here = ORDER.index(file.parts[0])
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.module:
                 parts = node.module.split(".")
-                if parts[0] == "benchtwin" and len(parts) > 1 and parts[1] in order:
-                    found += order.index(parts[1]) > here
+                if parts[0] == "benchtwin" and len(parts) > 1 and parts[1] in ORDER:
+                    found += ORDER.index(parts[1]) > here
     return found
 
 
@@ -142,22 +146,9 @@ def rows() -> Iterator[tuple[str, str]]:
         if file.parts[0] not in ("rigs", "prove") and knows_a_rig(text)
     ]
     yield "files that name a rig outside its folder", str(len(knowing))
-    order = [
-        "bench",
-        "infer",
-        "vision",
-        "sim",
-        "rigs",
-        "measure",
-        "twin",
-        "calibrate",
-        "diagnose",
-        "report",
-        "page",
-    ]
     yield (
         "imports that climb",
-        str(climbing([n for n in order if n in everything], order)),
+        str(climbing([n for n in ORDER if n in everything])),
     )
 
 

@@ -80,21 +80,14 @@ def test_the_check_sees_a_wrong_arrow(tmp_path):
 
 
 def module_imports(names: set[str], file: Path) -> set[str]:
-    """Our modules, out of `names`, that `file` imports when it is loaded: not those
-    that a function imports when it runs."""
+    """Our modules, out of `names`, that `file` imports, inside functions too."""
     found = set()
-    for node in ast.parse(file.read_text(encoding="utf8")).body:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             whole = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= whole & names or {node.module}
-        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            found |= {
-                n.module
-                for n in node.body
-                if isinstance(n, ast.ImportFrom) and n.module
-            }
     return found & names
 
 
