@@ -17,7 +17,7 @@ ALLOWED = {
     "prove": set(),
     "twin": {"bench", "vision", "sim"},
     "rigs": {"bench", "infer", "twin", "diagnose"},
-    "calibrate": {"twin"},
+    "calibrate": {"bench", "twin"},
     "diagnose": {"bench", "infer", "rigs", "twin"},
     "report": {"infer", "twin", "calibrate", "diagnose"},
     "page": {"bench", "vision", "twin", "calibrate", "diagnose", "report"},
