@@ -9,6 +9,8 @@ R_1 and R_2 act on one sphere each, R* = R_1 R_2 / (R_1 + R_2) on both alike."""
 import math
 from dataclasses import dataclass
 
+from benchtwin.bench.constants import G_M_S2
+
 # a result's convention → its length
 GIVEN = {"edem": "own", "type_a": "effective", "type_c": "effective"}
 # own: R_i, each body's own centre-to-contact distance (EDEM standard); effective: R*,
@@ -95,6 +97,12 @@ def damping_factor(e: float) -> float:
     log = math.log(e)
     share = -2.0 * math.sqrt(5.0 / 6.0) * log / math.hypot(log, math.pi)
     return share + 0.0  # not −0 for e = 1
+
+
+def resting_force(mass_kg: float) -> float:
+    """Ten seeds' weight [N], as in a heap: the load at which a spring that grows with it
+    is given as one number."""
+    return 10.0 * mass_kg * G_M_S2
 
 
 def overlap(modulus_pa: float, radius_m: float, force_n: float) -> float:

@@ -10,6 +10,7 @@ from benchtwin.calibrate.export.conventions import (
     damping_factor,
     effective_moduli,
     like_pair_young,
+    resting_force,
     rolling_spring,
     tangential_spring,
 )
@@ -119,7 +120,7 @@ def _model(c: Calibrated, pair: Pair, other: Solid, *, on_wall: bool) -> str:
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     # A constant torque acts in full at once: its stand-in gets the stiffness of the
     # tangential spring (as LIGGGHTS's epsd2 has).
-    resting = 10.0 * c.shape.mass_kg * 9.81
+    resting = resting_force(c.shape.mass_kg)
     if c.rolling == "type_c":
         spring = rolling_spring(mu_r, modulus, radius, resting)
     else:

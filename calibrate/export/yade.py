@@ -7,7 +7,11 @@ BodyContainer.appendClumped."""
 
 import math
 
-from benchtwin.calibrate.export.conventions import effective_moduli, rolling_spring
+from benchtwin.calibrate.export.conventions import (
+    effective_moduli,
+    resting_force,
+    rolling_spring,
+)
 from benchtwin.calibrate.export.header import digits, header, length_note
 from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
@@ -141,7 +145,7 @@ def _spring(c: Calibrated, *, on_wall: bool) -> float:
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     mu_star = c.rolling_friction("effective", on_wall=on_wall)
     modulus, _ = effective_moduli(c.seed, other)
-    resting = 10.0 * c.shape.mass_kg * 9.81
+    resting = resting_force(c.shape.mass_kg)
     return rolling_spring(mu_star, modulus, radius, resting) * radius**2
 
 
