@@ -171,8 +171,10 @@ def _write(
     write_whole(out / "predicted.csv", table.to_csv(index=False, float_format="%.6g"))
     write_whole(out / "runs.csv", found.runs.to_csv(index=False, float_format="%.6g"))
     write_whole(out / "prediction.svg", picture(found, seen, compared))
-    plain = {"indent": 1, "ensure_ascii": False, "allow_nan": False, "default": float}
-    write_whole(out / "prediction.json", json.dumps(content, **plain))
+    text = json.dumps(
+        content, indent=1, ensure_ascii=False, allow_nan=False, default=float
+    )
+    write_whole(out / "prediction.json", text)
 
 
 def _notes(found: Prediction, seen: Measured | None) -> list[str]:

@@ -17,7 +17,7 @@ from benchtwin.twin.result_sections import materials_and_shape
 from benchtwin.twin.versions import versions
 
 SCHEMA = 1
-CURVE_POINTS = 101
+CURVE_POINTS = 101  # of a curve as it is drawn: no corners at the width of a page
 CONVENTIONS = {
     "rolling": "edem",
     "rolling_means": (

@@ -100,8 +100,8 @@ def damping_factor(e: float) -> float:
 
 
 def resting_force(mass_kg: float) -> float:
-    """Ten seeds' weight [N], as in a heap: the load at which a spring that grows with it
-    is given as one number."""
+    """Ten seeds' weight [N], as in a heap: the load at which a spring that grows with
+    the load is given as one number."""
     return 10.0 * mass_kg * G_M_S2
 
 

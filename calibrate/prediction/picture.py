@@ -7,6 +7,7 @@ import numpy as np
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
 
+# px: the picture, what names and ends need beside the axis, a quantity, the title
 WIDTH, LEFT, RIGHT, ROW, TOP = 760, 150, 20, 110, 40
 BLUE, LIGHT, GREY, RED = "#1f5fa8", "#c7d9f0", "#9ca3af", "#b3261e"
 KEY = (

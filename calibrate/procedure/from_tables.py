@@ -70,7 +70,7 @@ def _steel_rig(
     readings = found.bench.rigs[name]
     try:
         fit = _steel(STEEL[name], readings, tables / f"{name}.csv", printed, rng)
-    except (OutsideRange, ValueError, FileNotFoundError) as error:
+    except (ValueError, FileNotFoundError) as error:
         return found.without(name, error)
     with naming(tables / "published.toml"):
         checks = check_steel(fit, readings, printed)

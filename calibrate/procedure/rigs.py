@@ -18,7 +18,8 @@ class Rig:
     parameter by the paper's `formula_name` from a reading and the rig's own section of
     recording.toml, None where its lengths are not stated. seed: the parameter of seed
     on seed; seed_range: where it is looked for; seed_limits: what can be simulated;
-    on_seed: what would measure it directly."""
+    on_seed: what would measure it directly; both_ways: whether its runs go to either
+    side by turns, as on a plate that is not quite level."""
 
     name: str
     parameter: str
@@ -35,6 +36,7 @@ class Rig:
     seed_range: tuple[float, float]
     seed_limits: tuple[float, float]
     on_seed: str
+    both_ways: bool = False
 
     @property
     def sd(self) -> str:
@@ -131,6 +133,7 @@ STEEL = {
             seed_range=(0.01, 0.06),
             seed_limits=(0.0005, 0.5),
             on_seed="roll of a seed on a plate of seeds",
+            both_ways=True,
         ),
     )
 }

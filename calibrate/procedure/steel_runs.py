@@ -54,8 +54,8 @@ class SteelStage:
     values: tuple[float, ...] | None = None
 
     def runs(self, values: ArrayLike, repeats: int, what: str) -> list[Run]:
-        """Repeats of every value, each with a generator of its own; rolls alternately
-        to either side."""
+        """Repeats of every value, each with a generator of its own; where a rig has two
+        ways, alternately to either side."""
         name, parameter = self.rig.name, self.rig.parameter
         return [
             Run(
@@ -69,10 +69,11 @@ class SteelStage:
         ]
 
     def _way(self, k: int) -> dict:
-        if self.rig.name != "roll":
+        if not self.rig.both_ways:
             return self.description
-        way = {"direction": ("+x", "-x")[k % 2]}
-        return self.description | {"roll": self.description.get("roll", {}) | way}
+        section = self.description.get(self.rig.name, {})
+        way = section | {"direction": ("+x", "-x")[k % 2]}
+        return self.description | {self.rig.name: way}
 
     def fit(self, rows: pd.DataFrame, rng: np.random.Generator) -> SteelFit:
         """The rows fitted at the bench's mean; a single reading scatters as single
@@ -200,7 +201,7 @@ def _narrowed(
     close, notes = _simulated(stage, values, pd.DataFrame())
     try:
         again = stage.fit(close, rng)
-    except (OutsideRange, ValueError):
+    except ValueError:  # OutsideRange too
         return fit, notes
     notes.append(
         f"narrowed to {low:.3g} … {high:.3g}, because the curve does not follow the"

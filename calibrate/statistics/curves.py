@@ -224,8 +224,9 @@ def fit_monotone(
     else:
         row_variance = 1 / weight
     sign = 1.0 if stats.spearmanr(nodes, raw).statistic >= 0 else -1.0
-    weight = 1 / row_variance if row_variance.all() else np.ones_like(row_variance)
-    level = sign * isotonic(sign * raw, weight)
+    known = bool(row_variance.all())
+    of_row = 1 / row_variance if known else np.ones_like(row_variance)
+    level = sign * isotonic(sign * raw, of_row)
     noise = rng.standard_normal((draws, nodes.size)) * np.sqrt(row_variance)
     return Monotone(
         x_name=x,
@@ -235,7 +236,7 @@ def fit_monotone(
         x=nodes,
         y=level,
         row_sd=np.sqrt(row_variance),
-        draws=sign * isotonic(sign * (level + noise), weight),
+        draws=sign * isotonic(sign * (level + noise), of_row),
         df=df,
     )
 

@@ -110,8 +110,8 @@ def _stand(
     elif free:
         words.append(f"a whole set of points, of {free} dimensions, gives the same")
     if edge:
-        ends = ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
-        words.append(f"it lies at the edge of what was simulated: {ends}")
+        limits = ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
+        words.append(f"it lies at the edge of what was simulated: {limits}")
     natural = zip(surface.names, surface.box.natural(coded))
     return Optimum(
         outcome=outcome,

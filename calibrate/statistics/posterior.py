@@ -167,6 +167,7 @@ def finish(
     log_density: np.ndarray,
     observables: list[Observable],
     prior: Prior,
+    *,
     r_hat: np.ndarray,
     ess: np.ndarray,
     converged: bool,
@@ -225,8 +226,9 @@ def on_grid(
     chosen = rng.choice(len(weight), size=draws, p=weight)
     natural = prior.box.natural(coded[chosen] + rng.uniform(-1, 1, (draws, k)) / cells)
     again = log_posterior(natural, observables, prior, correlation)
-    nothing, enough = np.full(k, np.nan), 1 / np.sum(weight**2) >= SPREAD_OVER
-    return finish(natural, again, observables, prior, nothing, nothing, enough)
+    no_chain = {"r_hat": np.full(k, np.nan), "ess": np.full(k, np.nan)}
+    spread = 1 / np.sum(weight**2) >= SPREAD_OVER
+    return finish(natural, again, observables, prior, **no_chain, converged=spread)
 
 
 def summary(posterior: Posterior, level: float = 0.90) -> pd.DataFrame:

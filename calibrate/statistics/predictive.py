@@ -20,6 +20,8 @@ from scipy import stats
 from scipy.optimize import brentq
 
 LEVEL, NORMAL_95 = 0.95, 1.959964
+# runs below which a sample variance says next to nothing: with so many its own sd is 82
+# and 100 % of it
 LEAST_DRAWS, LEAST_PACKINGS = 4, 3
 GRID = (120, 80)  # steps of τ and σ
 # of the grid's likeliest point: what is less likely moves no interval

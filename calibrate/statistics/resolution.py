@@ -87,8 +87,8 @@ def narrowing(posterior: Posterior, candidates: list[Candidate]) -> pd.DataFrame
     state, open_ = joint, set(range(len(candidates)))
     before = np.trace(joint[:k, :k])
     while open_:
-        left = {i: condition(state, k + i, noise[i])[:k, :k] for i in sorted(open_)}
-        best = min(left, key=lambda i: np.trace(left[i]))
+        rest = {i: condition(state, k + i, noise[i])[:k, :k] for i in sorted(open_)}
+        best = min(rest, key=lambda i: float(np.trace(rest[i])))
         state = condition(state, k + best, noise[best])
         open_.remove(best)
         picks[best] = (len(picks) + 1, float(np.trace(state[:k, :k]) / before))

@@ -69,8 +69,8 @@ def sample(
     density = np.array([s.get_log_prob(discard=steps // 3) for s in samplers])
     thin = max(1, chains.shape[1] * ENSEMBLES * walkers // KEPT)
     draws, logs = chains[:, ::thin].reshape(-1, k), density[:, ::thin].ravel()
-    draws = box.natural(draws)
-    return finish(draws, logs, observables, prior, r_hat, effective, converged)
+    told = {"r_hat": r_hat, "ess": effective, "converged": converged}
+    return finish(box.natural(draws), logs, observables, prior, **told)
 
 
 def split_r_hat(chains: np.ndarray) -> np.ndarray:

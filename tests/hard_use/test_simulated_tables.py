@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.calibrate.procedure.tables import (
-    box_of,
     design_table,
-    levels_table,
+    levels_box,
     path_table,
     steel_table,
 )
@@ -24,8 +23,8 @@ READ = {
         f"{name}.csv": lambda file, rig=rig: steel_table(file, rig)
         for name, rig in STEEL.items()
     },
-    "levels.csv": lambda file: box_of(levels_table(file), file),
-    "design.csv": design_table,
+    "levels.csv": levels_box,
+    "design.csv": lambda file: design_table(file, levels_box(TABLES / "levels.csv")),
     "path.csv": path_table,
 }
 WRONG = [  # file, what stands there, what somebody wrote, what is said
