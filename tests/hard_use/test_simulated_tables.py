@@ -161,9 +161,10 @@ def test_columns_count_by_their_names_not_by_their_places(tmp_path):
         ",".join([f"{n}" if n else "run", *row[::-1]]) for n, row in enumerate(rows)
     )
     (tmp_path / "tables" / "design.csv").write_text(turned)
+    box = levels_box(TABLES / "levels.csv")
     read, right = (
-        design_table(tmp_path / "tables" / "design.csv"),
-        design_table(TABLES / "design.csv"),
+        design_table(folder / "design.csv", box)
+        for folder in (tmp_path / "tables", TABLES)
     )
     assert (read[list(right)] == right).all(axis=None)
     assert not calibrate_tables_beside(tmp_path / "tables" / "design.csv")
