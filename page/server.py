@@ -4,6 +4,7 @@ the guard."""
 import asyncio
 import math
 import re
+import secrets
 import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +17,7 @@ from benchtwin.page.guard import Guard
 from benchtwin.page.measuring import measure_recording
 from benchtwin.page.results import next_recordings
 from benchtwin.page.sound_impacts import waveform
-from benchtwin.page.upload import ReceivedFile, check, place_files
+from benchtwin.page.upload import Placed, ReceivedFile, check, place_files
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.drop_sound import read_onsets, sound_of
@@ -152,39 +153,33 @@ def _files(app: FastAPI, site: Site) -> None:
         check(name, int(request.headers.get("content-length", 0)), folder)
         place = folder.root / INCOMING / batch
         place.mkdir(parents=True, exist_ok=True)
-        file = place / f"{len(site.batches.setdefault(batch, [])):06d}"
+        file = place / secrets.token_hex(8)
         try:
             await _receive(request, file, name, folder)
         except OSError as error:
             file.unlink(missing_ok=True)
             raise Refused(f"{name}: cannot be written: {error.strerror}") from error
-        site.batches[batch].append(ReceivedFile(name, file))
+        except BaseException:  # refused, or the copy was cut off
+            file.unlink(missing_ok=True)
+            raise
+        site.batches.setdefault(batch, []).append(ReceivedFile(name, file))
         return Response(status_code=204)
 
     @app.post("/sort/{batch}")
     async def sort(batch: str, bench: str) -> Response:
         arrived = site.batches.pop(batch, [])
-        refused: list[str] = []
-        made: list[Path] = []
         try:
-            made = await asyncio.to_thread(
+            placed = await asyncio.to_thread(
                 place_files, arrived, folder.inside(bench), folder
             )
         except (Refused, OSError) as error:
-            refused.append(str(error))
+            placed = Placed([], [str(error)])
         finally:
             if re.fullmatch(r"[0-9a-f-]{36}", batch):
                 shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
-        where = (
-            f"/recording?r={quote(folder.name_of(made[0]))}" if len(made) == 1 else None
-        )
-        return JSONResponse(
-            {
-                "refused": refused,
-                "open": where,
-                "made": [folder.name_of(p) for p in made],
-            }
-        )
+        made = [folder.name_of(p) for p in placed.made]
+        where = f"/recording?r={quote(made[0])}" if len(made) == 1 else None
+        return JSONResponse({"refused": placed.refused, "open": where, "made": made})
 
     @app.get("/left/{name:path}")
     async def left(name: str) -> Response:
@@ -240,7 +235,6 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
             out.write(chunk)
     check(name, size, folder)
     if not size:
-        file.unlink()
         raise Refused(f"{name}: the file is empty (0 bytes)")
 
 
