@@ -14,14 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from benchtwin.vision.evidence.film_or_photos import (
-    FILM,
-    LEAST_FRAMES,
-    PHOTOS,
-    Judgement,
-    film_or_photos,
-)
-from benchtwin.vision.evidence.keys import (
+from benchtwin.bench.keys import (
     Air,
     Camera,
     Drop,
@@ -32,6 +25,13 @@ from benchtwin.vision.evidence.keys import (
     Seed,
     Slide,
     Tracking,
+)
+from benchtwin.vision.evidence.film_or_photos import (
+    FILM,
+    LEAST_FRAMES,
+    PHOTOS,
+    Judgement,
+    film_or_photos,
 )
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate

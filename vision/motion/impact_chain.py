@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.vision.evidence.keys import Drop
+from benchtwin.bench.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.flight import G_MM_S2
