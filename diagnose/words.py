@@ -37,6 +37,8 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
+    if rig not in PLURALS:
+        return None
     return importlib.import_module(f"benchtwin.diagnose.effects.{rig}").EFFECTS.get(
         name
     )
