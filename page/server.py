@@ -13,12 +13,14 @@ from urllib.parse import quote
 from benchtwin.page import pictures
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
 from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
-from benchtwin.page.guard import Guard
+from benchtwin.page.guard import Entrance, Guard
 from benchtwin.page.measuring import measure_recording
+from benchtwin.page.private import lock_name, take_part
 from benchtwin.page.results import next_recordings
 from benchtwin.page.sound_impacts import waveform
 from benchtwin.page.upload import Placed, ReceivedFile, check, place_files
 from benchtwin.vision.evidence.sound import Sound
+from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.drop_sound import read_onsets, sound_of
 from benchtwin.vision.motion.onsets import Onsets
@@ -66,10 +68,24 @@ class Site:
         path = self.folder.inside(name)
         if not path.exists():
             raise Refused(f"{name}: no longer there. Was the folder moved?")
+        self.folder.refuse_links(path)
+        for stated in ("recording.toml", "bench.toml"):
+            self.folder.refuse_links(path.parent / stated)
         try:
             return read_recording(path)
         except MeasurementError as error:
             raise Refused(str(error)) from error
+
+    def recordings(self, bench: Path) -> list[Recording | MeasurementError]:
+        """The bench's recordings; in the place of what links lead out to there is why
+        it is not read."""
+        out = self.folder.links_out(bench)
+        if bench / "bench.toml" in out:
+            raise Refused(self.folder.refused_link(bench / "bench.toml"))
+        return [
+            *(MeasurementError(self.folder.refused_link(p), p.name) for p in out),
+            *(e for e in find_recordings(bench) if not _reads_any(e, out)),
+        ]
 
     def seen(self, recording: Recording) -> Observation:
         """What measuring finds, remembered until the recording changes."""
@@ -107,12 +123,22 @@ class Site:
         return self.sounds[key]
 
 
-def application(folder: Folder, port: int, token: str) -> Guard:
+def _reads_any(found: Recording | MeasurementError, links: list[Path]) -> bool:
+    """Whether a recording lies at one of these links, or below, or holds one."""
+    if not isinstance(found, Recording):
+        return False
+    return any(
+        p.is_relative_to(found.path) or found.path.is_relative_to(p) for p in links
+    )
+
+
+def application(folder: Folder, port: int, entrance: Entrance) -> Guard:
     """The whole server for one folder."""
     from benchtwin.page.views import pages
     from nicegui import ui
 
-    folder.clear_incoming()
+    # two pages on one folder: the second leaves alone what the first is receiving
+    take_part(lock_name(folder.root, "incoming"), alone=folder.clear_incoming)
     site = Site(folder)
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     app.exception_handler(Refused)(_refused)
@@ -127,7 +153,7 @@ def application(folder: Folder, port: int, token: str) -> Guard:
         reconnect_timeout=60.0,
         show_welcome_message=False,
     )
-    return Guard(app, port, token)
+    return Guard(app, port, entrance)
 
 
 async def _refused(_: Request, error: Exception) -> Response:
@@ -209,6 +235,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/cards")
     async def engine_cards(bench: str, engine: str) -> Response:
         path = folder.inside(bench)
+        folder.refuse_links(path / RESULTS)
         files = await asyncio.to_thread(card_files, path / RESULTS, engine)
         name = quote(f"{path.name}-{engine}.zip")
         headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
@@ -217,6 +244,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/next")
     async def to_record(bench: str) -> Response:
         path = folder.inside(bench)
+        folder.refuse_links(path / RESULTS)
         return HTMLResponse(
             sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS))
         )

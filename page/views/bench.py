@@ -5,13 +5,11 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from benchtwin.page import runs
 from benchtwin.page.folder import Refused, clean_name
 from benchtwin.page.server import Site
 from benchtwin.page.views import keys_form, results
 from benchtwin.page.views import runs as runs_panel
 from benchtwin.page.views.frame import errors_shown, frame
-from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
@@ -51,7 +49,7 @@ def _benches(site: Site, benches: list[Path]) -> None:
                 ui.card().classes("w-full"),
             ):
                 ui.label(name).classes("font-bold").style("overflow-wrap: anywhere")
-                ui.label(_holds(bench)).classes("soft")
+                ui.label(_holds(site, bench)).classes("soft")
     ui.label("A new bench of your own: files dropped on it stay in its folder").classes(
         "soft q-mt-md"
     )
@@ -73,11 +71,13 @@ def _benches(site: Site, benches: list[Path]) -> None:
         ui.button("New bench", on_click=make).props("no-caps")
 
 
-def _holds(bench: Path) -> str:
-    """ "8 drops, 5 slides, 3 piles", told by rig."""
-    rigs = Counter(
-        r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording)
-    )
+def _holds(site: Site, bench: Path) -> str:
+    """ "8 drops, 5 slides, 3 piles", told by rig; or why it cannot be opened."""
+    try:
+        entries = site.recordings(bench)
+    except Refused as error:
+        return str(error)
+    rigs = Counter(r.rig or "recording" for r in entries if isinstance(r, Recording))
     return (
         ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
         or "nothing yet"
@@ -87,7 +87,8 @@ def _holds(bench: Path) -> str:
 async def _bench(site: Site, name: str, tab: str) -> None:
     try:
         folder = site.folder.inside(name)
-        entries = await asyncio.to_thread(find_recordings, folder)
+        site.folder.results(folder)
+        entries = await asyncio.to_thread(site.recordings, folder)
     except (Refused, OSError) as error:
         with frame("benchtwin", back="/"):
             ui.label(f"This bench cannot be opened: {error}").classes("failed")
@@ -117,7 +118,6 @@ async def _bench(site: Site, name: str, tab: str) -> None:
         tabs.on_value_change(
             lambda e: results_panel.refresh() if e.value == TABS[3] else None
         )
-    runs.advance(folder, site.folder)
 
 
 def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None:

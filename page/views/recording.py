@@ -16,7 +16,6 @@ from benchtwin.page.views.elements import Picture, Wave
 from benchtwin.page.views.frame import errors_shown, frame, neighbours
 from benchtwin.page.views.numbers import quantities_table
 from benchtwin.vision.evidence.read_keys import read_toml
-from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import sound_of
 from benchtwin.vision.recording import Recording
@@ -72,6 +71,7 @@ def _only_keys(site: Site, name: str) -> None:
     """The form alone, where it is the keys that are wrong."""
     try:
         folder = site.folder.inside(name)
+        site.folder.refuse_links(folder)
     except Refused:
         return
     if (folder / "recording.toml").is_file():
@@ -85,7 +85,8 @@ class View:
 
     def __init__(self, site: Site, name: str, recording: Recording):
         self.site, self.name, self.recording = site, name, recording
-        self.bench = recording.path.parent
+        at = recording.path
+        self.bench = at if at == site.folder.root else at.parent
         self.picture: Picture | None = None
         self.wave: Wave | None = None
         self.heard: sound_impacts.SoundView | None = None
@@ -102,7 +103,7 @@ class View:
     async def build(self) -> None:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
-            entries = await asyncio.to_thread(find_recordings, self.bench)
+            entries = await asyncio.to_thread(self.site.recordings, self.bench)
             names = [
                 self.site.folder.name_of(e.path)
                 for e in entries

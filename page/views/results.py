@@ -31,6 +31,9 @@ VERDICTS = {
 def panel(site: Site, bench: Path) -> None:
     """All that is there, one tab each."""
     left = site.folder.results(bench)
+    for link in site.folder.links_out(left):
+        ui.label(site.folder.refused_link(link)).classes("failed")
+        return
     _downloads(site, bench, left)
     if (left / "measured" / "summary.csv").is_file():
         _means(left / "measured" / "summary.csv")
