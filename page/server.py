@@ -11,9 +11,11 @@ from pathlib import Path
 from urllib.parse import quote
 
 from benchtwin.page import pictures
+from benchtwin.page.card_number import CardNumber
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
 from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
 from benchtwin.page.guard import Entrance, Guard
+from benchtwin.page.history import History
 from benchtwin.page.measuring import measure_recording
 from benchtwin.page.private import lock_name, take_part
 from benchtwin.page.results import next_recordings
@@ -61,6 +63,9 @@ class Site:
     films: dict[Path, pictures.Film] = field(default_factory=dict)
     sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
     batches: dict[str, list[ReceivedFile]] = field(default_factory=dict)
+    cards: dict[tuple, CardNumber] = field(default_factory=dict)
+    measuring: asyncio.Lock = field(default_factory=asyncio.Lock)  # for the cards
+    history: History = field(default_factory=History)
 
     def recording(self, name: str) -> Recording:
         """The recording of this name; Refused, in words, where it cannot be read or is

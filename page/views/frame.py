@@ -1,7 +1,7 @@
 """Common to all pages: heading, navigation, style, error messages."""
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any
@@ -26,8 +26,7 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
             ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props(
                 'flat color=white dense aria-label="Back"'
             )
-        ui.label(title).classes("text-lg")
-        ui.space()
+        ui.label(title).classes("text-lg title")
         ui.label().props('id="upload-progress" role="status"')
         dark = ui.dark_mode(None)
         turn = ui.button(
@@ -38,6 +37,18 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
         if bench:
             body.props(f'data-bench="{bench_attribute(bench)}"')
         yield
+
+
+def tabs(
+    labels: Iterable[str], here: str, address: Callable[[str], str], of: str
+) -> None:
+    """Links to the parts of a page, which look like tabs: the address follows, and
+    reload, back and a bookmark lead where one was."""
+    with ui.element("nav").classes("tabs").props(f'aria-label="{of}"'):
+        for label in labels:
+            link = ui.link(label, address(label))
+            if label == here:
+                link.props("aria-current=page")
 
 
 def neighbours(names: list[str], here: str, caption: str) -> None:
