@@ -6,6 +6,7 @@ import math
 import re
 import secrets
 import shutil
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import quote
@@ -60,7 +61,8 @@ class Site:
 
     folder: Folder
     observations: dict[tuple, Observation] = field(default_factory=dict)
-    films: dict[Path, pictures.Film] = field(default_factory=dict)
+    films: dict[tuple, pictures.Film] = field(default_factory=dict)
+    opening: threading.Lock = field(default_factory=threading.Lock)  # of a film
     sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
     batches: dict[str, list[ReceivedFile]] = field(default_factory=dict)
     cards: dict[tuple, CardNumber] = field(default_factory=dict)
@@ -108,13 +110,18 @@ class Site:
             self.observations[key] = measure_recording(recording)
         return self.observations[key]
 
-    def film(self, recording: Recording) -> pictures.Film:
-        if recording.path not in self.films:
-            kept = dict(
-                [*self.films.items()][-1:]
-            )  # two are open at a time: a recording and its twin
-            self.films = kept | {recording.path: pictures.Film(recording)}
-        return self.films[recording.path]
+    def film(self, name: str) -> pictures.Film:
+        """The open film of the recording of this name; opened anew where something in
+        its folders has changed."""
+        path = self.folder.inside(name)
+        folders = (path, path / "frames")
+        key = (path, *(p.stat().st_mtime_ns for p in folders if p.exists()))
+        with self.opening:
+            if key not in self.films:
+                film = pictures.Film(self.recording(name))
+                kept = [*self.films.items()][-1:]  # two: a recording and its twin
+                self.films = dict(kept) | {key: film}
+            return self.films[key]
 
     def sound(self, recording: Recording) -> tuple[Sound, Onsets]:
         """A drop's sound and all that is sudden in it; MeasurementError where it has
@@ -274,37 +281,37 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
 def _pictures(app: FastAPI, site: Site) -> None:
     folder = site.folder
 
-    def jpeg(data: bytes) -> Response:
-        return Response(
-            data,
-            media_type="image/jpeg",
-            headers={"cache-control": "private, max-age=3600"},
-        )
+    def jpeg(data: bytes, version: str = "") -> Response:
+        # without a version another recording may have the name when it is asked again
+        kept = "max-age=3600" if version else "no-cache"
+        headers = {"cache-control": f"private, {kept}"}
+        return Response(data, media_type="image/jpeg", headers=headers)
 
     @app.get("/thumb")
-    async def thumb(r: str) -> Response:
+    async def thumb(r: str, v: str = "") -> Response:
         try:
             data = await asyncio.to_thread(pictures.thumbnail, site.recording(r))
-        except (MeasurementError, OSError, StopIteration) as error:
+        except (MeasurementError, OSError) as error:
             raise Refused(str(error)) from error
-        return jpeg(data) if data else Response(status_code=404)
+        return jpeg(data, v) if data else Response(status_code=404)
 
     @app.get("/photo")
-    async def whole(r: str) -> Response:
+    async def whole(r: str, v: str = "") -> Response:
         file = site.recording(r).files[0]
         try:
             image = await asyncio.to_thread(
                 pictures.photo, file, file.stat().st_mtime_ns
             )
-        except MeasurementError as error:
+        except (MeasurementError, OSError) as error:
             raise Refused(str(error)) from error
-        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0])
+        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0], v)
 
     @app.get("/frame")
-    async def frame(r: str, i: int) -> Response:
+    async def frame(r: str, i: int, v: str = "") -> Response:
         try:
-            return jpeg(await asyncio.to_thread(site.film(site.recording(r)).frame, i))
-        except (IndexError, MeasurementError) as error:
+            film = await asyncio.to_thread(site.film, r)
+            return jpeg(await asyncio.to_thread(film.frame, i), v)
+        except (MeasurementError, OSError) as error:
             raise Refused(f"frame {i} cannot be read: {error}") from error
 
     @app.get("/wave")

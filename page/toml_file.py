@@ -47,18 +47,20 @@ def text_of(path: Path) -> str:
         raise Refused(f"{path.name}: not UTF-8 text (byte {error.start})") from error
 
 
+def any_text(path: Path) -> str:
+    """What can be shown of a file, whatever it holds."""
+    return path.read_bytes()[:MOST_BYTES].decode("utf8", "replace")
+
+
 def write_text(path: Path, text: str) -> None:
-    """Replace the whole file; Refused where the text is not valid."""
-    try:
-        validate(parsed(text, path).unwrap(), Path(path.name))
-    except MeasurementError as error:
-        raise Refused(str(error)) from error
+    """Replace the whole file; Refused where the text is not TOML."""
+    parsed(text, path)
     write_whole(path, text.encode("utf8"))
 
 
 def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     """Write the changes into the file; Refused where it has changed since `keys` was
-    read, or would not be valid."""
+    read, or where something in it would be wrong that was not."""
     text = text_of(keys.path)
     if _version(text) != keys.version:
         raise Refused(
@@ -66,15 +68,23 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
             " you changed here is not saved"
         )
     document = parsed(text, keys.path)
+    wrong = _wrong(document, keys.path)
     for (section, key), value in changes.items():
         _set(document, section, key, value, by_hand)
+    if now := [line for line in _wrong(document, keys.path) if line not in wrong]:
+        raise Refused("\n".join(now))
     written = tomlkit.dumps(document)
-    try:
-        validate(document.unwrap(), Path(keys.path.name))
-    except MeasurementError as error:
-        raise Refused(str(error)) from error
     write_whole(keys.path, written.encode("utf8"))
     return Keys(keys.path, _version(written), document.unwrap())
+
+
+def _wrong(document: tomlkit.TOMLDocument, path: Path) -> list[str]:
+    """What is wrong with the keys, a line each."""
+    try:
+        validate(document.unwrap(), Path(path.name))
+    except MeasurementError as error:
+        return str(error).splitlines()
+    return []
 
 
 def _set(

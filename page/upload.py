@@ -17,7 +17,7 @@ from benchtwin.vision.evidence.film_or_photos import (
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
 from benchtwin.vision.foreign import SUFFIXES as TOOL_SUFFIXES
-from benchtwin.vision.recording import TABLES, VIDEO_SUFFIXES
+from benchtwin.vision.recording import TABLES, VIDEO_SUFFIXES, Recording
 
 PHOTO, VIDEO, SOUND, TABLE, KEYS = "photo", "video", "sound", "table", "keys"
 KINDS = {  # suffix → what it is and how large one may be [bytes]
@@ -113,6 +113,17 @@ def _fill(part: Path, group: NewRecording) -> None:
     ]
     brought = "".join(f"{BROUGHT}{name}\n" for name in renamed)
     (part / "recording.toml").write_text(rig + brought, encoding="utf8")
+
+
+def brought_as(recording: Recording) -> str:
+    """How a file was called that was renamed when it was brought; "" where none was."""
+    if not recording.toml.is_file():
+        return ""
+    text = recording.toml.read_text(encoding="utf-8-sig", errors="replace")
+    lines = [
+        x.removeprefix(BROUGHT) for x in text.splitlines() if x.startswith(BROUGHT)
+    ]
+    return ", ".join(lines)
 
 
 def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:

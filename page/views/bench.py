@@ -15,7 +15,7 @@ from benchtwin.page.card_number import (
 )
 from benchtwin.page.folder import RESULTS, Refused, clean_name
 from benchtwin.page.server import Site
-from benchtwin.page.views import keys_form, results
+from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
 from benchtwin.page.views.frame import bench_attribute, errors_shown, frame, tabs
 from benchtwin.page.views.numbers import in_words, with_unit
@@ -144,8 +144,12 @@ def _recordings(
         )
     for error in trouble:
         ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
+        if error.recording and (bench / error.recording).exists():
+            name = site.folder.name_of(bench / error.recording)
+            ui.link(f"Open {error.recording}", f"/recording?r={quote(name)}")
     with ui.element("div").classes("card-grid"):
         cards = [(one, _card(site, one)) for one in good]
+    recording_menu.removed_from(site, bench)
     background_tasks.create(_fill(site, bench, cards, ui.context.client))
 
 
