@@ -87,8 +87,9 @@ class Section:
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml;
     defaults: the bench.toml."""
+    rig = rig if rig in RIGS else None  # whatever a file says
     more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
-    wanted = [*COMMON_SECTIONS, *([rig] if rig in RIGS else []), *more, "air"]
+    wanted = [*COMMON_SECTIONS, *([rig] if rig else []), *more, "air"]
     top = tuple(
         _field("", key, info, content, defaults)
         for key, info in Keys.model_fields.items()
