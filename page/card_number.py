@@ -18,9 +18,9 @@ from benchtwin.vision.measurement import (
     Observation,
     Quantity,
 )
-from benchtwin.vision.observe import MAIN_QUANTITY
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.summary import summarise
+from benchtwin.vision.terminal import MAIN_QUANTITIES
 
 FILMS, PHOTOS = ("frames", "video"), "photos"
 TABLE_NAMES = (".csv",)  # of evidence that has the same name in every folder
@@ -28,9 +28,8 @@ TABLE_NAMES = (".csv",)  # of evidence that has the same name in every folder
 
 @dataclass(frozen=True)
 class CardNumber:
-    """A recording's main quantity, or the first that could be measured: the mean over
-    its n repeats ± the standard deviation of that mean. reason: why it is doubtful or
-    failed."""
+    """A recording's main quantity: the mean over its n repeats ± the standard deviation
+    of that mean. reason: why it is doubtful or failed."""
 
     quantity: str
     value: float
@@ -91,18 +90,16 @@ def _quantities(rows: pd.DataFrame, name: str) -> tuple[Quantity, ...]:
 
 
 def main_number(rig: str | None, found: Iterable[Observation]) -> CardNumber:
-    """The main quantity of the rig over all observations of one recording; where that
-    failed, the first that did not."""
+    """The first quantity that could be measured of those that `benchtwin measure` calls
+    the rig's main ones, over all observations of one recording."""
     found = list(found)
     every = [q for o in found for q in o.quantities]
     lines = {line.quantity: line for line in summarise(found)}
-    main = MAIN_QUANTITY.get(rig, ("recording", ""))
     if not lines:
         reason = next((q.reason for q in every if q.reason), "nothing was measured")
-        return CardNumber(
-            main[0], math.nan, math.nan, main[1], 0, FAILED, shorten_paths(reason)
-        )
-    line = lines.get(main[0]) or next(iter(lines.values()))
+        return CardNumber("", math.nan, math.nan, "", 0, FAILED, shorten_paths(reason))
+    wanted = MAIN_QUANTITIES.get(rig or "", ((),))[0]
+    line = lines[next((name for name in wanted if name in lines), next(iter(lines)))]
     mine = [q for q in every if q.name == line.quantity]
     doubts = dict.fromkeys(q.reason for q in mine if q.quality != GOOD and q.reason)
     return CardNumber(

@@ -17,7 +17,13 @@ from benchtwin.page.folder import RESULTS, Refused, clean_name
 from benchtwin.page.server import Site
 from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
-from benchtwin.page.views.frame import bench_attribute, errors_shown, frame, tabs
+from benchtwin.page.views.frame import (
+    ANSWER_S,
+    bench_attribute,
+    errors_shown,
+    frame,
+    tabs,
+)
 from benchtwin.page.views.numbers import in_words, with_unit
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
@@ -31,7 +37,7 @@ PICTURED = ("photos", "frames", "video")
 def register(site: Site) -> None:
     """Add the page of a bench, and of a folder of benches, to the site."""
 
-    @ui.page("/", title="benchtwin")
+    @ui.page("/", title="benchtwin", response_timeout=ANSWER_S)
     async def start() -> None:
         benches = site.folder.benches()
         if len(benches) == 1:
@@ -40,7 +46,7 @@ def register(site: Site) -> None:
         with frame(site.folder.root.name):
             _benches(site, benches)
 
-    @ui.page("/bench")
+    @ui.page("/bench", response_timeout=ANSWER_S)
     async def bench(b: str, tab: str = TABS[0], part: str = "") -> None:
         await _bench(site, b, tab, part)
 

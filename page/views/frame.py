@@ -10,6 +10,7 @@ from urllib.parse import quote
 from benchtwin.page.folder import Refused
 from nicegui import ui
 
+ANSWER_S = 60.0  # a large bench on a busy machine takes its time
 FILES = (
     '<link rel="stylesheet" href="/static/page.css"><script'
     ' src="/static/page.js"></script>'
@@ -54,7 +55,7 @@ def tabs(
 def neighbours(names: list[str], here: str, caption: str) -> None:
     """Buttons and arrow keys to the recordings before and after `here`."""
     at = names.index(here) if here in names else 0
-    with ui.row():
+    with ui.row().classes("items-center gap-1 min-w-0"):
         for icon, step, key in (
             ("navigate_before", -1, "j"),
             ("navigate_next", 1, "k"),
@@ -66,7 +67,7 @@ def neighbours(names: list[str], here: str, caption: str) -> None:
                     icon=icon, on_click=lambda w=where: ui.navigate.to(w)
                 )
                 button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
-        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft")
+        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft anywhere")
 
 
 def bench_attribute(name: str) -> str:

@@ -16,7 +16,7 @@ from benchtwin.page.recording_files import own_folder
 from benchtwin.page.server import Site
 from benchtwin.page.views import keys_form, recording_menu
 from benchtwin.page.views.elements import Picture, Wave
-from benchtwin.page.views.frame import errors_shown, frame, neighbours
+from benchtwin.page.views.frame import ANSWER_S, errors_shown, frame, neighbours
 from benchtwin.page.views.numbers import quantities_table
 from benchtwin.vision.evidence.photo import photo_size
 from benchtwin.vision.evidence.read_keys import read_toml
@@ -79,7 +79,7 @@ UNTIMED_FPS = 25.0  # a film whose rate nobody knows is played at
 def register(site: Site) -> None:
     """Add the page of a recording to the site."""
 
-    @ui.page("/recording")
+    @ui.page("/recording", response_timeout=ANSWER_S)
     async def recording(r: str) -> None:
         try:
             shown = site.recording(r)
@@ -192,11 +192,11 @@ class View:
             self.undo.on_click(errors_shown(partial(self._turn, back=True)))
             self.redo = ui.button("Redo", icon="redo")
             self.redo.on_click(errors_shown(partial(self._turn, back=False)))
-            for button, keys in ((self.undo, "Ctrl+Z"), (self.redo, "Ctrl+Shift+Z")):
-                button.props(f'flat dense no-caps aria-keyshortcuts="{keys}"')
-                button.tooltip(keys)
-        self.undo.props("id=undo")  # page.js presses them by key
-        self.redo.props("id=redo")
+            for button, keys, name in (
+                (self.undo, "Ctrl+Z", "undo"),
+                (self.redo, "Ctrl+Shift+Z", "redo"),
+            ):  # page.js presses them by key
+                button.props(f"flat dense no-caps data-key={name}").tooltip(keys)
         self._undo_state()
 
     def _undo_state(self) -> None:
@@ -324,9 +324,11 @@ class View:
                 ),
             ).bind_visibility_from(self.tool, "value", value="place").props("dense")
         self.help = ui.label().classes("soft text-xs")
+        self.help.set_visibility(False)
 
     def _take_tool(self, tool: str) -> None:
         self.help.set_text(HELP[tool])
+        self.help.set_visibility(bool(tool))
         self._show(tool=tool)
 
     async def _film(self) -> None:
@@ -398,13 +400,15 @@ class View:
         found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
         if options != plain:
-            if self.uncorrected is None:
-                self.uncorrected = await asyncio.to_thread(
+            uncorrected = self.uncorrected
+            if uncorrected is None:
+                uncorrected = await asyncio.to_thread(
                     measuring.measure_pile, self.recording, plain
                 )
+                self.uncorrected = uncorrected
             columns = {
                 "corrected": found.quantities,
-                "automatic": self.uncorrected.quantities,
+                "automatic": uncorrected.quantities,
             }
         self._draw(
             **{
@@ -420,9 +424,10 @@ class View:
         """The impacts on the waveform and what they say; where there are pictures too,
         that is the sound's part alone."""
         sound, onsets = await asyncio.to_thread(self.site.sound, self.recording)
-        now = self.heard = await asyncio.to_thread(
+        now = await asyncio.to_thread(
             sound_impacts.find_with_corrections, sound, onsets, self.recording
         )
+        self.heard = now
         assert self.wave is not None
         self.wave.show(
             impacts=now.impacts, added=now.added, struck=now.struck, others=now.others
@@ -513,11 +518,12 @@ class View:
                 {("track", "follow_px"): [round(float(v), 1) for v in value]}
             )
         elif what in ("place", "unplace"):
-            frame, x, y = value if what == "place" else (value, None, None)
-            others = [p for p in self.recording.track.places_px or () if p[0] != frame]
-            placed = [] if x is None else [(int(frame), round(x, 1), round(y, 1))]
-            kept = [list(p) for p in sorted([*others, *placed])]
-            await self._keep({("track", "places_px"): kept or None})
+            at = int(value[0] if what == "place" else value)
+            stated = self.recording.track.places_px or ()
+            places: list[list[float]] = [[*p] for p in stated if p[0] != at]
+            if what == "place":
+                places.append([at, *(round(float(v), 1) for v in value[1:])])
+            await self._keep({("track", "places_px"): sorted(places) or None})
         elif what == "strike":
             struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
             await self._keep({("track", "left_out_frames"): sorted(struck) or None})
@@ -610,7 +616,7 @@ class View:
                 dialog.open()
                 return
             ui.label(", ".join(key for _, key in shared)).classes("anywhere")
-            boxes = {}
+            boxes: dict[Path, ui.checkbox] = {}
             with ui.row():
                 for words, value in (("All", True), ("None", False)):
                     ui.button(
@@ -622,12 +628,12 @@ class View:
             with ui.column().classes("gap-0 w-full chosen-photos"):
                 for one in self._alike():
                     file = original_name(one)
-                    boxes[one] = ui.checkbox(f"{one.id} ({file})").props("dense")
+                    boxes[one.path] = ui.checkbox(f"{one.id} ({file})").props("dense")
             with ui.row().classes("w-full justify-end"):
                 ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
 
                 def use() -> None:
-                    chosen = [one for one, box in boxes.items() if box.value]
+                    chosen = [r for r in self._alike() if boxes[r.path].value]
                     dialog.close()
                     self._use_on(chosen, shared)
 
