@@ -99,6 +99,8 @@ def rename(path: Path, name: str, folder: Folder) -> Path:
         name += path.suffix
     if name in (RESULTS, "frames"):
         raise Refused(f"{name} is not a name for a recording")
+    if (bench / name).exists():
+        raise Refused(f"{name} exists already; nothing was replaced")
     if (file := path / "recording.toml").is_file():
         keys = toml_file.read(file)
         if "id" in keys.content:  # it would be shown in the place of the name

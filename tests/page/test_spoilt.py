@@ -8,7 +8,6 @@ from urllib.parse import quote
 
 import pytest
 from benchtwin.vision.find_recordings import find_recordings
-from benchtwin.vision.recording import Recording
 
 from .spoilt import spoilt_bench
 

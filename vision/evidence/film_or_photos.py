@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import lru_cache
@@ -112,13 +113,12 @@ def _by_name(stem: str, names: list[str]) -> Evidence:
 
 
 def _by_size(files: list[Path]) -> Evidence:
-    sizes = set()
+    sizes: Counter[tuple[int, int]] = Counter()
     for file in files:
-        try:
-            sizes.add(photo_size(file))
-        except (MeasurementError, OSError):
-            continue
-    return [(-3.0, "they differ in size")] if len(sizes) > 1 else []
+        with suppress(MeasurementError, OSError):
+            sizes[photo_size(file)] += 1
+    others = sizes.total() - max(sizes.values(), default=0)
+    return [(-4.0, "they differ in size")] if others > 0.05 * sizes.total() else []
 
 
 def _by_camera(files: list[Path]) -> Evidence:
