@@ -118,7 +118,7 @@ def _by_size(files: list[Path]) -> Evidence:
         with suppress(MeasurementError, OSError):
             sizes[photo_size(file)] += 1
     others = sizes.total() - max(sizes.values(), default=0)
-    return [(-4.0, "they differ in size")] if others > 0.05 * sizes.total() else []
+    return [(-5.0, "they differ in size")] if others > 0.05 * sizes.total() else []
 
 
 def _by_camera(files: list[Path]) -> Evidence:
@@ -130,7 +130,7 @@ def _by_camera(files: list[Path]) -> Evidence:
     times = [t for tag in tags if (t := _taken(tag)) is not None]
     steps = [(b - a).total_seconds() for a, b in itertools.pairwise(times)]
     if len(times) > 0.8 * len(files) and (gap := float(np.median(np.abs(steps)))) >= 1:
-        even = float(np.median(np.abs(np.array(steps) - gap))) < 0.05 * gap
+        even = float(np.std(steps)) < 0.1 * gap
         words = f"they were taken {gap:.3g} s apart"
         found.append((0.0, f"{words}, evenly") if even else (-2.0, words))
     elif steps:
