@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 from benchtwin.page.measuring import measure_recording, shorten_paths
 from benchtwin.page.results import MEASURED
+from benchtwin.page.upload import brought_as
 from benchtwin.vision.batch import split_photos
 from benchtwin.vision.measurement import (
     DOUBTFUL,
@@ -113,8 +114,10 @@ def main_number(rig: str | None, found: Iterable[Observation]) -> CardNumber:
 
 
 def original_name(recording: Recording) -> str:
-    """The name under which the file came; "" for a table, which is renamed, and for
-    frames the first and the last."""
+    """The name under which the file came; for frames the first and the last. "" for a
+    table of which nobody knows how it was called."""
+    if brought := brought_as(recording):
+        return brought
     files = [f for f in recording.files if f.suffix.lower() not in TABLE_NAMES]
     if not files:
         return ""

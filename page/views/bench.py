@@ -5,7 +5,6 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from benchtwin.page import runs
 from benchtwin.page.card_number import (
     FILMS,
     CardNumber,
@@ -16,11 +15,16 @@ from benchtwin.page.card_number import (
 )
 from benchtwin.page.folder import RESULTS, Refused, clean_name
 from benchtwin.page.server import Site
-from benchtwin.page.views import keys_form, results
+from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
-from benchtwin.page.views.frame import bench_attribute, errors_shown, frame, tabs
+from benchtwin.page.views.frame import (
+    ANSWER_S,
+    bench_attribute,
+    errors_shown,
+    frame,
+    tabs,
+)
 from benchtwin.page.views.numbers import in_words, with_unit
-from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
@@ -33,7 +37,7 @@ PICTURED = ("photos", "frames", "video")
 def register(site: Site) -> None:
     """Add the page of a bench, and of a folder of benches, to the site."""
 
-    @ui.page("/", title="benchtwin")
+    @ui.page("/", title="benchtwin", response_timeout=ANSWER_S)
     async def start() -> None:
         benches = site.folder.benches()
         if len(benches) == 1:
@@ -42,7 +46,7 @@ def register(site: Site) -> None:
         with frame(site.folder.root.name):
             _benches(site, benches)
 
-    @ui.page("/bench")
+    @ui.page("/bench", response_timeout=ANSWER_S)
     async def bench(b: str, tab: str = TABS[0], part: str = "") -> None:
         await _bench(site, b, tab, part)
 
@@ -58,7 +62,7 @@ def _benches(site: Site, benches: list[Path]) -> None:
                 ui.card().classes("w-full"),
             ):
                 ui.label(name).classes("font-bold anywhere")
-                ui.label(_holds(bench)).classes("soft")
+                ui.label(_holds(site, bench)).classes("soft")
     ui.label("A new bench of your own: files dropped on it stay in its folder").classes(
         "soft q-mt-md"
     )
@@ -80,11 +84,13 @@ def _benches(site: Site, benches: list[Path]) -> None:
         ui.button("New bench", on_click=make).props("no-caps")
 
 
-def _holds(bench: Path) -> str:
-    """ "8 drops, 5 slides, 3 piles", told by rig."""
-    rigs = Counter(
-        r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording)
-    )
+def _holds(site: Site, bench: Path) -> str:
+    """ "8 drops, 5 slides, 3 piles", told by rig; or why it cannot be opened."""
+    try:
+        entries = site.recordings(bench)
+    except Refused as error:
+        return str(error)
+    rigs = Counter(r.rig or "recording" for r in entries if isinstance(r, Recording))
     return (
         ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
         or "nothing yet"
@@ -94,7 +100,8 @@ def _holds(bench: Path) -> str:
 async def _bench(site: Site, name: str, tab: str, part: str) -> None:
     try:
         folder = site.folder.inside(name)
-        entries = await asyncio.to_thread(find_recordings, folder)
+        site.folder.results(folder)
+        entries = await asyncio.to_thread(site.recordings, folder)
     except (Refused, OSError) as error:
         with frame("benchtwin", back="/"):
             ui.label(f"This bench cannot be opened: {error}").classes("failed")
@@ -116,7 +123,6 @@ async def _bench(site: Site, name: str, tab: str, part: str) -> None:
             runs_panel.panel(site, folder)
         else:
             results.panel(site, folder, part)
-    runs.advance(folder, site.folder)
 
 
 def _recordings(
@@ -144,8 +150,12 @@ def _recordings(
         )
     for error in trouble:
         ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
+        if error.recording and (bench / error.recording).exists():
+            name = site.folder.name_of(bench / error.recording)
+            ui.link(f"Open {error.recording}", f"/recording?r={quote(name)}")
     with ui.element("div").classes("card-grid"):
         cards = [(one, _card(site, one)) for one in good]
+    recording_menu.removed_from(site, bench)
     background_tasks.create(_fill(site, bench, cards, ui.context.client))
 
 

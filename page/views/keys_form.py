@@ -10,8 +10,9 @@ from typing import Any
 
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
-from benchtwin.page.form import Field, form
+from benchtwin.page.form import Field, form, table
 from benchtwin.page.server import Site
+from benchtwin.page.views.frame import bench_attribute, errors_shown
 from nicegui import background_tasks, ui
 
 REST_S = 0.8  # without typing, after which what was typed is saved
@@ -40,13 +41,14 @@ class KeysForm:
         self.conditions: _Conditions | None = None
         self.sections: dict[str, Any] = {}
         self.resting: asyncio.Task | None = None
+        self.status = ui.label("Saves itself.").classes("soft text-sm anywhere")
+        self.status.props('role="status"')
         try:
             content = toml_file.read(path).content
-        except Refused as error:
-            ui.label(str(error)).classes("failed")
+        except (Refused, OSError) as error:
+            self.status.set_text(str(error))
+            self._text()
             return
-        self.status = ui.label("Saves itself.").classes("soft text-sm")
-        self.status.props('role="status"')
         self._build(content, content.get("rig") or rig, defaults)
 
     def _build(self, content: dict, rig: str | None, defaults: dict) -> None:
@@ -68,14 +70,29 @@ class KeysForm:
                         for one in rare:
                             self._add(one, content)
 
+    def _text(self) -> None:
+        """The file as it is, where it is no TOML that a form could show."""
+        text = ui.textarea(self.path.name, value=toml_file.any_text(self.path))
+        text.classes("w-full").props("outlined autogrow")
+
+        @errors_shown
+        async def save() -> None:
+            with self.site.history.kept(self.path):
+                toml_file.write_text(self.path, text.value or "")
+            if self.saved:
+                await self.saved(set())
+            ui.navigate.reload()
+
+        ui.button("Save", on_click=save).props("no-caps")
+
     def _add(self, one: Field, content: dict) -> None:
         if one.kind == "conditions":
-            present = content.get("conditions", {})
+            present = table(content, "conditions")
             self.conditions = _Conditions(present, self.note)
             self.loaded |= {("conditions", k): v for k, v in present.items()}
             return
         place = (one.section, one.key)
-        self.loaded[place] = one.value
+        self.loaded[place] = _in(content, place)
         self.inputs[place] = _Input(one, partial(self.note, place), self.save)
 
     def note(self, place: Place, value: Any, *, at_once: bool = False) -> None:
@@ -156,7 +173,7 @@ class KeysForm:
             if place not in self.typed:
                 field.show(self.loaded[place])
         if self.conditions:
-            present = content.get("conditions", {})
+            present = table(content, "conditions")
             self.loaded |= {("conditions", k): v for k, v in present.items()}
             self.conditions.take(present)
 
@@ -174,8 +191,9 @@ class _Input:
             if key.kind in ("choice", "yes"):
                 yes = {True: "yes", False: "no"}
                 named = yes if key.kind == "yes" else {c: c for c in key.choices}
+                self.named: dict = {None: "–", **named}
                 self.made = ui.select(
-                    {None: "–", **named},
+                    self._with(self.shown(key.value)),
                     label=label,
                     value=self.shown(key.value),
                     on_change=lambda e: note(e.value, at_once=True),
@@ -190,7 +208,8 @@ class _Input:
             if key.kind == "rows":
                 self.made.props("readonly")
             self.made.classes("w-full").props(
-                f'dense stack-label placeholder="{hint}" aria-label="{label}"'
+                f'dense stack-label placeholder="{bench_attribute(hint)}"'
+                f' aria-label="{bench_attribute(label)}"'
             )
             self.help = ui.label().classes("text-xs")
             self.why = ui.label().classes("text-xs failed").props('role="alert"')
@@ -199,15 +218,22 @@ class _Input:
 
     def shown(self, value: Any) -> Any:
         """A value as the field holds it."""
-        if self.key.kind == "yes":
+        if self.key.kind == "yes" and isinstance(value, bool):
             return value
-        if self.key.kind == "choice":
-            return value if not isinstance(value, list) else None
-        if self.key.kind == "rows":
+        if self.key.kind in ("yes", "choice"):
+            return None if value is None or isinstance(value, list) else str(value)
+        if self.key.kind == "rows" and isinstance(value, list):
             return f"{len(value)} set on the picture" if value else ""
         return _shown(value)
 
+    def _with(self, value: Any) -> dict:
+        """The choices, and a value that is none of them."""
+        known = value in self.named
+        return self.named if known else {**self.named, value: f"{value} (not known)"}
+
     def show(self, value: Any) -> None:
+        if self.key.kind in ("yes", "choice"):
+            self.made.set_options(self._with(self.shown(value)))
         self.made.set_value(self.shown(value))
 
     def say(self, why: str) -> None:
@@ -270,7 +296,7 @@ class _Conditions:
 
 def _in(content: dict, place: Place) -> Any:
     section, key = place
-    return (content.get(section, {}) if section else content).get(key)
+    return (table(content, section) if section else content).get(key)
 
 
 def _value(text: str) -> float | str:

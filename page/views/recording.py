@@ -12,18 +12,18 @@ from benchtwin.page import measuring, sound_impacts, toml_file
 from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import needed
+from benchtwin.page.recording_files import own_folder
 from benchtwin.page.server import Site
-from benchtwin.page.views import keys_form
+from benchtwin.page.views import keys_form, recording_menu
 from benchtwin.page.views.elements import Picture, Wave
-from benchtwin.page.views.frame import errors_shown, frame, neighbours
+from benchtwin.page.views.frame import ANSWER_S, errors_shown, frame, neighbours
 from benchtwin.page.views.numbers import quantities_table
+from benchtwin.vision.evidence.photo import photo_size
 from benchtwin.vision.evidence.read_keys import read_toml
-from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import sound_of
 from benchtwin.vision.recording import Recording
 from nicegui import ui
-from PIL import ExifTags, Image
 
 TOOL_NAMES = {
     "": "Look",
@@ -79,7 +79,7 @@ UNTIMED_FPS = 25.0  # a film whose rate nobody knows is played at
 def register(site: Site) -> None:
     """Add the page of a recording to the site."""
 
-    @ui.page("/recording")
+    @ui.page("/recording", response_timeout=ANSWER_S)
     async def recording(r: str) -> None:
         try:
             shown = site.recording(r)
@@ -94,24 +94,36 @@ def register(site: Site) -> None:
 
 
 def _only_keys(site: Site, name: str) -> None:
-    """The form alone, where it is the keys that are wrong."""
+    """What mends it where the files cannot be read: their menu, and the keys."""
     try:
-        folder = site.folder.inside(name)
+        path = site.folder.inside(name)
+        site.folder.refuse_links(path)
     except Refused:
         return
-    if (folder / "recording.toml").is_file():
+    if not path.exists():
+        return
+    recording_menu.show_for_broken(site, path)
 
-        async def again(_: set[keys_form.Place]) -> None:
-            ui.navigate.reload()
+    async def again(_: set[keys_form.Place]) -> None:
+        ui.navigate.reload()
 
-        keys_form.KeysForm(site, folder / "recording.toml", None, {}, again)
+    beside = path.parent / "bench.toml"
+    wrong = path != site.folder.root and _unreadable(beside)
+    if not path.is_dir() and not wrong:
+        return
+    file = beside if wrong else path / "recording.toml"
+    ui.label(file.name).classes("text-h6")
+    keys_form.KeysForm(site, file, None, {}, again)
 
 
-def photo_size(file: Path) -> tuple[int, int]:
-    """Width and height [px] of a photo as it is looked at, turned upright."""
-    with Image.open(file) as photo:
-        lies = photo.getexif().get(ExifTags.Base.Orientation, 1) >= 5
-        return photo.size[::-1] if lies else photo.size
+def _unreadable(file: Path) -> bool:
+    if not file.is_file():
+        return False
+    try:
+        read_toml(file)
+    except (MeasurementError, OSError):
+        return True
+    return False
 
 
 class View:
@@ -119,7 +131,8 @@ class View:
 
     def __init__(self, site: Site, name: str, recording: Recording):
         self.site, self.name, self.recording = site, name, recording
-        self.bench = recording.path.parent
+        at = recording.path
+        self.bench = at if at == site.folder.root else at.parent
         self.picture: Picture | None = None
         self.wave: Wave | None = None
         self.heard: sound_impacts.SoundView | None = None
@@ -140,17 +153,17 @@ class View:
     async def build(self) -> None:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
-            entries = await asyncio.to_thread(find_recordings, self.bench)
+            entries = await asyncio.to_thread(self.site.recordings, self.bench)
             self.others = [e for e in entries if isinstance(e, Recording)]
             names = [self.site.folder.name_of(e.path) for e in self.others]
             with ui.row().classes("w-full items-center gap-x-4"):
                 neighbours(names, self.name, self._caption())
                 self._undo_buttons()
+                recording_menu.show(self.site, self.recording, entries)
             if self.recording.rig is None:
                 self._which_rig()
             with ui.element("div").classes("picture-and-numbers"):
-                with ui.column().classes("w-full min-w-0"):
-                    await self._picture()
+                self.place = ui.column().classes("w-full min-w-0")
                 with ui.column().classes("min-w-0 gap-2"):
                     with ui.element("div").classes("scroll-x"):
                         self.numbers = ui.html("", sanitize=False)
@@ -160,7 +173,12 @@ class View:
                 self._keys()
         await ui.context.client.connected(
             timeout=30
-        )  # the page is there while it is measured
+        )  # the page is there while the film is opened and measured
+        try:
+            with self.place:
+                await self._picture()
+        except (MeasurementError, OSError):
+            self.picture = None  # measuring says why
         await self._measure()
 
     def _caption(self) -> str:
@@ -314,14 +332,15 @@ class View:
         self._show(tool=tool)
 
     async def _film(self) -> None:
-        film = await asyncio.to_thread(self.site.film, self.recording)
+        film = await asyncio.to_thread(self.site.film, self.name)
         self.size = film.size
         movable = self.recording.rig in ("drop", "roll", "slide")
         of_seed = ("strike", "follow", "place") if movable else ()
         self._tools(("", *of_seed, "ruler", "plumb"))
+        version = self.recording.files[0].stat().st_mtime_ns
         played = {
-            "numbers": film.source.numbers,
-            "source": f"/frame?r={quote(self.name)}",
+            "numbers": film.numbers,
+            "source": f"/frame?r={quote(self.name)}&v={version}",
             "rate": film.source.fps or UNTIMED_FPS,
             "timed": bool(film.source.fps),
         }
@@ -463,9 +482,10 @@ class View:
     def _keys(self) -> None:
         if not self.recording.path.is_dir():
             ui.label(
-                "This photo lies loose in the folder; put it into a folder of its own"
-                " to say something about it."
+                "This photo lies loose in the folder. The first correction puts it into"
+                " a folder of its own, which holds what is said of it."
             ).classes("soft")
+            recording_menu.own_folder_button(self.site, self.recording)
             return
         beside = self.bench / "bench.toml"
         try:
@@ -548,17 +568,21 @@ class View:
         """Write keys and measure anew."""
         rig = self.recording.rig
         try:
-            if not self.recording.path.is_dir():
-                raise Refused(
-                    "This photo lies loose in the folder; put it into a folder of its"
-                    " own to correct it"
-                )
+            loose = not self.recording.path.is_dir()
+            if loose:
+                made = own_folder(self.recording.path, self.site.folder)
+                self.name = self.site.folder.name_of(made)
+                self.recording = self.site.recording(self.name)
             with self.site.history.kept(self.recording.toml):
                 keys = toml_file.read(self.recording.toml)
                 toml_file.change(keys, changes, by_hand=by_hand)
             self.recording = self.site.recording(self.name)
         except (Refused, OSError) as error:
             ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
+            loose = False
+        if loose:
+            recording_menu.open_page(self.name)
+            return
         await self._changed(rig)
 
     def _alike(self) -> list[Recording]:

@@ -45,6 +45,9 @@ def panel(site: Site, bench: Path, part: str) -> None:
     """What is known first: values and verdicts, then pictures and reports, one at a
     time, then the long table. part: the heading that is shown."""
     left = site.folder.results(bench)
+    for link in site.folder.links_out(left):
+        ui.label(site.folder.refused_link(link)).classes("failed")
+        return
     _calibrated(results.calibrated(left))
     parts = _parts(site, bench, left)
     if parts:

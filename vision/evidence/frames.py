@@ -116,6 +116,11 @@ class FrameFolder(FrameSource):
     def numbers(self) -> list[int]:
         return [number for number, _ in self._files]
 
+    @property
+    def by_number(self) -> dict[int, Path]:
+        """The frames' files."""
+        return dict(self._files)
+
     def iterate(self) -> Iterator[Frame]:
         shape = None
         for number, file in self._files:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from benchtwin.vision.evidence.keys import Tracking
+from benchtwin.bench.keys import Tracking
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.track import Track, make_track
 
