@@ -538,7 +538,7 @@ def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
         " done([r.status, await r.text()]))"
     )
     status, said = window.driver.execute_async_script(fetched)
-    assert status == 422 and "leads out of this folder" in said
+    assert status == 422 and "is a link out of this folder" in said
     shutil.rmtree(window.folder / "linked")
     window.troubles()
 
@@ -687,7 +687,7 @@ def test_a_card_has_number_quality_and_original_name(window):
     window.go("/")
     window.until(
         lambda: any(
-            t.startswith("drop-11") and "n = 3" in t and "restitution 0.4" in t
+            "drop-11" in t and "n = 3" in t and "restitution 0.4" in t
             for t in cards(window)
         ),
         60,
@@ -768,6 +768,7 @@ def test_a_correction_is_undone_and_done_again(window):
     focus(window, ".look")
     window.keys("\ue007")  # Enter: the frame shown
     window.until(lambda: "left_out_frames" in keys.read_text())
+    window.until(lambda: window.all("[data-key=undo]:not([disabled])"))
     ActionChains(window.driver).key_down("\ue009").send_keys("z").key_up(
         "\ue009"
     ).perform()
