@@ -3,8 +3,8 @@
 import asyncio
 from pathlib import Path
 
-from benchtwin.page.server import Site
 from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
+from benchtwin.page.site import Site
 from benchtwin.page.views.elements import SideBySide
 from benchtwin.vision.measurement import MeasurementError
 from nicegui import ui
@@ -23,8 +23,9 @@ def panel(site: Site, bench: Path) -> None:
 
     async def show(chosen: BenchTwinPair) -> None:
         place.clear()
-        with place:
+        with place, ui.row().classes("items-center").props('role="status"'):
             ui.spinner()
+            ui.label("reading recording and twin …")
         try:
             both = await asyncio.to_thread(read_pair, chosen)
             shown = browser_data(chosen, both, site.folder)

@@ -482,7 +482,7 @@ def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrate
     window.go("/bench?b=.&tab=Results")
     window.press("Bench and twin")
     assert "part=Bench" in window.driver.current_url
-    slider = window.until(lambda: window.all(".beside input[type=range]"), 60)[0]
+    slider = window.until(lambda: window.all(".beside input[type=range]"), 180)[0]
     pictures = [e.get_attribute("src") for e in window.all(".beside img")]
     assert len(pictures) == 2 and all("/frame?r=" in src for src in pictures)
     before = window.text(".beside-words")
