@@ -195,7 +195,8 @@ def test_a_dropped_file_is_taken_and_the_address_follows_the_tab(window, tmp_pat
     firefox.go(f"{root}/")
     firefox.until("return !!document.querySelector('[data-bench]')")
     firefox.run(
-        """const data = new DataTransfer(), rows = 'rebound_height_mm\\n70\\n72\\n71\\n';
+        """const data = new DataTransfer();
+        const rows = 'rebound_height_mm\\n70\\n72\\n71\\n';
         const how = {bubbles: true, cancelable: true, dataTransfer: data};
         data.items.add(new File([rows], 'dropped.csv'));
         for (const kind of ['dragover', 'drop'])
