@@ -120,7 +120,7 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
     with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
         with ui.row().classes("items-center w-full"):
             ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes(
-                "font-bold"
+                "font-bold anywhere"
             )
             ui.label(one.status).classes(COLOURS[one.status])
             ui.label(_duration(one.took_s) if one.status != WAITING else "")
