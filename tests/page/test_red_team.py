@@ -69,7 +69,7 @@ def quiet(monkeypatch, tmp_path):
     return started
 
 
-def until(condition, seconds: float = 60.0):
+def until(condition, seconds: float = 120.0):
     end = time.time() + seconds
     while not condition():
         assert time.time() < end, "it took too long"
