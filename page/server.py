@@ -39,9 +39,14 @@ SERVED = {
     ".md": "text/plain",
 }
 # a report draws its figures itself, and reaches nothing of the page
-SCRIPTS = "sandbox allow-scripts"
+SCRIPTS = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'"
+    " 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
+)
+# a contact sheet loads pictures that lie beside it
 NO_SCRIPTS = (
-    "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
+    "sandbox allow-same-origin; default-src 'none'; style-src 'unsafe-inline';"
+    " img-src 'self' data:"
 )
 
 

@@ -1,21 +1,25 @@
 """The page in a real browser: adding files, corrections, keys, runs, results. Skipped
 where there is no Chromium with its driver."""
 
+import http.server
 import io
 import json
 import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 import urllib.error
 import urllib.request
 from pathlib import Path
+from typing import ClassVar
 from urllib.parse import quote
 
 import numpy as np
 import pytest
+from benchtwin.page.guard import forwarding
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.pile.repose import measure_repose
 from benchtwin.vision.recording import read_recording
@@ -883,5 +887,78 @@ def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(
                 is not None
             )
             assert not window.troubles()
+        finally:
+            window.driver.quit()
+
+
+class Elsewhere(http.server.BaseHTTPRequestHandler):
+    """Another server, which notes what it was asked for."""
+
+    asked: ClassVar[list[str]] = []
+
+    def do_GET(self):
+        self.asked.append(self.path)
+        self.send_response(200)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
+    """Whoever wrote it: no picture, no request, and the frame goes nowhere."""
+    server = http.server.HTTPServer(("127.0.0.1", 0), Elsewhere)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    away = f"http://127.0.0.1:{server.server_port}"
+    results = window.folder / "results" / "calibrated"
+    results.mkdir(parents=True, exist_ok=True)
+    (results / "report.html").write_text(
+        f"<p id=drawn></p><img src={away}/picture><script>"
+        f"document.getElementById('drawn').textContent = 'drawn'; fetch('{away}/data')"
+        f".catch(() => 0); setTimeout(() => {{ location = '{away}/page' }}, 500)"
+        "</script>"
+    )
+    try:
+        window.go("/bench?b=.&tab=Results")
+        frame = window.until(lambda: window.all("iframe"))[0]
+        window.driver.switch_to.frame(frame)
+        window.until(lambda: window.text("#drawn") == "drawn")
+        window.driver.switch_to.default_content()
+        time.sleep(2)
+        assert Elsewhere.asked == []
+        window.driver.get(f"{away}/control")
+        assert Elsewhere.asked[0] == "/control"
+    finally:
+        server.shutdown()
+        (results / "report.html").unlink()
+        window.driver.get_log("browser")  # it complains, as it should
+
+
+def test_what_was_asked_for_elsewhere_runs_on_a_click(window, tmp_path):
+    """A bench with a forged run, opened by the address in a file."""
+    mark, place = tmp_path / "mark", window.folder / "results" / "runs" / "0900-measure"
+    place.mkdir(parents=True)
+    job = {"command": "measure", "options": [], "arguments": ["touch", str(mark)]}
+    (place / "job.json").write_text(json.dumps(job))
+    window.go("/bench?b=.&tab=Run")
+    window.until(lambda: "asked for elsewhere" in window.text())
+    time.sleep(2)
+    assert len(list(place.iterdir())) == 1
+    window.press("Run here")
+    window.until(lambda: (place.with_name("0901-measure") / "state.json").is_file(), 60)
+    assert not mark.exists() and len(list(place.iterdir())) == 1
+
+
+def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):
+    """As the command hands it to the browser: a strict cookie is sent all the same."""
+    with serve(tmp_path / "bench") as address:
+        file = tmp_path / "open.html"
+        file.write_text(forwarding(address))
+        window = Window(address.split("?")[0], tmp_path / "bench")
+        try:
+            assert "holds the key" in window.text()
+            window.driver.get(file.as_uri())
+            window.until(lambda: "Nothing here yet" in window.text())
+            assert "token" not in window.driver.current_url
         finally:
             window.driver.quit()
