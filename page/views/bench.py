@@ -14,7 +14,7 @@ from benchtwin.page.card_number import (
     version,
 )
 from benchtwin.page.folder import RESULTS, Refused, clean_name
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
 from benchtwin.page.views.frame import (

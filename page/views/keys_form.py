@@ -11,7 +11,7 @@ from typing import Any
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import Field, form, table
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 from benchtwin.page.views.frame import bench_attribute, errors_shown
 from nicegui import background_tasks, ui
 

@@ -13,7 +13,7 @@ from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import needed
 from benchtwin.page.recording_files import own_folder
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu
 from benchtwin.page.views.elements import Picture, Wave
 from benchtwin.page.views.frame import ANSWER_S, errors_shown, frame, neighbours

@@ -6,7 +6,7 @@ from urllib.parse import quote
 
 from benchtwin.page import recording_files as files
 from benchtwin.page.folder import Refused
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 from benchtwin.page.views.frame import bench_attribute, errors_shown
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.measurement import MeasurementError

@@ -10,8 +10,8 @@ from urllib.parse import quote
 import pandas as pd
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
-from benchtwin.page.server import Site
 from benchtwin.page.side_by_side import pairs_of
+from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
 from benchtwin.page.views.elements import PosteriorCloud
 from benchtwin.page.views.frame import tabs

@@ -16,7 +16,7 @@ from benchtwin.page.runs import (
     WAITING,
     Run,
 )
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 from benchtwin.page.views.frame import errors_shown
 from nicegui import ui
 
