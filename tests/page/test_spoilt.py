@@ -1,9 +1,6 @@
 """Every address of the page answers in words, whatever lies in the folder."""
 
-import http.cookiejar
 import shutil
-import urllib.error
-import urllib.request
 from urllib.parse import quote
 
 import pytest
@@ -11,6 +8,7 @@ from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording
 
 from .spoilt import spoilt_bench
+from .visitor import Visitor
 
 EVERY_KIND = 54  # recordings: each of the wrong keys stands in one of them
 OF_ONE = (
@@ -26,23 +24,6 @@ OF_ONE = (
 OF_BENCH = ("/bench?b={}", "/bench?b={}&tab=Results", "/bench?b={}&tab=Run")
 OF_BENCH += ("/bench?b={}&tab=What%20holds%20for%20all", "/next?bench={}")
 OF_BENCH += ("/zip?bench={}", "/cards?bench={}&engine=lammps")
-
-
-class Visitor:
-    """A browser without scripts."""
-
-    def __init__(self, address: str):
-        jar = urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar())
-        self.opener = urllib.request.build_opener(jar)
-        self.root = address.split("/?")[0]
-        self.opener.open(address, timeout=60).read()
-
-    def get(self, path: str) -> tuple[int, bytes]:
-        try:
-            with self.opener.open(self.root + path, timeout=60) as answer:
-                return answer.status, answer.read()
-        except urllib.error.HTTPError as error:
-            return error.code, error.read()
 
 
 @pytest.fixture(
