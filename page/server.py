@@ -235,6 +235,8 @@ def _pictures(app: FastAPI, site: Site) -> None:
         file = sound_of(site.recording(r))
         if file is None:
             raise Refused(f"{r} has no sound")
+        if not file.stat().st_size:
+            raise Refused(f"{file.name}: the file is empty (0 bytes)")
         return FileResponse(
             folder.inside(folder.name_of(file))
         )  # a link out of the folder is refused
