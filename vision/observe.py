@@ -58,10 +58,11 @@ def _observe(
 
         return observe_readings(recording, trim)
     if recording.rig is None:
-        raise MeasurementError(
-            f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or"
-            " drum"
-        )
+        from benchtwin.vision.tell_rig import with_rig
+
+        known, told = with_rig(recording)
+        found = _observe(known, options, trim, progress)
+        return replace(found, notes=(told, *found.notes))
     if recording.rig == "pile":
         return observe_pile(recording, options)
     if recording.rig == "drum":
