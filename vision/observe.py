@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from benchtwin.vision.evidence.keys import Seed
+from benchtwin.bench.keys import Seed
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
@@ -79,6 +79,12 @@ def _observe(
     return observe_moving(recording, progress)
 
 
+def _split_in_words(recording: Recording) -> str:
+    if recording.evidence != "frames":
+        return ""
+    return '; photos of different piles lie in the recording\'s folder, not in "frames"'
+
+
 def observe_pile(
     recording: Recording, options: PileOptions | None = None
 ) -> Observation:
@@ -89,7 +95,7 @@ def observe_pile(
     if recording.evidence != "photos":
         raise MeasurementError(
             f"{recording.path}: a pile is measured on photos, not on"
-            f" {recording.evidence}"
+            f" {recording.evidence}{_split_in_words(recording)}"
         )
     image = read_photo(recording.files[0])
     options = options or PileOptions()

@@ -1,11 +1,11 @@
 """Which rig a recording shows, told by its evidence where nobody states it."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
+from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames
-from benchtwin.vision.evidence.tables import read_track
+from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.foreign.unit_inference import free_falls
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import RIG_OF_KIND, Recording
@@ -35,7 +35,7 @@ def with_rig(recording: Recording) -> tuple[Recording, str]:
         return recording, ""
     told = told_rig(recording)
     if told is None:
-        raise MeasurementError(which_rig(recording.path))
+        raise MeasurementError(_which_rig(recording))
     rig, why = told
     known = replace(recording, rig=rig)
     missing = [
@@ -48,8 +48,17 @@ def with_rig(recording: Recording) -> tuple[Recording, str]:
     return known, f"taken for a {rig}: {why}{unknown}"
 
 
-def which_rig(path: Path) -> str:
+def _which_rig(recording: Recording) -> str:
     """What to do where nothing tells the rig."""
+    path, series = recording.path, ""
+    if recording.evidence == "photos":
+        judged = film_or_photos({p.name: p for p in recording.files})
+        series = f". Its pictures may be photos of piles, or one film: {judged.why}"
+    if path.is_dir():
+        return (
+            f"{recording.toml}: rig is missing, and nothing in the evidence tells it;"
+            f" it should be drop, slide, roll, pile or drum{series}"
+        )
     return (
         f"{path}: rig is missing, and nothing in the evidence tells it; go on with:"
         f" benchtwin import {path} --rig roll --out my-bench (or drop, slide, pile)"
@@ -58,8 +67,9 @@ def which_rig(path: Path) -> str:
 
 def told_rig(recording: Recording) -> tuple[str, str] | None:
     """(rig, why) of a recording by its evidence; None where it tells none."""
-    if (rig := RIG_OF_KIND.get(recording.evidence)) is not None:
-        return rig
+    told = RIG_OF_KIND.get(recording.evidence)
+    if told and (recording.evidence != "photos" or recording.rig is not None):
+        return told  # without a rig, the pictures may be photos or a film's frames
     if recording.evidence == "track.csv":
         rows = read_track(recording.files[0]).rows
         x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")
