@@ -1,6 +1,7 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
 for bench and twin."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
 from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
 from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording
@@ -147,7 +149,7 @@ def _seen(entry: Recording | MeasurementError) -> list[SeenTrack]:
         if entry.evidence in ("impacts.csv", "sound"):
             return heard_of(entry)
         try:
-            return [drop_of(track_of(entry), entry)]
+            return drops_of(track_of(entry), entry)
         except MeasurementError as error:
             if sound_of(entry) is None:
                 raise
@@ -218,6 +220,17 @@ def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
         replace(drop, recording=f"{drop.recording}/{number}")
         for number, drop in enumerate(drops, 1)
     ]
+
+
+def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
+    """The drops of a track in which the seed is let go several times; the whole as one
+    where fewer than two parts of it can be used. Raises as `drop_of`."""
+    parts, seen = drop_rows(track, recording), []
+    for rows in parts if len(parts) > 1 else []:
+        with suppress(MeasurementError):
+            seen.append(drop_of(track.take(rows), recording))
+    seen = [one for one in seen if len(one.contacts_s)]
+    return _numbered(seen if len(seen) > 1 else [drop_of(track, recording)])
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:

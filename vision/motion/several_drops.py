@@ -2,11 +2,27 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 from benchtwin.vision.measurement import FAILED, Observation
+from benchtwin.vision.motion.rebound import gravity_axes
+from benchtwin.vision.motion.split_flights import releases
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
 from benchtwin.vision.summary import mean_over_repeats
+
+
+def drop_rows(track: Track, recording: Recording) -> list[slice]:
+    """The rows of each drop in a track, in which the seed may be let go several times;
+    light gates see one."""
+    rows = np.flatnonzero(~track.outlier)
+    if recording.evidence == "gates.csv" or not len(rows):
+        return [slice(0, len(track))]
+    height, _ = gravity_axes(track.used(), recording)
+    begins = [0, *(int(rows[part.start]) for part in releases(height)[1:])]
+    return [slice(a, b) for a, b in pairwise([*begins, len(track)])]
 
 
 def over_drops(drops: Sequence[Observation]) -> Observation:

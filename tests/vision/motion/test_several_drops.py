@@ -10,14 +10,18 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.bench.keys import Air, Camera, Drop
 from benchtwin.twin.bench_folder import read_bench
 from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
+from benchtwin.vision.motion.split_flights import releases
 from benchtwin.vision.observe import observe
-from benchtwin.vision.recording import read_recording
+from benchtwin.vision.recording import Recording, read_recording
 from drawn_sound import SCENES, draw_session, write
 from scipy import stats
+from synthetic.film import Look, film, write_frames
+from synthetic.motion import Motion, draw_drop
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
@@ -137,3 +141,74 @@ def test_a_further_drop_is_not_made_of_handling(tmp_path):
     for seed in range(3):
         recording, _ = session(tmp_path / f"{seed}", seed + 10, n=2, handling=25)
         assert len(impacts_in_sound(recording.files[0], recording).drops) == 2
+
+
+def again(heights_e, hidden, rest_s=0.5, lift_s=0.6):
+    """A motion in which the seed is let go several times, from 180 mm: between two
+    drops it is lifted in sight, or (hidden) in a hand outside the picture's sight."""
+    parts = [draw_drop(height_mm=180, restitution=e, rest_s=0.15) for e in heights_e]
+    begins = np.cumsum([0.0, *(p.end_s + rest_s + lift_s for p in parts)])
+
+    def path(time):
+        time = np.asarray(time, float)
+        x, y, angle = (np.zeros_like(time) for _ in range(3))
+        for begin, end, part in zip(begins, begins[1:], parts):
+            here = (time >= begin) & (time < end)
+            x[here], y[here], angle[here] = part.path(time[here] - begin)
+            lift = here & (time > end - lift_s)
+            share = (time[lift] - end + lift_s) / lift_s
+            low, high = y[lift], part.path(np.array([0.0]))[1]
+            y[lift] = low + (high - low) * (3 * share**2 - 2 * share**3)
+            if hidden:
+                x[lift] = 5000.0
+        return x, y, angle
+
+    return Motion(path, float(begins[-1]) - lift_s, {})
+
+
+@pytest.mark.parametrize("hidden", [False, True])
+def test_a_film_in_which_the_seed_is_released_again_counts_each_release(
+    tmp_path, hidden
+):
+    """Three drops of 60 frames each give e to 0.005 in one drop of such films (tests of
+    observe_motion); their mean and scatter are those of what was drawn."""
+    truth = np.array([0.45, 0.55, 0.5])
+    known = Recording(
+        "again",
+        tmp_path,
+        "drop",
+        "frames",
+        (),
+        camera=Camera(fps=240, mm_per_px=0.5, mm_per_px_sd=5e-4),
+        air=Air(density_kg_m3=0),
+        drop=Drop(height_mm=180),
+    )
+    look = Look(noise=3, plate_row=440)
+    rng = np.random.default_rng(6)
+    write_frames(known, film(again(truth, hidden), look, rng, fps=240))
+    recording = read_recording(tmp_path)
+    seen = observe(recording)
+    each = [named(one)["restitution_normal"].value for one in seen.repeats]
+    np.testing.assert_allclose(each, truth, atol=0.01)
+    q = named(seen.quantities)["restitution_normal"]
+    assert q.value == pytest.approx(truth.mean(), abs=0.006) and q.quality == GOOD
+    by_scatter = stats.t.ppf(0.975, 2) * 0.05 / np.sqrt(3) / 1.96
+    assert q.sd == pytest.approx(by_scatter, rel=0.2)
+    assert sorted(set(seen.bounces["drop"])) == [1, 2, 3]
+    drops = read_drops(tmp_path)
+    assert [len(d.contacts_s) > 0 and d.trouble == "" for d in drops] == [True] * 3
+
+
+def test_one_drop_is_one_also_where_the_seed_is_lifted_at_the_end():
+    """Also where a lift follows that no fall follows, or the track begins in a
+    rebound."""
+    t = np.linspace(0, 1.5, 600)
+    fall = draw_drop(height_mm=180, restitution=0.6, rest_s=0.1).path(t)[1]
+    assert len(releases(fall)) == 1
+    lifted = np.concatenate([fall, np.linspace(fall[-1], 180, 200)])
+    assert len(releases(lifted)) == 1
+    late = fall[t > 0.29]
+    assert len(releases(late)) == 1
+    twice = np.concatenate([lifted, fall])
+    first, second = releases(twice)
+    assert 600 <= first.stop == second.start <= 650
