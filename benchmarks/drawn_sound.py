@@ -263,6 +263,13 @@ def _thumps(
     places = [rng.uniform(0.05, times[0] - 0.05) for _ in range(2)] + [
         rng.uniform(times[-1] + 0.1, count / rate - 0.1) for _ in range(2)
     ]
+    _lay_thumps(out, places, rate, rng)
+    return out
+
+
+def _lay_thumps(
+    out: np.ndarray, places: list[float], rate: int, rng: np.random.Generator
+) -> None:
     for at in places:
         t = np.arange(int(0.15 * rate)) / rate
         rise = rng.uniform(0.003, 0.01)
@@ -279,9 +286,49 @@ def _thumps(
         )
         whole = thump / np.abs(thump).max() + rng.uniform(0, 0.1) * rub
         first = int(at * rate)
-        stop = min(count, first + len(whole))
+        stop = min(len(out), first + len(whole))
         out[first:stop] += whole[: stop - first]
-    return out
+
+
+def draw_session(
+    scene: Scene,
+    e_first: np.ndarray,
+    height_mm: float,
+    rng: np.random.Generator,
+    handling: int = 3,
+) -> list[Drawn]:
+    """Several drops of one seed on one plate in one sound, the same samples in each
+    `Drawn`: silence and `handling` thumps between one and the next. e_first: the first
+    restitution of each; those of later bounces scatter by scene.e_scatter about it."""
+    rate, fall = 48_000, np.sqrt(2 * G * height_mm / 1000)
+    at, drops, gaps = rng.uniform(0.7, 1.5), [], []
+    for first in e_first:
+        speeds, each = [fall], []
+        while len(speeds) < 12 and 2 * speeds[-1] * first / G > 0.03:
+            off = scene.e_scatter * rng.standard_normal() if each else 0.0
+            each.append(float(np.clip(first + off, 0.05, 0.98)))
+            speeds.append(speeds[-1] * each[-1])
+        later = np.cumsum(2 * np.array(speeds[1:]) / G)
+        times = at + np.concatenate([[0.0], later])
+        db = rng.uniform(*scene.db) + 24 * np.log10(np.array(speeds) / fall)
+        drops.append((times, np.array(each), db[: len(times)]))
+        at = times[-1] + rng.uniform(1.5, 4.0)
+        gaps.append((times[-1] + 0.15, at - 0.2))
+    count = int((drops[-1][0][-1] + 1.0) * rate)
+    out = np.zeros(count)
+    rings = _rings(scene, rate, np.concatenate([db for *_, db in drops]), rng)
+    for ring, t in zip(rings, np.concatenate([times for times, *_ in drops])):
+        first = int(t * rate)
+        part = out[first : first + len(ring) + 1]
+        part += _placed(ring, t - first / rate, rate, len(part))
+    thumps = np.zeros(count)
+    places = [rng.uniform(*gap) for gap in gaps[:-1] for _ in range(handling)]
+    _lay_thumps(thumps, places, rate, rng)
+    out += thumps * np.abs(out).max() * rng.uniform(0.1, 1.0)
+    out += _noise(scene.noise, count, rate, rng)
+    out *= rng.uniform(0.2, 0.9) / np.abs(out).max()
+    samples = out.astype(np.float32)
+    return [Drawn(samples, rate, t, e, db, height_mm) for t, e, db in drops]
 
 
 def write(drawn: Drawn, codec: str, folder: Path, name: str) -> Path:

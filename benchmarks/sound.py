@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from drawn_sound import SCENES, Drawn, Scene, draw, write
+from drawn_sound import SCENES, Drawn, Scene, draw, draw_session, write
 
 CLEAR_DB = 0.0  # an impact as loud as that is counted by itself as well
 MATCH_S = 3e-3  # a time found this near to a true one is that one
@@ -121,6 +121,33 @@ def row(name: str, score: Score) -> str:
     )
 
 
+def sessions(e: float, stated: bool, sounds: int) -> str:
+    """A row of the table of sounds that hold ten drops each (300 mm, pink noise, thumps
+    between, e of the drops scattered by .02)."""
+    from benchtwin.vision.evidence.sound import Sound
+    from benchtwin.vision.motion.impact_chain import find_chain
+    from benchtwin.vision.motion.onsets import find_onsets
+
+    scene = Scene("ten drops", (20, 30), "pink")
+    due = found = said = 0
+    for k in range(sounds):
+        rng = np.random.default_rng([round(100 * e), k])
+        drawn = draw_session(scene, e + 0.02 * rng.standard_normal(10), 300.0, rng)
+        one = drawn[0]
+        sound = Sound(Path("drawn"), one.samples, one.rate, 0.0, False)
+        onsets = find_onsets(sound)
+        chain = find_chain(onsets, sound.duration_s, one.height_mm if stated else None)
+        begins = np.flatnonzero(np.diff(chain.drop, prepend=-1))
+        times = onsets.time_s[chain.impacts[begins]]
+        off = np.abs(times[:, None] - [d.times[0] for d in drawn])
+        due, said = due + len(drawn), said + len(times)
+        found += int((off.min(axis=1, initial=np.inf) < MATCH_S).sum())
+    height = "stated" if stated else "unknown"
+    return (
+        f"e {e:.2f}, height {height:8} {found:4} of {due} found, {said - found} others"
+    )
+
+
 def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -129,7 +156,18 @@ def main() -> None:
     options.add_argument(
         "rows", nargs="*", help="only rows in whose names one of these words is"
     )
+    options.add_argument(
+        "--several",
+        type=int,
+        default=0,
+        help="sounds of ten drops each, in their stead",
+    )
     arguments = options.parse_args()
+    for e in (0.3, 0.5, 0.6, 0.88) if arguments.several else ():
+        for stated in (True, False):
+            print(sessions(e, stated, arguments.several), flush=True)
+    if arguments.several:
+        return
     drops, wanted = arguments.drops, arguments.rows
     print(HEAD, flush=True)
     for k, scene in enumerate(SCENES):

@@ -29,10 +29,11 @@ class RecordingReadings:
     """One recording.
 
     response: the column its readings belong to (`rebound_height_mm` …); readings: (n,)
-    in its unit, one for a film or photo; reading_sd: (n,) measuring error that is each
-    reading's own, 0 where none is known; shared_sd: error that all recordings of the
-    session share (scale, plumb line); description: what recording.toml and bench.toml
-    state, by section; trouble: why nothing could be read, "" when something was; doubt:
+    in its unit, one for a film or photo, one a drop of several; reading_sd: (n,)
+    measuring error that is each reading's own, 0 where none is known; shared_sd: error
+    that all recordings of the session share (scale, plumb line); description: what
+    recording.toml and bench.toml state, by section; trouble: why nothing could be read,
+    "" when something was; doubt:
     why it is to be trusted less; further: other readings of the same piles, by column.
     """
 
@@ -172,7 +173,8 @@ def _weights(entry: Recording) -> dict[str, np.ndarray]:
 
 
 def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
-    """One film, track or photo: the quantity of its rig."""
+    """One film, sound, track or photo: the quantity of its rig, once for each drop
+    where it holds several."""
     observation = observe(entry)
     name, unit = READING_COLUMNS[told[2]][1:]
     found = {q.name: q for q in observation.quantities}
@@ -197,15 +199,21 @@ def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReading
         )
     shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
     shared = float(min(shared, q.sd))
-    own = float(np.sqrt(max(q.sd**2 - shared**2, 0.0)))
+    each = [
+        one
+        for repeat in observation.repeats or [observation.quantities]
+        for one in repeat
+        if one.name == name and one.quality != FAILED
+    ]
+    own = np.sqrt([max(one.sd**2 - min(shared, one.sd) ** 2, 0.0) for one in each])
     columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
     further = {
         column: np.array([derived[n]]) for column, n in columns.items() if n in derived
     } | _weights(entry)
     return RecordingReadings(
         *told,
-        np.array([q.value]),
-        np.array([own]),
+        np.array([one.value for one in each]),
+        own,
         shared,
         *rest,
         notes=observation.notes,

@@ -1,6 +1,7 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
 for bench and twin."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
 from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
 from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording
@@ -88,9 +90,11 @@ class SeenTrack:
 
 
 def read_drops(folder: Path) -> list[SeenTrack]:
-    """Every drop under `folder`; one that cannot be used says why. FileNotFoundError
-    without a folder."""
-    return one_scale([_seen(entry) for entry in entries_of(folder, "drop")])
+    """Every drop under `folder`, several of a recording that holds several; one that
+    cannot be used says why. FileNotFoundError without a folder."""
+    return one_scale(
+        [drop for entry in entries_of(folder, "drop") for drop in _seen(entry)]
+    )
 
 
 def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
@@ -138,29 +142,30 @@ def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
     ]
 
 
-def _seen(entry: Recording | MeasurementError) -> SeenTrack:
+def _seen(entry: Recording | MeasurementError) -> list[SeenTrack]:
     if isinstance(entry, MeasurementError):
-        return _nothing(entry.recording, "", {}, str(entry))
+        return [_nothing(entry.recording, "", {}, str(entry))]
     try:
         if entry.evidence in ("impacts.csv", "sound"):
             return heard_of(entry)
         try:
-            return drop_of(track_of(entry), entry)
+            return drops_of(track_of(entry), entry)
         except MeasurementError as error:
             if sound_of(entry) is None:
                 raise
             return _heard_instead(entry, str(error))
     except MeasurementError as error:
-        return _nothing(entry.id, entry.session or "", describe(entry), str(error))
+        return [_nothing(entry.id, entry.session or "", describe(entry), str(error))]
 
 
-def _heard_instead(entry: Recording, trouble: str) -> SeenTrack:
-    """A filmed drop in which nothing could be followed, by its sound."""
+def _heard_instead(entry: Recording, trouble: str) -> list[SeenTrack]:
+    """Filmed drops in which nothing could be followed, by their sound."""
     try:
-        seen = heard_of(entry)
+        heard = heard_of(entry)
     except MeasurementError as error:
         raise MeasurementError(f"{trouble}; {error}") from error
-    return replace(seen, notes=(*seen.notes, f"from its sound alone: {trouble}"))
+    alone = f"from its sound alone: {trouble}"
+    return [replace(one, notes=(*one.notes, alone)) for one in heard]
 
 
 def track_of(recording: Recording) -> Track:
@@ -176,25 +181,56 @@ def track_of(recording: Recording) -> Track:
     return track_from_table(table, recording.camera)
 
 
-def heard_of(recording: Recording) -> SeenTrack:
-    """A drop that was only heard: no rows, the times of its impacts."""
+def heard_of(recording: Recording) -> list[SeenTrack]:
+    """The drops of a recording that were only heard: no rows, the times of their
+    impacts; where there are several, each has its number in its name."""
     told = _nothing(recording.id, recording.session or "", describe(recording), "")
     if recording.evidence == "impacts.csv":
         table = read_impacts(recording.files[0])
         times, sd = table.rows["t_s"].to_numpy(float), table.rows.get("sd_s")
         sd = estimate_time_sds(times) if sd is None else sd.to_numpy(float)
-        return replace(told, contacts_s=times, contacts_sd_s=sd, notes=table.notes)
+        return [replace(told, contacts_s=times, contacts_sd_s=sd, notes=table.notes)]
     file = sound_of(recording)
     if file is None:
         raise MeasurementError(f"{recording.path}: holds no sound")
     found = impacts_in_sound(file, recording)
-    if not found.first:
-        told.description["drop"].pop(
-            "height_mm", None
-        )  # it is not the first of these impacts that it leads to
-    return replace(
-        told, contacts_s=found.times, contacts_sd_s=found.sd, notes=found.notes
-    )
+    heard = []
+    for drop in found.drops:
+        description = describe(recording)
+        if not drop.first:  # the height leads to an impact that was not heard
+            description["drop"].pop("height_mm", None)
+        heard.append(
+            replace(
+                told,
+                contacts_s=drop.times,
+                contacts_sd_s=drop.sd,
+                notes=found.notes,
+                description=description,
+            )
+        )
+    return _numbered(heard)
+
+
+def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
+    """The drops of one recording, each with its number in its name where there are
+    several."""
+    if len(drops) < 2:
+        return drops
+    return [
+        replace(drop, recording=f"{drop.recording}/{number}")
+        for number, drop in enumerate(drops, 1)
+    ]
+
+
+def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
+    """The drops of a track in which the seed is let go several times; the whole as one
+    where fewer than two parts of it can be used. Raises as `drop_of`."""
+    parts, seen = drop_rows(track, recording), []
+    for rows in parts if len(parts) > 1 else []:
+        with suppress(MeasurementError):
+            seen.append(drop_of(track.take(rows), recording))
+    seen = [one for one in seen if len(one.contacts_s)]
+    return _numbered(seen if len(seen) > 1 else [drop_of(track, recording)])
 
 
 def drop_of(track: Track, recording: Recording) -> SeenTrack:

@@ -58,7 +58,9 @@ class Observation:
     belongs to the quantities); `track`, `bounces`, `readings` and `seeds` are tables
     with unit-suffixed columns, or None; `notes` say what was skipped or assumed;
     `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
-    left_out). `bench` (a folder's name), `session` and `conditions` are the
+    left_out); `repeats` are the quantities of each repeat where one recording holds
+    several (ten drops in one sound), of which `quantities` are the means. `bench` (a
+    folder's name), `session` and `conditions` are the
     recording's, so that repeats can be gathered."""
 
     recording: str
@@ -71,6 +73,7 @@ class Observation:
     readings: pd.DataFrame | None = None
     seeds: pd.DataFrame | None = None
     places: pd.DataFrame | None = None
+    repeats: tuple[tuple[Quantity, ...], ...] = ()
     bench: str = ""
     session: str | None = None
     conditions: Mapping[str, float | str] = field(default_factory=dict)

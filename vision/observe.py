@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchtwin.bench.keys import Seed
-from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
@@ -59,10 +58,11 @@ def _observe(
 
         return observe_readings(recording, trim)
     if recording.rig is None:
-        raise MeasurementError(
-            f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or"
-            f" drum{_series_in_words(recording)}"
-        )
+        from benchtwin.vision.tell_rig import with_rig
+
+        known, told = with_rig(recording)
+        found = _observe(known, options, trim, progress)
+        return replace(found, notes=(told, *found.notes))
     if recording.rig == "pile":
         return observe_pile(recording, options)
     if recording.rig == "drum":
@@ -77,14 +77,6 @@ def _observe(
     from benchtwin.vision.motion.observe_motion import observe_moving
 
     return observe_moving(recording, progress)
-
-
-def _series_in_words(recording: Recording) -> str:
-    """What speaks for a film or photos, where the pictures may be either."""
-    if recording.evidence != "photos":
-        return ""
-    judged = film_or_photos({p.name: p for p in recording.files})
-    return f". Its pictures may be photos of piles, or one film: {judged.why}"
 
 
 def _split_in_words(recording: Recording) -> str:

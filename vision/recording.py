@@ -51,10 +51,11 @@ EVIDENCE = (
     "photos",
 )  # a file of another tool counts as the table that it is converted to
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
-_WHICH_RIG = (
-    "{}: which rig is this? Put it into a folder of its own with a recording.toml that"
-    ' says rig = "drop" (slide, roll)'
-)
+RIG_OF_KIND = {  # evidence that belongs to one rig, and why
+    "photos": ("pile", "a photo shows what is at rest"),
+    "sound": ("drop", "a sound tells the impacts of a drop"),
+    "impacts.csv": ("drop", "times of impacts belong to a drop"),
+}
 
 
 @dataclass(frozen=True)
@@ -156,9 +157,9 @@ def _recording(
             merge(evidence.keys, stated),
         )
     else:
-        kind, rig = evidence, None
-        if kind == "photos" and _series(files).kind == PHOTOS:
-            rig = "pile"
+        kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
+        if kind == "photos" and _series(files).kind != PHOTOS:
+            rig = None
     fields = validate(
         stated, (path if path.is_dir() else path.parent) / "recording.toml"
     )
@@ -258,27 +259,25 @@ def _files_ending(folder: Path, suffixes: tuple[str, ...]) -> list[Path]:
 def tool_recording(path: Path, defaults: dict) -> Recording:
     """A file of another tool without a recording.toml beside it: what the bench states,
     and what it says itself."""
-    recording = _recording(path, path.stem, evidence_of(path), (path,), defaults)
-    if recording.rig is None:
-        raise MeasurementError(_WHICH_RIG.format(path))
-    return recording
+    return _recording(path, path.stem, evidence_of(path), (path,), defaults)
 
 
 def bare_recording(path: Path) -> Recording:
-    """A photo (a pile unless a recording.toml beside it says otherwise), or one file
-    inside a recording folder."""
+    """One file by itself, of which nothing is stated but what a bench.toml beside it
+    states, or one inside a recording folder."""
     if (path.parent / "recording.toml").is_file():
         whole = read_recording(path.parent)
         return replace(
             whole, id=f"{whole.id}/{path.stem}", evidence=_kind(path), files=(path,)
         )
-    if _kind(path) == "photos":
+    if tool_of(path):
+        return tool_recording(path, _defaults_beside(path))
+    kind = _kind(path)
+    if kind == "photos":
         return Recording(
             id=path.stem, path=path, rig="pile", evidence="photos", files=(path,)
         )
-    if tool_of(path):
-        return tool_recording(path, _defaults_beside(path))
-    raise MeasurementError(_WHICH_RIG.format(path))
+    return _recording(path, path.stem, kind, (path,), _defaults_beside(path))
 
 
 def _kind(path: Path) -> str:

@@ -4,11 +4,17 @@ One line for each bench, rig, quantity, and level of a condition that has repeat
 levels."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    FAILED,
+    Observation,
+    Quantity,
+    failed,
+)
 from scipy import stats
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
@@ -47,7 +53,7 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
     """One Line for each group of repeats, in the order in which they were measured;
     groups with nothing measured left out."""
     groups: dict[tuple, list[tuple[Observation, Quantity]]] = {}
-    observations = list(observations)
+    observations = [one for each in observations for one in _repeats_of(each)]
     split = _conditions_with_repeats(observations)
     for observation in observations:
         names = split[observation.bench, observation.rig]
@@ -63,6 +69,41 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
             ).append((observation, q))
     lines = [_line(key, repeats) for key, repeats in groups.items()]
     return [line for line in lines if line.n]
+
+
+def mean_over_repeats(
+    repeats: Sequence[tuple[Quantity, ...]],
+) -> tuple[Quantity, ...]:
+    """The mean of each quantity over the repeats that one recording holds, with the
+    interval that `summarise` gives it; doubtful where a repeat is."""
+    whole = Observation("", "", (), repeats=tuple(repeats))
+    lines = {line.quantity: line for line in summarise([whole])}
+    means = []
+    for name in dict.fromkeys(q.name for one in repeats for q in one):
+        each = [q for one in repeats for q in one if q.name == name]
+        if (line := lines.get(name)) is None:
+            means.append(failed(name, each[0].unit, each[0].reason))
+            continue
+        sd = (line.high - line.low) / 2 / 1.96
+        mean = Quantity(name, line.mean, sd, line.unit, sd_common=line.common)
+        reasons = dict.fromkeys(q.reason for q in each if q.quality == DOUBTFUL)
+        share = "" if line.doubtful == line.n else f"{line.doubtful} of {line.n}: "
+        doubt = f"{share}{'; '.join(reasons)}" if reasons else ""
+        means.append(mean.doubt(doubt))
+    return tuple(means)
+
+
+def _repeats_of(observation: Observation) -> list[Observation]:
+    """An observation for each repeat that a recording holds; one without, itself."""
+    return [
+        replace(
+            observation,
+            recording=f"{observation.recording}/{number}",
+            quantities=quantities,
+            repeats=(),
+        )
+        for number, quantities in enumerate(observation.repeats, 1)
+    ] or [observation]
 
 
 def as_table(lines: Sequence[Line]) -> pd.DataFrame:

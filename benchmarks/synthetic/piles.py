@@ -38,7 +38,7 @@ class PileScene:
     roughness_px: float = 0.0  # sd of the surface
     roughness_length_px: float = 8.0  # its correlation length (Gaussian)
     grain_px: float = 0.0
-    noise: float = 0.0  # sd of the grey level, of 255
+    noise: float = 0.0  # sd of the grey level, in shares of 255
     salt: float = 0.0  # fraction of pixels set to black or white
     light: float = 0.0  # 0.15: light falls by ±15 % across the picture
     light_direction_deg: float = 0.0

@@ -21,7 +21,8 @@ from benchtwin.vision.foreign.as_evidence import (
 )
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import RIGS, VIDEO_SUFFIXES
+from benchtwin.vision.recording import RIGS, VIDEO_SUFFIXES, bare_recording
+from benchtwin.vision.tell_rig import rig_of_motion, told_rig
 
 RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
     "drop": (
@@ -53,9 +54,9 @@ RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
 }
 BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
 _COPIED = (
-    (VIDEO_SUFFIXES, "video", ""),
-    (SOUND_SUFFIXES, "recording of sound", "drop"),
-    (PHOTO_SUFFIXES, "photo", "pile"),
+    (VIDEO_SUFFIXES, "video"),
+    (SOUND_SUFFIXES, "recording of sound"),
+    (PHOTO_SUFFIXES, "photo"),
 )
 DRAFTED = re.compile(
     r"# Drafted from (.*) \([^()]*\)\. GUESS"
@@ -108,13 +109,14 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file; rig: "" where it is not stated; track: number of the
     one to use, None for the likeliest."""
     guess: tuple[str, ...] = ()
-    for suffixes, kind, likely in _COPIED:
-        if path.suffix.lower() in suffixes:
-            guess = (f'rig = "{likely}": a {kind}',) if likely and not rig else ()
-            yield Draft(
-                path.stem, path, kind, rig or likely, path.name, None, guesses=guess
-            )
-            return
+    kind = next((k for suffixes, k in _COPIED if path.suffix.lower() in suffixes), "")
+    if kind:
+        told = None if rig else _told(path)
+        if told is not None:
+            rig, why = told
+            guess = (f'rig = "{rig}": {why}',)
+        yield Draft(path.stem, path, kind, rig, path.name, None, guesses=guess)
+        return
     found = read_foreign(path)
     if found.tilt is not None:
         if rig not in ("", "slide"):
@@ -149,12 +151,18 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 )
     else:
         point_track, reasons = choose_track(path, found, track)
-        guess = (
-            ('rig = "drop": it falls freely',)
-            if not rig and falls_freely(found, point_track)
-            else ()
+        told = (
+            None
+            if rig or found.doubt
+            else rig_of_motion(point_track.time, point_track.x, point_track.y)
         )
-        rig = rig or ("drop" if guess else "")
+        if not rig and falls_freely(found, point_track):
+            told = "drop", "it falls freely"
+        elif told is not None and told[0] == "drop":
+            told = None  # not with the acceleration of gravity
+        if told is not None:
+            rig, why = told
+            guess = (f'rig = "{rig}": {why}',)
         yield _draft(
             path,
             path.stem,
@@ -164,6 +172,15 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             track_rows(found, point_track),
             (*reasons, *guess),
         )
+
+
+def _told(path: Path) -> tuple[str, str] | None:
+    """(rig, why) by what the file shows; None also where it cannot be read, which
+    measuring says."""
+    try:
+        return told_rig(bare_recording(path))
+    except MeasurementError:
+        return None
 
 
 def _draft(

@@ -1,5 +1,6 @@
-"""Sound of a drop → impacts, speeds and restitution, alone or combined with pictures of
-the same drop.
+"""Sound of drops → impacts, speeds and restitution, alone or combined with pictures of
+the same drops. A recording may hold several: each is measured by itself, and the
+quantities are means over them.
 
 The clock of the sound may be shifted against that of the pictures: a film's tracks are
 not exactly in step, sound takes 3 ms a metre, a separate file begins at any time. The
@@ -24,6 +25,7 @@ from benchtwin.vision.measurement import (
 from benchtwin.vision.motion.impact_chain import Chain, correct_impacts, find_chain
 from benchtwin.vision.motion.impacts import measure_impacts
 from benchtwin.vision.motion.onsets import Onsets, find_onsets
+from benchtwin.vision.motion.several_drops import each_drop, over_drops
 from benchtwin.vision.overlay.sound import draw_sound
 from benchtwin.vision.recording import Recording
 
@@ -40,20 +42,27 @@ MOST_LISTED = 6  # rejected sounds in one note
 
 
 @dataclass(frozen=True, eq=False)
+class HeardDrop:
+    """The impacts of one drop. times, sd [s] (m,): successive impacts without a gap, on
+    the clock of the pictures; first: whether the first of them is the first after the
+    release; doubt: "" where there is none."""
+
+    times: np.ndarray
+    sd: np.ndarray
+    first: bool
+    doubt: str
+
+
+@dataclass(frozen=True, eq=False)
 class SoundImpacts:
-    """The impacts in the sound of one drop. times, sd [s] (m,): successive impacts
-    without a gap, on the clock of the pictures; first: whether the first of them is the
-    first after the release; added: rows of the onsets that somebody added as impacts;
-    doubt: "" where there is none."""
+    """The impacts in a sound, of one drop or several; added: rows of the onsets that
+    somebody added as impacts."""
 
     sound: Sound
     onsets: Onsets
     chain: Chain
     added: tuple[int, ...]
-    times: np.ndarray
-    sd: np.ndarray
-    first: bool
-    doubt: str
+    drops: tuple[HeardDrop, ...]
     notes: tuple[str, ...]
 
 
@@ -104,21 +113,46 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
     onsets, chain, added, corrections = correct_impacts(
         sound, onsets, found, recording.drop, str(recording.toml)
     )
-    if len(chain.impacts) < 2:
+    counts = np.bincount(chain.drop)
+    if not (counts >= 2).any():
         raise MeasurementError(
             f"{sound.path}: {'; '.join(corrections) or _too_few(onsets)}"
         )
-    rows, first, notes = _longest_complete_run(chain, onsets)
+    drops, said = [], []
+    for number in np.flatnonzero(counts >= 2):
+        one, notes = _heard_drop(chain, onsets, number, recording, bool(corrections))
+        drops.append(one)
+        said += [
+            note if len(counts) == 1 else f"drop {len(drops)}: {note}" for note in notes
+        ]
+    alone = [
+        f"the impact at {onsets.time_s[row]:.3f} s is alone and is not used"
+        for row in chain.impacts[counts[chain.drop] == 1]
+    ]
+    found = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
+    first, *others = said
+    rejected = _rejection_notes(chain, onsets)
+    notes = [*sound.notes, *found, first, *corrections, *others, *alone, *rejected]
+    return SoundImpacts(sound, onsets, chain, added, tuple(drops), tuple(notes))
+
+
+def _heard_drop(
+    chain: Chain, onsets: Onsets, number: int, recording: Recording, corrected: bool
+) -> tuple[HeardDrop, list[str]]:
+    """One drop of a chain, and notes; corrected: by hand."""
+    own = chain.drop == number
+    impacts, missed = chain.impacts[own], chain.missed[own]
+    rows, first, notes = _longest_complete_run(impacts, missed, onsets)
     doubt = (
         ""
-        if corrections or chain.log_odds > LEAST_LOG_ODDS
+        if corrected or chain.log_odds[number] > LEAST_LOG_ODDS
         else "few impacts, and other sounds nearly as likely to be them"
     )
     if (
         len(rows) == 2
-        and len(chain.impacts) == 2
+        and len(impacts) == 2
         and not recording.drop.height_mm
-        and not corrections
+        and not corrected
     ):
         doubt = "two impacts, one interval: another impact may lie between them"
     times, sd = onsets.time_s[rows], onsets.sd_s[rows]
@@ -126,16 +160,7 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         f"{len(rows)} impacts heard, the first at {times[0]:.4f} s, to ±"
         f" {1000 * np.median(sd):.2g} ms each"
     )
-    notes = [
-        *sound.notes,
-        listed,
-        *corrections,
-        *notes,
-        *_rejection_notes(chain, onsets),
-    ]
-    return SoundImpacts(
-        sound, onsets, chain, added, times, sd, first, doubt, tuple(notes)
-    )
+    return HeardDrop(times, sd, first, doubt), [listed, *notes]
 
 
 def _too_few(onsets: Onsets) -> str:
@@ -151,24 +176,24 @@ def _too_few(onsets: Onsets) -> str:
 
 
 def _longest_complete_run(
-    chain: Chain, onsets: Onsets
+    impacts: np.ndarray, missed: np.ndarray, onsets: Onsets
 ) -> tuple[np.ndarray, bool, list[str]]:
     """The longest run of impacts with none missing, whether it begins with the first of
     all, notes."""
-    edges = [0, *np.flatnonzero(chain.missed), len(chain.impacts)]
+    edges = [0, *np.flatnonzero(missed), len(impacts)]
     a, b = max(
         itertools.pairwise(edges), key=lambda part: (part[1] - part[0], -part[0])
     )
     notes = [
-        f"an impact between {onsets.time_s[chain.impacts[k - 1]]:.3f} and"
-        f" {onsets.time_s[chain.impacts[k]]:.3f} s was not heard"
-        for k in np.flatnonzero(chain.missed)
+        f"an impact between {onsets.time_s[impacts[k - 1]]:.3f} and"
+        f" {onsets.time_s[impacts[k]]:.3f} s was not heard"
+        for k in np.flatnonzero(missed)
     ]
     if notes:
         notes.append(
             f"the {b - a} impacts that follow one another without a gap are used"
         )
-    return chain.impacts[a:b], a == 0, notes
+    return impacts[a:b], a == 0, notes
 
 
 def _rejection_notes(chain: Chain, onsets: Onsets) -> list[str]:
@@ -206,27 +231,63 @@ def observe_sound(recording: Recording, file: Path) -> Observation:
 
 
 def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
-    """Quantities of a drop from its sound, without an overlay."""
-    quantities, bounces, notes = measure_impacts(
-        heard.times, heard.sd, recording, first=heard.first
+    """Quantities of the drops in a sound, without an overlay."""
+    drops = [_observe_drop(drop, recording) for drop in heard.drops]
+    found = (
+        drops[0]
+        if len(drops) == 1
+        else over_drops(
+            [
+                _with_shared_errors(found, drop, recording)
+                for found, drop in zip(drops, heard.drops)
+            ]
+        )
     )
-    if heard.doubt:
+    return replace(found, notes=tuple(dict.fromkeys((*heard.notes, *found.notes))))
+
+
+def _observe_drop(drop: HeardDrop, recording: Recording) -> Observation:
+    quantities, bounces, notes = measure_impacts(
+        drop.times, drop.sd, recording, first=drop.first
+    )
+    if drop.doubt:
         quantities = tuple(
             (
                 q
                 if q.quality == FAILED or q.name == "impact_speed"
-                else q.doubt(heard.doubt)
+                else q.doubt(drop.doubt)
             )
             for q in quantities
         )
-    unique = tuple(dict.fromkeys((*heard.notes, *notes)))
-    return Observation(recording.id, "drop", tuple(quantities), unique, bounces=bounces)
+    return Observation(recording.id, "drop", quantities, tuple(notes), bounces=bounces)
+
+
+def _with_shared_errors(
+    found: Observation, drop: HeardDrop, recording: Recording
+) -> Observation:
+    """The drop with what its errors have in common with those of the other drops of the
+    recording, that of the stated height and of the air: what is left of the sds if the
+    times were exact."""
+    exact, *_ = measure_impacts(
+        drop.times, np.zeros_like(drop.sd), recording, first=drop.first
+    )
+    shared = {q.name: q.sd for q in exact if q.quality != FAILED}
+    return replace(
+        found,
+        quantities=tuple(
+            replace(q, sd_common=min(shared.get(q.name, 0.0), q.sd))
+            if q.quality != FAILED
+            else q
+            for q in found.quantities
+        ),
+    )
 
 
 def combine_with_sound(
     seen: Observation, recording: Recording, file: Path
 ) -> Observation:
-    """Combine what was measured on the pictures of a drop with its sound."""
+    """Combine what was measured on the pictures of a recording's drops with its
+    sound."""
     try:
         heard = observe_sound(recording, file)
     except MeasurementError as error:
@@ -253,21 +314,66 @@ def combine_with_sound(
         shift, note, agree = _clock_shift(
             seen.bounces, heard.bounces, recording.sound is None
         )
-    quantities = tuple(
-        _combine_quantities(q, heard.quantities) for q in seen.quantities
-    )
-    if not agree:
+    if shift is not None and (seen.repeats or heard.repeats):
+        both = _combine_drops(seen, heard, shift)
+    else:
         quantities = tuple(
-            q if q.quality == FAILED else q.doubt(note) for q in quantities
+            _combine_quantities(q, heard.quantities) for q in seen.quantities
         )
-    bounces = (
-        seen.bounces
-        if shift is None
-        else _combine_bounces(seen.bounces, heard.bounces, shift)
-    )
-    notes = tuple(dict.fromkeys((*seen.notes, *heard.notes, note)))
+        bounces = (
+            seen.bounces
+            if shift is None
+            else _combine_bounces(seen.bounces, heard.bounces, shift)
+        )
+        both = replace(seen, quantities=quantities, bounces=bounces)
+    if not agree:
+        both = replace(
+            both,
+            quantities=tuple(
+                q if q.quality == FAILED else q.doubt(note) for q in both.quantities
+            ),
+        )
+    notes = tuple(dict.fromkeys((*both.notes, *heard.notes, note)))
+    return replace(both, notes=notes, pictures=pictures)
+
+
+def _combine_drops(seen: Observation, heard: Observation, shift: float) -> Observation:
+    """Several drops, each by both where one bounce of it is seen and heard, else by
+    what there is of it; means over all."""
+    drops = []
+    others = {float(one.bounces.t_s.iloc[0]) - shift: one for one in each_drop(heard)}
+    for one in each_drop(seen):
+        assert one.bounces is not None
+        begin, end = one.bounces.t_s.min(), one.bounces.t_s.max()
+        same = next(
+            (
+                (at, other)
+                for at, other in others.items()
+                if other.bounces is not None
+                and at < end + SAME_IMPACT_S
+                and begin < other.bounces.t_s.max() - shift + SAME_IMPACT_S
+            ),
+            None,
+        )
+        if same is not None:
+            at, other = same
+            del others[at]
+            quantities = tuple(
+                _combine_quantities(q, other.quantities) for q in one.quantities
+            )
+            bounces = _combine_bounces(one.bounces, other.bounces, shift)
+            one = replace(one, quantities=quantities, bounces=bounces)
+        drops.append((begin, one))
+    for at, other in others.items():
+        assert other.bounces is not None
+        bounces = other.bounces.assign(t_s=other.bounces.t_s - shift)
+        drops.append((at, replace(other, bounces=bounces)))
+    drops.sort(key=lambda drop: drop[0])
+    found = over_drops([replace(drop, notes=()) for _, drop in drops])
     return replace(
-        seen, quantities=quantities, notes=notes, pictures=pictures, bounces=bounces
+        seen,
+        **{name: getattr(found, name) for name in ("quantities", "repeats", "bounces")},
+        notes=(*found.notes, *seen.notes),
     )
 
 
@@ -353,7 +459,7 @@ def _combine_bounces(
 ) -> pd.DataFrame:
     """The bounces seen, with the impact times of the sound and the weighted means of
     both restitutions."""
-    out = seen.copy()
+    out, heard = seen.copy(), heard.reset_index(drop=True)
     for k, row in seen.iterrows():
         off = np.abs(heard.t_s - shift - row.t_s)
         j = int(off.argmin())

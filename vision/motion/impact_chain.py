@@ -1,11 +1,12 @@
-"""Selects the onsets that are the impacts of one bouncing body.
+"""Selects the onsets that are the impacts of a bouncing body, in one drop or several.
 
 Between two impacts a body flies freely, so intervals shrink by the restitution: e = Δt₂
 / Δt₁, in (0, 1), much the same from bounce to bounce. Impacts are sudden, have similar
 timbres and become fainter with their speed. Of all chains of onsets the one with the
 highest likelihood ratio is selected: impacts against noise, speech or handling, which
 come at random at the rate of such sounds in this recording. Solved by dynamic
-programming over pairs of onsets."""
+programming over pairs of onsets. Before and after the likeliest chain the next one is
+sought in the same way: a recording holds as many drops as chains stand out."""
 
 import itertools
 import math
@@ -58,32 +59,121 @@ BESIDE_S = (
 LEAST_STRENGTH = 4.0  # of a sound that stands out from the noise
 DOUBLE_S = 0.04  # within which the other end of a long seed hits the plate
 STRUCK = "struck out by hand"
+# ln odds of the chain of a further drop that is like the drop that stands out most: in
+# drawn sound those of handling reach 4.0, those of drops are 5.5 and more
+FURTHER_LOG_ODDS = 5.0
+FIRST_INTERVAL_SD = 0.35  # of ln of the first intervals of a recording's drops
+# between two drops at least, in which a seed is taken up and let go: seconds, and
+# intervals of the bounces beside it
+RELEASE_S, RELEASE_INTERVALS = 0.4, 2.2
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
     """impacts (m,): rows of the onsets, in order; missed (m,): whether an impact before
-    this one was not heard. rejected: {row: reason} of the other onsets that stand out;
-    log_odds: ln likelihood ratio of the whole chain."""
+    this one, of the same drop, was not heard; drop (m,): which drop it is of, from 0.
+    rejected: {row: reason} of the other onsets that stand out; log_odds: ln likelihood
+    ratio of each drop's chain."""
 
     impacts: np.ndarray
     missed: np.ndarray
+    drop: np.ndarray
     rejected: dict[int, str]
-    log_odds: float
+    log_odds: tuple[float, ...]
+
+
+# Rows of the impacts of one drop, whether one before each was missed, ln odds.
+_OneDrop = tuple[np.ndarray, np.ndarray, float]
 
 
 def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
-    """The likeliest chain of impacts, empty where there are not two; height_mm: of the
-    fall, None where it is not stated."""
-    impacts, missed, log_odds = np.zeros(0, int), np.zeros(0, bool), -math.inf
+    """The likeliest chain of impacts and those of further drops before and after it,
+    empty where there are not two impacts; height_mm: of the fall, None where it is not
+    stated."""
+    drops: list[_OneDrop] = []
     for _ in range(PASSES if len(onsets) > 1 else 0):
-        known = impacts
-        impacts, missed, log_odds = _likeliest_chain(
-            onsets, _log_likelihoods(onsets, duration_s, known), height_mm
-        )
-        if np.array_equal(impacts, known):
+        known = _rows(drops)
+        likelihoods = _log_likelihoods(onsets, duration_s, known)
+        best = _likeliest_chain(onsets, likelihoods, height_mm)
+        drops = [best] if len(best[0]) else []
+        if np.array_equal(_rows(drops), known):
             break
-    return Chain(impacts, missed, _rejections(onsets, impacts), log_odds)
+    for _ in range(PASSES if drops else 0):
+        known = _rows(drops)
+        likelihoods = _log_likelihoods(onsets, duration_s, known)
+        first = (
+            drops[0]
+            if len(drops) == 1
+            else _likeliest_chain(onsets, likelihoods, height_mm)
+        )
+        drops = _further(onsets, likelihoods, height_mm, first)
+        if np.array_equal(_rows(drops), known):
+            break
+    impacts = _rows(drops)
+    return Chain(
+        impacts,
+        np.concatenate([np.zeros(0, bool), *(missed for _, missed, _ in drops)]),
+        np.repeat(np.arange(len(drops)), [len(rows) for rows, _, _ in drops]),
+        _rejections(onsets, impacts),
+        tuple(log_odds for *_, log_odds in drops),
+    )
+
+
+def _rows(drops: Sequence[_OneDrop]) -> np.ndarray:
+    return np.concatenate([np.zeros(0, int), *(rows for rows, _, _ in drops)])
+
+
+def _further(
+    o: Onsets, log_likelihood: np.ndarray, height_mm: float | None, first: _OneDrop
+) -> list[_OneDrop]:
+    """All drops in the order of time, `first` among them: the likeliest chain of what
+    comes before those found and after them, again and again."""
+    drops, gaps = [first], [(-1, first[0][0]), (first[0][-1], len(o))]
+    while gaps:
+        begin, end = gaps.pop()
+        inside = np.arange(begin + 1, end)
+        if len(inside) < 2:
+            continue
+        rows, missed, log_odds = _likeliest_chain(
+            o.take(inside), log_likelihood[inside], height_mm
+        )
+        rows = inside[rows]
+        if len(rows) and log_odds + _alike(o, first[0], rows) > FURTHER_LOG_ODDS:
+            drops.append((rows, missed, log_odds))
+            gaps += [(begin, rows[0]), (rows[-1], end)]
+    drops.sort(key=lambda drop: drop[0][0])
+    whole = drops[:1]
+    for drop in drops[1:]:
+        if _released_between(o, whole[-1][0], drop[0]):
+            whole.append(drop)
+        else:
+            whole[-1] = _joined(whole[-1], drop)
+    return whole
+
+
+def _released_between(o: Onsets, one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether the silence between two chains is long enough for another release."""
+    beside = max(np.diff(o.time_s[one[-2:]])[0], np.diff(o.time_s[other[:2]])[0])
+    silence = o.time_s[other[0]] - o.time_s[one[-1]]
+    return bool(silence > max(RELEASE_S, RELEASE_INTERVALS * beside))
+
+
+def _joined(one: _OneDrop, other: _OneDrop) -> _OneDrop:
+    """Both chains as one drop, with impacts between them that were not heard."""
+    rows, missed = (np.concatenate([one[k], other[k]]) for k in (0, 1))
+    missed[len(one[0])] = True
+    return rows, missed, max(one[2], other[2])
+
+
+def _alike(o: Onsets, one: np.ndarray, other: np.ndarray) -> float:
+    """ln likelihood ratio of two drops of one seed, plate and height, by the sound of
+    their first two impacts and the interval between these."""
+    ring = (o.timbre[one[:2]] * o.timbre[other[:2]]).sum(axis=1)
+    apart = math.log(np.diff(o.time_s[other[:2]])[0] / np.diff(o.time_s[one[:2]])[0])
+    return (
+        ALIKE_WEIGHT * float((ring - ALIKE).sum())
+        - (apart / FIRST_INTERVAL_SD) ** 2 / 2
+    )
 
 
 def _log_likelihoods(o: Onsets, duration: float, known: np.ndarray) -> np.ndarray:
@@ -148,7 +238,7 @@ def echo_lags(o: Onsets) -> np.ndarray:
 
 def _likeliest_chain(
     o: Onsets, log_likelihood: np.ndarray, height_mm: float | None
-) -> tuple[np.ndarray, np.ndarray, float]:
+) -> _OneDrop:
     """Rows of the likeliest chain, whether an impact before each was missed, ln odds.
     State: the pair (j, k) of successive impacts; `score` is the ln likelihood ratio of
     the best chain that ends with it."""
@@ -220,7 +310,7 @@ def _likeliest_chain(
 
 def _backtrack(
     score: np.ndarray, previous: np.ndarray, skipped: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, float]:
+) -> _OneDrop:
     none = np.zeros(0, int), np.zeros(0, bool), -math.inf
     if not np.isfinite(score).any() or score.max() < LEAST_LOG_ODDS:
         return none
@@ -299,6 +389,9 @@ def correct_impacts(
         else:
             struck.add(row)
     impacts = np.array(sorted((set(chain.impacts.tolist()) | set(added)) - struck), int)
+    known = dict(zip(chain.impacts.tolist(), chain.drop.tolist()))
+    number = np.array([known.get(row, -1) for row in impacts.tolist()], int)
+    number = _numbered(onsets.time_s[impacts], number)
     rejected = {
         row: reason for row, reason in chain.rejected.items() if row not in added
     } | dict.fromkeys(struck, STRUCK)
@@ -308,7 +401,12 @@ def correct_impacts(
     return (
         onsets,
         replace(
-            chain, impacts=impacts, missed=_missed(chain, impacts), rejected=rejected
+            chain,
+            impacts=impacts,
+            missed=_missed(chain, impacts, number),
+            drop=number,
+            rejected=rejected,
+            log_odds=(np.inf,) * len(set(number.tolist())),
         ),
         tuple(added),
         notes,
@@ -358,9 +456,22 @@ def _nearest(times: np.ndarray, at: float) -> int | None:
     return row if abs(times[row] - at) <= APART_S else None
 
 
-def _missed(chain: Chain, impacts: np.ndarray) -> np.ndarray:
-    """(m,): whether an impact is still missing between each impact and the one
-    before."""
+def _numbered(times: np.ndarray, drop: np.ndarray) -> np.ndarray:
+    """(m,): the drop that each impact is of, numbered anew; drop: −1 where it was added
+    by hand. Between two drops the longest silence parts them; an added impact farther
+    than the longest flight from its neighbour is of another drop."""
+    gap, known = np.diff(times), np.flatnonzero(drop >= 0)
+    begins = np.zeros(len(times), bool)
+    begins[1:] = (gap > LONGEST_S) & ((drop[1:] < 0) | (drop[:-1] < 0))
+    for a, b in itertools.pairwise(known):
+        if drop[a] != drop[b]:
+            begins[a + 1 + np.argmax(gap[a:b])] = True
+    return np.cumsum(begins)
+
+
+def _missed(chain: Chain, impacts: np.ndarray, drop: np.ndarray) -> np.ndarray:
+    """(m,): whether an impact of the same drop is still missing between each impact and
+    the one before."""
     gaps = [
         (chain.impacts[k - 1], chain.impacts[k]) for k in np.flatnonzero(chain.missed)
     ]
@@ -368,4 +479,5 @@ def _missed(chain: Chain, impacts: np.ndarray) -> np.ndarray:
         any(a <= first and last <= b for first, last in gaps)
         for a, b in itertools.pairwise(impacts)
     ]
-    return np.array([False, *inside][: len(impacts)], bool)
+    same = np.diff(drop, prepend=-1) == 0
+    return np.array([False, *inside][: len(impacts)], bool) & same

@@ -83,6 +83,7 @@ def measure_impacts(
     bounces = pd.DataFrame(
         {
             "recording": recording.id,
+            "drop": 1,
             "bounce": np.arange(1, len(gap) + 1),
             "t_s": times[:-1],
             "t_sd_s": sd[:-1],

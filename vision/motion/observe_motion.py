@@ -2,8 +2,8 @@
 frames, video or sound."""
 
 import itertools
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -35,6 +35,7 @@ from benchtwin.vision.motion.rebound import (
 from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.roll_path import roll_path
 from benchtwin.vision.motion.rolling_shutter import average_over_readouts
+from benchtwin.vision.motion.several_drops import drop_rows, over_drops
 from benchtwin.vision.motion.slide import measure_slide_track
 from benchtwin.vision.motion.slide_few_rows import measure_slide
 from benchtwin.vision.motion.tilting_plate import PlateOverlay, track_slide
@@ -140,16 +141,12 @@ def _observe_impacts(recording: Recording) -> Observation:
 
 def _observe_track(recording: Recording, track: Track) -> Observation:
     if recording.rig == "drop":
-        result = measure_rebound(track, recording)
-        pictures = {"flights": _plot_flights(result, recording)}
-        return _observation(
+        drops = _measure_drops(
+            track,
             recording,
-            result.quantities,
-            (*track.notes, *result.notes),
-            pictures,
-            result.track,
-            result.bounces,
+            lambda rows: (measure_rebound(track.take(rows), recording), ""),
         )
+        return _of_drops(recording, drops, track, ())
     if recording.rig == "slide":
         slide = measure_slide(track, recording)
         pictures = {
@@ -243,22 +240,79 @@ def _drop_in_frames(
         (wide - 1) / 2 * (camera.mm_per_px or 1.0),
         (high - 1) / 2 * (camera.mm_per_px or 1.0),
     )
-    result, note = average_over_readouts(
+    drops = _measure_drops(
         seen,
-        share,
-        camera.readout_s,
-        camera.fps,
-        lambda track: measure_rebound(track, recording, axis),
+        recording,
+        lambda rows: average_over_readouts(
+            seen.take(rows),
+            share[rows],
+            camera.readout_s,
+            camera.fps,
+            lambda track: measure_rebound(track, recording, axis),
+        ),
     )
-    notes = [*notes, note] if note else notes
-    pictures = {
-        "track": _draw_drop(tracked, result, recording),
-        "flights": _plot_flights(result, recording),
-    }
-    notes = [*tracked.track.notes, *notes, *result.notes]
-    return _observation(
-        recording, result.quantities, notes, pictures, result.track, result.bounces
-    )
+    found = _of_drops(recording, drops, seen, notes)
+    picture = _draw_drop(tracked, drops, recording, _caption(found.quantities))
+    return replace(found, pictures={"track": picture, **found.pictures})
+
+
+@dataclass(frozen=True)
+class _Drop:
+    """One drop of a track: its rows, what was measured, a note or ""."""
+
+    rows: slice
+    result: Rebound
+    note: str
+
+
+def _measure_drops(
+    track: Track,
+    recording: Recording,
+    measure: Callable[[slice], tuple[Rebound, str]],
+) -> list[_Drop]:
+    """Each drop of a track, measured by its rows; the whole as one drop where fewer
+    than two parts of it bounce."""
+    parts = drop_rows(track, recording)
+    drops = [_Drop(rows, *measure(rows)) for rows in parts] if len(parts) > 1 else []
+    drops = [drop for drop in drops if drop.result.bounces is not None]
+    whole = slice(0, len(track))
+    return drops if len(drops) > 1 else [_Drop(whole, *measure(whole))]
+
+
+def _of_drops(
+    recording: Recording, drops: list[_Drop], track: Track, notes: Sequence[str]
+) -> Observation:
+    """The observation of one drop, or of several with their means, with its plot."""
+    each = [
+        _observation(
+            recording,
+            drop.result.quantities,
+            [
+                *track.notes,
+                *notes,
+                *([drop.note] if drop.note else []),
+                *drop.result.notes,
+            ],
+            {},
+            drop.result.track,
+            drop.result.bounces,
+        )
+        for drop in drops
+    ]
+    found = each[0] if len(each) == 1 else over_drops(each)
+    used = _as_used(track, drops)
+    picture = _plot_flights(drops, used, recording, _caption(found.quantities))
+    return replace(found, pictures={"flights": picture}, track=used.to_table())
+
+
+def _as_used(track: Track, drops: list[_Drop]) -> Track:
+    """The whole track with the times and outliers that the drops were measured with;
+    what is of none of them is an outlier."""
+    t_s, outlier = track.t_s.copy(), np.ones(len(track), bool)
+    for drop in drops:
+        t_s[drop.rows] = drop.result.track.t_s
+        outlier[drop.rows] = drop.result.track.outlier
+    return replace(track, t_s=t_s, outlier=outlier)
 
 
 def _slide_in_frames(
@@ -409,55 +463,63 @@ def _caption(quantities: tuple[Quantity, ...]) -> str:
     return "; ".join(shown[:2]) if shown else "nothing could be measured"
 
 
-def _flight_curves(result: Rebound) -> list[tuple[np.ndarray, np.ndarray]]:
-    """(time, height) of each fitted flight from contact to contact, for the plot."""
-    if (flights := result.flights) is None:
-        return []
-    first, last = flights.time[flights.rows[0][0]], flights.time[flights.rows[-1][-1]]
-    times = [first, *flights.contact_times()[:-1], last]
-    spans = [np.linspace(a, b, 80) for a, b in itertools.pairwise(times)]
-    return [(t, flights.height(k, t)) for k, t in enumerate(spans)]
+def _flight_curves(drops: list[_Drop]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
+    """(time, height) of each fitted flight of each drop, from contact to contact, for
+    the plot."""
+    curves = []
+    for flights in (drop.result.flights for drop in drops):
+        if flights is None:
+            continue
+        first, last = (flights.time[flights.rows[k][k]] for k in (0, -1))
+        times = [first, *flights.contact_times()[:-1], last]
+        spans = [np.linspace(a, b, 80) for a, b in itertools.pairwise(times)]
+        curves.append([(t, flights.height(k, t)) for k, t in enumerate(spans)])
+    return curves
 
 
-def _plot_flights(result: Rebound, recording: Recording) -> np.ndarray:
-    track = result.track
+def _plot_flights(
+    drops: list[_Drop], track: Track, recording: Recording, caption: str
+) -> np.ndarray:
     up, _ = gravity_axes(track, recording)
-    curves = _flight_curves(result)
-    marks = [(t[0], h[0]) for t, h in curves[1:]]
+    curves = _flight_curves(drops)
     labels = (f"t [{track.time_unit}]", f"height [{track.unit}]")
     return plot(
         track.time,
         up,
         track.outlier,
         labels=labels,
-        curves=curves,
-        marks=marks,
-        caption=_caption(result.quantities),
+        curves=[curve for one in curves for curve in one],
+        marks=[(t[0], h[0]) for one in curves for t, h in one[1:]],
+        caption=caption,
     )
 
 
 def _draw_drop(
-    tracked: TrackedSeed, result: Rebound, recording: Recording
+    tracked: TrackedSeed, drops: list[_Drop], recording: Recording, caption: str
 ) -> np.ndarray:
     """Places and fitted flights on the first frame, with the plate's line below the
     seed at contact."""
     track, height = tracked.track, tracked.scene.shape[0]
     scale = recording.camera.mm_per_px or 1.0
     turn = np.radians(recording.camera.plumb_deg or 0.0)
-    _, across = gravity_axes(result.track.used(), recording)
-    time = result.track.used().time
     curves, marks = [], []
-    for t, h in _flight_curves(result):
-        side = np.interp(t, time, across)
-        x, y = (
-            (h * np.sin(turn) + side * np.cos(turn)) / scale,
-            (h * np.cos(turn) - side * np.sin(turn)) / scale,
-        )
-        curves.append((x, height - 1 - y))
-        marks.append((x[0], height - 1 - y[0]))
+    for drop in drops:
+        used = drop.result.track.used()
+        _, across = gravity_axes(used, recording)
+        for number, (t, h) in enumerate(
+            curve for one in _flight_curves([drop]) for curve in one
+        ):
+            side = np.interp(t, used.time, across)
+            x, y = (
+                (h * np.sin(turn) + side * np.cos(turn)) / scale,
+                (h * np.cos(turn) - side * np.sin(turn)) / scale,
+            )
+            curves.append((x, height - 1 - y))
+            if number:
+                marks.append((x[0], height - 1 - y[0]))
     lines = []
-    if len(marks) > 1 and np.isfinite(tracked.size):
-        column, row = marks[1]
+    if marks and np.isfinite(tracked.size):
+        column, row = marks[0]
         low, wide = row + tracked.size / 2, 3 * tracked.size
         slope = np.tan(turn)
         lines = [
@@ -467,11 +529,11 @@ def _draw_drop(
         tracked.scene.first,
         track.x,
         height - 1 - track.y,
-        result.track.outlier,
+        _as_used(track, drops).outlier,
         curves=curves,
-        marks=marks[1:],
+        marks=marks,
         lines=lines,
-        caption=_caption(result.quantities),
+        caption=caption,
     )
 
 

@@ -256,6 +256,7 @@ def _bounce_table(
         tilt_sd = np.hypot(swing_sd, plumb * np.array([before, after]))
         row = {
             "recording": recording.id,
+            "drop": 1,
             "bounce": k + 1,
             f"t_{time}": t,
             f"t_sd_{time}": t_sd,

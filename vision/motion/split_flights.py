@@ -1,5 +1,7 @@
-"""Cuts a drop's track into flights at its lowest points, and finds which of them are
-free flights."""
+"""Cuts a track into drops where the seed is lifted and let go again, a drop into
+flights at its lowest points, and finds which of them are free flights."""
+
+import itertools
 
 import numpy as np
 from benchtwin.vision.measurement import MeasurementError
@@ -20,6 +22,33 @@ FREE_SHARE, FREE_SD = (
 # of the track's height: contacts are no farther above its lowest place, however the
 # seed lies
 PLATE_SHARE = 0.15
+# of the track's height, by which an apex lies above the one before where a hand lifted
+# the seed: a spinning seed's rebounds rise by a tenth at most
+LIFTED = 0.3
+
+
+def releases(height: np.ndarray) -> list[slice]:
+    """Rows of each drop of a track, in which the seed may be let go several times:
+    after an impact it never rises above where it came from, unless it is lifted. A lift
+    that no fall follows begins no drop."""
+    smooth = despiked(height)
+    reach, floor = float(np.ptp(smooth)), float(smooth.min())
+    whole = [slice(0, len(height))]
+    if reach <= 0:
+        return whole
+    least = max(0.002 * reach, min(LOW_SD * _scatter(smooth), 0.03 * reach))
+    lows = [k for k in _lows(smooth, least) if smooth[k] < floor + PLATE_SHARE * reach]
+    edges = [0, *lows, len(smooth) - 1]
+    tops = [a + int(np.argmax(smooth[a : b + 1])) for a, b in itertools.pairwise(edges)]
+    cuts = [0]
+    for (one, other), low in zip(itertools.pairwise(tops), lows):
+        fell = smooth[cuts[-1] : low].max(initial=floor) - smooth[low] > LIFTED * reach
+        lifted = smooth[other] - smooth[one] > LIFTED * reach
+        falls_again = smooth[other] - smooth[other:].min() > LIFTED * reach
+        if fell and lifted and falls_again:
+            resting = smooth[low:other] < smooth[low] + 0.05 * reach
+            cuts.append(low + int(np.flatnonzero(resting)[-1]) + 1)
+    return [slice(a, b) for a, b in itertools.pairwise([*cuts, len(height)])]
 
 
 def split(height: np.ndarray) -> list[tuple[int, int]]:

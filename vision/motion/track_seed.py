@@ -25,7 +25,14 @@ from benchtwin.vision.motion.places import (
 )
 from benchtwin.vision.motion.scene import Scene, learn_scene
 from benchtwin.vision.motion.track import Track, make_track
-from benchtwin.vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
+from benchtwin.vision.motion.tracklets import (
+    PATIENCE,
+    Tracklet,
+    alike,
+    appended,
+    extend,
+    join_alike,
+)
 
 MOST_AREA_CHANGE = (
     0.12  # from the frames around: more means merged with something, or partly hidden
@@ -34,6 +41,8 @@ MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
 # (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading
 # give a ball 0.003
 LEAST_ELONGATION = 0.01
+FALLS_AGAIN = 0.5  # of the best score, of a tracklet in which the seed falls once more
+FROM_AS_HIGH = 0.3  # of the height, by which it may begin lower
 
 
 @dataclass(frozen=True)
@@ -158,7 +167,27 @@ def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet 
     if not max(scores, default=0.0) > 0:
         return None
     best = max(range(len(scores)), key=lambda i: (scores[i], i))
-    return join_alike(tracklets[best], tracklets)
+    chosen = join_alike(tracklets[best], tracklets)
+    if falling:
+        chosen = _with_further_falls(chosen, tracklets, scores, best)
+    return chosen
+
+
+def _with_further_falls(
+    chosen: Tracklet, tracklets: list[Tracklet], scores: list[float], best: int
+) -> Tracklet:
+    """The chosen tracklet with those before and after it of the same thing let go
+    again: each falls as far, from as high."""
+    top, bottom = (f(s.y for s in tracklets[best].shapes) for f in (min, max))
+    for other, score in zip(tracklets, scores):
+        highest = min(s.y for s in other.shapes)
+        if (
+            score > FALLS_AGAIN * scores[best]
+            and highest - top < FROM_AS_HIGH * (bottom - top)
+            and alike(other, tracklets[best])
+        ):
+            chosen = appended(chosen, join_alike(other, tracklets))
+    return chosen
 
 
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:

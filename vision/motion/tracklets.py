@@ -111,18 +111,31 @@ def extend(
 
 def join_alike(best: Tracklet, tracklets: list[Tracklet]) -> Tracklet:
     """`best` joined with the tracklets of the same thing before and after it."""
-    area = best.area
     joined, size = best, np.sqrt(best.area)
-    alike = [
-        p
-        for p in tracklets
-        if p is not best
-        and 0.6 < p.area / area < 1.7
-        and p.typical.colour_distance(best.typical) < MOST_COLOUR_CHANGE
-    ]
-    for tracklet in sorted(alike, key=lambda p: -len(p.frames)):
+    same = [p for p in tracklets if p is not best and alike(p, best)]
+    for tracklet in sorted(same, key=lambda p: -len(p.frames)):
         joined = _join(joined, tracklet, size)
     return joined
+
+
+def alike(one: Tracklet, other: Tracklet) -> bool:
+    """Whether two tracklets may be of the same thing, by area and colour."""
+    return (
+        0.6 < one.area / other.area < 1.7
+        and one.typical.colour_distance(other.typical) < MOST_COLOUR_CHANGE
+    )
+
+
+def appended(one: Tracklet, other: Tracklet) -> Tracklet:
+    """Both in the order of time; `one` where they overlap."""
+    first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
+    if first.frames[-1] >= second.frames[0]:
+        return one
+    return Tracklet(
+        first.frames + second.frames,
+        first.times + second.times,
+        first.shapes + second.shapes,
+    )
 
 
 def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:
@@ -136,13 +149,7 @@ def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:
     away = np.hypot(
         second.shapes[0].x - first.shapes[-1].x, second.shapes[0].y - first.shapes[-1].y
     )
-    if away > size + 1.6 * speed * gap:
-        return one
-    return Tracklet(
-        first.frames + second.frames,
-        first.times + second.times,
-        first.shapes + second.shapes,
-    )
+    return one if away > size + 1.6 * speed * gap else appended(one, other)
 
 
 def _speed(tracklet: Tracklet, count: int) -> float:

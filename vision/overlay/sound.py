@@ -43,8 +43,10 @@ def draw_sound(
     reasons = _reasons(onsets, chain, begin, end)
     caption_lines = wrapped(caption, WIDE - 2 * GAP, SHOWN)
     by_hand = "violet: added by hand; " if added else ""
+    several = len(set(chain.drop.tolist())) > 1
+    what = "the number of the drop" if several else "the sd of each in ms"
     key = wrapped(
-        f"green: impacts, with the sd of each in ms; {by_hand}red: no impact",
+        f"green: impacts, with {what}; {by_hand}red: no impact",
         WIDE - LEFT,
         SHOWN,
     )
@@ -95,15 +97,17 @@ def draw_sound(
             "",
             dashed=False,
         )
-    _sds(
+    begins = np.diff(chain.drop, prepend=-1) > 0
+    _labels(
         image,
         [
             (
                 column(onsets.time_s[row]),
-                onsets.sd_s[row],
+                f"{drop + 1}" if several else f"{1000 * onsets.sd_s[row]:.2g}",
                 ADDED if row in added else IMPACT,
             )
-            for row in chain.impacts
+            for row, drop, first in zip(chain.impacts, chain.drop, begins)
+            if first or not several
         ],
         top,
     )
@@ -239,12 +243,13 @@ def _mark(
     _text(image, text, x + GAP / 2, top + LINE, colour)
 
 
-def _sds(image: np.ndarray, impacts: list[tuple[int, float, Colour]], top: int) -> None:
-    """Above each impact (column, sd [s], colour) its sd in ms, in two lines in turn;
-    left out where there is no room."""
+def _labels(
+    image: np.ndarray, impacts: list[tuple[int, str, Colour]], top: int
+) -> None:
+    """Above each impact (column, text, colour) its text, in two lines in turn; left out
+    where there is no room."""
     free = [0.0, 0.0]  # where each line ends so far
-    for k, (x, sd_s, colour) in enumerate(impacts):
-        text = f"{1000 * sd_s:.2g}"
+    for k, (x, text, colour) in enumerate(impacts):
         half = text_width(text, SHOWN) / 2
         if free[k % 2] < x - half:
             _text(image, text, x, top - GAP - LINE * (k % 2), colour, anchor=0.5)

@@ -46,7 +46,8 @@ def recorded(scene, tmp_path):
 
 
 def times_of(recording) -> np.ndarray:
-    return impacts_in_sound(recording.files[0], recording).times
+    (drop,) = impacts_in_sound(recording.files[0], recording).drops
+    return drop.times
 
 
 def test_an_impact_struck_out_is_in_no_interval(heard):

@@ -1,0 +1,157 @@
+"""Which rig a recording shows, told by its evidence where nobody states it."""
+
+from dataclasses import replace
+
+import numpy as np
+from benchtwin.vision.evidence.film_or_photos import film_or_photos
+from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.foreign.as_evidence import read_track
+from benchtwin.vision.foreign.unit_inference import free_falls
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import RIG_OF_KIND, Recording
+
+LEAST_TILT_DEG = 3.0  # by which a plate turns while a block waits on it
+LEAST_SLOPE_DEG = 4.0  # of an incline against what it leads to
+EVEN = 0.02  # rms about a straight line, of its length: an incline, or a plate
+LEAST_ROWS = 12
+UPWARDS = 0.3  # of the worth of falls, that of parabolas which open upwards in a drop
+SLOWS = 0.7  # of the speed at the incline's foot, to which a seed slows on the plate
+NOT_STATED = {  # rig → keys without which a number is missing or in doubt
+    "drop": (("camera", "mm_per_px"), ("drop", "height_mm")),
+    "slide": (("camera", "plumb_deg"),),
+    "roll": (
+        ("camera", "mm_per_px"),
+        ("roll", "incline_deg"),
+        ("roll", "incline_length_mm"),
+    ),
+}
+
+
+def with_rig(recording: Recording) -> tuple[Recording, str]:
+    """The recording with its rig, and a sentence on what told it and what is not known;
+    "" where the rig is stated. MeasurementError, which names the command that goes on,
+    where nothing tells it."""
+    if recording.rig is not None:
+        return recording, ""
+    told = told_rig(recording)
+    if told is None:
+        raise MeasurementError(_which_rig(recording))
+    rig, why = told
+    known = replace(recording, rig=rig)
+    missing = [
+        f"[{section}] {key}"
+        for section, key in NOT_STATED.get(rig, ())
+        if getattr(getattr(known, section), key) is None
+        and not (recording.evidence == "sound" and section == "camera")
+    ]
+    unknown = f"; not stated: {', '.join(missing)}" if missing else ""
+    return known, f"taken for a {rig}: {why}{unknown}"
+
+
+def _which_rig(recording: Recording) -> str:
+    """What to do where nothing tells the rig."""
+    path, series = recording.path, ""
+    if recording.evidence == "photos":
+        judged = film_or_photos({p.name: p for p in recording.files})
+        series = f". Its pictures may be photos of piles, or one film: {judged.why}"
+    if path.is_dir():
+        return (
+            f"{recording.toml}: rig is missing, and nothing in the evidence tells it;"
+            f" it should be drop, slide, roll, pile or drum{series}"
+        )
+    return (
+        f"{path}: rig is missing, and nothing in the evidence tells it; go on with:"
+        f" benchtwin import {path} --rig roll --out my-bench (or drop, slide, pile)"
+    )
+
+
+def told_rig(recording: Recording) -> tuple[str, str] | None:
+    """(rig, why) of a recording by its evidence; None where it tells none."""
+    told = RIG_OF_KIND.get(recording.evidence)
+    if told and (recording.evidence != "photos" or recording.rig is not None):
+        return told  # without a rig, the pictures may be photos or a film's frames
+    if recording.evidence == "track.csv":
+        rows = read_track(recording.files[0]).rows
+        x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")
+        time = rows["t_s"] if "t_s" in rows else rows["frame"]
+        return rig_of_motion(*(np.asarray(c, float) for c in (time, x, y)))
+    if recording.evidence in ("frames", "video"):
+        return _rig_of_film(recording)
+    return None
+
+
+def _rig_of_film(recording: Recording) -> tuple[str, str] | None:
+    """A slide where a plate tilts, else by the path of what moves in the film."""
+    from benchtwin.vision.motion.edge_line import track_edge
+    from benchtwin.vision.motion.tilting_plate import LEAST_SEEN
+    from benchtwin.vision.motion.track_seed import track_seed
+
+    source = open_frames(recording)
+    lines, *_ = track_edge(source)
+    if lines and len(lines) >= LEAST_SEEN * source.count:
+        turn = float(np.ptp(np.degrees([line.angle for line in lines.values()])))
+        if turn > LEAST_TILT_DEG:
+            return "slide", f"a plate in the picture tilts by {turn:.0f}°"
+    for falling in (True, False):
+        try:
+            track = track_seed(open_frames(recording), falling=falling).track.used()
+        except MeasurementError:
+            continue  # nothing moves like that
+        if told := rig_of_motion(track.time, track.x, track.y):
+            return told
+    return None
+
+
+def rig_of_motion(
+    time: np.ndarray, x: np.ndarray, y: np.ndarray
+) -> tuple[str, str] | None:
+    """(rig, why) of a track, y up: a drop falls freely, a roll comes down a straight
+    incline and slows on what follows; None where it is neither."""
+    falls = free_falls(time, x, y)
+    down, up = (
+        max((f.worth for f in falls if f.acceleration * sign > 0), default=0.0)
+        for sign in (-1, 1)
+    )
+    if down > 0 and up < UPWARDS * down and np.ptp(y) > np.ptp(x) / 2:
+        return "drop", "it falls freely"
+    if len(time) < LEAST_ROWS or np.ptp(x) < np.ptp(y):
+        return None
+    foot = _foot(x, y)
+    if foot is None:
+        return None
+    at, slope = foot
+    speed = np.hypot(np.gradient(x, time), np.gradient(y, time))
+    reach = max(3, len(time) // 20)
+    near, end = (
+        float(np.median(speed[r]))
+        for r in (slice(at, at + reach), -reach + np.arange(reach))
+    )
+    if end < SLOWS * near:
+        return "roll", f"it comes down an incline of {slope:.0f}° and slows"
+    return None
+
+
+def _foot(x: np.ndarray, y: np.ndarray) -> tuple[int, float] | None:
+    """Row at which a path of two straight parts bends, of which the first comes down
+    more steeply, and the angle between them [deg]."""
+    length = float(np.hypot(np.ptp(x), np.ptp(y)))
+    best = None
+    for at in np.linspace(4, len(x) - 5, min(len(x) - 8, 60)).astype(int):
+        parts = [
+            _line(x[rows], y[rows]) for rows in (slice(0, at + 1), slice(at, None))
+        ]
+        left = max(misfit for _, misfit in parts)
+        if best is None or left < best[0]:
+            best = left, int(at), parts[0][0] - parts[1][0]
+    if best is None or best[0] > EVEN * length or best[2] < LEAST_SLOPE_DEG:
+        return None
+    return best[1], best[2]
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Slope downwards along the way [deg] and rms about the line of some places."""
+    places = np.column_stack([x - x.mean(), y - y.mean()])
+    _, values, axes = np.linalg.svd(places, full_matrices=False)
+    along = axes[0] * np.sign((places[-1] - places[0]) @ axes[0] or 1.0)
+    down = np.degrees(np.arctan2(-along[1], abs(along[0])))
+    return float(down), float(values[1] / np.sqrt(len(x)))
