@@ -3,9 +3,9 @@ code."""
 
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
@@ -15,6 +15,7 @@ from benchtwin.calibrate.result_file import write_result
 from benchtwin.report import write_report
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import with_interval, words
+from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -32,6 +33,7 @@ from benchtwin.twin.engine import Engine
 from rich.console import Console
 from rich.table import Table
 
+Pairs = Mapping[str, tuple[float, float]]
 RECORDED = (
     "twin",
     "rendered",
@@ -53,9 +55,9 @@ OURS = {
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
     """Options. tables: on BENCH/tables; twin: with our simulations at the tables'
-    values; ranges, priors: "NAME=A:B"."""
+    values; ranges, priors: {name: (a, b)}."""
 
-    bench: Path
+    bench: Path | Observed
     out: Path
     tables: bool = False
     twin: bool = False
@@ -63,8 +65,8 @@ class Asked(CampaignOptions):
     quick: bool = False
     whole_pile: bool = False
     design: str = "box-behnken"
-    ranges: tuple[str, ...] = ()
-    priors: tuple[str, ...] = ()
+    ranges: Pairs = field(default_factory=dict)
+    priors: Pairs = field(default_factory=dict)
     engine: str = "benchtwin"
     ranks: int = 1
 
@@ -139,8 +141,7 @@ def _simulated(asked: Asked, simulator) -> Calibration:
     options = {
         k: v for k, v in vars(asked).items() if k in RECORDED and v
     } | engine.told
-    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
-    prescribed = Prescribed(ranges, priors, options=options)
+    prescribed = Prescribed(dict(asked.ranges), dict(asked.priors), options=options)
     try:
         checked_ranges(prescribed.ranges)
         Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), prescribed.priors)
@@ -227,22 +228,6 @@ def _as_tabulated(prescribed, printed: Calibration):
         else None
     )
     return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
-
-
-def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:
-    """ "name=a:b" → {name: (a, b)}."""
-    out = {}
-    for text in texts:
-        key, _, ends = text.partition("=")
-        try:
-            a, b = (float(v) for v in ends.split(":"))
-        except ValueError:
-            raise Misuse(
-                f"{option} {text}: expected NAME=NUMBER:NUMBER, such as"
-                " seed_restitution=0.4:0.7"
-            ) from None
-        out[key.strip()] = (a, b)
-    return out
 
 
 @contextmanager

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from benchtwin.vision.batch import find_all
 from benchtwin.vision.evidence.tables import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -14,7 +13,7 @@ from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
-from benchtwin.vision.observe import observe
+from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
@@ -37,11 +36,9 @@ class Listed:
     trouble: str = ""
 
 
-def listed(folder: Path) -> list[Listed]:
+def listed(folder: Path | Observed) -> list[Listed]:
     """What a folder holds. FileNotFoundError without one."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    return [_entry(entry) for entry in find_all([Path(folder)])]
+    return [_entry(entry) for entry in Observed.under(folder).entries]
 
 
 def _entry(entry: Recording | MeasurementError) -> Listed:
@@ -87,10 +84,11 @@ class SeenTrack:
     contacts_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
-def read_drops(folder: Path) -> list[SeenTrack]:
+def read_drops(folder: Path | Observed) -> list[SeenTrack]:
     """Every drop under `folder`; one that cannot be used says why. FileNotFoundError
     without a folder."""
-    return one_scale([_seen(entry) for entry in entries_of(folder, "drop")])
+    drops = entries_of(folder, "drop")
+    return one_scale([_seen(entry, drops) for entry in drops.entries])
 
 
 def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
@@ -125,27 +123,25 @@ def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
     return out
 
 
-def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
+def entries_of(folder: Path | Observed, rig: str) -> Observed:
     """Recordings of one rig under `folder`, and what could not be read at all.
     FileNotFoundError without a folder."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    entries = find_all([Path(folder)])
-    return [
+    observed = Observed.under(folder)
+    return observed.only(
         entry
-        for entry in entries
+        for entry in observed.entries
         if isinstance(entry, MeasurementError) or entry.rig == rig
-    ]
+    )
 
 
-def _seen(entry: Recording | MeasurementError) -> SeenTrack:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenTrack:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
         if entry.evidence in ("impacts.csv", "sound"):
             return heard_of(entry)
         try:
-            return drop_of(track_of(entry), entry)
+            return drop_of(track_of(entry, observed), entry)
         except MeasurementError as error:
             if sound_of(entry) is None:
                 raise
@@ -163,14 +159,14 @@ def _heard_instead(entry: Recording, trouble: str) -> SeenTrack:
     return replace(seen, notes=(*seen.notes, f"from its sound alone: {trouble}"))
 
 
-def track_of(recording: Recording) -> Track:
-    """A recording's track, read from its table or measured on its frames."""
+def track_of(recording: Recording, observed: Observed) -> Track:
+    """A recording's track, read from its table or as it was observed on its frames."""
     if recording.evidence == "track.csv":
         read = read_track(recording.files[0])
         return track_from_table(read.rows, recording.camera, read.notes)
     if recording.evidence == "gates.csv":
         return track_from_gates(recording)
-    table = observe(recording).track
+    table = observed.observe(recording).track
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
     return track_from_table(table, recording.camera)

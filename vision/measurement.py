@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -59,13 +60,14 @@ class Observation:
     with unit-suffixed columns, or None; `notes` say what was skipped or assumed;
     `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
     left_out). `bench` (a folder's name), `session` and `conditions` are the
-    recording's, so that repeats can be gathered."""
+    recording's, so that repeats can be gathered; `heap` is what was found in a pile's
+    photo."""
 
     recording: str
     rig: str
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()
-    pictures: dict[str, np.ndarray] = field(default_factory=dict)
+    pictures: Mapping[str, np.ndarray] = field(default_factory=dict)
     track: pd.DataFrame | None = None
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
@@ -74,6 +76,7 @@ class Observation:
     bench: str = ""
     session: str | None = None
     conditions: Mapping[str, float | str] = field(default_factory=dict)
+    heap: Any = None  # pile.repose.Repose, which needs this module
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

@@ -111,6 +111,7 @@ def observe_pile(
         found.quantities,
         found.notes,
         {"pile": draw_repose(image, found)},
+        heap=found,
     )
 
 

@@ -13,7 +13,13 @@ from benchtwin.calibrate.statistics.bench import (
     bench_mean,
     one_reading,
 )
-from benchtwin.twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
+from benchtwin.twin.bench_folder import (
+    WEIGHED,
+    Observed,
+    RecordingReadings,
+    hashes,
+    read_bench,
+)
 from scipy import stats
 
 PER_RECORDING = {
@@ -75,7 +81,8 @@ class RigReadings:
 class Bench:
     """A bench folder, read. rigs: those with readings; seed: the sections [seed] and
     [air] of the lot; trouble: recordings that could not be read, (name, rig, why);
-    hashes: SHA-256 of every input file."""
+    hashes: SHA-256 of every input file; observed: the recordings, and what was seen on
+    them."""
 
     folder: Path
     rigs: dict[str, RigReadings]
@@ -83,12 +90,14 @@ class Bench:
     trouble: tuple[tuple[str, str, str], ...]
     hashes: dict[str, str]
     provenance: tuple[str, ...]
+    observed: Observed
 
 
-def bench_of(folder: Path) -> Bench:
+def bench_of(folder: Path | Observed) -> Bench:
     """Read and pool a bench folder. FileNotFoundError where there is none; ValueError
     where nothing in it can be read."""
-    seen = read_bench(folder)
+    observed = Observed.under(folder)
+    seen = read_bench(observed)
     trouble = tuple((s.recording, s.rig, s.trouble) for s in seen if s.trouble)
     rigs = {
         rig: _pooled(rig, [s for s in seen if s.rig == rig])
@@ -101,7 +110,15 @@ def bench_of(folder: Path) -> Bench:
             + "; ".join(why for *_, why in trouble)
         )
     provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
-    return Bench(Path(folder), rigs, _lot(seen), trouble, hashes(folder), provenance)
+    return Bench(
+        observed.folder,
+        rigs,
+        _lot(seen),
+        trouble,
+        hashes(observed),
+        provenance,
+        observed,
+    )
 
 
 def trimmed_before(bench: Bench, rigs: dict[str, int]) -> Bench:

@@ -9,6 +9,7 @@ from benchtwin.calibrate.procedure.joint import Joint
 from benchtwin.calibrate.procedure.pile import PileFit, weak
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
+from benchtwin.twin.bench_folder import Observed
 
 LEVEL = 0.95
 # share of its prior's sd that a bench must take away for a parameter to count as
@@ -57,7 +58,7 @@ class Calibration:
         return self.checks[~self.checks["follows"].to_numpy(bool)]
 
 
-def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
+def nothing_calibrated(folder: Path | Observed, refused: dict[str, str]) -> ValueError:
     """The error of a bench folder of which no rig could be calibrated."""
     why = "; ".join(f"{rig}: {reason}" for rig, reason in refused.items())
     return ValueError(f"{folder}: nothing could be calibrated: {why}")

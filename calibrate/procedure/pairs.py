@@ -30,7 +30,7 @@ def pairs(
     values = parameters(c).set_index("parameter")["value"]
     known = {f.name for f in fields(Parameters)}
     at = Parameters(**{n: float(v) for n, v in values.items() if n in known})
-    entries = recordings(c.bench.folder)
+    entries = recordings(c.bench.observed)
     for rig in (*c.steel, *(("pile",) if c.pile is not None else ())):
         recording = _nearest(c, rig, entries)
         if recording is None:
@@ -103,7 +103,8 @@ def _pair(
         description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
     job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
     folder = out / job.key
-    return pair(recording, job.run(folder), alike=same_rig)
+    twin = job.run(folder)
+    return pair(recording, twin, alike=same_rig, observed=c.bench.observed)
 
 
 def _whole_plate(pile: dict) -> dict:

@@ -129,7 +129,7 @@ def test_a_recording_of_another_drum_is_left_out_by_name(calibrated, tmp_path, c
         tmp_path,
         rig="drum",
         beside=beside,
-        settings=("drum.speed_rpm=5",),
+        settings={"drum.speed_rpm": 5},
         overwrite=True,
     )
     assert predict_command(again, Angles()) == 2
