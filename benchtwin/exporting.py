@@ -34,10 +34,12 @@ def export(
     """Write calibrated parameters as an engine takes them, in its own conventions.
 
     result: what `calibrate` found, or the folder that it wrote. engine: "lammps",
-    "liggghts", "yade", "edem" or "mercury". out: where to, else RESULT/export/ENGINE; overwrite: replace
-    cards that are there. Raises FileNotFoundError for a folder without result.json;
-    FileExistsError where a card must not be replaced; ValueError for an unknown engine,
-    or a result that lacks a number."""
+    "liggghts", "yade", "edem" or "mercury". out: where to, else RESULT/export/ENGINE;
+    overwrite: replace cards that are there.
+
+    Raises FileNotFoundError for a folder without result.json; FileExistsError where a
+    card must not be replaced; ValueError for an unknown engine, or a result that lacks
+    a number."""
     calibrated = folder_of(result)
     folder = calibrated / "export" / engine if out is None else Path(out)
     texts = cards_for(calibrated, engine, folder, overwrite)

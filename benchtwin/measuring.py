@@ -208,7 +208,7 @@ def _folder_of(paths: Sequence[Path]) -> Path:
     """The one path, or the folder that holds all of them."""
     if len(paths) == 1:
         return paths[0]
-    return Path(os.path.commonpath([path.resolve() for path in paths] or ["."]))
+    return Path(os.path.commonpath([path.resolve() for path in paths] or [Path.cwd()]))
 
 
 def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
