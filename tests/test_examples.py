@@ -39,8 +39,12 @@ CHECKS = {
     ),
     # air is left out; frames are 2 ms apart, the fit's error is below 0.1 %
     "ball_on_incline": lambda x: x.acceleration == approx(x.by_formula, rel=2e-3),
-    # a turn of 1° shifts each flank by 1° and their mean by its second order
-    "base_line_by_hand": lambda x: np.ptp(x.means_deg) < 0.2,
+    # a turn by 1° turns one flank up by 1° and the other down; surfaces are rough, and
+    # between other heights the lines are fitted to other seeds: 0.3° (sd of one flank)
+    "base_line_by_hand": lambda x: (
+        x.skew_deg[2] - x.skew_deg[0] == approx(4.0, abs=0.6)
+        and np.ptp(x.means_deg) < 0.3
+    ),
     # read between two frames, 0.04° apart, and when the block has visibly begun
     "block_on_incline": lambda x: x.angle_deg == approx(x.by_formula_deg, abs=0.05),
     # the icosphere's facets lie inside the ellipsoid: 0.2 % of its volume
@@ -95,9 +99,7 @@ CHECKS = {
     ),
     "simulate_and_film": lambda x: abs(x.value - x.truth) < 3 * x.sd < 0.01,
     # at rest to a kinetic energy of 1e-5 of what the fall had
-    "two_hundred_seeds": lambda x: (
-        x.carried_n.sum() == approx(x.weight_n, rel=5e-3) and x.floor_share < 1
-    ),
+    "two_hundred_seeds": lambda x: x.carried_n.sum() == approx(x.weight_n, rel=5e-3),
     "uneven_plate": lambda x: (
         x.low_deg < concealed("concealed-roll")["parameter"] < x.high_deg
     ),

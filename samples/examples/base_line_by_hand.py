@@ -25,6 +25,8 @@ def turned(tilt_deg: float):
 by_tilt = [turned(tilt) for tilt in tilts_deg]
 angles = [found.quantities.set_index("quantity")["value"] for found in by_tilt]
 means_deg = [angle["repose_angle"] for angle in angles]
+skew_deg = [a["repose_angle_left"] - a["repose_angle_right"] for a in angles]
 print("base line turned by", tilts_deg, "°: mean of the flanks", np.round(means_deg, 2))
+print("left less right:", np.round(skew_deg, 2))
 
 picture = by_tilt[2].picture("pile-heap")

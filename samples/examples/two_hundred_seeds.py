@@ -1,8 +1,8 @@
-"""A box of 200 soybeans: what the floor carries, and what the walls do.
+"""A box of 200 soybeans: what the floor carries, and what the sides do.
 
-Poured in and at rest, the floor and the sides together carry the weight exactly, for
-nothing moves. The floor alone carries less: friction hands a part to the sides
-(Janssen)."""
+At rest, the floor and the sides together carry the weight exactly, for nothing moves.
+How they share it the weight does not tell: friction remembers how the seeds came to
+lie. Let fall all at once, these rebounded, and the sides now hold them down."""
 
 import numpy as np
 import plotly.graph_objects as go
@@ -14,10 +14,10 @@ from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
 
 from benchtwin import Seed
 
-SIDE_M = 0.05
+SIDE_M = 0.035
 bean, soft = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3), SOYBEAN.softened(3e6)
-beans = Scattered((bean,), soft, 200, low=(0, 0, 0), high=(SIDE_M, SIDE_M, 0.3))
-walls = box("box", Q235, (0, 0, 0), (SIDE_M, SIDE_M, 0.3))
+beans = Scattered((bean,), soft, 200, low=(0, 0, 0), high=(SIDE_M, SIDE_M, 0.5))
+walls = box("box", Q235, (0, 0, 0), (SIDE_M, SIDE_M, 0.5))
 world = World((beans,), walls, (SOYBEAN_Q235, SOYBEAN_SOYBEAN))
 at_rest = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)
 state = run(world, init(world, np.random.default_rng(1)), at_rest, threads=1)
