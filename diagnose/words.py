@@ -5,9 +5,9 @@ import math
 import traceback
 from pathlib import Path
 
-from benchtwin.diagnose.effects.effect import Effect
-from benchtwin.diagnose.engine.verdict import MATTERS_SDS, NAME_SHARE
-from benchtwin.diagnose.finding import Finding
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.finding import Finding
+from benchtwin.infer.verdict import MATTERS_SDS, NAME_SHARE
 
 WHERE = {
     "flight": "in flight",
@@ -37,9 +37,7 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
-    return importlib.import_module(f"benchtwin.diagnose.effects.{rig}").EFFECTS.get(
-        name
-    )
+    return importlib.import_module(f"benchtwin.rigs.{rig}.effects").EFFECTS.get(name)
 
 
 def fault_in_words(error: Exception) -> str:
@@ -206,7 +204,7 @@ def _probability(name: str, finding: Finding) -> float:
 def plus_minus(size) -> str:
     """Value ± half its 95 % interval (value, low95, high95), with two digits of that.
 
-    >>> from benchtwin.diagnose.finding import Parameter
+    >>> from benchtwin.infer.finding import Parameter
     >>> plus_minus(Parameter("1", 0.01834, 0.0163, 0.0203))
     '0.0183 ± 0.0020'
     """

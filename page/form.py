@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
+from benchtwin.bench.keys import Keys
 from benchtwin.page.folder import Refused
-from benchtwin.vision.evidence.keys import Keys
 from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo

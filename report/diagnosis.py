@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
-from benchtwin.diagnose.finding import Finding
+from benchtwin.infer.finding import Finding
 from benchtwin.report.numbers import capitalised, cells, with_interval
 from benchtwin.report.residuals import AXES, before_and_after, points, recorded
 from benchtwin.report.template import fill

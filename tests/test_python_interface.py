@@ -367,7 +367,7 @@ def test_every_function_of_the_interface_is_guarded():
 TRAP = """
 import pickle
 import benchtwin.calibrate.statistics.box
-import benchtwin.diagnose.engine
+import benchtwin.diagnose.words
 from benchtwin.calibrate.statistics.box import Box
 import benchtwin
 from benchtwin import calibrate, diagnose

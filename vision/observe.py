@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from benchtwin.vision.evidence.keys import Seed
+from benchtwin.bench.keys import Seed
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-from benchtwin.vision.evidence.keys import (
+from benchtwin.bench.keys import (
     Air,
     Camera,
     Drop,

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import Silhouette, find_silhouettes
@@ -18,7 +19,6 @@ from benchtwin.vision.motion.ellipse import fit_ellipses
 from benchtwin.vision.motion.scene import Scene, learn_scene
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
-from benchtwin.vision.robust import robust_sd
 
 MOST_AREA_CHANGE = (
     0.12  # from the frames around: more means merged with something, or partly hidden
