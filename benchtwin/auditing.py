@@ -16,6 +16,7 @@ from benchtwin.report.draw import BLUE, GREY
 from benchtwin.vision.recording import Recording
 
 KEYS = ["rig", "key", "unit", "stated_by", "of", "value", "meaning", "absent", "asked"]
+Row = tuple[str, str, str, int, int, object, str, str, str]
 ABSENT = "Absent: "  # in a key's help: what holds where nothing is stated
 
 
@@ -100,7 +101,7 @@ def _said(found: Measurements, rig: str) -> list[str]:
     )
 
 
-def _keys(rig: str, recordings: list[Recording], said: list[str]) -> list[tuple]:
+def _keys(rig: str, recordings: list[Recording], said: list[str]) -> list[Row]:
     """A row a key of this rig that a measurement may use."""
     rows = []
     for section in form(rig or None, {}, {}):

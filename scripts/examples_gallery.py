@@ -11,6 +11,7 @@ import runpy
 import shutil
 import subprocess
 import tempfile
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +97,9 @@ def draw(names: list[str]) -> None:
     PICTURES.mkdir(exist_ok=True)
     figures: dict[str, Figure] = {}
     for name in names:
-        shown = runpy.run_path(str(SCRIPTS / f"{name}.py"))["picture"]
+        shown = runpy.run_path(str(SCRIPTS / f"{name}.py"), run_name="__main__")[
+            "picture"
+        ]
         if isinstance(shown, np.ndarray):
             _write(Image.fromarray(shown), name)
         else:
@@ -112,17 +115,18 @@ def photographed(figures: list[Figure]) -> list[Image.Image]:
     browser = next((path for b in BROWSERS if (path := shutil.which(b))), None)
     if browser is None:
         raise FileNotFoundError(f"no browser: one of {', '.join(BROWSERS)} is needed")
-    size = f"width:{WIDTH_PX}px;height:{HEIGHT_PX}px"
+    divs, ends = "", [0]
     for figure in figures:
-        figure.update_layout(
-            width=WIDTH_PX, height=HEIGHT_PX, template="plotly_white", font_size=11
-        )
-        if not figure.layout.margin.t:
+        height = figure.layout.height or HEIGHT_PX
+        look = {"width": WIDTH_PX, "height": height, "font_size": 11}
+        figure.update_layout(template="plotly_white", **look)
+        if figure.layout.margin.t is None:
             figure.update_layout(margin={"l": 60, "r": 20, "t": 30, "b": 50})
-    divs = "".join(
-        f'<div style="{size}">{figure.to_html(False, include_plotlyjs=False)}</div>'
-        for figure in figures
-    )
+        drawn = figure.to_html(
+            {"displayModeBar": False}, include_plotlyjs=False, full_html=False
+        )
+        divs += f'<div style="width:{WIDTH_PX}px;height:{height}px">{drawn}</div>'
+        ends.append(ends[-1] + height)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         (place / "page.html").write_text(
@@ -136,22 +140,22 @@ def photographed(figures: list[Figure]) -> list[Image.Image]:
             "--no-sandbox",
             "--hide-scrollbars",
             "--virtual-time-budget=60000",
-            f"--window-size={WIDTH_PX},{HEIGHT_PX * len(figures)}",
+            f"--window-size={WIDTH_PX},{ends[-1]}",
             f"--screenshot={place / 'page.png'}",
             (place / "page.html").as_uri(),
         ]
         subprocess.run(asked, check=True, capture_output=True)
         with Image.open(place / "page.png") as whole:
             return [
-                whole.crop((0, k * HEIGHT_PX, WIDTH_PX, (k + 1) * HEIGHT_PX)).copy()
-                for k in range(len(figures))
+                whole.crop((0, top, WIDTH_PX, end)).copy()
+                for top, end in pairwise(ends)
             ]
 
 
 def _write(picture: Image.Image, name: str) -> None:
     """A picture of at most WIDTH_PX."""
     picture = picture.convert("RGB")
-    picture.thumbnail((WIDTH_PX, WIDTH_PX))
+    picture.thumbnail((WIDTH_PX, 2 * WIDTH_PX))
     picture.save(PICTURES / f"{name}.webp", quality=75, method=6)
 
 

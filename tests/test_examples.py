@@ -80,10 +80,11 @@ CHECKS = {
     # 2,000 steps of an integrator of second order
     "own_force_law": lambda x: x.drift_mm[-1] == approx(x.by_formula_mm[-1], rel=2e-3),
     "paper_tables": lambda x: all(x.held.values()),
+    # a mean over the drawn runs; their own scatter is all that a single packing's
+    # interval holds, but for how little eight runs tell of it
     "predict_a_drum": lambda x: (
-        x.row["mean"]
-        == approx(x.expected.runs.query("kind == 'posterior draw'").iloc[:, -3].mean())
-        or x.row["low"] < x.row["mean"] < x.row["high"]
+        x.row["mean"] == approx(x.drawn.mean())
+        and 1 < (x.row["high"] - x.row["mean"]) / x.normal_half < 2
     ),
     "readings_only": lambda x: x.friction["value"] == approx(x.by_hand, rel=1e-3),
     # the errors that all drops share widen it by 1 % at most
@@ -120,7 +121,9 @@ CHECKS = {
 
 def run(name: str) -> SimpleNamespace:
     """What a script leaves, run where samples/ is."""
-    return SimpleNamespace(**runpy.run_path(str(SCRIPTS / f"{name}.py")))
+    return SimpleNamespace(
+        **runpy.run_path(str(SCRIPTS / f"{name}.py"), run_name="__main__")
+    )
 
 
 @pytest.mark.parametrize("name", sorted(CHECKS))

@@ -22,6 +22,7 @@ acceleration = np.polyfit(motion.t_s[rolling], speed[rolling], 1)[0]
 by_formula = 5 / 7 * G * (np.sin(ALPHA) - MU_R * np.cos(ALPHA))
 print(f"{acceleration:.4f} m/s², by the formula {by_formula:.4f} m/s²")
 
-picture = go.Figure(go.Scatter(x=motion.t_s, y=speed, mode="markers", name="engine"))
-picture.add_scatter(x=motion.t_s, y=by_formula * motion.t_s, name="5/7 g (…)")
+t = motion.t_s[rolling]
+picture = go.Figure(go.Scatter(x=t, y=speed[rolling], mode="markers", name="engine"))
+picture.add_scatter(x=t, y=by_formula * t, name="5/7 g (…)")
 picture.update_layout(xaxis_title="time (s)", yaxis_title="speed (m/s)")

@@ -19,7 +19,8 @@ by_formula_deg = np.degrees(np.arctan(friction))
 print(f"slides at {angle_deg:.2f}°, arctan μ is {by_formula_deg:.2f}°")
 
 at = motion.positions_m[:, 0]
-way_mm = 1e3 * np.linalg.norm(at - at[0], axis=1)
+from_hinge_m = np.linalg.norm(at, axis=1)
+way_mm = 1e3 * (from_hinge_m[0] - from_hinge_m)
 picture = go.Figure(go.Scatter(x=motion.series["tilt_deg"], y=way_mm))
 picture.add_vline(by_formula_deg, line_dash="dot")
 picture.update_layout(xaxis_title="tilt (°)", yaxis_title="way (mm)")

@@ -8,7 +8,7 @@ import tempfile
 
 from benchtwin import compare
 
-small = {
+SMALL = {
     "pile.box_mm": [40.0, 20.0, 200.0],
     "pile.gate_mm": [20.0, 200.0],
     "pile.plate_mm": [120.0, 20.0],
@@ -17,8 +17,10 @@ small = {
     "pile.slab": True,
     "shear_modulus_pa": 5e5,
 }
-both = compare(out=tempfile.mkdtemp(), packings=2, settings=small, workers=1)
-filled = both.differences.set_index("quantity").loc["filled_mass_g"]
-print(both.verdict)
 
-picture = both.plot()
+if __name__ == "__main__":  # piles are run by processes that import this script
+    both = compare(out=tempfile.mkdtemp(), packings=2, settings=SMALL, workers=1)
+    filled = both.differences.set_index("quantity").loc["filled_mass_g"]
+    print(both.verdict)
+
+    picture = both.plot()
