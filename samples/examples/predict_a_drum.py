@@ -15,8 +15,8 @@ DRUM = {
     "drum.drum_mm": [60.0, 12.0],
     "drum.fill_share": 0.4,
     "drum.speed_rpm": 30.0,
-    "drum.wait_s": 1.0,
-    "drum.film_s": 1.0,
+    "drum.wait_s": 0.5,
+    "drum.film_s": 0.5,
     "shear_modulus_pa": 5e5,
 }
 
