@@ -143,7 +143,7 @@ def checked(name: str, rig: str) -> pd.DataFrame:
     that made the bench, and z: their difference over the sd with which the mean of so
     many packings is predicted."""
     of = RIG_OF[rig]
-    settings = tuple(f"{of}.{key}={value}" for key, value in SYSTEMS[rig].items())
+    settings = {f"{of}.{key}": value for key, value in SYSTEMS[rig].items()}
     asked = Predicted(
         calibrated(name),
         rig,

@@ -14,10 +14,13 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from benchtwin.auditing import audit as audit
     from benchtwin.calibrating import calibrate as calibrate
+    from benchtwin.comparing import compare as compare
     from benchtwin.diagnosing import diagnose as diagnose
     from benchtwin.exporting import export as export
     from benchtwin.measuring import measure as measure
+    from benchtwin.predicting import predict as predict
     from benchtwin.sim.laws.law import Law as Law
     from benchtwin.sim.rigs.bench import Bench as Bench
     from benchtwin.sim.seed import Seed as Seed
@@ -31,10 +34,13 @@ _MODULES = {
     "MeasurementError": "benchtwin.vision.measurement",
     "Parameters": "benchtwin.twin.parameters",
     "Seed": "benchtwin.sim.seed",
+    "audit": "benchtwin.auditing",
     "calibrate": "benchtwin.calibrating",
+    "compare": "benchtwin.comparing",
     "diagnose": "benchtwin.diagnosing",
     "export": "benchtwin.exporting",
     "measure": "benchtwin.measuring",
+    "predict": "benchtwin.predicting",
     "simulate": "benchtwin.simulating",
 }
 __all__ = [
@@ -43,10 +49,13 @@ __all__ = [
     "MeasurementError",
     "Parameters",
     "Seed",
+    "audit",
     "calibrate",
+    "compare",
     "diagnose",
     "export",
     "measure",
+    "predict",
     "simulate",
 ]
 

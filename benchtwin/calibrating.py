@@ -1,13 +1,21 @@
 """`benchtwin.calibrate`: a bench folder → contact parameters with intervals."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+from plotly.graph_objects import Figure
 
+from benchtwin import shown
+from benchtwin.blas import on_one_blas_thread
 from benchtwin.calibrate.calibrate_command import Asked, calibrate_into
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.measuring import Bench, recordings_of
+from benchtwin.report import draw
+from benchtwin.report.numbers import with_interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +36,37 @@ class CalibrationSummary:
     folder: Path | None
     details: Calibration = field(repr=False)
 
+    def plot(self) -> Figure:
+        """A panel a parameter: its value and interval."""
+        table = self.parameters
+        figure, places = shown.panels([draw.name(n) for n in table["parameter"]])
+        for row, place in zip(table.itertuples(), places, strict=True):
+            if np.isfinite([row.low, row.value, row.high]).all():
+                for trace in shown.across(row.low, row.value, row.high, " "):
+                    figure.add_trace(trace, **place)
+        figure.update_layout(height=60 + 110 * math.ceil(len(table) / 2))
+        return figure
 
+    def _repr_html_(self) -> str:
+        table = self.parameters
+        cells = pd.DataFrame(
+            {
+                "parameter": table["parameter"].map(draw.name),
+                "value (95 % interval)": [
+                    with_interval(row.value, row.low, row.high)
+                    for row in table.itertuples()
+                ],
+                "unit": table["unit"].map(shown.unit),
+                "status": table["status"],
+            }
+        )
+        lost = [f"{rig}: {why}" for rig, why in self.not_calibrated.items()]
+        return shown.html("Contact parameters", cells, [*lost, *self.findings])
+
+
+@on_one_blas_thread
 def calibrate(
-    bench: str | Path,
+    bench: Bench,
     *,
     out: str | Path | None = None,
     tables: bool = False,
@@ -46,9 +82,10 @@ def calibrate(
     overwrite: bool = False,
     progress: bool = False,
 ) -> CalibrationSummary:
-    """Calibrate contact parameters on a bench folder: values with intervals, and what
-    the bench leaves open.
+    """Calibrate contact parameters on a bench: values with intervals, and what the
+    bench leaves open.
 
+    bench: its folder, or what `measure` found on it: no recording is then read again.
     out: folder for result.json, tables, report and finished simulations; only with
     tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
     instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
@@ -70,17 +107,17 @@ def calibrate(
                 "calibrate: out names the folder that keeps finished simulations; only"
                 " tables=True needs none"
             )
-        return _summary(calibrate_tables(Path(bench), seed=rng), None)
+        return _summary(calibrate_tables(recordings_of(bench), seed=rng), None)
     asked = Asked(
-        Path(bench),
+        recordings_of(bench),
         Path(out),
         tables=tables,
         quick=quick,
         whole_pile=whole_pile,
         rendered=rendered,
         design=design,
-        ranges=_typed(ranges),
-        priors=_typed(priors),
+        ranges=ranges or {},
+        priors=priors or {},
         rng=rng,
         workers=workers,
         scheduler=scheduler,
@@ -97,12 +134,12 @@ def _summary(found: Calibration, folder: Path | None) -> CalibrationSummary:
     )
 
 
-def _typed(pairs: Mapping[str, tuple[float, float]] | None) -> tuple[str, ...]:
-    """Pairs as the command takes them.
-
-    >>> _typed({"seed_restitution": (0.45, 0.7)})
-    ('seed_restitution=0.45:0.7',)
-    """
-    return tuple(
-        f"{name}={float(a)!r}:{float(b)!r}" for name, (a, b) in (pairs or {}).items()
-    )
+def folder_of(calibrated: str | Path | CalibrationSummary) -> Path:
+    """Where a calibration lies; ValueError for one that wrote no files."""
+    if not isinstance(calibrated, CalibrationSummary):
+        return Path(calibrated)
+    if calibrated.folder is None:
+        raise ValueError(
+            "this calibration wrote no files; give calibrate a folder as out"
+        )
+    return calibrated.folder

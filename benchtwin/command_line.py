@@ -13,6 +13,7 @@ import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.blas import one_thread_for_this_process
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -89,9 +90,7 @@ def _run_nothing_from_here() -> None:
 def main() -> None:
     """The command line. A fault of ours ends it with one line and exit code 1;
     BENCHTWIN_TRACEBACK=1 shows where it arose."""
-    os.environ.setdefault(
-        "OPENBLAS_NUM_THREADS", "1"
-    )  # matrices are small: more threads wait for each other, and take longer
+    one_thread_for_this_process()
     _keep_compiled_code()
     _run_nothing_from_here()
     for stream in (sys.stdout, sys.stderr):

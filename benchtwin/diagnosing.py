@@ -3,13 +3,19 @@ that is."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 
 import pandas as pd
+from plotly.graph_objects import Figure
 
+from benchtwin import shown
+from benchtwin.blas import on_one_blas_thread
 from benchtwin.diagnose.bench import Diagnosis, diagnose_bench
 from benchtwin.diagnose.diagnose_command import RIG_NAMES, Asked, diagnose_into
 from benchtwin.diagnose.words import lines
+from benchtwin.measuring import Bench, recordings_of
+from benchtwin.report.draw import BLUE, RED
 
 VERDICTS = [
     "rig",
@@ -43,9 +49,39 @@ class DiagnosisSummary:
     folder: Path | None
     details: Diagnosis = field(repr=False)
 
+    def plot(self) -> Figure:
+        """A panel a rig: the probability of each effect that may be missing; red are
+        those that the verdict names."""
+        rigs = list(self.verdicts["rig"])
+        figure, places = shown.panels(rigs)
+        for rig, named, place in zip(rigs, self.verdicts["names"], places, strict=True):
+            rows = self.effects[self.effects["rig"] == rig].iloc[::-1]
+            effects = rows["effect"].tolist()
+            colour = [RED if e in named.split(", ") else BLUE for e in effects]
+            figure.add_bar(
+                x=rows["probability"],
+                y=[escape(effect) for effect in effects],
+                orientation="h",
+                marker_color=colour,
+                **place,
+            )
+        figure.update_xaxes(range=[0, 1])
+        return figure
 
+    def _repr_html_(self) -> str:
+        table = self.verdicts
+        cells = table[["rig", "verdict", "names"]].assign(
+            probability=[f"{p:.3g}" for p in table["probability"]],
+            matters=["yes" if m else "no" for m in table["matters"]],
+        )
+        return shown.html(
+            "What the recordings show beyond the model", cells, self.in_words
+        )
+
+
+@on_one_blas_thread
 def diagnose(
-    bench: str | Path,
+    bench: Bench,
     *,
     out: str | Path | None = None,
     rigs: Sequence[str] = (),
@@ -58,6 +94,7 @@ def diagnose(
     """Diagnose where recordings and simulation differ: where, and which physics was
     left out.
 
+    bench: its folder, or what `measure` found on it: no recording is then read again.
     out: folder for diagnosis.json, report and the twin's new runs, none of them without
     it; twin: run the twin again with what was found; quick: its tracks only, no
     pictures. rigs: only these of drop, slide, roll and pile. rng: seed of the random
@@ -68,10 +105,11 @@ def diagnose(
     raises nothing: `not_diagnosed` says why."""
     if wrong := [rig for rig in rigs if rig not in RIG_NAMES]:
         raise ValueError(f"rigs: no rig {wrong[0]!r}; there are {', '.join(RIG_NAMES)}")
+    recordings = recordings_of(bench)
     if out is None:
-        return _summary(diagnose_bench(Path(bench), seed=rng, only=tuple(rigs)), None)
+        return _summary(diagnose_bench(recordings, seed=rng, only=tuple(rigs)), None)
     asked = Asked(
-        Path(bench), Path(out), tuple(rigs), rng, twin, quick, overwrite, not progress
+        recordings, Path(out), tuple(rigs), rng, twin, quick, overwrite, not progress
     )
     found, _ = diagnose_into(asked)
     return _summary(found, asked.out)

@@ -1,15 +1,21 @@
 """`benchtwin.measure`: recordings → quantities with standard deviations, as tables."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+from plotly.graph_objects import Figure
 
+from benchtwin import shown
+from benchtwin.blas import on_one_blas_thread
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision import batch
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.observe import LEAST_WINDOW
+from benchtwin.vision.observed import Observed, PackedPictures
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.results import Results
 from benchtwin.vision.summary import as_table, summarise
@@ -30,13 +36,16 @@ QUANTITIES = [
 
 @dataclass(frozen=True, eq=False)
 class Measurements:
-    """What was measured on some recordings.
+    """What was measured on some recordings; `calibrate`, `diagnose` and `audit` take it
+    in the place of the bench's folder, and read no recording again.
 
-    observations: one a recording, with its track, bounces and readings as tables.
-    notes: (recording, note) of what was assumed or left out. folder: where files were
-    written, None where none were."""
+    observations: one a recording, with its track, bounces and readings as tables, and
+    pictures of what was found. notes: (recording, note) of what was assumed or left
+    out. folder: where files were written, None where none were. observed: the
+    recordings themselves; its fields may change between versions."""
 
     observations: tuple[Observation, ...] = field(repr=False)
+    observed: Observed = field(repr=False)
     notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     folder: Path | None = None
 
@@ -76,7 +85,68 @@ class Measurements:
         interval, the scatter; as in summary.csv."""
         return as_table(summarise(self.observations))
 
+    def picture(self, recording: str) -> np.ndarray:
+        """What was found, drawn on the recording: (h, w, 3), uint8 RGB. KeyError where
+        there is no such recording, or nothing to draw on."""
+        for observation in self.observations:
+            if observation.recording == recording and observation.pictures:
+                return observation.pictures[next(iter(observation.pictures))]
+        raise KeyError(f"{recording}: no picture of such a recording")
 
+    def plot(self) -> Figure:
+        """A panel a quantity: its value ± 1.96 sd on each recording, coloured by
+        quality."""
+        table = self.quantities.dropna(subset="value")
+        groups = list(table.groupby(["rig", "quantity", "unit"], sort=False))
+        titles = [
+            f"{rig}: {quantity.replace('_', ' ')}"
+            + (f" ({shown.unit(unit)})" if shown.unit(unit) else "")
+            for (rig, quantity, unit), _ in groups
+        ]
+        figure, places = shown.panels(titles)
+        for (_, rows), place in zip(groups, places, strict=True):
+            colour = [shown.COLOURS[quality] for quality in rows["quality"]]
+            reach = 1.96 * rows["sd"].fillna(0.0)
+            figure.add_trace(
+                shown.points(
+                    rows["recording"],
+                    rows["value"],
+                    reach,
+                    colour=colour,
+                    text=rows["reason"],
+                ),
+                **place,
+            )
+        return figure
+
+    def _repr_html_(self) -> str:
+        table = self.quantities
+        cells = pd.DataFrame(
+            {
+                "recording": table["recording"],
+                "quantity": table["quantity"],
+                "value ± sd": [
+                    shown.with_sd(value, sd)
+                    for value, sd in zip(table["value"], table["sd"], strict=True)
+                ],
+                "unit": table["unit"].map(shown.unit),
+                "quality": table["quality"],
+                "reason": table["reason"],
+            }
+        )
+        return shown.html(f"{len(self.observations)} recordings", cells)
+
+
+Bench = str | Path | Measurements  # what may be calibrated, diagnosed or audited
+
+
+def recordings_of(bench: Bench) -> Path | Observed:
+    """The recordings of a bench: those measured before, or the folder that holds
+    them."""
+    return bench.observed if isinstance(bench, Measurements) else Path(bench)
+
+
+@on_one_blas_thread
 def measure(
     paths: Paths,
     *,
@@ -105,14 +175,16 @@ def measure(
     if missing := [path for path in chosen if not path.exists()]:
         raise FileNotFoundError(f"{missing[0]}: no such file or folder")
     options = PileOptions(_fractions(window_pct), region_px, baseline_px)
+    entries = tuple(batch.find_all(chosen))
+    observed = Observed(_folder_of(chosen), entries, options, trim)
     results = None if out is None else Results(Path(out), chosen, overwrite)
-    unread = batch.unread_notes(chosen, batch.find_all(chosen))
+    unread = batch.unread_notes(chosen, list(entries))
     kept = []
     try:
-        for observation in batch.measure(chosen, options, trim):
+        for observation in batch.measure_each(entries, observed.observe):
             if results is not None:
                 results.add(observation)
-            kept.append(replace(observation, pictures={}))  # megabytes a recording
+            kept.append(_packed(observation))
         if results is not None:
             results.notes += unread
             results.finish()
@@ -120,7 +192,23 @@ def measure(
         if results is not None:
             results.abandon()
     notes = (*unread, *((o.recording, note) for o in kept for note in o.notes))
-    return Measurements(tuple(kept), notes, None if out is None else Path(out))
+    return Measurements(
+        tuple(kept), observed, notes, None if out is None else Path(out)
+    )
+
+
+def _packed(observation: Observation) -> Observation:
+    """Megabytes a recording become a tenth; those kept by an `Observed` are packed."""
+    if isinstance(observation.pictures, PackedPictures):
+        return observation
+    return replace(observation, pictures=PackedPictures(observation.pictures))
+
+
+def _folder_of(paths: Sequence[Path]) -> Path:
+    """The one path, or the folder that holds all of them."""
+    if len(paths) == 1:
+        return paths[0]
+    return Path(os.path.commonpath([path.resolve() for path in paths] or [Path.cwd()]))
 
 
 def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:

@@ -7,8 +7,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import pandas as pd
+from plotly.graph_objects import Figure
 
+from benchtwin import shown
+from benchtwin.blas import on_one_blas_thread
 from benchtwin.measuring import Measurements, measure
+from benchtwin.twin.campaign.results import Measurement
 from benchtwin.twin.engine import Engine
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.run import RECORD
@@ -32,7 +36,31 @@ class Simulations:
             [{"recording": name} | _truth(self.folder / name) for name in self.names]
         )
 
+    def plot(self) -> Figure:
+        """What is measured on each recording, as `Measurements.plot`, and beside it as
+        grey crosses what the simulation itself knows of it."""
+        figure, truth = self.measured.plot(), self.truth.set_index("recording")
+        table = self.measured.quantities.dropna(subset="value")
+        groups = table.groupby(["rig", "quantity", "unit"], sort=False)
+        for k, ((_, quantity, unit), rows) in enumerate(groups):
+            column = Measurement(quantity, 0.0, 0.0, unit).column()
+            name = column if column in truth else quantity
+            if name in truth:
+                known = [truth[name].get(r) for r in rows["recording"]]
+                cross = {"symbol": "x-thin", "size": 12, "line": {"width": 2}}
+                figure.add_trace(
+                    shown.points(rows["recording"], known) | {"marker": cross},
+                    row=1 + k // 2,
+                    col=1 + k % 2 if len(groups) > 1 else 1,
+                )
+        return figure
 
+    def _repr_html_(self) -> str:
+        cells = self.truth.map(lambda v: f"{v:.4g}" if isinstance(v, float) else v)
+        return self.measured._repr_html_() + shown.html("The simulation knows", cells)
+
+
+@on_one_blas_thread
 def simulate(
     rig: str,
     parameters: Parameters | None = None,
@@ -64,14 +92,13 @@ def simulate(
     or setting that does not fit; FileExistsError where `out` holds other recordings of
     these names; RuntimeError where a run cannot end."""
     numbers = asdict(parameters or Parameters())
-    assigned = [f"{key}={json.dumps(value)}" for key, value in (settings or {}).items()]
     folder = Path(out)
     jobs = jobs_of(
         rig,
         numbers,
         repeats,
         rng,
-        assigned,
+        settings or {},
         None if like is None else Path(like),
         rendered,
         Engine(engine, ranks),

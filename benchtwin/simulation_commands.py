@@ -8,12 +8,16 @@ from typer import Argument, Exit, Option
 
 from benchtwin.options import (
     EngineName,
+    Pair,
     Quiet,
     Ranks,
     Rendered,
     Rng,
     Scheduler,
+    Setting,
     Workers,
+    pair_of,
+    setting_of,
 )
 
 
@@ -55,8 +59,13 @@ def simulate(
     ] = 1,
     rng: Rng = 1,
     setting: Annotated[
-        list[str],
-        Option("--set", help="KEY=VALUE of anything else: pile.fill_height_mm=80 …"),
+        list[Setting],
+        Option(
+            "--set",
+            parser=setting_of,
+            metavar="KEY=VALUE",
+            help="KEY=VALUE of anything else: pile.fill_height_mm=80 …",
+        ),
     ] = [],  # noqa: B006
     like: Annotated[
         Path | None,
@@ -93,7 +102,7 @@ def simulate(
         numbers,
         repeats=repeats,
         rng=rng,
-        settings=setting,
+        settings=dict(setting),
         like=like,
         rendered=not track,
         threads=threads,
@@ -145,12 +154,22 @@ def calibrate(
         Option(help="Of the piles: box-behnken, or central-composite (face-centred)."),
     ] = "box-behnken",
     ranges: Annotated[
-        list[str],
-        Option("--range", help="seed_restitution=0.45:0.70: where to look for it."),
+        list[Pair],
+        Option(
+            "--range",
+            parser=pair_of,
+            metavar="NAME=A:B",
+            help="seed_restitution=0.45:0.70: where to look for it.",
+        ),
     ] = [],  # noqa: B006
     priors: Annotated[
-        list[str],
-        Option("--prior", help="NAME=MEAN:SD of a parameter that is known beforehand."),
+        list[Pair],
+        Option(
+            "--prior",
+            parser=pair_of,
+            metavar="NAME=A:B",
+            help="NAME=MEAN:SD of a parameter that is known beforehand.",
+        ),
     ] = [],  # noqa: B006
     rng: Rng = 1,
     workers: Workers = None,
@@ -178,8 +197,8 @@ def calibrate(
         whole_pile=whole_pile,
         rendered=rendered,
         design=design,
-        ranges=tuple(ranges),
-        priors=tuple(priors),
+        ranges=dict(ranges),
+        priors=dict(priors),
         rng=rng,
         workers=workers,
         scheduler=scheduler,
@@ -216,9 +235,12 @@ def predict(
         Option(help="Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
     setting: Annotated[
-        list[str],
+        list[Setting],
         Option(
-            "--set", help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …"
+            "--set",
+            parser=setting_of,
+            metavar="KEY=VALUE",
+            help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …",
         ),
     ] = [],  # noqa: B006
     like: Annotated[
@@ -253,7 +275,7 @@ def predict(
         out,
         beside=beside,
         like=like,
-        settings=tuple(setting),
+        settings=dict(setting),
         draws=draws,
         packings=packings,
         rendered=rendered,
@@ -285,8 +307,13 @@ def compare_engines(
     ] = 4,
     rng: Rng = 1,
     setting: Annotated[
-        list[str],
-        Option("--set", help="KEY=VALUE of the pile: pile.fill_height_mm=40 …"),
+        list[Setting],
+        Option(
+            "--set",
+            parser=setting_of,
+            metavar="KEY=VALUE",
+            help="KEY=VALUE of the pile: pile.fill_height_mm=40 …",
+        ),
     ] = [],  # noqa: B006
     ranks: Ranks = 1,
     workers: Workers = None,
@@ -305,7 +332,7 @@ def compare_engines(
         rows=rows,
         packings=packings,
         rng=rng,
-        settings=tuple(setting),
+        settings=dict(setting),
         ranks=ranks,
         workers=workers,
         scheduler=scheduler,

@@ -3,9 +3,9 @@ code."""
 
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
@@ -27,6 +27,7 @@ from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.report import write_report
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import with_interval, words
+from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -44,6 +45,7 @@ from benchtwin.twin.engine import Engine
 from rich.console import Console
 from rich.table import Table
 
+Pairs = Mapping[str, tuple[float, float]]
 # in result.json
 RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")
 # what a calibration leaves
@@ -53,9 +55,9 @@ OURS = {"result.json", "report.html", "tables", "runs", "twin"}
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
     """Options. tables: on BENCH/tables; twin: with our simulations at the tables'
-    values; ranges, priors: "NAME=A:B"."""
+    values; ranges, priors: {name: (a, b)}."""
 
-    bench: Path
+    bench: Path | Observed
     out: Path
     tables: bool = False
     twin: bool = False
@@ -63,8 +65,8 @@ class Asked(CampaignOptions):
     quick: bool = False
     whole_pile: bool = False
     design: str = "box-behnken"
-    ranges: tuple[str, ...] = ()
-    priors: tuple[str, ...] = ()
+    ranges: Pairs = field(default_factory=dict)
+    priors: Pairs = field(default_factory=dict)
     engine: str = "benchtwin"
     ranks: int = 1
 
@@ -185,7 +187,7 @@ def _effort(asked: Asked) -> Effort:
 
 def _prescribed(asked: Asked, options: dict) -> Prescribed:
     """Ranges and priors as typed; Misuse where they do not fit."""
-    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
+    ranges, priors = dict(asked.ranges), dict(asked.priors)
     try:
         checked_ranges(ranges)
         Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), priors)
@@ -207,22 +209,6 @@ def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
     if pile.path is not None:
         path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"])
     return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
-
-
-def _pairs(texts: tuple[str, ...], option: str) -> dict[str, tuple[float, float]]:
-    """ "name=a:b" → {name: (a, b)}."""
-    out = {}
-    for text in texts:
-        key, _, ends = text.partition("=")
-        try:
-            a, b = (float(v) for v in ends.split(":"))
-        except ValueError:
-            raise Misuse(
-                f"{option} {text}: expected NAME=NUMBER:NUMBER, such as"
-                " seed_restitution=0.4:0.7"
-            ) from None
-        out[key.strip()] = (a, b)
-    return out
 
 
 @contextmanager

@@ -2,9 +2,11 @@
 exit code."""
 
 import json
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 from benchtwin.calibrate.prediction import beside
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
@@ -21,6 +23,7 @@ from benchtwin.calibrate.procedure.rigs import PARAMETERS
 from benchtwin.calibrate.procedure.simulator import Simulator, campaign
 from benchtwin.calibrate.statistics.predictive import LEAST_DRAWS, LEAST_PACKINGS
 from benchtwin.twin import Parameters
+from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
     CampaignOptions,
@@ -44,15 +47,15 @@ COLUMNS = ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by pa
 
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
-    """Options. like: the recording.toml of --from; settings: "KEY=VALUE" as `benchtwin
-    simulate --set` takes them."""
+    """Options. like: the recording.toml of --from; settings: {key: value} as
+    `twin.job.assigned` takes them."""
 
     calibrated: Path
     rig: str
     out: Path
-    beside: Path | None = None
+    beside: Path | Observed | None = None
     like: Path | None = None
-    settings: tuple[str, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
     draws: int = 12
     packings: int = 4
     rendered: bool = False
@@ -127,18 +130,18 @@ def _check(asked: Asked) -> None:
 def _described(asked: Asked, kept: Kept, built: dict) -> tuple[dict, dict]:
     """Fields of `Parameters` that are no contact parameters, and the rig's description:
     the calibration's seeds, and the rig of --from, else of the recordings beside it;
-    --set changes either. ValueError for what does not fit."""
+    settings change either. ValueError for what does not fit."""
     of, own = described(asked.like) if asked.like else (None, {})
     if of is not None and of != RIG_OF[asked.rig]:
         raise Misuse(f"{asked.like} describes a {of}, not a {asked.rig}")
     default = CYLINDER if asked.rig == "cylinder" else {}
     start = merge(merge(default, kept.described), own if asked.like else built)
     plain = Parameters(rolling_convention=kept.rolling)
-    parameters, description = assigned(plain, start, list(asked.settings))
+    parameters, description = assigned(plain, start, asked.settings)
     given = [n for n in PARAMETERS if getattr(parameters, n) != getattr(plain, n)]
     if given:
         why = "a prediction takes the contact parameters from the calibration"
-        raise Misuse(f"--set {given[0]}: {why}")
+        raise Misuse(f"setting {given[0]}: {why}")
     Job(RIG_OF[asked.rig], parameters, description)  # a rig that cannot be is refused
     base = {n: v for n, v in vars(parameters).items() if n not in PARAMETERS}
     return base, description

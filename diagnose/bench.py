@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from benchtwin.diagnose.words import fault_in_words
 from benchtwin.infer.finding import Finding
+from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
@@ -58,7 +59,7 @@ class Diagnosis:
 
 
 def diagnose_bench(
-    folder: Path,
+    folder: Path | Observed,
     *,
     seed: int = 1,
     only: tuple[str, ...] = (),
@@ -66,7 +67,8 @@ def diagnose_bench(
 ) -> Diagnosis:
     """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
-    entries = listed(folder)
+    observed = Observed.under(folder)
+    entries = listed(observed)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
     rigs = dict.fromkeys((*READERS, *(e.rig for e in entries if e.rig)))
@@ -75,7 +77,7 @@ def diagnose_bench(
         if not here:
             continue
         rng = np.random.default_rng([seed, number])
-        found, used[rig], wrong = _diagnosed(folder, rig, here, rng, say)
+        found, used[rig], wrong = _diagnosed(observed, rig, here, rng, say)
         trouble += wrong
         if isinstance(found, Finding):
             findings[rig] = found
@@ -88,7 +90,7 @@ def diagnose_bench(
         if len(f.recordings) == 1
     )
     return Diagnosis(
-        Path(folder),
+        observed.folder,
         findings,
         used,
         refused,
@@ -100,7 +102,11 @@ def diagnose_bench(
 
 
 def _diagnosed(
-    folder: Path, rig: str, entries: list[Listed], rng: np.random.Generator, say: Say
+    observed: Observed,
+    rig: str,
+    entries: list[Listed],
+    rng: np.random.Generator,
+    say: Say,
 ):
     """A Finding or why there is none; recordings used; those that were not: (name, rig,
     why)."""
@@ -109,7 +115,7 @@ def _diagnosed(
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
         module, reader = READERS[rig]  # imported on first use
-        seen = getattr(import_module(f"benchtwin.twin.{module}"), reader)(folder)
+        seen = getattr(import_module(f"benchtwin.twin.{module}"), reader)(observed)
         known = {
             e.recording for e in entries
         }  # every rig's reader reports unreadable files

@@ -24,6 +24,7 @@ from benchtwin.twin.command import (
 
 if TYPE_CHECKING:
     from benchtwin.diagnose.bench import Diagnosis
+    from benchtwin.twin.bench_folder import Observed
 
 OURS = {
     "diagnosis.json",
@@ -38,7 +39,7 @@ class Asked:
     """Options. rigs: only these; twin: simulate again; quick: without rendered
     pictures."""
 
-    bench: Path
+    bench: "Path | Observed"
     out: Path
     rigs: tuple[str, ...] = ()
     rng: int = 1

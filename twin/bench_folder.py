@@ -6,11 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.twin.run import observe
-from benchtwin.vision.batch import find_all
 from benchtwin.vision.evidence.tables import READING_COLUMNS, read_readings
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.measurement import FAILED, MeasurementError
+from benchtwin.vision.observed import Observed as Observed
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.recording import among_results as among_results
 
@@ -53,22 +52,23 @@ class RecordingReadings:
     further: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def read_bench(folder: Path, rig: str | None = None) -> list[RecordingReadings]:
+def read_bench(
+    folder: Path | Observed, rig: str | None = None
+) -> list[RecordingReadings]:
     """Every recording under `folder`, or those of one rig, measured; one that could not
     be measured says why.
 
     FileNotFoundError without a folder.
     """
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
+    observed = Observed.under(folder)
     return [
-        _seen(entry)
-        for entry in find_all([Path(folder)])
+        _seen(entry, observed)
+        for entry in observed.entries
         if rig is None or getattr(entry, "rig", rig) == rig
     ]
 
 
-def hashes(folder: Path) -> dict[str, str]:
+def hashes(folder: Path | Observed) -> dict[str, str]:
     """SHA-256 of every file under `folder` by its relative path."""
     folder = Path(folder)
     files = sorted(
@@ -89,7 +89,7 @@ Name = tuple[str, str, str]  # recording, rig, response
 Described = tuple[dict, str, str]  # sections, path, provenance
 
 
-def _seen(entry: Recording | MeasurementError) -> RecordingReadings:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> RecordingReadings:
     nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
         return RecordingReadings(
@@ -110,9 +110,9 @@ def _seen(entry: Recording | MeasurementError) -> RecordingReadings:
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
         return (
-            _readings(entry, told, rest)
+            _readings(entry, observed, told, rest)
             if entry.evidence == "readings.csv"
-            else _measured(entry, told, rest)
+            else _measured(entry, observed, told, rest)
         )
     except MeasurementError as error:
         return RecordingReadings(
@@ -129,10 +129,12 @@ def _seen(entry: Recording | MeasurementError) -> RecordingReadings:
         )
 
 
-def _readings(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
+def _readings(
+    entry: Recording, observed: Observed, told: Name, rest: Described
+) -> RecordingReadings:
     """What somebody read off; the plausibility checks are those of `benchtwin
     measure`."""
-    observation, table = observe(entry), read_readings(entry.files[0]).rows
+    observation, table = observed.observe(entry), read_readings(entry.files[0]).rows
     rig = entry.rig or observation.rig
     response = RESPONSES[rig]
     if response not in table:
@@ -172,10 +174,12 @@ def _weights(entry: Recording) -> dict[str, np.ndarray]:
     }
 
 
-def _measured(entry: Recording, told: Name, rest: Described) -> RecordingReadings:
+def _measured(
+    entry: Recording, observed: Observed, told: Name, rest: Described
+) -> RecordingReadings:
     """One film, sound, track or photo: the quantity of its rig, once for each drop
     where it holds several."""
-    observation = observe(entry)
+    observation = observed.observe(entry)
     name, unit = READING_COLUMNS[told[2]][1:]
     found = {q.name: q for q in observation.quantities}
     q = found.get(name)

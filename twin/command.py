@@ -7,9 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+if TYPE_CHECKING:
+    from benchtwin.twin.bench_folder import Observed
 
 DONE, FAILED, MISUSED = 0, 1, 2
 Errors = tuple[type[Exception], ...]
@@ -90,15 +94,15 @@ def check_out(
     return there
 
 
-def check_bench(bench: Path, out: Path) -> None:
+def check_bench(bench: "Path | Observed", out: Path) -> None:
     """FileNotFoundError without a bench folder; Misuse where `out` lies in it, but for
     a folder that is marked as results."""
     from benchtwin.twin.bench_folder import among_results
 
-    if not bench.is_dir():
-        what = "is not a folder" if bench.exists() else "no such folder"
+    if not Path(bench).is_dir():
+        what = "is not a folder" if Path(bench).exists() else "no such folder"
         raise FileNotFoundError(f"{bench}: {what}")
-    folder, place = bench.resolve(), out.resolve()
+    folder, place = Path(bench).resolve(), out.resolve()
     inside = folder in place.parents and not among_results(place, folder)
     if place == folder or inside:
         why = (

@@ -3,10 +3,10 @@ known by, and how to run it."""
 
 import hashlib
 import json
-import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
 
@@ -85,7 +85,7 @@ class Job:
 
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""
-        known = validate(self.description, Path("--set"))
+        known = validate(self.description, Path("settings"))
         return Recording(
             out.name,
             out,
@@ -156,19 +156,13 @@ def described(file: Path) -> tuple[str | None, dict]:
 
 
 def assigned(
-    parameters: Parameters, description: dict, settings: list[str]
+    parameters: Parameters, description: dict, settings: Mapping[str, Any]
 ) -> tuple[Parameters, dict]:
-    """Both with "key=value" applied: section.key of recording.toml, a field of
+    """Both with {key: value} applied: section.key of recording.toml, a field of
     `Parameters`, or laws.NAME.NUMBER."""
     names = {f.name for f in fields(Parameters)}
-    for setting in settings:
-        key, sign, text = setting.partition("=")
+    for key, value in settings.items():
         path = [part.strip() for part in key.split(".")]
-        if not sign:
-            raise ValueError(
-                f"--set {setting}: expected key=value, such as pile.fill_height_mm=80"
-            )
-        value = _value(text.strip())
         if path[0] == "laws" and len(path) == 3:
             laws = {
                 **parameters.laws,
@@ -179,39 +173,37 @@ def assigned(
             parameters = _with(parameters, path[0], value)
         elif len(path) == 2 and path[0] in SECTIONS:
             description = merge(description, {path[0]: {path[1]: value}})
-            validate(description, Path(f"--set {setting}"))
+            validate(description, Path(f"setting {key} = {value}"))
         else:
             known = (
                 f"{', '.join(sorted(names - {'laws'}))}, laws.NAME.NUMBER, or KEY of"
                 f" recording.toml as {'|'.join(SECTIONS)}.KEY"
             )
-            raise ValueError(f"--set {setting}: unknown key {key}; known are {known}")
+            raise ValueError(f"setting {key}: unknown key {key}; known are {known}")
     return parameters, description
 
 
 def _with(parameters: Parameters, name: str, value: Any) -> Parameters:
+    """A field changed; ValueError for a value of another kind."""
     before = getattr(Parameters(), name)
-    wanted = type(before) if isinstance(before, str | int) else float
-    if wanted is float and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if type(value) is not wanted:
-        kind = {
+    kind: type = type(before) if isinstance(before, str | int) else float
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    fits = {
+        str: isinstance(value, str),
+        bool: isinstance(value, bool),
+        int: number and isinstance(value, Integral),
+        float: number,
+    }
+    if not fits[kind]:
+        said = {
             str: "word",
             bool: "true or false",
             int: "whole number",
             float: "number",
-        }[wanted]
-        raise ValueError(f"--set {name}={value}: must be a {kind}")
-    changed: dict[str, Any] = {name: value}
+        }[kind]
+        raise ValueError(f"setting {name} = {value}: must be a {said}")
+    changed: dict[str, Any] = {name: kind(value)}
     return replace(parameters, **changed)
-
-
-def _value(text: str):
-    """A TOML value; a bare word is taken as text."""
-    try:
-        return tomllib.loads(f"x = {text}")["x"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 def jobs(

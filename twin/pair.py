@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 from benchtwin.twin.piles import SeenPile, read_piles
 from benchtwin.twin.roll_tracks import read_rolls
-from benchtwin.twin.run import observe
 from benchtwin.twin.slides import read_slides
 from benchtwin.twin.tracks import track_of
-from benchtwin.vision.batch import find_all, split_photos
 from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording as Recording
 
 LEAST_OVERLAP = 0.5  # of the shorter curve
@@ -51,27 +50,34 @@ class Pair:
     folder: Path
 
 
-def recordings(folder: Path) -> dict[str, Recording]:
+def recordings(folder: Path | Observed) -> dict[str, Recording]:
     """Every readable recording under `folder` by its name, each photo of a pile one of
     its own."""
-    return {r.id: r for r in find_all([folder]) if isinstance(r, Recording)}
+    entries = Observed.under(folder).entries
+    return {r.id: r for r in entries if isinstance(r, Recording)}
 
 
 def pair(
-    bench: Recording, twin: Recording, *, alike: bool = True, timed: bool = False
+    bench: Recording,
+    twin: Recording,
+    *,
+    alike: bool = True,
+    timed: bool = False,
+    observed: Observed | None = None,
 ) -> Pair:
     """Both read and laid over each other. alike: of one size; else a pile is shown over
-    its crest's height; timed: a slide over time, whatever is known of its tilt.
+    its crest's height; timed: a slide over time, whatever is known of its tilt;
+    observed: what was seen on the bench's recordings before.
 
     Raises MeasurementError where one of them shows no curve, or they do not overlap.
     """
-    seen, simulated = (curve(r, relative=not alike, timed=timed) for r in (bench, twin))
+    on_bench = observed or Observed(bench.path, (bench,))
+    both = ((bench, on_bench), (twin, Observed(twin.path, (twin,))))
+    seen, simulated = (curve(*r, relative=not alike, timed=timed) for r in both)
     if (
         seen.x_name != simulated.x_name
     ):  # the bench's slide has no tilt sensor: both over time
-        seen, simulated = (
-            curve(r, relative=not alike, timed=True) for r in (bench, twin)
-        )
+        seen, simulated = (curve(*r, relative=not alike, timed=True) for r in both)
     if seen.y_name != simulated.y_name:
         said = f"{seen.y_name} cannot be laid over {simulated.y_name}"
         raise MeasurementError(f"{bench.toml}: [camera] mm_per_px is missing; {said}")
@@ -81,7 +87,7 @@ def pair(
         c.frame if c.frame is None else np.interp(x, c.x + by, c.frame)
         for c, by in ((seen, 0.0), (simulated, later))
     )
-    drawn = (_picture(bench), _picture(twin))
+    drawn = (_picture(*both[0]), _picture(*both[1]))
     return Pair(
         bench.need_rig(),
         bench.id,
@@ -97,17 +103,22 @@ def pair(
 
 
 def curve(
-    recording: Recording, *, relative: bool = False, timed: bool = False
+    recording: Recording,
+    observed: Observed,
+    *,
+    relative: bool = False,
+    timed: bool = False,
 ) -> Curve:
     """Height of a drop over time, travel of a slide over its tilt, way of a roll over
     time, outline of a pile; in mm and s.
 
     relative: a pile's outline in units of its crest's height; timed: a slide over time,
     whatever is known of its tilt."""
+    alone = observed.only([recording])
     if recording.rig == "pile":
-        return _outline(_one(read_piles(recording.path), recording), relative)
+        return _outline(_one(read_piles(alone), recording), relative)
     if recording.rig == "roll":
-        roll = _one(read_rolls(recording.path), recording)
+        roll = _one(read_rolls(alone), recording)
         if not len(roll.x_mm):
             raise MeasurementError(
                 f"{recording.path}: a run-out that was read off shows no curve"
@@ -117,7 +128,7 @@ def curve(
             "time (s)", "way (mm)", roll.time_s, roll.x_mm - start, frame=roll.frame
         )
     if recording.rig == "slide":
-        slide = _one(read_slides(recording.path), recording)
+        slide = _one(read_slides(alone), recording)
         travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
         if (
             not timed
@@ -130,7 +141,7 @@ def curve(
             mean = np.bincount(which, weights=travel) / np.bincount(which)
             return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)
         return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
-    track = track_of(recording)
+    track = track_of(recording, observed)
     used = track.used()
     if not len(used.t_s):
         raise MeasurementError(f"{recording.path}: no usable row")
@@ -206,9 +217,9 @@ def _outline(pile: SeenPile, relative: bool) -> Curve:
     return Curve("distance (mm)", "height (mm)", x, y)
 
 
-def _picture(recording: Recording) -> bytes:
+def _picture(recording: Recording, observed: Observed) -> bytes:
     """What the measuring code found, drawn on it."""
-    drawn = observe(split_photos(recording)[0]).pictures
+    drawn = observed.observe(recording).pictures
     if not drawn:
         return b""
     image = next(iter(drawn.values()))

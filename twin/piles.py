@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.twin.tracks import entries_of, sections_of
-from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
+from benchtwin.vision.observed import Observed
+from benchtwin.vision.pile.repose import Repose
 from benchtwin.vision.recording import Recording
 
 SECTIONS = ("seed", "camera", "pile")
@@ -46,13 +46,14 @@ class SeenPile:
     heap: str = ""
 
 
-def read_piles(folder: Path) -> list[SeenPile]:
+def read_piles(folder: Path | Observed) -> list[SeenPile]:
     """Every photo of a pile under `folder`; one that cannot be used says why.
     FileNotFoundError without a folder."""
-    return [_seen(entry) for entry in entries_of(folder, "pile")]
+    piles = entries_of(folder, "pile")
+    return [_seen(entry, piles) for entry in piles.entries]
 
 
-def _seen(entry: Recording | MeasurementError) -> SeenPile:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenPile:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
@@ -61,25 +62,14 @@ def _seen(entry: Recording | MeasurementError) -> SeenPile:
                 f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
                 " from photos"
             )
-        return pile_of(_measured(entry), entry)
+        heap = observed.observe(entry).heap
+        assert heap is not None  # every pile photo that is measured shows one
+        return pile_of(heap, entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
     except OSError as error:
         reason = f"{error.filename or entry.path}: {error.strerror or error}"
         return _nothing(entry.id, entry.session or "", describe(entry), reason)
-
-
-def _measured(entry: Recording) -> Repose:
-    """The photo as `vision.observe.observe` reads it: side and plate as recording.toml
-    has them."""
-    boxed = entry.pile.box_mm is not None and entry.pile.cylinder_mm is None
-    options = PileOptions(
-        side="right" if boxed else "", baseline=entry.pile.baseline_px
-    )
-    try:
-        return measure_repose(read_photo(entry.files[0]), entry.camera, options)
-    except MeasurementError as error:
-        raise MeasurementError(f"{entry.files[0]}: {error}") from error
 
 
 def pile_of(found: Repose, recording: Recording) -> SeenPile:

@@ -12,6 +12,7 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
 from benchtwin.vision.motion.roll import stays_on_incline
 from benchtwin.vision.motion.track import Track
+from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 LEAST_ROWS = 4  # place, speed and acceleration, and one more by which they are checked
@@ -52,13 +53,14 @@ class SeenRoll:
     gates: bool = False
 
 
-def read_rolls(folder: Path) -> list[SeenRoll]:
+def read_rolls(folder: Path | Observed) -> list[SeenRoll]:
     """Every roll under `folder`; one that cannot be used says why. FileNotFoundError
     without a folder."""
-    return [_seen(entry) for entry in entries_of(folder, "roll")]
+    rolls = entries_of(folder, "roll")
+    return [_seen(entry, rolls) for entry in rolls.entries]
 
 
-def _seen(entry: Recording | MeasurementError) -> SeenRoll:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenRoll:
     none = np.zeros(0)
     if isinstance(entry, MeasurementError):
         return SeenRoll(
@@ -67,7 +69,7 @@ def _seen(entry: Recording | MeasurementError) -> SeenRoll:
     try:
         if entry.evidence == "readings.csv":
             return _readings(entry)
-        return roll_of(track_of(entry), entry)
+        return roll_of(track_of(entry, observed), entry)
     except MeasurementError as error:
         return SeenRoll(
             entry.id,

@@ -1,6 +1,8 @@
 """Command line of `benchtwin simulate`: options, progress, resuming, exit code."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
@@ -20,7 +22,7 @@ def simulate_command(
     *,
     repeats: int,
     rng: int,
-    settings: list[str],
+    settings: Mapping[str, Any],
     like: Path | None,
     rendered: bool,
     threads: int,
@@ -60,13 +62,13 @@ def jobs_of(
     numbers: dict,
     repeats: int,
     rng: int,
-    settings: list[str],
+    settings: Mapping[str, Any],
     like: Path | None,
     rendered: bool,
     engine: Engine,
 ) -> list[Job]:
     """A job a recording. numbers: fields of `Parameters`, None for its default;
-    settings: "key=value" of anything else.
+    settings: {key: value} of anything else.
 
     Raises ValueError for what does not fit, and for a `like` that describes another
     rig."""

@@ -10,6 +10,7 @@ from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.track import Track
+from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 TILT_MISSING = (
@@ -42,19 +43,20 @@ class SeenSlide:
     trouble: str = ""
 
 
-def read_slides(folder: Path) -> list[SeenSlide]:
+def read_slides(folder: Path | Observed) -> list[SeenSlide]:
     """Every slide under `folder`; one that cannot be used says why. FileNotFoundError
     without a folder."""
-    return [_seen(entry) for entry in entries_of(folder, "slide")]
+    slides = entries_of(folder, "slide")
+    return [_seen(entry, slides) for entry in slides.entries]
 
 
-def _seen(entry: Recording | MeasurementError) -> SeenSlide:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenSlide:
     if isinstance(entry, MeasurementError):
         return _nothing(entry.recording, "", {}, str(entry))
     try:
         if entry.evidence == "readings.csv":
             return readings_of(entry)
-        return slide_of(track_of(entry), entry)
+        return slide_of(track_of(entry, observed), entry)
     except MeasurementError as error:
         return _nothing(entry.id, entry.session or "", describe(entry), str(error))
 

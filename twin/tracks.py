@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.vision.batch import find_all
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -16,7 +15,7 @@ from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
-from benchtwin.vision.observe import observe
+from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
@@ -39,11 +38,9 @@ class Listed:
     trouble: str = ""
 
 
-def listed(folder: Path) -> list[Listed]:
+def listed(folder: Path | Observed) -> list[Listed]:
     """What a folder holds. FileNotFoundError without one."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    return [_entry(entry) for entry in find_all([Path(folder)])]
+    return [_entry(entry) for entry in Observed.under(folder).entries]
 
 
 def _entry(entry: Recording | MeasurementError) -> Listed:
@@ -89,12 +86,11 @@ class SeenTrack:
     contacts_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
-def read_drops(folder: Path) -> list[SeenTrack]:
+def read_drops(folder: Path | Observed) -> list[SeenTrack]:
     """Every drop under `folder`, several of a recording that holds several; one that
     cannot be used says why. FileNotFoundError without a folder."""
-    return one_scale(
-        [drop for entry in entries_of(folder, "drop") for drop in _seen(entry)]
-    )
+    found = entries_of(folder, "drop")
+    return one_scale([drop for entry in found.entries for drop in _seen(entry, found)])
 
 
 def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
@@ -129,27 +125,25 @@ def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
     return out
 
 
-def entries_of(folder: Path, rig: str) -> list[Recording | MeasurementError]:
+def entries_of(folder: Path | Observed, rig: str) -> Observed:
     """Recordings of one rig under `folder`, and what could not be read at all.
     FileNotFoundError without a folder."""
-    if not Path(folder).exists():
-        raise FileNotFoundError(f"{folder}: no such file or folder")
-    entries = find_all([Path(folder)])
-    return [
+    observed = Observed.under(folder)
+    return observed.only(
         entry
-        for entry in entries
+        for entry in observed.entries
         if isinstance(entry, MeasurementError) or entry.rig == rig
-    ]
+    )
 
 
-def _seen(entry: Recording | MeasurementError) -> list[SeenTrack]:
+def _seen(entry: Recording | MeasurementError, observed: Observed) -> list[SeenTrack]:
     if isinstance(entry, MeasurementError):
         return [_nothing(entry.recording, "", {}, str(entry))]
     try:
         if entry.evidence in ("impacts.csv", "sound"):
             return heard_of(entry)
         try:
-            return drops_of(track_of(entry), entry)
+            return drops_of(track_of(entry, observed), entry)
         except MeasurementError as error:
             if sound_of(entry) is None:
                 raise
@@ -168,14 +162,14 @@ def _heard_instead(entry: Recording, trouble: str) -> list[SeenTrack]:
     return [replace(one, notes=(*one.notes, alone)) for one in heard]
 
 
-def track_of(recording: Recording) -> Track:
-    """A recording's track, read from its table or measured on its frames."""
+def track_of(recording: Recording, observed: Observed) -> Track:
+    """A recording's track, read from its table or as it was observed on its frames."""
     if recording.evidence == "track.csv":
         read = read_track(recording.files[0])
         return track_from_table(read.rows, recording.camera, read.notes)
     if recording.evidence == "gates.csv":
         return track_from_gates(recording)
-    table = observe(recording).track
+    table = observed.observe(recording).track
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
     return track_from_table(table, recording.camera)

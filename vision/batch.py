@@ -81,13 +81,22 @@ def measure(
 ) -> Iterator[Observation]:
     """Observations of all recordings under `paths` (one path or several), one after the
     other; those of several together last."""
+    chosen = [paths] if isinstance(paths, str | Path) else paths
+    entries = find_all([Path(path) for path in chosen])
+    yield from measure_each(
+        entries, lambda recording: observe(recording, options, trim)
+    )
+
+
+def measure_each(
+    entries: Sequence[Recording | MeasurementError],
+    observe: Callable[[Recording], Observation],
+) -> Iterator[Observation]:
+    """`observe(recording)` of each entry, a failed one where it raises; those of
+    several together last."""
     rolls: list[tuple[Recording, Observation]] = []
-    for entry in find_all(
-        [Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]
-    ):
-        found = observe_or_fail(
-            entry, lambda recording: observe(recording, options, trim)
-        )
+    for entry in entries:
+        found = observe_or_fail(entry, observe)
         yield found
         keep_rolls(rolls, entry, found)
     yield from observe_together(rolls)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -60,14 +61,14 @@ class Observation:
     `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
     left_out); `repeats` are the quantities of each repeat where one recording holds
     several (ten drops in one sound), of which `quantities` are the means. `bench` (a
-    folder's name), `session` and `conditions` are the
-    recording's, so that repeats can be gathered."""
+    folder's name), `session` and `conditions` are the recording's, so that repeats can
+    be gathered; `heap` is what was found in a pile's photo."""
 
     recording: str
     rig: str
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()
-    pictures: dict[str, np.ndarray] = field(default_factory=dict)
+    pictures: Mapping[str, np.ndarray] = field(default_factory=dict)
     track: pd.DataFrame | None = None
     bounces: pd.DataFrame | None = None
     readings: pd.DataFrame | None = None
@@ -77,6 +78,7 @@ class Observation:
     bench: str = ""
     session: str | None = None
     conditions: Mapping[str, float | str] = field(default_factory=dict)
+    heap: Any = None  # pile.repose.Repose, which needs this module
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

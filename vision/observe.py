@@ -118,6 +118,7 @@ def observe_pile(
         found.quantities,
         found.notes,
         {"pile": draw_repose(image, found)},
+        heap=found,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, RIG_OF, Prediction
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
 from benchtwin.twin import Parameters
-from benchtwin.twin.bench_folder import RecordingReadings, read_bench
+from benchtwin.twin.bench_folder import Observed, RecordingReadings, read_bench
 from benchtwin.twin.job import Job
 from benchtwin.twin.scene import rig_of, section_of
 from scipy import stats
@@ -45,7 +45,7 @@ class Comparison:
     said: str
 
 
-def recordings(folder: Path, rig: str) -> list[RecordingReadings]:
+def recordings(folder: Path | Observed, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read
     at all. FileNotFoundError without a folder; ValueError where there is none."""
     found, what = read_bench(folder, RIG_OF[rig]), rig

@@ -13,7 +13,13 @@ from benchtwin.calibrate.statistics.bench import (
     bench_mean,
     pooled_mean,
 )
-from benchtwin.twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
+from benchtwin.twin.bench_folder import (
+    WEIGHED,
+    Observed,
+    RecordingReadings,
+    hashes,
+    read_bench,
+)
 from scipy import stats
 
 # not what makes a rig another rig
@@ -57,7 +63,8 @@ class RigReadings:
 class Bench:
     """A bench folder, read. rigs: those with readings; seed: the sections [seed] and
     [air] of the lot; trouble: recordings that could not be read, (name, rig, why);
-    hashes: SHA-256 of every input file."""
+    hashes: SHA-256 of every input file; observed: the recordings, and what was seen on
+    them."""
 
     folder: Path
     rigs: dict[str, RigReadings]
@@ -65,13 +72,15 @@ class Bench:
     trouble: tuple[tuple[str, str, str], ...]
     hashes: dict[str, str]
     provenance: tuple[str, ...]
+    observed: Observed
 
 
-def bench_of(folder: Path, trimmed: dict[str, int] | None = None) -> Bench:
+def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> Bench:
     """Read and pool a bench folder. trimmed: how many highest and lowest readings of
     each rig were left out before. FileNotFoundError where there is none; ValueError
     where nothing in it can be read."""
-    seen = read_bench(folder)
+    observed = Observed.under(folder)
+    seen = read_bench(observed)
     trouble = tuple((s.recording, s.rig, s.trouble) for s in seen if s.trouble)
     rigs = {
         rig: _pooled(
@@ -84,7 +93,15 @@ def bench_of(folder: Path, trimmed: dict[str, int] | None = None) -> Bench:
         why = "; ".join(why for *_, why in trouble)
         raise ValueError(f"{folder}: nothing could be measured: {why}")
     provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
-    return Bench(Path(folder), rigs, _lot(seen), trouble, hashes(folder), provenance)
+    return Bench(
+        observed.folder,
+        rigs,
+        _lot(seen),
+        trouble,
+        hashes(observed),
+        provenance,
+        observed,
+    )
 
 
 def missing(bench: Bench) -> dict[str, str]:

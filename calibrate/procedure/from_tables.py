@@ -34,9 +34,10 @@ from benchtwin.calibrate.procedure.tables import (
 from benchtwin.calibrate.statistics.ascent import choose_centre
 from benchtwin.calibrate.statistics.inversion import Inverse, OutsideRange
 from benchtwin.calibrate.statistics.replicates import Noise, packing_noise
+from benchtwin.twin.bench_folder import Observed
 
 
-def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
+def calibrate_tables(folder: Path | Observed, *, seed: int = 1) -> Calibration:
     """Calibrate a bench on tabulated simulations.
 
     Raises FileNotFoundError naming the table that is not there; ValueError naming file

@@ -32,7 +32,7 @@ def pairs(
     values = parameters(c).set_index("parameter")["value"]
     known = {f.name for f in fields(Parameters)}
     at = Parameters(**{n: float(v) for n, v in values.items() if n in known})
-    entries = recordings(c.bench.folder)
+    entries = recordings(c.bench.observed)
     for rig in (*c.steel, *(("pile",) if c.pile is not None else ())):
         recording = _nearest(c, rig, entries)
         if recording is None:
@@ -86,7 +86,8 @@ def _pair(
         camera = _whole_plate(section)
     description = {rig: section, "seed": lot["seed"], "camera": camera} | lot
     job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
-    return pair(recording, job.run(out / job.key), alike=not said)
+    twin = job.run(out / job.key)
+    return pair(recording, twin, alike=not said, observed=c.bench.observed)
 
 
 def _whole_plate(pile: dict) -> dict:

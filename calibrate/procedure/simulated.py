@@ -26,6 +26,7 @@ from benchtwin.calibrate.procedure.steel_runs import (
     simulate_steel,
 )
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
 
 
@@ -59,7 +60,7 @@ class Way:
 
 
 def calibrate_simulated(
-    folder: Path,
+    folder: Path | Observed,
     simulate: Simulator,
     *,
     effort: Effort = FULL,
@@ -103,12 +104,12 @@ def checked_ranges(
     for name, (low, high) in asked.items():
         if name not in RANGES:
             raise ValueError(
-                f"--range {name}: no such factor; there are {', '.join(RANGES)}"
+                f"range of {name}: no such factor; there are {', '.join(RANGES)}"
             )
         least, most = SEED_LIMITS[name]
         if not (least <= low and high <= most):
             raise ValueError(
-                f"--range {name}={low:g}:{high:g}: must lie within {least:g} to"
+                f"range of {name}, {low:g} to {high:g}: must lie within {least:g} to"
                 f" {most:g}"
             )
     ranges = RANGES | asked

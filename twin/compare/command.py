@@ -2,7 +2,8 @@
 table, exit code."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -40,13 +41,13 @@ OURS_IN_OUT = {"runs", "compared.csv", "runs.csv", "compared.html", "compared.js
 
 @dataclass(frozen=True)
 class Compared(CampaignOptions):
-    """What was typed. rows: a CSV; packings: piles of each row; settings: "KEY=VALUE"
-    as `benchtwin simulate --set` takes them."""
+    """What was typed. rows: a CSV; packings: piles of each row; settings: {key: value}
+    as `twin.job.assigned` takes them."""
 
     out: Path
     rows: Path | None = None
     packings: int = 4
-    settings: tuple[str, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
     ranks: int = 1
 
 
@@ -59,31 +60,60 @@ def compare_command(asked: Compared) -> int:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """table: as `differences` makes it; runs: a line a run; notes: what was converted
+    or left out; failed: sentences on runs that failed."""
+
+    table: pd.DataFrame
+    runs: pd.DataFrame
+    notes: tuple[str, ...]
+    failed: tuple[str, ...]
+
+
 def _compare(asked: Compared) -> int:
-    check_out(asked.out, OURS_IN_OUT, "comparison")
     rows, ignored = read_rows(asked.rows)
+
+    def say(note: str) -> None:
+        if not asked.quiet:
+            print(note)
+
+    for name in ignored:
+        say(f"{name}: no parameter, not used")
+    found = compare_into(asked, rows, say)
+    if not asked.quiet:
+        _show(found.table, found.runs, list(found.failed), asked.out)
+    return FINISHED
+
+
+def compare_into(
+    asked: Compared,
+    rows: list[dict[str, Any]],
+    say: Callable[[str], None] = lambda note: None,
+) -> Comparison:
+    """Run the piles of both engines at `rows` of parameters, and write how they differ
+    into `asked.out`; say: told each note before anything runs.
+
+    Raises FileExistsError where `out` holds something else; ValueError for what cannot
+    be simulated; RuntimeError where LAMMPS is not there, or nothing was measured."""
+    check_out(asked.out, OURS_IN_OUT, "comparison")
     jobs = {
         name: _jobs(asked, rows, engine) for name, engine in _engines(asked).items()
     }
-    notes = [
-        *(f"{name}: no parameter, not used" for name in ignored),
-        *jobs[LAMMPS][0].converted(),
-    ]
+    notes = list(jobs[LAMMPS][0].converted())
     if len(rows) > 1:
         notes.append(
             "these numbers are row 1's; other rows are converted in the same way"
         )
-    for line in [] if asked.quiet else notes:
-        print(line)
+    for note in notes:
+        say(note)
     runs, failed = _runs(asked, rows, jobs)
     table = differences(runs)
     if table.empty:
         why = failed[0] if failed else "none was run"
         raise RuntimeError(f"no pile of both engines was measured: {why}")
     _write(asked.out, table, runs, [*notes, *failed])
-    if not asked.quiet:
-        _show(table, runs, failed, asked.out)
-    return FINISHED
+    return Comparison(table, runs, tuple(notes), tuple(failed))
 
 
 def _engines(asked: Compared) -> dict[str, Engine]:
@@ -101,7 +131,7 @@ def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[J
     made = []
     for row in rows:
         parameters, description = assigned(
-            Parameters(**row), {"pile": dict(SLICE)}, list(asked.settings)
+            Parameters(**row), {"pile": dict(SLICE)}, asked.settings
         )
         made += [
             Job("pile", parameters, description, (asked.rng, k), False, engine)

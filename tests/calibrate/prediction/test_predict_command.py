@@ -129,7 +129,7 @@ def test_a_recording_of_another_drum_is_left_out_by_name(calibrated, tmp_path, c
         tmp_path,
         rig="drum",
         beside=beside,
-        settings=("drum.speed_rpm=5",),
+        settings={"drum.speed_rpm": 5},
         overwrite=True,
     )
     assert predict_command(again, Angles()) == 2
@@ -156,11 +156,11 @@ def test_a_few_lost_runs_are_told_and_many_stop_it(calibrated, tmp_path, capsys)
         ({"draws": 900}, "--draws 900: the calibration keeps 500"),
         ({"packings": 1}, "--packings 1: at least 3"),
         (
-            {"settings": ("seed_static_friction=0.3",)},
+            {"settings": {"seed_static_friction": 0.3}},
             "takes the contact parameters from the calibration",
         ),
-        ({"settings": ("pile.nonsense=3",)}, "pile.nonsense"),
-        ({"settings": ("pile.cylinder_mm=[400,150]",)}, "must stand on it"),
+        ({"settings": {"pile.nonsense": 3}}, "pile.nonsense"),
+        ({"settings": {"pile.cylinder_mm": [400, 150]}}, "must stand on it"),
     ],
 )
 def test_what_cannot_be_is_said_before_anything_runs(

@@ -353,13 +353,12 @@ def test_an_interrupted_calibration_can_go_on(bench, tmp_path, capsys, few_draws
     ("more", "reason"),
     [
         (
-            {"ranges": ("seed_restitution=0.7:0.5",)},
+            {"ranges": {"seed_restitution": (0.7, 0.5)}},
             "seed_restitution: low must be below high; here are 0.7 and 0.5",
         ),
-        ({"ranges": ("seed_restitution=0.5",)}, "expected NAME=NUMBER:NUMBER"),
-        ({"ranges": ("bounce=0.5:0.6",)}, "--range bounce: no such factor"),
-        ({"priors": ("seed_restitution=0.5:-1",)}, "sd above 0"),
-        ({"priors": ("bounce=0.5:0.1",)}, "prior for bounce"),
+        ({"ranges": {"bounce": (0.5, 0.6)}}, "range of bounce: no such factor"),
+        ({"priors": {"seed_restitution": (0.5, -1.0)}}, "sd above 0"),
+        ({"priors": {"bounce": (0.5, 0.1)}}, "prior for bounce"),
     ],
 )
 def test_misuse_is_told_before_anything_is_simulated(

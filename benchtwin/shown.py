@@ -1,0 +1,110 @@
+"""How results show themselves in a notebook: small tables, and intervals as figures."""
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import Any
+
+import pandas as pd
+from plotly.graph_objects import Figure
+from plotly.subplots import make_subplots
+
+from benchtwin.report.draw import BLUE, GREY, ORANGE, RED
+from benchtwin.report.numbers import digits
+
+MOST_ROWS = 60  # of a table in a notebook; the tables themselves hold all
+COLOURS = {"good": BLUE, "doubtful": ORANGE, "failed": RED}
+UNITS = {"1": "", "deg": "°"}
+
+
+def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
+    """A heading, a table and lines under it; everything is escaped, since names and
+    reasons come from files."""
+    rows = table.head(MOST_ROWS).to_html(index=False, border=0, na_rep="–")
+    lines = list(notes)
+    if len(table) > MOST_ROWS:
+        lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
+    under = "".join(f"<p>{escape(line)}</p>" for line in lines)
+    return f"<p><b>{escape(title)}</b></p>{rows}{under}"
+
+
+def with_sd(value: float, sd: float) -> str:
+    """A value and its standard deviation, in the digits that this bears.
+
+    >>> with_sd(0.49912, 0.0113), with_sd(0.5, float("nan")), with_sd(float("nan"), 1)
+    ('0.499 ± 0.011', '0.5', '–')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if not (math.isfinite(sd) and sd > 0):
+        return f"{value:.4g}"
+    n = digits(sd)
+    return f"{value:.{n}f} ± {sd:.{n}f}"
+
+
+def unit(name: str) -> str:
+    """A unit as it is printed.
+
+    >>> unit("deg"), unit("1"), unit("mm")
+    ('°', '', 'mm')
+    """
+    return UNITS.get(name, name)
+
+
+def panels(
+    titles: Sequence[str], across: int = 2
+) -> tuple[Figure, list[dict[str, int]]]:
+    """A figure with a panel for each title, and where each stands for plotly."""
+    columns = max(1, min(across, len(titles)))
+    rows = max(1, math.ceil(len(titles) / columns))
+    figure = make_subplots(
+        rows, columns, subplot_titles=[escape(title) for title in titles]
+    )
+    figure.update_layout(
+        height=90 + 230 * rows,
+        margin={"l": 60, "r": 15, "t": 40, "b": 40},
+        showlegend=False,
+        template="plotly_white",
+    )
+    places = [
+        {"row": 1 + k // columns, "col": 1 + k % columns} for k in range(len(titles))
+    ]
+    return figure, places
+
+
+def points(
+    x: Iterable[Any],
+    y: Iterable[float],
+    reach: Iterable[float] | None = None,
+    *,
+    colour: str | Sequence[str] = BLUE,
+    text: Iterable[str] = (),
+) -> dict[str, Any]:
+    """Points for plotly with what reaches above and below them; text: shown on
+    hovering."""
+    colours = [colour] if isinstance(colour, str) else list(colour)
+    drawn: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "markers",
+        "x": [escape(v) if isinstance(v, str) else v for v in x],
+        "y": list(y),
+        "marker": {"size": 8, "color": colours[0] if len(colours) == 1 else colours},
+        "text": [escape(line) for line in text],
+    }
+    if reach is not None:
+        drawn["error_y"] = {"type": "data", "array": list(reach), "color": GREY}
+    return drawn
+
+
+def across(
+    low: float, value: float, high: float, name: str, colour: str = BLUE
+) -> list[dict[str, Any]]:
+    """An interval for plotly, lying on its side: from low to high, a diamond at the
+    value."""
+    label = escape(name)
+    bar = {"type": "scatter", "mode": "lines", "x": [low, high], "y": [label, label]}
+    mark = {"type": "scatter", "mode": "markers", "x": [value], "y": [label]}
+    return [
+        bar | {"line": {"color": colour, "width": 5}},
+        mark | {"marker": {"color": RED, "size": 11, "symbol": "diamond"}},
+    ]
