@@ -5,6 +5,7 @@
 """
 
 import argparse
+from contextlib import suppress
 from pathlib import Path
 
 from setuptools import find_packages
@@ -13,18 +14,24 @@ ROOT = Path(__file__).parents[1]
 
 
 def lay_out(place: Path = ROOT / "build" / "installed") -> Path:
-    """Lay the links anew; returns the folder to look in."""
+    """Lay the links that are missing, remove those that lead nowhere; returns the
+    folder to look in. Links that are right stay as they are, since others may read them
+    meanwhile."""
     package = place / "benchtwin"
     package.mkdir(parents=True, exist_ok=True)
-    for old in package.iterdir():
-        old.unlink()
-    for file in (ROOT / "benchtwin").iterdir():
-        if file.suffix == ".py" or file.name == "py.typed":
-            (package / file.name).symlink_to(file)
     beside = ("tests*", "benchmarks*", "samples*", "scripts*", "benchtwin*", "build*")
-    for name in find_packages(ROOT, exclude=beside):
-        if "." not in name:
-            (package / name).symlink_to(ROOT / name)
+    names = [n for n in find_packages(ROOT, exclude=beside) if "." not in n]
+    aims = {name: ROOT / name for name in names} | {
+        file.name: file
+        for file in (ROOT / "benchtwin").iterdir()
+        if file.suffix == ".py" or file.name == "py.typed"
+    }
+    for old in package.iterdir():
+        if old.readlink() != aims.get(old.name):
+            old.unlink(missing_ok=True)
+    for name, aim in aims.items():
+        with suppress(FileExistsError):
+            (package / name).symlink_to(aim)
     return place
 
 

