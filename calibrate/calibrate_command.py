@@ -14,7 +14,7 @@ from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.report import write_report
 from benchtwin.report.draw import name
-from benchtwin.report.numbers import with_interval, words
+from benchtwin.report.numbers import words
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -29,6 +29,7 @@ from benchtwin.twin.command import (
     result_console,
 )
 from benchtwin.twin.engine import Engine
+from benchtwin.twin.numbers import with_interval
 from rich.console import Console
 from rich.table import Table
 

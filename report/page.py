@@ -9,9 +9,10 @@ from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.statistics.assessment import natural_coefficients
 from benchtwin.report import draw, figures, pile_figures, side_by_side
-from benchtwin.report.numbers import cells, sentence, with_interval
+from benchtwin.report.numbers import cells, sentence
 from benchtwin.report.template import fill
 from benchtwin.twin.command import write_whole
+from benchtwin.twin.numbers import with_interval
 
 
 def write_report(c: Calibration, out: Path) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.numbers import plus_minus
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
@@ -133,7 +134,7 @@ def _slope(name: str, runs: list[InclineRun]) -> Observation:
         np.zeros(len(number), bool),
         labels=("run of its direction", "acceleration [m/s²]"),
         curves=levels,
-        caption=f"{name}: slope {slope:.3f} ± {sd:.2g}° rising along +x",
+        caption=f"{name}: slope {plus_minus(slope, sd, 'deg')} rising along +x",
     )
     return Observation(
         name, "roll", (Quantity("slope", slope, sd, "deg"),), notes, {"slope": picture}
