@@ -8,11 +8,13 @@ from urllib.parse import quote
 
 import pandas as pd
 from benchtwin.calibrate.export import ENGINES
+from benchtwin.diagnose.words import percent
 from benchtwin.page import results
 from benchtwin.page.server import Site
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.views import side_by_side
 from benchtwin.page.views.elements import PosteriorCloud
+from benchtwin.vision.numbers import plus_minus
 from nicegui import ui
 
 REPORTS = (  # file below results/, heading
@@ -20,12 +22,7 @@ REPORTS = (  # file below results/, heading
     ("diagnosed/report.html", "Diagnosis"),
     ("measured/overlays/index.html", "What was found on each recording"),
 )
-VERDICTS = {
-    "none": "nothing is missing",
-    "name": "found",
-    "class": "found, not told apart",
-    "unknown": "something unlisted is missing",
-}
+TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -91,23 +88,14 @@ def _explanations(found: list[results.Explained]) -> None:
     """A bar an explanation, as long as it is probable."""
     for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
-            noise = "p < 0.0001" if one.p_noise < 1e-4 else f"p = {one.p_noise:.2g}"
-            ui.label(
-                f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}"
-            ).classes("text-lg")
-            ui.label(f"Noise alone makes as great a mismatch with {noise}.").classes(
-                "soft text-sm"
+            ui.label(f"{one.rig.capitalize()}: {one.sentence}.").classes(
+                f"text-lg {TONES.get(one.tone, 'text-warning')}"
             )
             for explanation in one.explanations:
                 with ui.row().classes("items-center w-full no-wrap"):
-                    share = 100 * explanation.probability
-                    ui.label(
-                        f"{share:.0f} %"
-                        if 1 <= share < 99.5
-                        else "> 99 %"
-                        if share > 50
-                        else "< 1 %"
-                    ).classes("w-16 text-right")
+                    ui.label(percent(explanation.probability)).classes(
+                        "w-16 text-right"
+                    )
                     ui.linear_progress(
                         explanation.probability, show_value=False
                     ).classes("w-40").props("aria-hidden=true")
@@ -141,7 +129,7 @@ def _means(file: Path) -> None:
                 "rig": r.rig,
                 "quantity": r.quantity.replace("_", " "),
                 "conditions": "" if pd.isna(r.conditions) else r.conditions,
-                "mean": f"{r.mean:.4g} ± {(r.high - r.low) / 2:.2g}",
+                "mean": plus_minus(r.mean, (r.high - r.low) / 2),
                 "unit": "" if str(r.unit) == "1" else r.unit,
                 "n": r.n,
                 "scatter": f"{r.scatter:.2g}",

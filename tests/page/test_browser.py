@@ -457,6 +457,8 @@ def calibrated(window, tmp_path_factory):
         "p_global": 1e-6,
         "matters": True,
         "next_record": "a drop from twice the height",
+        "sentence": "air drag is missing, and nothing else (93 %)",
+        "tone": "name",
         "explanations": [{"effects": ["drag"], "probability": 0.93}],
     }
     (left / "diagnosed" / "diagnosis.json").write_text(
