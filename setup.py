@@ -3,7 +3,19 @@ that a user's own `vision.py` stands in nobody's way. All else is in pyproject.t
 
 from setuptools import find_packages, setup
 
-NAMES = ["vision", "sim", "twin", "calibrate", "diagnose", "report", "page", "prove"]
+NAMES = [
+    "bench",
+    "infer",
+    "rigs",
+    "vision",
+    "sim",
+    "twin",
+    "calibrate",
+    "diagnose",
+    "report",
+    "page",
+    "prove",
+]
 FOLDERS = {f"benchtwin.{name}": name for name in NAMES}
 
 setup(

@@ -18,8 +18,9 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
-from benchtwin.diagnose import bench, finding
-from benchtwin.diagnose.engine.problem import Fit, ln_evidence
+from benchtwin.diagnose import bench
+from benchtwin.infer import finding
+from benchtwin.infer.problem import Fit, ln_evidence
 from scipy import stats
 from scipy.special import logsumexp
 

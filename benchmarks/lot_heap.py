@@ -16,12 +16,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.sim.rigs.heap import fill, run_heap
 from benchtwin.sim.rigs.pile import Pile, vessel
 from benchtwin.twin.lot import other_seeds
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.keys import Air, Seed
 
 SLAB = Pile(
     box_m=(0.105, 0.018, 0.2), gate_m=(0.018, 0.2), plate_m=(0.2, 0.018), slab=True

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.diagnose.rigs.pile import heap_priors
-from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.rigs.pile import heap_priors
+from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.sim.rigs.profile import outline
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job

@@ -239,7 +239,7 @@ def seeds(
 
     Exit code 0: listed; 2: there is no such kind.
     """
-    from benchtwin.vision.evidence.seed_kinds import kinds, known
+    from benchtwin.bench.seed_kinds import kinds, known
 
     try:
         chosen = [known(kind)] if kind else list(kinds())

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchtwin.diagnose.finding import Finding
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
+from benchtwin.infer.finding import Finding
 from benchtwin.twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
@@ -123,7 +123,7 @@ def _diagnosed(
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
         diagnose = getattr(
-            import_module(f"benchtwin.diagnose.rigs.{rig}.diagnose"), f"diagnose_{rig}"
+            import_module(f"benchtwin.rigs.{rig}.diagnose"), f"diagnose_{rig}"
         )
         with np.errstate(
             all="ignore"

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from benchtwin.diagnose.engine.conditions import Contact, conditions_of, effect_name
-from benchtwin.diagnose.finding import Finding
 from benchtwin.diagnose.words import (
     PLURALS,
     effect_named,
     fault_in_words,
     followed_condition,
 )
+from benchtwin.infer.conditions import Contact, conditions_of, effect_name
+from benchtwin.infer.finding import Finding
 
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
 PER_RECORDING_RIGS = (
@@ -227,7 +227,7 @@ def _resimulated(
     if not why:
         try:
             resimulate = importlib.import_module(
-                f"benchtwin.diagnose.rigs.{rig}.resimulation"
+                f"benchtwin.rigs.{rig}.resimulation"
             ).resimulate
             return resimulate(finding, found.recordings[rig], folder, pictures, say)
         except (

@@ -5,11 +5,11 @@ import math
 import traceback
 from pathlib import Path
 
-from benchtwin.diagnose.effects.effect import Effect
-from benchtwin.diagnose.engine.explanation import UNSHAPED
-from benchtwin.diagnose.engine.verdict import MATTERS_SDS
-from benchtwin.diagnose.finding import Finding
-from benchtwin.twin.numbers import plus_minus
+from benchtwin.bench.numbers import plus_minus
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.explanation import UNSHAPED
+from benchtwin.infer.finding import Finding
+from benchtwin.infer.verdict import MATTERS_SDS
 
 SURE_OF_NOTHING = 0.8  # from which it is said in green
 LEAST_SHARE = 0.1  # of an explanation beside the verdict that is worth a word
@@ -42,9 +42,9 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
-    return importlib.import_module(f"benchtwin.diagnose.effects.{rig}").EFFECTS.get(
-        name
-    )
+    if rig not in PLURALS:
+        return None
+    return importlib.import_module(f"benchtwin.rigs.{rig}.effects").EFFECTS.get(name)
 
 
 def fault_in_words(error: Exception) -> str:
@@ -262,7 +262,7 @@ def missing(name: str, rig: str) -> str:
 def half_interval(size) -> str:
     """Value ± half its 95 % interval (value, low95, high95), with two digits of that.
 
-    >>> from benchtwin.diagnose.finding import Parameter
+    >>> from benchtwin.infer.finding import Parameter
     >>> half_interval(Parameter("1", 0.01834, 0.0163, 0.0203))
     '0.0183 ± 0.0020'
     """

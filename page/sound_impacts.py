@@ -4,7 +4,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.vision.evidence.keys import Drop
+from benchtwin.bench.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
 from benchtwin.vision.motion.drop_sound import (

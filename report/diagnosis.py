@@ -6,15 +6,15 @@ import math
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
-from benchtwin.diagnose.engine.alarm import ALARM_P
-from benchtwin.diagnose.finding import Finding
+from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.finding import Finding
 from benchtwin.report.numbers import capitalised, cells
 from benchtwin.report.residuals import AXES, before_and_after, points, recorded
 from benchtwin.report.template import fill
 from benchtwin.twin.command import write_whole
-from benchtwin.twin.numbers import with_interval
 
 TAGS = {
     "sure": "nothing missing",

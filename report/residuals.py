@@ -2,7 +2,7 @@
 recordings. Plain Plotly JSON."""
 
 import numpy as np
-from benchtwin.diagnose.finding import Curve
+from benchtwin.infer.finding import Curve
 from benchtwin.report import draw
 
 AXES = {

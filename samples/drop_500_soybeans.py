@@ -12,33 +12,20 @@ from benchtwin.sim.seed import Seed
 
 def drop(count: int = 500, side_m: float = 0.07):
     bean = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
-    soft = SOYBEAN.softened(
-        1e7
-    )  # longer contacts, overlaps below 2 %; where the beans come to lie hardly changes
-    beans = Scattered((bean,), soft, count, low=(0, 0, 0), high=(side_m, side_m, 0.3))
-    world = World(
-        (beans,),
-        box("box", Q235, (0, 0, 0), (side_m, side_m, 0.3)),
-        (SOYBEAN_Q235, SOYBEAN_SOYBEAN),
-    )
+    soft = SOYBEAN.softened(1e7)  # longer contacts, overlaps below 2 %; they lie alike
+    low, high = (0, 0, 0), (side_m, side_m, 0.3)
+    beans = Scattered((bean,), soft, count, low=low, high=high)
+    steel = box("box", Q235, low, high)
+    world = World((beans,), steel, (SOYBEAN_Q235, SOYBEAN_SOYBEAN))
     at_rest = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)
     state = run(world, init(world, np.random.default_rng(1)), at_rest, threads=2)
     height = np.quantile(state.positions[:, 2], 0.98)
-    return (
-        state,
-        height,
-        count * bean.volume_m3 / (side_m**2 * height),
-        -state.wall_load[world.wall_index("box-floor"), 2],
-    )
+    density = count * bean.volume_m3 / (side_m**2 * height)
+    return state, height, density, -state.wall_load[world.wall_index("box-floor"), 2]
 
 
 if __name__ == "__main__":
     state, height, density, push = drop()
-    print(
-        f"{state.count} soybeans at rest after {state.time_s:.2f} s, {1e3 * height:.0f}"
-        f" mm high, {density:.2f} of it filled;"
-    )
-    print(
-        f"the floor carries {push:.2f} N of their {9.81 * state.masses.sum():.2f} N,"
-        " the sides the rest by friction"
-    )
+    print(f"{state.count} soybeans at rest after {state.time_s:.2f} s,")
+    print(f"{1e3 * height:.0f} mm high, {density:.2f} of it filled; the floor carries")
+    print(f"{push:.2f} N of {9.81 * state.masses.sum():.2f} N, the sides the rest")

@@ -8,7 +8,7 @@ import argparse
 import tomllib
 from pathlib import Path
 
-from benchtwin.vision.evidence.seed_kinds import FILE
+from benchtwin.bench.seed_kinds import FILE
 
 OUT = Path(__file__).parent.parent / "docs" / "seeds.md"
 START = "<!-- written by scripts/seeds_reference.py -->"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = (
-    *("vision", "sim", "twin", "calibrate", "diagnose"),
+    *("bench", "infer", "rigs", "vision", "sim", "twin", "calibrate", "diagnose"),
     *("report", "page", "prove", "benchtwin"),
 )
 

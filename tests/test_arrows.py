@@ -1,6 +1,6 @@
-"""Who may import whom: vision, sim and prove nothing of ours; twin both vision and sim;
-calibrate and diagnose only twin; report the results of both; page what the commands
-call, in processes of their own."""
+"""Who may import whom: bench and prove nothing of ours; infer, vision and sim only
+bench; twin both vision and sim; a rig no other rig; report the results of calibrate and
+diagnose; page what the commands call, in processes of their own."""
 
 import ast
 from pathlib import Path
@@ -10,14 +10,17 @@ from packages import FOLDERS, ROOT, module_name
 
 OURS = set(FOLDERS)
 ALLOWED = {
-    "vision": set(),
-    "sim": set(),
+    "bench": set(),
+    "infer": {"bench"},
+    "vision": {"bench"},
+    "sim": {"bench"},
     "prove": set(),
-    "twin": {"vision", "sim"},
-    "calibrate": {"twin"},
-    "diagnose": {"twin"},
-    "report": {"twin", "calibrate", "diagnose"},
-    "page": {"vision", "twin", "calibrate", "diagnose", "report"},
+    "twin": {"bench", "vision", "sim"},
+    "rigs": {"bench", "infer", "twin", "diagnose"},
+    "calibrate": {"bench", "twin"},
+    "diagnose": {"bench", "infer", "rigs", "twin"},
+    "report": {"bench", "infer", "twin", "calibrate", "diagnose"},
+    "page": {"bench", "vision", "twin", "calibrate", "diagnose", "report"},
 }
 COMMANDS = {
     "calibrate/calibrate_command.py": {"report"},
@@ -56,6 +59,20 @@ def test_imports_follow_the_arrows(package):
     assert not wrong
 
 
+def test_no_rig_knows_another():
+    """Each says all of itself in its own folder."""
+    wrong = {
+        str(file.relative_to(ROOT))
+        for rig in (ROOT / "rigs").iterdir()
+        for file in rig.rglob("*.py")
+        for other in (ROOT / "rigs").iterdir()
+        if other.is_dir()
+        and other != rig
+        and f"benchtwin.rigs.{other.name}." in file.read_text(encoding="utf8")
+    }
+    assert wrong == set()
+
+
 def test_the_check_sees_a_wrong_arrow(tmp_path):
     wrong = tmp_path / "wrong.py"
     wrong.write_text("import numpy\nfrom benchtwin.sim.engine import step\n")
@@ -63,21 +80,14 @@ def test_the_check_sees_a_wrong_arrow(tmp_path):
 
 
 def module_imports(names: set[str], file: Path) -> set[str]:
-    """Our modules, out of `names`, that `file` imports when it is loaded: not those
-    that a function imports when it runs."""
+    """Our modules, out of `names`, that `file` imports, inside functions too."""
     found = set()
-    for node in ast.parse(file.read_text(encoding="utf8")).body:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf8"))):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             whole = {f"{node.module}.{alias.name}" for alias in node.names}
             found |= whole & names or {node.module}
-        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            found |= {
-                n.module
-                for n in node.body
-                if isinstance(n, ast.ImportFrom) and n.module
-            }
     return found & names
 
 

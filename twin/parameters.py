@@ -3,6 +3,11 @@
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
+from benchtwin.bench.keys import Air, Seed
+from benchtwin.bench.seed_kinds import (
+    published_contact_parameters,
+    with_published_values,
+)
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, Contact, Material
 from benchtwin.sim.rigs.bench import Bench
@@ -11,11 +16,6 @@ from benchtwin.sim.seed.lot import Lot
 from benchtwin.sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from benchtwin.twin.lot import file_digest, measured_lot, seed_of_mesh
-from benchtwin.vision.evidence.keys import Air, Seed
-from benchtwin.vision.evidence.seed_kinds import (
-    published_contact_parameters,
-    with_published_values,
-)
 
 SOFT_PA = {
     "drop": 3e7,

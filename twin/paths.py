@@ -8,12 +8,12 @@ from typing import Any
 
 import cv2
 import numpy as np
+from benchtwin.bench.keys import Keys
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, photo
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.run import observe, run, simulate
 from benchtwin.twin.scene import camera_of, setup_of
-from benchtwin.vision.evidence.keys import Keys
 from benchtwin.vision.evidence.read_keys import validate
 from benchtwin.vision.recording import Recording
 

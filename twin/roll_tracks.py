@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.keys import Seed
 from benchtwin.twin.tracks import entries_of, sections_of, track_of
-from benchtwin.vision.evidence.keys import Seed
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.inertia import Inertia, inertia_of, inertia_of_recording

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from benchtwin.bench import keys
 from benchtwin.sim.picture import Camera, Look, project
 from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from benchtwin.sim.rigs.drop import Drop, run_drop
@@ -13,7 +14,6 @@ from benchtwin.sim.rigs.drum import Drum, run_drum
 from benchtwin.sim.rigs.pile import Pile, run_pile
 from benchtwin.sim.rigs.roll import Roll, run_roll
 from benchtwin.sim.rigs.slide import Slide, run_slide
-from benchtwin.vision.evidence import keys
 from benchtwin.vision.recording import Recording
 
 UNITS = (("_m_s", "_mm_s"), ("_m", "_mm"))

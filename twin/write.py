@@ -6,12 +6,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
+from benchtwin.bench.keys import Seed
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import film, photo
 from benchtwin.sim.rigs.bench import Bench, Watch
 from benchtwin.sim.seed.sizes import Sizes
 from benchtwin.twin.scene import camera_of, sees, setup_of
-from benchtwin.vision.evidence.keys import Seed
 from benchtwin.vision.recording import Recording
 
 PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.numbers import plus_minus
+from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}

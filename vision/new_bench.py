@@ -3,7 +3,7 @@ keys."""
 
 from pathlib import Path
 
-from benchtwin.vision.evidence.keys import Keys
+from benchtwin.bench.keys import Keys
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel

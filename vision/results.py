@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import stored
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
-from benchtwin.vision.numbers import stored
 from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 from jinja2 import Environment, PackageLoader

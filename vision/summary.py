@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, fields
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import EXACT_SHARE
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, Observation, Quantity
-from benchtwin.vision.numbers import EXACT_SHARE
 from scipy import stats
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named

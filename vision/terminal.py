@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.bench.numbers import with_sd
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
-from benchtwin.vision.numbers import with_sd
 from benchtwin.vision.summary import Line
 from rich.console import Console
 from rich.table import Table

@@ -1,20 +1,15 @@
-"""Tables of quantities as people read them."""
+"""Numbers and tables of quantities as people read them."""
 
 import html
-import math
 from collections.abc import Iterable, Mapping
 
+from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.vision.measurement import Quantity
 
 
-def number(value: float, sd: float) -> str:
-    """Value ± sd, to two figures of the sd."""
-    if not math.isfinite(value):
-        return "–"
-    if not math.isfinite(sd) or sd <= 0:
-        return f"{value:.4g}"
-    places = max(0, 1 - math.floor(math.log10(sd)))
-    return f"{value:.{places}f} ± {sd:.{places}f}"
+def in_words(name: str) -> str:
+    """A quantity's name: repose_angle is "repose angle"."""
+    return name.replace("_", " ")
 
 
 def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
@@ -24,17 +19,18 @@ def quantities_table(columns: Mapping[str, Iterable[Quantity]]) -> str:
     for heading, quantities in columns.items():
         for q in quantities:
             by_name.setdefault(q.name, {})[heading] = q
-    head = "".join(f"<th>{html.escape(h)}</th>" for h in columns)
+    head = "".join(f'<th scope="col">{html.escape(h)}</th>' for h in columns)
     rows = []
     for name, found in by_name.items():
-        unit = next(iter(found.values())).unit
+        unit = with_unit(next(iter(found.values())).unit).strip()
         cells = "".join(_cell(found.get(h)) for h in columns)
-        heading = html.escape(name.replace("_", " "))
-        stated = "" if unit == "1" else html.escape(unit)
-        rows.append(f"<tr><th>{heading}</th>{cells}<td>{stated}</td></tr>")
+        rows.append(
+            f'<tr><th scope="row">{html.escape(in_words(name))}</th>{cells}'
+            f"<td>{html.escape(unit)}</td></tr>"
+        )
     return (
-        f'<table class="numbers"><thead><tr><th></th>{head}<th></th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table>"
+        '<table class="numbers"><thead><tr><th></th>'
+        f"{head}<th></th></tr></thead><tbody>{''.join(rows)}</tbody></table>"
     )
 
 
@@ -43,6 +39,6 @@ def _cell(q: Quantity | None) -> str:
         return "<td></td>"
     title = f' title="{html.escape(q.reason)}"' if q.reason else ""
     return (
-        f'<td class="n {q.quality}"{title}>{number(q.value, q.sd)}'
+        f'<td class="n {q.quality}"{title}>{plus_minus(q.value, q.sd)}'
         f" <small>{q.quality}</small></td>"
     )

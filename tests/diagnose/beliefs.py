@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from benchtwin.diagnose.engine.evidence import Kind
-from benchtwin.diagnose.engine.explanation import Alternative, Explanation, Posterior
+from benchtwin.infer.evidence import Kind
+from benchtwin.infer.explanation import Alternative, Explanation, Posterior
 
 
 def posterior(

@@ -249,8 +249,8 @@ def rolls(
     bench: Bench, count: int, rng, *, directions=("+x", "-x"), lengths=None
 ) -> list:
     """`count` recordings as twin.roll_tracks gives them."""
+    from benchtwin.bench.keys import Air, Camera, Roll, Seed
     from benchtwin.twin.roll_tracks import roll_of
-    from benchtwin.vision.evidence.keys import Air, Camera, Roll, Seed
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording
 

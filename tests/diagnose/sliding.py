@@ -142,8 +142,8 @@ def noise(n, sd, rho, white, rng):
 
 def slides(bench: Bench, count: int, rng):
     """`count` recordings as twin.slides gives them."""
+    from benchtwin.bench.keys import Air, Camera, Seed, Slide
     from benchtwin.twin.slides import slide_of
-    from benchtwin.vision.evidence.keys import Air, Camera, Seed, Slide
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording
 
@@ -240,7 +240,7 @@ def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True
 
 def found(bench: Bench, seed: int, count: int = 3):
     """The finding on `count` slides of this bench."""
-    from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
+    from benchtwin.rigs.slide.diagnose import diagnose_slide
 
     return diagnose_slide(
         slides(bench, count, np.random.default_rng(seed)), np.random.default_rng(0)

@@ -326,7 +326,7 @@ def test_no_engine_is_imported_for_a_verdict(airless):
 
     code = (
         "import sys; from benchtwin.diagnose import bench;"
-        " import benchtwin.diagnose.rigs.drop.diagnose;"
+        " import benchtwin.rigs.drop.diagnose;"
         " print([m for m in ('benchtwin.sim.engine', 'pyrender', 'plotly',"
         " 'distributed') if m in sys.modules])"
     )

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.air import speed_through_air
-from benchtwin.diagnose.engine.alarm import ALARM_P
-from benchtwin.diagnose.engine.problem import fit
-from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
-from benchtwin.diagnose.rigs.drop.flight_model import (
+from benchtwin.bench.air import speed_through_air
+from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.problem import fit
+from benchtwin.rigs.drop.diagnose import diagnose_drop
+from benchtwin.rigs.drop.flight_model import (
     FELT,
     LAWS,
     STARTS,
@@ -20,16 +20,16 @@ from benchtwin.diagnose.rigs.drop.flight_model import (
     push_slopes,
     pushed,
 )
-from benchtwin.diagnose.rigs.drop.nuisances import OFF_CENTRE, PRIORS
-from benchtwin.diagnose.rigs.drop.reduction import (
+from benchtwin.rigs.drop.nuisances import OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.reduction import (
     STEP,
     known_sd,
     problem_of,
     row_slopes,
     side_slopes,
 )
-from benchtwin.diagnose.rigs.drop.session import assemble
-from benchtwin.diagnose.rigs.drop.trajectories import (
+from benchtwin.rigs.drop.session import assemble
+from benchtwin.rigs.drop.trajectories import (
     POINTS,
     accelerations,
     positions_at_nodes,

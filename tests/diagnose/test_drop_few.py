@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
+from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.twin.tracks import read_drops
 from test_drop_few_rows import flights
 

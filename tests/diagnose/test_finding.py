@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
-from benchtwin.diagnose.engine.explanation import UNSHAPED
-from benchtwin.diagnose.engine.held_out import HeldOut
-from benchtwin.diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
-from benchtwin.diagnose.finding import Finding, Parameter, Sector
+from benchtwin.infer.explanation import UNSHAPED
+from benchtwin.infer.finding import Finding, Parameter, Sector
+from benchtwin.infer.held_out import HeldOut
+from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
 
 NAMES = tuple(f"drop-{k}" for k in range(10))
 DRAG = EffectEstimate(0.997, "1", Interval(0.018, 0.016, 0.020))

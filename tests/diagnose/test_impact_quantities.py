@@ -5,9 +5,9 @@ import math
 import falling
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.drop.impact_quantities import impact_quantities
-from benchtwin.diagnose.rigs.drop.impacts import Impacts, seeds_of
-from benchtwin.diagnose.rigs.drop.variance_components import scatter_of
+from benchtwin.rigs.drop.impact_quantities import impact_quantities
+from benchtwin.rigs.drop.impacts import Impacts, seeds_of
+from benchtwin.rigs.drop.variance_components import scatter_of
 
 SOY = {"length_mm": 8.72, "width_mm": 6.84, "thickness_mm": 5.98}
 

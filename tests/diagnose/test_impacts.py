@@ -7,16 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.finding import DiagnosisTask, finding_of
-from benchtwin.diagnose.rigs.drop import diagnose
-from benchtwin.diagnose.rigs.drop.diagnose import diagnose_drop
-from benchtwin.diagnose.rigs.drop.impacts import (
+from benchtwin.infer.finding import DiagnosisTask, finding_of
+from benchtwin.rigs.drop import diagnose
+from benchtwin.rigs.drop.diagnose import diagnose_drop
+from benchtwin.rigs.drop.impacts import (
     Impacts,
     impacts_from_times,
     seeds_of,
     subset,
 )
-from benchtwin.diagnose.rigs.drop.unlisted import law_in_words, windows_of
+from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
 from falling import Bench, G, tracks
 
 FALLING = (

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.effects.effect import Effect
-from benchtwin.diagnose.engine.least_squares import FastChi2
-from benchtwin.diagnose.engine.linear import Reduced
-from benchtwin.diagnose.engine.problem import Problem, fit
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.least_squares import FastChi2
+from benchtwin.infer.linear import Reduced
+from benchtwin.infer.problem import Problem, fit
 
 
 def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.engine.noise import (
+from benchtwin.infer.noise import (
     Noise,
     Stretch,
     block_mean_noise,

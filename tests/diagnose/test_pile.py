@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.effects.pile import EFFECTS
-from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
-from benchtwin.diagnose.rigs.pile.flanks import photo_of, photos_of
+from benchtwin.rigs.pile.diagnose import diagnose_pile
+from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.flanks import photo_of, photos_of
 from heaping import Heap, changed, clean_bench, picture, repeats
 
 BENCH = Heap(grain_mm=3.0)

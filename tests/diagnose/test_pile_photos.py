@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
-from benchtwin.diagnose.rigs.pile.flanks import photo_of
+from benchtwin.rigs.pile.diagnose import diagnose_pile
+from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.twin.piles import SeenPile, read_piles
 from heaping import PX_MM, Heap, changed, photograph, picture
 

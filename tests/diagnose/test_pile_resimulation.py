@@ -6,16 +6,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.effects.pile import EFFECTS
-from benchtwin.diagnose.rigs.pile.diagnose import diagnose_pile
-from benchtwin.diagnose.rigs.pile.resimulation import (
+from benchtwin.rigs.pile.diagnose import diagnose_pile
+from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.resimulation import (
     FRICTIONS,
     Kind,
     _compared,
     _fitted,
     resimulate,
 )
-from benchtwin.diagnose.rigs.pile.simulated_heaps import (
+from benchtwin.rigs.pile.simulated_heaps import (
     AT,
     HeapSettings,
     Shape,

@@ -5,21 +5,24 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 
+import benchtwin.rigs.drop.effects as drop
+import benchtwin.rigs.pile.effects as pile
+import benchtwin.rigs.roll.effects as roll
+import benchtwin.rigs.slide.effects as slide
 import falling
 import numpy as np
 import pytest
-from benchtwin.diagnose.air import air_of
-from benchtwin.diagnose.effects import drop, pile, roll, slide
-from benchtwin.diagnose.engine.conditions import Contact, conditions_of
-from benchtwin.diagnose.finding import Finding
+from benchtwin.bench.air import air_of
 from benchtwin.diagnose.rerun import (
     condition_shifts,
     reason_not_simulated,
     simulation_settings,
 )
-from benchtwin.diagnose.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
-from benchtwin.diagnose.rigs.drop.resimulation import laws_of, session_flights
-from benchtwin.diagnose.rigs.roll.resimulation import laws_of as rolling_laws
+from benchtwin.infer.conditions import Contact, conditions_of
+from benchtwin.infer.finding import Finding
+from benchtwin.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
+from benchtwin.rigs.drop.resimulation import laws_of, session_flights
+from benchtwin.rigs.roll.resimulation import laws_of as rolling_laws
 from benchtwin.sim.laws import LAWS
 from benchtwin.twin.flights import drag_factor, fly, strike
 from benchtwin.twin.parameters import Parameters

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.roll.diagnose import diagnose_roll
-from benchtwin.diagnose.rigs.roll.run_noise import estimate_noise
-from benchtwin.diagnose.rigs.roll.session import assemble, relative_drag
+from benchtwin.bench.keys import Camera, Roll, Seed
+from benchtwin.rigs.roll.diagnose import diagnose_roll
+from benchtwin.rigs.roll.run_noise import estimate_noise
+from benchtwin.rigs.roll.session import assemble, relative_drag
 from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like, run_path
 from benchtwin.twin.roll_tracks import SeenRoll, read_rolls, roll_of
-from benchtwin.vision.evidence.keys import Camera, Roll, Seed
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from rolling import BALL, STATED, Bench, rolls

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.roll.diagnose import diagnose_roll
+from benchtwin.rigs.roll.diagnose import diagnose_roll
 from benchtwin.twin.roll_tracks import SeenRoll
 from rolling_balls import Ball, way
 

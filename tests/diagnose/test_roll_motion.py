@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.roll.initial_path import fit_path
-from benchtwin.diagnose.rigs.roll.motion import Table, Way, travel
+from benchtwin.rigs.roll.initial_path import fit_path
+from benchtwin.rigs.roll.motion import Table, Way, travel
 
 G = 9.80665
 

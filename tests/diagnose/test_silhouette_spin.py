@@ -2,7 +2,7 @@
 dimensions."""
 
 import numpy as np
-from benchtwin.diagnose.rigs.drop.silhouette_spin import (
+from benchtwin.rigs.drop.silhouette_spin import (
     silhouette_rotation,
     smoothed,
     spin_calibration,

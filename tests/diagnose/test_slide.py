@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.diagnose.engine.alarm import ALARM_P
-from benchtwin.diagnose.engine.noise import Noise
-from benchtwin.diagnose.engine.problem import fit
-from benchtwin.diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
-from benchtwin.diagnose.rigs.slide.problem import prepare
-from benchtwin.diagnose.rigs.slide.session import assemble
+from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.noise import Noise
+from benchtwin.infer.problem import fit
+from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
+from benchtwin.rigs.slide.problem import prepare
+from benchtwin.rigs.slide.session import assemble
 from benchtwin.twin.slides import read_slides
 from sliding import AIRLESS, LIGHT, Bench, found, slides
 

@@ -3,7 +3,7 @@ raise no alarm; a plate that stands is told."""
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
+from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.twin.slides import read_slides
 from test_slide_few_rows import way
 

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.slide.motion import (
+from benchtwin.rigs.slide.motion import (
     SCATTER,
     SHARE,
     Laws,

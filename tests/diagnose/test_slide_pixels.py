@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.engine.problem import fit
-from benchtwin.diagnose.rigs.slide.diagnose import alternatives, diagnose_slide
-from benchtwin.diagnose.rigs.slide.model import ACTING
-from benchtwin.diagnose.rigs.slide.problem import prepare
-from benchtwin.diagnose.rigs.slide.session import assemble
+from benchtwin.infer.problem import fit
+from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
+from benchtwin.rigs.slide.model import ACTING
+from benchtwin.rigs.slide.problem import prepare
+from benchtwin.rigs.slide.session import assemble
 from sliding import LIGHT, slides
 
 SHARP = replace(

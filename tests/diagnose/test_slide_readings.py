@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.diagnose.rigs.slide.diagnose import diagnose_slide
-from benchtwin.diagnose.rigs.slide.tilt import seen_tilt
+from benchtwin.rigs.slide.diagnose import diagnose_slide
+from benchtwin.rigs.slide.tilt import seen_tilt
 from sliding import LIGHT, G, found, readings
 
 

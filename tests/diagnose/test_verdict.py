@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.engine import verdict as engine
-from benchtwin.diagnose.engine.alarm import ALARM_P
-from benchtwin.diagnose.engine.verdict import (
+from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.finding import Finding, Sector
+from benchtwin.infer.verdict import (
     ALONE_PROBABILITY,
     NAME_PROBABILITY,
     UNSHAPED_ODDS,
@@ -23,7 +24,6 @@ from benchtwin.diagnose.engine.verdict import (
     verdict_of,
     weighed_with_noise,
 )
-from benchtwin.diagnose.finding import Finding, Sector
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad

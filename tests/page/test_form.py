@@ -2,9 +2,9 @@
 type."""
 
 import pytest
+from benchtwin.bench.keys import Keys
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import form, needed
-from benchtwin.vision.evidence.keys import Keys
 from benchtwin.vision.recording import RIGS
 
 

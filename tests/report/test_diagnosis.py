@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 import pytest
 from benchtwin.diagnose.bench import Diagnosis
-from benchtwin.diagnose.engine.held_out import HeldOut
-from benchtwin.diagnose.engine.unlisted import Window
-from benchtwin.diagnose.engine.verdict import EffectEstimate, Interval, ParameterShift
-from benchtwin.diagnose.finding import Curve, Finding, Parameter, Sector
 from benchtwin.diagnose.rerun import Comparison, Resimulation
+from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
+from benchtwin.infer.held_out import HeldOut
+from benchtwin.infer.unlisted import Window
+from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
 from benchtwin.report.diagnosis import render
 from benchtwin.report.residuals import BINS, binned
 from pages import Tags, own

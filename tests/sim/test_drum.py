@@ -3,9 +3,9 @@ a surface that falls the way it turns."""
 
 import numpy as np
 import pytest
+from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.drum import Drum, _level, flowing_angle, run_drum
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.keys import Air, Seed
 
 
 @pytest.mark.parametrize("share", [0.1, 0.25, 0.5, 0.6])

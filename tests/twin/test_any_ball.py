@@ -3,11 +3,11 @@ inertia as stated."""
 
 import numpy as np
 import pytest
+from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.drop import Drop, run_drop
 from benchtwin.sim.rigs.roll import Roll, run_roll
 from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.keys import Air, Seed
 
 NO_AIR = {
     "drag": {"factor": 0.0}

@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.bench.keys import Air, Seed
 from benchtwin.twin.job import Job
 from benchtwin.twin.lot import measured_lot, other_seeds, representative
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.keys import Air, Seed
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.shape.lot import OUTLINES, SEEDS, WHOLE

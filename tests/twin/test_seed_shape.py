@@ -2,10 +2,10 @@
 
 import pytest
 import trimesh
+from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.keys import Air, Seed
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError
 

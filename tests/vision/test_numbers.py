@@ -4,14 +4,14 @@ import math
 
 import pandas as pd
 import pytest
-from benchtwin.vision.find_recordings import find_recordings
-from benchtwin.vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
-from benchtwin.vision.numbers import (
+from benchtwin.bench.numbers import (
     EXACT_SHARE,
     exact_by_mistake,
     stored,
     with_sd,
 )
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
 from benchtwin.vision.results import COLUMNS, Results
 from benchtwin.vision.summary import summarise
 from benchtwin.vision.terminal import show_results

@@ -2,7 +2,7 @@
 stated."""
 
 import pytest
-from benchtwin.vision.evidence.keys import Seed
+from benchtwin.bench.keys import Seed
 from benchtwin.vision.motion.inertia import inertia_of
 from benchtwin.vision.observe import seed_questions
 

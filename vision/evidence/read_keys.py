@@ -6,7 +6,7 @@ import reprlib
 import tomllib
 from pathlib import Path
 
-from benchtwin.vision.evidence.keys import COMPLETE, Keys, Section
+from benchtwin.bench.keys import COMPLETE, Keys, Section
 from benchtwin.vision.measurement import MeasurementError
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.evidence.resolution import reading_step
+from benchtwin.bench.resolution import reading_step
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.tables import READING_COLUMNS, Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.run_out import (
@@ -14,7 +15,6 @@ from benchtwin.vision.motion.run_out import (
     rolling_friction_eq3,
 )
 from benchtwin.vision.recording import Recording
-from benchtwin.vision.robust import robust_sd
 from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a

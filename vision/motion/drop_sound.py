@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from benchtwin.vision.measurement import (
     FAILED,
@@ -24,7 +25,6 @@ from benchtwin.vision.measurement import (
 from benchtwin.vision.motion.impact_chain import Chain, correct_impacts, find_chain
 from benchtwin.vision.motion.impacts import measure_impacts
 from benchtwin.vision.motion.onsets import Onsets, find_onsets
-from benchtwin.vision.numbers import plus_minus
 from benchtwin.vision.overlay.sound import draw_sound
 from benchtwin.vision.recording import Recording
 

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.motion.detect import Patch, Silhouette
-from benchtwin.vision.robust import robust_sd
 
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 # relative deviation from the seed's area, within which a silhouette shows the seed

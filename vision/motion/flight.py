@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.least_squares import (
     Fit,
@@ -28,9 +29,7 @@ from benchtwin.vision.motion.outliers import (
     single_spikes,
 )
 from benchtwin.vision.motion.split_flights import free_flights, split
-from benchtwin.vision.robust import robust_sd
 
-G_MM_S2 = 9806.65
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
 LEAST_FALL = (

@@ -7,7 +7,7 @@ rolls on the smaller radius √(R² − (gap/2)²), so that I/(m r²) grows by R
 import math
 from dataclasses import dataclass
 
-from benchtwin.vision.evidence.keys import Seed
+from benchtwin.bench.keys import Seed
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 

@@ -2,7 +2,7 @@
 off a smooth curve."""
 
 import numpy as np
-from benchtwin.vision.robust import robust_sd
+from benchtwin.bench.robust import robust_sd
 from numpy.polynomial import legendre
 from scipy.ndimage import maximum_filter1d, median_filter
 

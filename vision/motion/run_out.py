@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.measurement import (
     FAILED,
     MeasurementError,
@@ -29,7 +30,6 @@ from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.rolling_resistance import fit_resistance, resistance_notes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
-from benchtwin.vision.robust import difference_noise
 from scipy.optimize import minimize_scalar
 
 INCLINE_SD_DEG = 0.1  # of a stated incline

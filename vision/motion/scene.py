@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.robust import robust_sd
 
 COARSE_WIDTH = 320  # px of the picture on which moving things are detected
 MEDIAN_FRAMES = 25

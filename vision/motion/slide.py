@@ -14,14 +14,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.vision.evidence.resolution import reading_step
+from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.resolution import reading_step
+from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.measurement import MeasurementError, Quantity, all_failed, failed
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
 from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
-from benchtwin.vision.robust import difference_noise
 from scipy.optimize import minimize_scalar
 from scipy.signal import savgol_filter
 

@@ -4,8 +4,8 @@ from a first window."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
-from benchtwin.vision.robust import robust_sd
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
 from benchtwin.vision.pile.heap_region import Region
@@ -21,7 +22,6 @@ from benchtwin.vision.pile.surface import (
     subpixel_edge,
 )
 from benchtwin.vision.recording import Camera
-from benchtwin.vision.robust import robust_sd
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
-from benchtwin.vision.robust import robust_sd
 from scipy.stats import t as student
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is

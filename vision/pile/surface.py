@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from benchtwin.vision.robust import robust_sd
+from benchtwin.bench.robust import robust_sd
 from scipy.ndimage import median_filter
 
 WORKING_PX = (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from benchtwin.vision.robust import robust_sd
+from benchtwin.bench.robust import robust_sd
 from scipy import ndimage
 
 STEP_PX = 0.25

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.calibrate import calibrate_command as calibrate_module
 from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, pile_description
@@ -267,7 +268,7 @@ def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
     def broken(c, out):
         raise ZeroDivisionError("no width")
 
-    monkeypatch.setattr("benchtwin.calibrate.calibrate_command.write_report", broken)
+    monkeypatch.setattr(calibrate_module, "write_report", broken)
     out = tmp_path / "out"
     assert (
         calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn())

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from benchtwin.bench.resolution import reading_step
 from benchtwin.vision.evidence.readings import summarise
-from benchtwin.vision.evidence.resolution import reading_step
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,13 @@
 them is said, and only what is absent."""
 
 import pytest
-from benchtwin.vision.evidence.read_keys import validate
-from benchtwin.vision.evidence.seed_kinds import (
+from benchtwin.bench.seed_kinds import (
     kinds,
     known,
     published_contact_parameters,
     with_published_values,
 )
+from benchtwin.vision.evidence.read_keys import validate
 from benchtwin.vision.measurement import MeasurementError
 
 POSSIBLE = {

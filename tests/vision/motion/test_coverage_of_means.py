@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.keys import Air, Camera, Roll, Seed
+from benchtwin.bench.keys import Air, Camera, Roll, Seed
 from benchtwin.vision.motion.rolling_resistance import DRAG_SD, LEVEL_SD_DEG
 from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,

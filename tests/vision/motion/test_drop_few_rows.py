@@ -3,7 +3,7 @@ fall and rebound under drag."""
 
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.keys import Air, Camera, Drop, Seed
+from benchtwin.bench.keys import Air, Camera, Drop, Seed
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.keys import Camera, Roll, Seed
+from benchtwin.bench.keys import Camera, Roll, Seed
 from benchtwin.vision.motion.inertia import inertia_of
 from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.track import make_track

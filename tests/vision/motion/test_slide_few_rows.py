@@ -3,7 +3,7 @@ drawn by integrating the motion."""
 
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.keys import Camera, Slide
+from benchtwin.bench.keys import Camera, Slide
 from benchtwin.vision.motion.slide_few_rows import measure_slide
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording

@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.keys import Drop, Tracking
+from benchtwin.bench.keys import Drop, Tracking
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording, read_recording

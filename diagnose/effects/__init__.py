@@ -1,1 +1,0 @@
-"""What may be missing from the simulation: a folder a rig, an effect a file."""

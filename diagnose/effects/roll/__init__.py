@@ -1,5 +1,0 @@
-"""Effects of the roll, by name."""
-
-from benchtwin.diagnose.effects.effect import Effect, discovered
-
-EFFECTS: dict[str, Effect] = discovered(__name__, __path__)

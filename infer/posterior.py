@@ -1,0 +1,367 @@
+"""Posterior over explanations: sets of components about alternative baselines.
+
+Sets of up to three components are weighed in the linearised problems at hand
+(evidence.py), each with one component at most beyond what has been fitted. Sets with
+weight are fitted in full and add their own linearisation, until every set with weight
+is fitted. Alternatives of what a bench leaves open (does the plate turn with the
+block?) have prior odds and are summed over."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+from benchtwin.infer.evidence import (
+    Component,
+    Kind,
+    refined_noise_power,
+    student_ln_likelihood,
+    table_of,
+)
+from benchtwin.infer.explanation import Alternative, Explanation, Posterior
+from benchtwin.infer.linear import Reduced, stacked
+from benchtwin.infer.problem import Fit, Problem, fit
+from benchtwin.infer.unlisted import (
+    Windows,
+    unlisted_components,
+    window_columns,
+)
+from scipy.special import logsumexp
+
+# Prior probability of (listed, unlisted) components.
+PRIOR = {
+    (0, 0): 0.5,
+    (1, 0): 0.28,
+    (2, 0): 0.017,
+    (3, 0): 0.0007,
+    (0, 1): 0.12,
+    (1, 1): 0.02,
+    (2, 1): 0.001,
+}
+LISTED_ODDS = 0.03  # of an effect that is an alternative baseline, over nothing missing
+FIT_WEIGHT = 0.02  # of a set that is fitted in full
+MOST_FITS = 30
+BASELINE_WEIGHT = 1e-4  # beside the likeliest baseline, below which one is dropped
+LOWER_CHI2 = 10.0  # by which a larger set must be lower to suggest another minimum
+SINGLE_WEIGHT = 1e-3  # of a single component that is fitted in full
+NOTHING_CERTAIN = 0.995  # probability of nothing missing at which no more is fitted
+NOTHING_DOUBTFUL = (
+    0.5  # below which nonlinear effects are fitted whatever their slope at 0
+)
+WIDE_PRIOR = (
+    5.0  # factor on priors for estimates: a prior is for presence, not for size
+)
+
+
+def explain(
+    alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], Windows]
+) -> Posterior:
+    """The posterior; windows_of(fit) → windows, which together model unlisted
+    physics."""
+    search = _Search(alternatives, windows_of)
+    for k in range(len(alternatives)):
+        search.add(k, ())
+    while (next_fit := search.next_fit()) is not None:
+        search.add(*next_fit)
+    search.restart_from_larger_sets()
+    return search.posterior()
+
+
+class _Search:
+    """Fits by alternative and set of listed components, and their evidence for every
+    set."""
+
+    def __init__(
+        self,
+        alternatives: tuple[Alternative, ...],
+        windows_of: Callable[[Fit], Windows],
+    ):
+        self.alternatives, self.windows_of = alternatives, windows_of
+        self.tables: list[dict[tuple[str, ...], Explanation]] = [
+            {} for _ in alternatives
+        ]
+        self.priors: list[dict[tuple[str, ...], float]] = [{} for _ in alternatives]
+        self.noise = [(1.0, 0.0) for _ in alternatives]
+        self.values: dict[
+            tuple[int, tuple[str, ...], tuple[str, ...]], tuple[float, float]
+        ] = {}
+
+    def add(self, k: int, listed: tuple[str, ...], start: Fit | None = None) -> None:
+        """Fit a set of listed components, from `start` or the best fitted subset."""
+        problem, here = self.alternatives[k].problem, self.tables[k]
+        parts = [e.fit for names, e in here.items() if set(names) < set(listed)]
+        start = start or min(parts, key=lambda f: f.chi2, default=None)
+        found = fit(
+            problem, free=tuple(n for n in listed if n in problem.effects), start=start
+        )
+        own, windows = self.alternatives[k], self.windows_of(found)
+        reduced, columns = window_columns(found, windows)
+        components = [
+            *_of_effects(problem, reduced),
+            *unlisted_components(windows, columns),
+        ]
+        nil = np.zeros((len(columns), 0)), np.zeros(0), np.zeros(0, dtype=bool)
+        components += [Component(n, Kind.EFFECT, own.sector, *nil) for n in own.effects]
+        if not listed:
+            self.noise[k] = refined_noise_power(
+                reduced, found.baseline_sd, components, problem.level_sd
+            )
+        power, level_sd = self.noise[k]
+        root = np.sqrt(power)
+        reduced = tuple(
+            replace(r, a=r.a / root, smooth=r.smooth / root, b=r.b / root)
+            for r in reduced
+        )
+        components, columns = (
+            [replace(c, columns=c.columns / root) for c in components],
+            columns / root,
+        )
+        spread = (
+            problem.unknown_scatter(problem, reduced)
+            if problem.unknown_scatter
+            else None
+        )
+        table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
+        here[listed] = Explanation(
+            listed, k, found, reduced, windows, columns, table, power
+        )
+        if not listed:
+            self.priors[k] = _priors(
+                components, own.odds / sum(a.odds for a in self.alternatives)
+            )
+
+    def restart_from_larger_sets(self) -> None:
+        """Refit sets with weight from a larger set's lower minimum: χ² may have
+        several."""
+        weights = self.weights()
+        total = logsumexp([w for w, _ in weights.values()])
+        for k, here in enumerate(self.tables):
+            for listed in sorted(here, key=len, reverse=True):
+                larger = [
+                    e.fit for names, e in here.items() if set(listed) < set(names)
+                ]
+                best = min(larger, key=lambda f: f.chi2, default=None)
+                heavy = weights[k, listed][0] > total + np.log(FIT_WEIGHT)
+                if (
+                    best is None
+                    or not heavy
+                    or best.chi2 > here[listed].fit.chi2 - LOWER_CHI2
+                ):
+                    continue
+                before, values = (
+                    here[listed],
+                    {
+                        key: v
+                        for key, v in self.values.items()
+                        if key[:2] == (k, listed)
+                    },
+                )
+                self.add(k, listed, best)
+                if here[listed].fit.chi2 > before.fit.chi2:
+                    here[listed] = before
+                else:
+                    for key in values:
+                        del self.values[key]
+
+    def weights(
+        self,
+    ) -> dict[tuple[int, tuple[str, ...]], tuple[float, tuple[str, ...]]]:
+        """ln weight of every set, and the fitted set from which it is computed.
+
+        That is the set itself, else its fitted subset with the most components, the
+        likeliest of these. Misfit counts as in Student's t: see evidence.py."""
+        weighed = {}
+        for k, here in enumerate(self.tables):
+            own_value = {
+                own: self.value(k, own, own)[0] + self.priors[k][own] for own in here
+            }
+            parents: dict[tuple[str, ...], tuple[str, ...]] = {}
+            for names in self.priors[k]:
+                listed = tuple(n for n in names if self.kind(k, n) is not Kind.UNLISTED)
+                if listed not in parents:
+                    able = (
+                        [listed]
+                        if listed in here
+                        else [own for own in here if set(own) <= set(listed)]
+                    )
+                    parents[listed] = max(
+                        able, key=lambda own: (len(own), own_value[own])
+                    )
+                if (
+                    len(listed) <= len(parents[listed]) + 1
+                ):  # larger sets wait for a fitted subset
+                    weighed[k, names] = (
+                        *self.value(k, parents[listed], names),
+                        parents[listed],
+                    )
+        best = max(fit for _, fit, _ in weighed.values())
+        out = {}
+        for (k, names), (value, misfit, own) in weighed.items():
+            level_sd = self.noise[k][1]
+            softer = student_ln_likelihood(misfit - best, level_sd) - (misfit - best)
+            out[k, names] = (
+                value
+                + softer
+                + self.priors[k][names]
+                + self.alternatives[k].ln_likelihood,
+                own,
+            )
+        return out
+
+    def value(
+        self, k: int, own: tuple[str, ...], names: tuple[str, ...]
+    ) -> tuple[float, float]:
+        """ln evidence of a set in one fit's linearisation, and −½ χ² at its best."""
+        key = (k, own, names)
+        if key not in self.values:
+            table = self.tables[k][own].table
+            known = all(
+                n in table.components for n in names
+            )  # windows are laid where a fit's motion passes
+            found = table.ln_evidence(names) if known else (np.nan, np.nan)
+            self.values[key] = found if np.isfinite(found[0]) else (-1e9, -1e9)
+        return self.values[key]
+
+    def kind(self, k: int, name: str) -> Kind:
+        return self.tables[k][()].table.components[name].kind
+
+    def next_fit(self) -> tuple[int, tuple[str, ...]] | None:
+        """The alternative and set to fit next; None where every set with weight is
+        fitted."""
+        if sum(map(len, self.tables)) - len(self.tables) >= MOST_FITS:
+            return None
+        weights = self.weights()
+        total = logsumexp([w for w, _ in weights.values()])
+        plain = [k for k, a in enumerate(self.alternatives) if not a.effects]
+        nothing = sum(np.exp(weights[k, ()][0] - total) for k in plain)
+        if nothing > NOTHING_CERTAIN:
+            return None
+        listed = {
+            key: w
+            for key, (w, _) in weights.items()
+            if all(self.kind(key[0], n) is not Kind.UNLISTED for n in key[1])
+        }
+        total = logsumexp(list(listed.values()))
+        singles = self._single_effects_to_fit() if nothing < NOTHING_DOUBTFUL else {}
+        if singles:
+            return max(singles, key=lambda key: singles[key])
+        wanted: dict[tuple[int, tuple[str, ...]], float] = {}
+        for (k, names), weight in listed.items():
+            share = float(np.exp(weight - total))
+            if share >= FIT_WEIGHT and names not in self.tables[k]:
+                wanted[k, names] = share
+            elif (
+                share >= FIT_WEIGHT and names
+            ):  # it is compared with its subsets, fitted as well
+                wanted |= {
+                    (k, part): 1.0
+                    for part in combinations(names, len(names) - 1)
+                    if part not in self.tables[k]
+                }
+        return max(wanted, key=lambda key: wanted[key], default=None)
+
+    def _single_effects_to_fit(self) -> dict[tuple[int, tuple[str, ...]], float]:
+        """Unfitted single components that may be missing; nonlinear ones whatever their
+        slope."""
+        own = [
+            self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood
+            for k, a in enumerate(self.alternatives)
+        ]
+        alive = [
+            k
+            for k, value in enumerate(own)
+            if value > max(own) + np.log(BASELINE_WEIGHT)
+        ]
+        weights = {
+            (k, names): self.value(k, (), names)[0]
+            + prior
+            + self.alternatives[k].ln_likelihood
+            for k in alive
+            for names, prior in self.priors[k].items()
+            if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
+        }
+        total = logsumexp(list(weights.values())) if weights else 0.0
+        heavy = total + np.log(SINGLE_WEIGHT)
+        unfitted: dict[tuple[int, tuple[str, ...]], float] = {}
+        for (k, names), value in weights.items():
+            nonlinear = self.alternatives[k].problem.effects[names[0]].nonlinear
+            if names not in self.tables[k] and (nonlinear or value >= heavy):
+                unfitted[k, names] = value
+        return unfitted
+
+    def posterior(self) -> Posterior:
+        weights = self.weights()
+        total = logsumexp([w for w, _ in weights.values()])
+        found, bases = [], []
+        for (k, names), (weight, own) in weights.items():
+            probability = float(np.exp(weight - total))
+            whole = tuple(sorted({*names, *self.alternatives[k].effects}))
+            explanation = replace(
+                self.tables[k][own], names=whole, probability=probability
+            )
+            if not whole:
+                bases.append(explanation)
+            if probability > 1e-6 or not whole:
+                found.append(explanation)
+        return Posterior(
+            tuple(sorted(found, key=lambda e: -e.probability)),
+            self.alternatives,
+            tuple(bases),
+        )
+
+
+def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Component]:
+    """The listed effects as components."""
+    a = stacked(reduced)[0]
+    out = []
+    for name, effect in problem.effects.items():
+        if effect.group or name not in problem.names:
+            continue
+        own = problem.columns_of(name)
+        parts = [problem.effects[n] for n in own]
+        at = [problem.names.index(n) for n in own]
+        kind = (
+            Kind.UNLISTED
+            if effect.unlisted
+            else Kind.CONDITION
+            if effect.follows
+            else Kind.EFFECT
+        )
+        sd, scaled_prior = (
+            np.array([p.prior_sd for p in parts]),
+            np.array([p.scaled_prior for p in parts]),
+        )
+        out.append(
+            Component(
+                name,
+                kind,
+                effect.sector,
+                a[:, at],
+                sd,
+                scaled_prior,
+                effect.low,
+                effect.high,
+            )
+        )
+    return out
+
+
+def _priors(components: list[Component], odds: float) -> dict[tuple[str, ...], float]:
+    """ln prior of every set of up to three listed components with at most one
+    unlisted."""
+    listed = [c.name for c in components if c.kind is not Kind.UNLISTED and len(c.sd)]
+    unlisted = [c.name for c in components if c.kind is Kind.UNLISTED]
+    sets: dict[tuple[int, int], list[tuple[str, ...]]] = {}
+    for (count, strange), _ in PRIOR.items():
+        some = [tuple(sorted(s)) for s in combinations(listed, count)]
+        sets[count, strange] = (
+            [tuple(sorted((*s, u))) for s in some for u in unlisted]
+            if strange
+            else some
+        )
+    total = sum(PRIOR[key] for key, found in sets.items() if found)
+    return {
+        s: float(np.log(odds * PRIOR[key] / total / len(found)))
+        for key, found in sets.items()
+        for s in found
+    }

@@ -1,0 +1,202 @@
+"""Problems in which each recording is a series of one quantity: travel, way, height of
+a surface.
+
+predict(r, own (L,), values) → (n_r,): the rows of recording r for its locals `own` and
+the globals by name. Derivatives are finite differences; rows are whitened; locals are
+eliminated by QR."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.least_squares import FastChi2
+from benchtwin.infer.linear import Reduced
+from benchtwin.infer.noise import Noise
+from benchtwin.infer.problem import Problem
+from scipy.linalg import solve_triangular
+
+# of a prior's sd, for derivatives; less where predictions are exact and bend much
+# within a sd
+STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """One recording."""
+
+    recording: str
+    data: np.ndarray  # (n,)
+    sigma: np.ndarray | float  # (n,) or scalar, in the data's unit
+    lag: np.ndarray  # (n,): see frame_lag
+    noise: Noise
+    smooth: np.ndarray  # (n, s): curves that no effect needs
+
+
+@dataclass(frozen=True, eq=False)
+class Locals:
+    """Parameters of the recordings' own."""
+
+    start: np.ndarray  # (R, L)
+    step: np.ndarray  # (L,): for derivatives
+    sd: np.ndarray  # (L,): prior about `start`, inf where flat (these first)
+
+
+def problem_of(
+    rig: str,
+    series: tuple[Series, ...],
+    own: Locals,
+    predict: Callable,
+    effects: dict[str, Effect],
+    nuisances: dict[str, float],
+    known_sd: dict[str, float],
+    model: Any,
+    *,
+    max_iterations: int = 12,
+    step: float = STEP,
+    smooth: bool = False,
+) -> Problem:
+    """A problem from its series.
+
+    own: locals; predict: see above; effects: candidates whose laws `predict` knows;
+    nuisances: typical sizes of further globals, for derivatives; known_sd: see Problem;
+    step: of derivatives, in prior sds; smooth: predictions have no kinks, so χ² itself
+    decides whether a step is too long."""
+    sizes = {n: e.prior_sd for n, e in effects.items()} | nuisances
+    rows = sum(len(s.data) for s in series) - int(np.isinf(own.sd).sum()) * len(series)
+    level, held = max(s.noise.log_level_sd for s in series), np.isfinite(own.sd)
+    linearised = partial(reduce, series, own, predict, sizes, step=step, smooth=smooth)
+
+    def chi2(starts: np.ndarray, values: np.ndarray) -> float:
+        at, total = dict(zip(sizes, values, strict=True)), 0.0
+        for r, s in enumerate(series):
+            white = s.noise.whiten(
+                ((s.data - predict(r, starts[r], at)) / s.sigma)[:, None], s.lag
+            )
+            off = ((own.start[r] - starts[r]) / own.sd)[held]
+            total += float((white**2).sum()) + float((off**2).sum())
+        return total
+
+    def reduce_free(starts, values, wanted):
+        return linearised(starts, values, wanted=wanted)
+
+    return Problem(
+        rig,
+        tuple(s.recording for s in series),
+        effects,
+        tuple(sizes),
+        known_sd,
+        own.start,
+        linearised,
+        rows,
+        level,
+        model,
+        max_iterations,
+        fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
+    )
+
+
+def reduce(
+    series,
+    own: Locals,
+    predict: Callable,
+    sizes: dict[str, float],
+    starts: np.ndarray,
+    values: np.ndarray,
+    extra=None,
+    *,
+    step: float = STEP,
+    smooth: bool = False,
+    wanted: np.ndarray | None = None,
+):
+    """See Problem.reduce; extra: (n_r, K) for each recording; wanted (G,): columns to
+    compute."""
+    asked = (
+        sizes
+        if wanted is None
+        else {n: size for (n, size), w in zip(sizes.items(), wanted, strict=True) if w}
+    )
+    at = dict(zip(sizes, values, strict=True))
+    more = [None] * len(series) if extra is None else extra
+    made = [
+        _reduced(s, own, predict, asked, r, starts[r], at, more[r], step)
+        for r, s in enumerate(series)
+    ]
+    width = made[0][0].a.shape[1] - len(values)
+    theta = np.concatenate([values, np.zeros(width)])
+    reduced = tuple(
+        replace(m, b=m.b + m.a @ theta, chi2=m.chi2 if smooth else None)
+        for m, _ in made
+    )
+
+    def change(moved: np.ndarray) -> np.ndarray:
+        """moved (G,), or (R, G) where a recording has its own."""
+        each = np.broadcast_to(moved, (len(made), moved.shape[-1]))
+        return np.array([back(own) for (_, back), own in zip(made, each, strict=True)])
+
+    return reduced, change
+
+
+def _reduced(
+    one: Series,
+    own: Locals,
+    predict,
+    asked,
+    r: int,
+    start: np.ndarray,
+    at: dict[str, float],
+    extra,
+    share: float,
+):
+    """One recording linearised in the globals in `asked`; function from them to its
+    locals."""
+    seen = predict(r, start, at)
+    columns = [
+        (predict(r, start + step, at) - seen) / own.step[k]
+        for k, step in enumerate(np.diag(own.step))
+    ]
+    for name in at:
+        small = share * asked.get(name, 0.0)
+        columns.append(
+            (predict(r, start, at | {name: at[name] + small}) - seen) / small
+            if small
+            else np.zeros(len(seen))
+        )
+    more = [] if extra is None else list(extra.T)
+    rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(
+        one.sigma, (-1, 1)
+    )
+    white = one.noise.whiten(rows, one.lag)
+    count, sd, off, held = len(start), own.sd, own.start[r] - start, np.isfinite(own.sd)
+    prior = np.zeros((int(held.sum()), white.shape[1]))
+    prior[:, :count] = np.diag(1 / sd)[held]
+    prior[:, -1] = (off / sd)[held]
+    triangle = np.asarray(
+        np.linalg.qr(np.vstack([white, prior]), mode="r")
+    )  # one array, whatever numpy's types say
+    across, last = len(at) + len(more), triangle.shape[1] - 1
+    below = triangle[count:]
+    chi2 = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())
+    half_ln_det = float(
+        np.log(np.abs(np.diag(triangle)[:count][held]) * sd[held]).sum()
+    )  # flat priors add a constant
+    made = Reduced(
+        below[:, count : count + across],
+        below[:, count + across : last],
+        below[:, last],
+        chi2,
+        half_ln_det,
+    )
+
+    def back(moved: np.ndarray) -> np.ndarray:
+        right = (
+            triangle[:count, last]
+            - triangle[:count, count : count + len(at)] @ moved[: len(at)]
+        )
+        return solve_triangular(
+            triangle[:count, :count] + 1e-300 * np.eye(count), right
+        )
+
+    return made, back

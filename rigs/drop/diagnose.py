@@ -1,0 +1,252 @@
+"""Drops, from tracks to a finding: flights and impacts as one problem, and its
+alternatives."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.explanation import (
+    Alternative,
+    Explanation,
+    ln_bayes_bound,
+)
+from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
+from benchtwin.rigs.drop import impact_problem
+from benchtwin.rigs.drop.effects import EFFECTS
+from benchtwin.rigs.drop.effects.impacts import SHAPE
+from benchtwin.rigs.drop.flight_model import predict
+from benchtwin.rigs.drop.impact_problem import elongation_of
+from benchtwin.rigs.drop.impact_quantities import (
+    elongation_test,
+    impact_quantities,
+)
+from benchtwin.rigs.drop.impacts import Impacts, impacts_from_times
+from benchtwin.rigs.drop.joint_problem import (
+    JointModel,
+    PreparedSession,
+    at_distance,
+    fit_flights,
+    prepare_sessions,
+    session_fits,
+    with_impacts,
+)
+from benchtwin.rigs.drop.nuisances import DISTANCES_M
+from benchtwin.rigs.drop.track_noise import UNSEEN_M
+from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
+
+RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
+LEAST_WEIGHT = (
+    1e-3  # weight of a distance beside the likeliest, below which it is dropped
+)
+FEW = "too few impacts were seen to tell an effect from their scatter"
+AXES = ("place across", "height")
+
+
+def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
+    """Finding of drops (twin.tracks.SeenTrack): with rows, or with times of impacts
+    only."""
+    usable = [t for t in tracks if not t.trouble]
+    filmed, listened = (
+        [t for t in usable if len(t.frame)],
+        [t for t in usable if not len(t.frame) and len(t.contacts_s)],
+    )
+    if not filmed and not listened:
+        raise ValueError(
+            "; ".join(t.trouble for t in tracks if t.trouble) or "there is no drop"
+        )
+    told = {t.recording: t for t in usable}
+    sounds = impacts_from_times(listened) if listened else None
+    baselines, notes = _distances(filmed) if filmed else ([((), None, 1.0)], ())
+    alternatives: list[Alternative] = []
+    for sessions, flights, odds in baselines:
+        made, said = _alternatives(sessions, flights, sounds, told, odds)
+        alternatives += made
+        notes = (*notes, *(n for n in said if n not in notes))
+    few = alternatives[0].problem.model.impacts is None
+    contact = {} if few else {RESTITUTION.name: restitution}
+    asked = DiagnosisTask(
+        "drop",
+        tuple(alternatives),
+        windows_of,
+        curves_of,
+        contact,
+        law_in_words,
+        partial(separating_recordings, EFFECTS),
+        (*notes, *((FEW,) if few else ())),
+    )
+    return finding_of(asked, rng)
+
+
+def _distances(
+    filmed,
+) -> tuple[list[tuple[tuple[PreparedSession, ...], Fit, float]], tuple[str, ...]]:
+    """(sessions, flights fitted, prior odds) for each possible distance of the
+    camera."""
+    stated = all(t.description["camera"].get("distance_mm") for t in filmed)
+    sessions, notes = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])
+    if stated:
+        return [(sessions, fit_flights(sessions), 1.0)], notes
+    found: list[tuple[tuple[PreparedSession, ...], Fit, float]] = []
+    level: list[float] = []
+    for away in DISTANCES_M[::-1]:  # from far to near, until one is too near
+        moved = sessions if not found else tuple(at_distance(s, away) for s in sessions)
+        found.append(
+            (
+                moved,
+                fit_flights(moved, found[-1][1] if found else None),
+                1 / len(DISTANCES_M),
+            )
+        )
+        level.append(ln_evidence(found[-1][1]))
+        if level[-1] < max(level) + np.log(LEAST_WEIGHT):
+            break
+    return [
+        one
+        for one, value in zip(found, level, strict=True)
+        if value > max(level) + np.log(LEAST_WEIGHT)
+    ], notes
+
+
+def _alternatives(
+    sessions, flights: Fit | None, sounds: Impacts | None, told: dict, odds: float
+):
+    """Seeds as stated; and, if contacts lie too far from the centre for that, longer
+    seeds."""
+    names = tuple(n for s in sessions for n in s.problem.recordings) + (
+        sounds.names if sounds else ()
+    )
+    about = [told[n] for n in names]
+    follows, notes = conditions_of(
+        [t.description for t in about], [t.session for t in about]
+    )
+    z = np.hstack([c.z for c in follows]) if follows else None
+    plain = with_impacts(flights, sessions, sounds, z)
+    if plain is None:
+        raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
+    kept = [names.index(n) for n in plain.recordings]
+    follows = tuple(replace(c, z=c.z[kept]) for c in follows)
+    out = [Alternative(with_conditions(plain, RESTITUTION, follows), odds)]
+    joint: JointModel = plain.model
+    if joint.impacts is None or all(
+        (s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sessions
+    ):
+        return out, notes  # places across were not seen
+    impacts = joint.impacts.impacts
+    stated = elongation_of(impacts)
+    shape = elongation_test(impacts, impact_quantities(impacts, stated), stated)
+    if shape.p < 0.05:
+        longer = with_impacts(flights, sessions, sounds, z, shape.elongation)
+        assert longer is not None  # as above
+        out.append(
+            Alternative(
+                with_conditions(longer, RESTITUTION, follows),
+                odds * LISTED_ODDS,
+                "contacts lie as far beside the centre as those of a seed of"
+                f" elongation {shape.elongation:.2g}",
+                (SHAPE.name,),
+                SHAPE.sector,
+                {},
+                ln_bayes_bound(shape.p) + _same(plain, longer),
+                shape.p,
+            )
+        )
+    return out, notes
+
+
+def _same(plain: Problem, longer: Problem) -> float:
+    """ln likelihood of the plain baseline less that of the longer seed: scatter counts
+    in p."""
+    return ln_evidence(fit(plain)) - ln_evidence(fit(longer))
+
+
+def restitution(e: Explanation) -> tuple[float, float]:
+    """Mean over these impacts of what the explanation's laws give, and its sd."""
+    joint: JointModel = e.fit.problem.model
+    struck = joint.impacts_at(e.fit.starts, e.fit.values)
+    assert joint.own_spot is not None  # called only with impacts
+    at, count = e.fit.values[joint.own_spot], len(struck.e_rows)
+
+    def mean(values: np.ndarray) -> float:
+        return float(
+            impact_problem.predict(
+                struck, dict(zip(joint.own_names, values, strict=True))
+            )[:count].mean()
+        )
+
+    here = mean(at)
+    slope = np.array(
+        [(mean(at + 1e-4 * unit) - here) / 1e-4 for unit in np.eye(len(at))]
+    )
+    return here, float(
+        np.sqrt(
+            slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope
+        )
+    )
+
+
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Places over time, and restitution and kicks over impact speed, of each
+    recording."""
+    pairs = zip(session_fits(base), session_fits(model), strict=True)
+    curves = [curve for pair in pairs for curve in _flight_curves(*pair)]
+    if base.problem.model.impacts is not None:
+        curves += _impact_curves(base, model)
+    return tuple(curves)
+
+
+def _flight_curves(before: Fit, after: Fit) -> list[Curve]:
+    """Two curves a recording, across and up [mm], over the time [s] since its first
+    row."""
+    s = before.problem.model.session
+    left = [
+        1e3 * (s.places - predict(of.problem.model, of.starts, of.by_name)[0])
+        for of in (before, after)
+    ]
+    time, whose = s.middle[s.flight] + s.tau, s.recording[s.flight]
+    out = []
+    for r, name in enumerate(s.names):
+        rows = np.flatnonzero(whose == r)
+        if not len(rows):
+            continue  # none of its flights could be used
+        rows = rows[np.argsort(time[rows], kind="stable")]
+        for axis, quantity in enumerate(AXES):
+            part = [values[rows, axis] for values in (1e3 * s.places, *left)]
+            out.append(
+                Curve(name, quantity, "mm", "t_s", time[rows] - time[rows].min(), *part)
+            )
+    return out
+
+
+def _impact_curves(before: Fit, after: Fit) -> list[Curve]:
+    models = [
+        of.problem.model.impacts_at(of.starts, of.values) for of in (before, after)
+    ]
+    model, left = models[0], []
+    for of, struck in zip((before, after), models, strict=True):
+        at = {n: of.by_name[n] for n in of.problem.model.own_names}
+        left.append(struck.y - impact_problem.predict(struck, at))
+    out = []
+    for r, recording in enumerate(model.impacts.names):
+        for rows, first, quantity in (
+            (model.e_rows, 0, "restitution"),
+            (model.kick_rows, len(model.e_rows), "sideways kick"),
+        ):
+            own = np.flatnonzero(model.impacts.recording[rows] == r)
+            if len(own):
+                own = own[np.argsort(model.bounces.speed[rows[own]])]
+                parts = [values[first + own] for values in (model.y, *left)]
+                out.append(
+                    Curve(
+                        recording,
+                        quantity,
+                        "1",
+                        "v_m_s",
+                        model.bounces.speed[rows[own]],
+                        *parts,
+                    )
+                )
+    return out

@@ -1,0 +1,5 @@
+"""Effects of the drop, by name."""
+
+from benchtwin.infer.effect import Effect, discovered
+
+EFFECTS: dict[str, Effect] = discovered(__name__, __path__)

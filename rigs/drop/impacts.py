@@ -1,0 +1,253 @@
+"""Impacts: speeds before and after each contact, from fitted flights or from impact
+times alone."""
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from benchtwin.bench.air import air_of, stated_sizes_mm
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.problem import Fit
+from benchtwin.rigs.drop.flight_model import (
+    STARTS,
+    Model,
+    predict,
+    pushed,
+    velocities,
+)
+from benchtwin.rigs.drop.reduction import whitened
+from benchtwin.rigs.drop.track_noise import TrackNoise
+
+SLOWEST_M_S = 0.15  # slower contacts are of a rolling or rocking seed
+CONTACT_FRAMES, CONTACT_PLACE_M = (
+    0.02,
+    5e-5,
+)  # sd of contact times: in frames; from place over change of speed
+UNKNOWN_LONG = 0.3  # elongation of a seed of which no sizes are stated
+ONE_SIZE_LONG = 0.05  # of one that is described by a single size
+HEIGHT_SD_M = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Seeds:
+    """Of each recording (R,), from the stated sizes."""
+
+    radius: np.ndarray  # of the stated volume [m], NaN where no size is stated
+    elongation: np.ndarray  # (a − c)/(a + c)
+    reach: np.ndarray  # a − c of the half axes [m]
+    gyration: np.ndarray  # gyration² I/m in the picture plane [m²]
+    tilt: np.ndarray  # of the plate as stated [deg], falling towards +x
+
+
+@dataclass(frozen=True, eq=False)
+class Impacts:
+    """n impacts of R recordings."""
+
+    names: tuple[str, ...]
+    recording: np.ndarray  # (n,)
+    number: np.ndarray  # (n,): 1 for the first after release
+    before: np.ndarray  # (n, 3): v_x, v_z [m/s], ω [rad/s, anticlockwise], NaN unseen
+    after: np.ndarray
+    flights: np.ndarray  # (n, 2): numbers of the flights before and after
+    flight_sd: np.ndarray  # (F, 3): sd of v_x, v_z, ω
+    time_sd: np.ndarray  # (n,) [s]: of the contact
+    plumb_sd: float  # of the vertical once the flights are fitted [rad]
+    seeds: Seeds
+    steep: (
+        np.ndarray
+    )  # (n,): −cos 2α of the silhouette's long axis, −1 lying, NaN unseen
+
+    def __len__(self) -> int:
+        return len(self.recording)
+
+    @property
+    def spin_seen(self) -> np.ndarray:
+        return np.isfinite(self.before[:, 2]) & np.isfinite(self.after[:, 2])
+
+
+def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
+    """From fitted flights, slow ones included."""
+    model, used = fit.problem.model, [t for t in tracks if not t.trouble]
+    s = model.session
+    speed = speeds_at_contacts(model, fit.starts, fit.by_name)
+    count = len(s.joint)
+    recording = s.recording[s.joint[:, 0]] if count else np.zeros(0, dtype=int)
+    number = [
+        1 + int(np.argmin(np.abs(used[r].contacts_s - t)))
+        for r, t in zip(recording, s.joint_time, strict=True)
+    ]
+    spin = np.where(np.isfinite(s.spin) & s.spin_seen, s.spin, np.nan)
+    gain = np.abs(speed[count:, 1] - speed[:count, 1])
+    turned = s.spin_seen & s.spin[s.joint].any(axis=1)
+    ends = np.array(
+        [s.stop[s.joint[:, 0]] - 1, s.first[s.joint[:, 1]]]
+    )  # rows beside contacts
+    return Impacts(
+        names=s.names,
+        recording=recording,
+        number=np.array(number, dtype=int),
+        flights=s.joint,
+        before=np.column_stack([speed[:count], spin[s.joint[:, 0]]]),
+        after=np.column_stack([speed[count:], spin[s.joint[:, 1]]]),
+        flight_sd=np.column_stack([_flight_sds(fit, noise), s.spin_sd]),
+        time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
+        plumb_sd=math.radians(fit.sd("plumb")),
+        seeds=seeds_of([t.description for t in used]),
+        steep=np.where(turned, -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan),
+    )
+
+
+def speeds_at_contacts(
+    model: Model, starts: np.ndarray, values: dict[str, float]
+) -> np.ndarray:
+    """(2 J, 2) [m/s]: before all contacts, then after them."""
+    return velocities(model.contacts, starts, pushed(model, starts, values))
+
+
+def with_speeds(impacts: Impacts, speeds: np.ndarray) -> Impacts:
+    """The same impacts at other speeds (2 J, 2)."""
+    count = len(impacts)
+    before, after = impacts.before.copy(), impacts.after.copy()
+    before[:, :2], after[:, :2] = speeds[:count], speeds[count:]
+    return replace(impacts, before=before, after=after)
+
+
+def _flight_sds(fit: Fit, noise: TrackNoise) -> np.ndarray:
+    """(F, 2): sd of v_x and v_z in the middle of each flight, from its own rows."""
+    model, starts = fit.problem.model, fit.starts
+    seen = predict(model, starts, fit.by_name)[0]
+    step = 1e-6
+    columns = [
+        (predict(model, starts + step * unit, fit.by_name)[0] - seen) / step
+        for unit in np.eye(STARTS)[:4]
+    ]
+    jacobian = np.stack([*columns, np.zeros_like(seen)], axis=-1)
+    own = [white[:, :4] for white in whitened(model, noise, jacobian)]
+    return np.array([np.sqrt(np.diag(np.linalg.inv(w.T @ w))[2:]) for w in own])
+
+
+def seeds_of(descriptions: list[dict]) -> Seeds:
+    """From the stated sizes of each recording."""
+    rows = []
+    for about in descriptions:
+        seed, tilt = about.get("seed", {}), about.get("drop", {}).get("tilt_deg") or 0.0
+        half = np.array(stated_sizes_mm(about)) / 2000
+        if not len(half):
+            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
+            continue
+        radius = float(np.prod(half)) ** (1 / len(half))
+        long = (
+            (half.max() - half.min()) / (half.max() + half.min())
+            if len(half) > 1
+            else ONE_SIZE_LONG
+        )
+        reach = (
+            float(half.max() - half.min())
+            if len(half) > 1
+            else 2 * ONE_SIZE_LONG * radius
+        )
+        rows.append(
+            (
+                radius,
+                long,
+                reach,
+                seed.get("inertia_factor", 0.4) * float((half**2).mean()),
+                tilt,
+            )
+        )
+    return Seeds(*np.array(rows).reshape(-1, 5).T)
+
+
+def usable_rows(impacts: Impacts) -> np.ndarray:
+    """Impacts that are fast enough, and after which the seed rose."""
+    return np.flatnonzero(
+        (impacts.before[:, 1] < -SLOWEST_M_S) & (impacts.after[:, 1] > 0)
+    )
+
+
+def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
+    """Some of the impacts."""
+    cut = {
+        key: getattr(impacts, key)[rows]
+        for key in (
+            "recording",
+            "number",
+            "before",
+            "after",
+            "flights",
+            "time_sd",
+            "steep",
+        )
+    }
+    return replace(impacts, **cut)
+
+
+def impacts_from_times(tracks) -> Impacts:
+    """From times of successive impacts, and the stated heights.
+
+    A hop of duration T leaves and lands at g T/2, times 1 + κ/4 and 1 − κ/4 for air, κ
+    drag over weight at that speed (first order in κ)."""
+    rows, flights = [], []
+    sds: list[float] = []
+    for r, track in enumerate(tracks):
+        hop, sd, air = (
+            np.diff(track.contacts_s),
+            track.contacts_sd_s,
+            air_of(track.description),
+        )
+        speed = G_M_S2 * hop / 2
+        share = air.share * (speed / 2) ** 2
+        up, down = speed * (1 + share / 4), speed * (1 - share / 4)
+        height = track.description.get("drop", {}).get("height_mm")
+        fall = math.sqrt(2 * G_M_S2 * height / 1000) if height else np.nan
+        fall *= 1 - air.share * (fall / 2) ** 2 / 4
+        first = len(sds)
+        sds += [
+            G_M_S2 * HEIGHT_SD_M / fall if height else 1.0,
+            *(G_M_S2 / 2 * np.hypot(sd[:-1], sd[1:])),
+        ]
+        for k in range(len(hop)):
+            arrival = fall if k == 0 else down[k - 1]
+            if np.isfinite(arrival):
+                rows.append((r, k + 1, arrival, up[k]))
+                flights.append((first + k, first + k + 1))
+    found = np.array(rows).reshape(-1, 4)
+    unseen = np.full(len(found), np.nan)
+    table = Impacts(
+        tuple(t.recording for t in tracks),
+        found[:, 0].astype(int),
+        found[:, 1].astype(int),
+        np.column_stack([unseen, -found[:, 2], unseen]),
+        np.column_stack([unseen, found[:, 3], unseen]),
+        np.array(flights, dtype=int).reshape(-1, 2),
+        np.column_stack([np.full(len(sds), np.nan), sds, np.zeros(len(sds))]),
+        np.zeros(len(found)),
+        0.0,
+        seeds_of([t.description for t in tracks]),
+        unseen,
+    )
+    return subset(table, usable_rows(table))
+
+
+def concatenated(parts: list[Impacts]) -> Impacts:
+    """Impacts of several sessions as one table."""
+    recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
+    flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
+    arrays = ("number", "before", "after", "flight_sd", "time_sd", "steep")
+    return Impacts(
+        names=sum((p.names for p in parts), ()),
+        **{key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays},
+        recording=np.concatenate(
+            [p.recording + n for p, n in zip(parts, recordings, strict=True)]
+        ),
+        flights=np.concatenate(
+            [p.flights + n for p, n in zip(parts, flights, strict=True)]
+        ),
+        plumb_sd=max(p.plumb_sd for p in parts),
+        seeds=Seeds(
+            *(
+                np.concatenate([getattr(p.seeds, k.name) for p in parts])
+                for k in fields(Seeds)
+            )
+        ),
+    )

@@ -1,0 +1,365 @@
+"""Linearisation of a session's flights, rows compressed by QR.
+
+Locals are the flights' starts (v_y² with its usual size as prior), each seed's drag
+beside the lot's, each recording's pixel lock, and, where spin pushes, the difference
+between each flight's spin and its silhouette's rotation. Smooth curves are Legendre
+polynomials of degrees 2 to 6."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from benchtwin.bench.air import SEED_DRAG
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.linear import Reduced
+from benchtwin.infer.noise import frame_lag, whiten
+from benchtwin.infer.problem import Problem
+from benchtwin.rigs.drop.flight_model import (
+    IN_FLIGHT,
+    LAWS,
+    NEARING,
+    SMALL_M,
+    SPIN,
+    STARTS,
+    Model,
+    growth,
+    joint_sds,
+    nearer,
+    picture_slopes,
+    places,
+    push_slopes,
+    pushed,
+    pushed_sides,
+    rate_of,
+    side_rows,
+    sides,
+    touching,
+    unseen_rows,
+)
+from benchtwin.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.session import Session
+from benchtwin.rigs.drop.track_noise import (
+    SMOOTH,
+    TRACKER_PX,
+    TrackNoise,
+    estimate_noise,
+    smooth_columns,
+)
+from benchtwin.rigs.drop.trajectories import POINTS
+from scipy.linalg import solve_triangular
+
+STEP = 1e-3  # of a global's prior sd, for derivatives
+MAX_ITERATIONS = 25  # large scale errors and strong winds converge slowly
+
+
+def reduce(
+    model: Model,
+    noise: TrackNoise,
+    starts: np.ndarray,
+    values: np.ndarray,
+    pushes: np.ndarray | None = None,
+):
+    """See Problem.reduce; pushes (K, F, POINTS, 2): accelerations at the flights'
+    nodes.
+
+    The last entry of each b is the residual that no parameter changes, so that χ² of
+    points compare."""
+    pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
+    blocks = _blocks(model, noise, starts, values, pushes)
+    lower, change = _eliminate(
+        model, starts, blocks, len(values) + len(pushes), model.session.spins
+    )
+    at = np.concatenate([values, np.zeros(len(pushes))])
+    return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
+
+
+def _blocks(
+    model: Model,
+    noise: TrackNoise,
+    starts: np.ndarray,
+    values: np.ndarray,
+    pushes: np.ndarray,
+):
+    """Flights' triangles (locals | globals, pushes | spin | smooth | residual), and
+    side rows."""
+    s, at = model.session, dict(zip(model.names, values, strict=True))
+    step = {n: STEP * LAWS[n].prior_sd for n in at}
+    push = pushed(model, starts, at)
+    driven = push_slopes(model, starts, at, push, step)
+    spun = [driven.pop(SPIN)] if SPIN in driven else []
+    seen, columns = row_slopes(model, starts, at, push, driven, step)
+    columns += list(
+        _pushed_rows(model, np.array([*pushes, *spun]).reshape(-1, *push.shape))
+    )
+    jacobian = np.stack(
+        [*columns, (s.places - seen).T], axis=-1
+    )  # (2, n, locals + G + K (+ 1) + 1)
+    triangles = [
+        np.linalg.qr(white, mode="r")
+        for white in whitened(model, noise, jacobian.swapaxes(0, 1))
+    ]
+    side, side_columns = side_slopes(model, starts, at, push, driven, step)
+    sds = joint_sds(model, starts, push)
+    side_columns += [pushed_sides(model, sds, push) for push in pushes]
+    own = sum((touching(model, push) for push in spun), np.zeros(2 * len(s.joint)))
+    return triangles, side_rows(
+        model, starts, at, sds, np.array(side_columns).T, side, own
+    )
+
+
+def side_slopes(
+    model: Model,
+    starts: np.ndarray,
+    at: dict,
+    push: np.ndarray,
+    driven: dict,
+    step: dict,
+):
+    """Side conditions (J + R,) and their derivatives; driven: those of `push`
+    (push_slopes)."""
+    side = sides(model, starts, push, rate_of(at))
+    slopes = [np.zeros_like(side) for _ in at]
+    for k, n in enumerate(at):
+        if n in driven:
+            rate = rate_of(at | {n: at[n] + step[n]})
+            slopes[k] = (
+                sides(model, starts, push + step[n] * driven[n], rate) - side
+            ) / step[n]
+    return side, slopes
+
+
+def row_slopes(
+    model: Model,
+    starts: np.ndarray,
+    at: dict,
+    push: np.ndarray,
+    driven: dict,
+    step: dict,
+):
+    """What the camera reads (n, 2) and its derivatives (2, n) by starts and globals."""
+    s, rows = model.session, model.rows
+    level = places(rows, starts, push)
+    true = nearer(level, s, starts, rows.flight, rows.tau)
+    seen, slopes = picture_slopes(true, s.view, at, step)
+    carried = dict(
+        zip(driven, _pushed_rows(model, np.array(list(driven.values()))), strict=True)
+    )
+    grown = growth(s, starts, rows.flight, rows.tau)[:, 0]
+
+    def shown(moved: np.ndarray) -> np.ndarray:
+        return moved[0] * slopes["x"] + moved[1] * slopes["z"]
+
+    across, up = np.eye(2)[:, :, None]
+    moves = [
+        across,
+        up,
+        rows.tau * across + carried[2],
+        rows.tau * up + carried[3],
+        carried[4],
+    ]
+    columns = [shown(grown * moved) for moved in moves]
+    for p in NEARING:
+        moved = starts + SMALL_M * (np.arange(STARTS) == p)
+        columns.append(
+            shown((nearer(level, s, moved, rows.flight, rows.tau) - true).T) / SMALL_M
+        )
+    return seen, columns + [
+        slopes[n] if n in slopes else shown(grown * carried[n]) for n in at
+    ]
+
+
+def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
+    """Whitened rows (2 n_f, locals + G + 10 + 1) of each flight, smooth columns
+    included."""
+    s, extra = model.session, len(SMOOTH)
+    width = jacobian.shape[2]
+    size = s.stop - s.first
+    both = []
+    for axis in (0, 1):
+        rows, lag = (
+            np.zeros((size.max(), len(size), width + extra)),
+            np.full((size.max(), len(size)), np.inf),
+        )
+        for f, n in enumerate(size):
+            here = slice(s.first[f], s.stop[f])
+            sigma = noise.sigma[s.recording[f], axis]
+            rows[:n, f, :width] = jacobian[here, axis] / sigma
+            rows[:n, f, width:] = smooth_columns(
+                s.tau[here], s.half[f]
+            )  # in units of σ; their priors are flat
+            lag[:n, f] = frame_lag(s.frame[here])
+        both.append(whiten(rows, lag, noise.axes[axis].rho, noise.axes[axis].white)[0])
+    for f, n in enumerate(size):
+        across, up = both[0][:n, f], both[1][:n, f]
+        nil = np.zeros((n, extra))
+        yield np.vstack(
+            [
+                np.hstack(
+                    [
+                        across[:, : width - 1],
+                        across[:, width:],
+                        nil,
+                        across[:, width - 1 : width],
+                    ]
+                ),
+                np.hstack(
+                    [up[:, : width - 1], nil, up[:, width:], up[:, width - 1 : width]]
+                ),
+            ]
+        )
+
+
+def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
+    """(K, 2, n): displacement of the rows by accelerations (K, F, POINTS, 2)."""
+    parts = [
+        np.einsum("np,kpc->kcn", model.rows.shift[a:b], pushes[:, f], optimize=True)
+        for f, a, b in model.rows.runs
+    ]
+    return np.concatenate(parts, axis=2)
+
+
+def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
+    """Reduced of each recording, and a function from a change of θ to that of
+    starts."""
+    session = model.session
+    triangles, sides = blocks
+    extra, each = 2 * len(SMOOTH), STARTS
+    reduced, back = [], []
+    for r in range(len(session.names)):
+        flights = np.flatnonzero(session.recording == r)
+        if not len(flights):
+            continue
+        spot = {int(f): i for i, f in enumerate(flights)}
+        # globals of which each recording has a deviation of its own, with its sd
+        owns = {model.names.index("air"): SEED_DRAG} if session.air[r].share > 0 else {}
+        owns |= {
+            k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)
+        }
+        spins = each * len(flights) + len(
+            owns
+        )  # the first column of the flights' own spins, in sds
+        local = spins + spun * len(flights)
+        total = local + count + extra * len(flights) + 1
+        rows = [
+            np.eye(total)[spins:local],
+            np.eye(len(owns), total, each * len(flights))
+            / np.array([*owns.values()])[:, None],
+        ]
+        for f in flights:
+            triangle, i = triangles[f], spot[int(f)]
+            block = np.zeros((len(triangle), total))
+            block[:, each * i : each * (i + 1)] = triangle[:, :each]
+            block[:, local : local + count] = triangle[:, each : each + count]
+            block[:, each * len(flights) : spins] = triangle[
+                :, [each + k for k in owns]
+            ]
+            if spun:
+                block[:, spins + i] = triangle[:, each + count]
+            at = local + count + extra * i
+            block[:, at : at + extra] = triangle[:, each + count + spun : -1]
+            block[:, -1] = triangle[:, -1]
+            rows.append(block)
+        for at, entries, right in unseen_rows(model, starts, r):
+            row = np.zeros((1, total))
+            row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = (
+                entries,
+                right,
+            )
+            rows.append(row)
+        for _, entries, across, right in (side for side in sides if side[0] == r):
+            row = np.zeros((1, total))
+            for f, entry in entries.items():
+                row[0, each * spot[int(f)] : each * spot[int(f)] + 4] = entry[:4]
+                if spun:
+                    row[0, spins + spot[int(f)]] = entry[4]
+            row[0, local : local + count], row[0, -1] = across, right
+            rows.append(row)
+        triangle = np.asarray(
+            np.linalg.qr(np.vstack(rows), mode="r")
+        )  # one array, whatever numpy's types say
+        below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
+        if not sizes.all():  # singular: forces so great that starts have no effect
+            below[:, -1], sizes = np.inf, np.ones(local)
+        half_ln_det = float(np.log(sizes).sum())
+        reduced.append(
+            Reduced(
+                below[:, local : local + count],
+                below[:, local + count : -1],
+                below[:, -1],
+                half_ln_det=half_ln_det,
+            )
+        )
+        back.append(
+            (
+                flights,
+                triangle[:local, :local],
+                triangle[:local, local : local + count],
+                triangle[:local, -1],
+            )
+        )
+
+    def change(theta: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(session.middle), each))
+        for flights, own, across, right in back:
+            out[flights] = solve_triangular(own, right - across @ theta)[
+                : each * len(flights)
+            ].reshape(-1, each)
+        return out
+
+    return reduced, change
+
+
+def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
+    """The problem of a session, its noise estimated unless given."""
+    s = model.session
+    noise = noise or estimate_noise(s)
+    rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
+    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT}
+    return Problem(
+        "drop",
+        s.names,
+        effects,
+        model.names,
+        known_sd(s),
+        _parabolas(model),
+        partial(reduce, model, noise),
+        rows - 4 * len(s.middle),
+        noise.level_sd,
+        model,
+        MAX_ITERATIONS,
+    )
+
+
+def known_sd(session: Session) -> dict[str, float]:
+    """Prior sd of every nuisance: as stated, else from PRIORS."""
+    known = {
+        n: law.prior_sd if n.startswith(LOCK) else PRIORS[n]
+        for n, law in NUISANCES.items()
+    }
+    known["scale"] = float(np.hypot(session.scale_sd, known["scale"]))
+    known["plumb"] = session.plumb_sd_deg
+    known["air"] = float(
+        np.median([a.sd / a.share if a.share else 0.0 for a in session.air])
+    )
+    turning = 1e3 * float(
+        np.hypot(TRACKER_PX * session.view.pixel, session.uneven_m)
+    )  # [mm] of an outline that turns
+    known |= {"wobble": turning, "wobble.other": turning}
+    # the optical axis lies between the fall and the middle of the view, uniformly
+    aside = abs(session.view.fall) / session.view.reach / np.sqrt(3)
+    return known | {"lens.x": PRIORS["lens"] * float(np.hypot(OFF_CENTRE, aside))}
+
+
+def _parabolas(model: Model) -> np.ndarray:
+    """Starts (F, 7): a straight line across and a parabola of g upwards."""
+    session = model.session
+    out = np.zeros((len(session.middle), STARTS))
+    for f in range(len(out)):
+        rows = slice(session.first[f], session.stop[f])
+        tau = session.tau[rows]
+        up = session.places[rows, 1] + G_M_S2 * tau**2 / 2
+        slope, level = np.polynomial.polynomial.polyfit(
+            tau, np.column_stack([session.places[rows, 0], up]), 1
+        )[::-1]
+        out[f, :5] = [*level, *slope, model.aside_square[f]]
+    return out

@@ -1,0 +1,347 @@
+"""Drops of one session as flat arrays: rows know their flight, flights their
+recording."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from benchtwin.bench.air import Air, air_of, stated_sizes_mm
+from benchtwin.rigs.drop.effects.hooks import View
+from benchtwin.rigs.drop.silhouette_spin import (
+    silhouette_rotation,
+    spin_calibration,
+)
+from numpy.polynomial import legendre
+
+GUARD_FRAMES = 2.0  # rows nearer to a contact are left out
+LEAST_ROWS = 8  # of a flight
+FEW_ROWS = (
+    16  # of a track of fewer each row counts, and gravity makes up for a flight's third
+)
+BLOCK_S = 1.5e-3  # over which rows are averaged
+SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
+ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
+LEAST_ROCKING_M = 3e-4  # also of balls
+HEIGHT_SD_M = 1e-3  # how well a release height is known
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """R recordings, F flights, n rows; [m, s], x right, z up along the stated plumb
+    line."""
+
+    names: tuple[str, ...]
+    recording: np.ndarray  # (F,), as the next eight
+    middle: np.ndarray
+    half: np.ndarray
+    spin: np.ndarray  # of the silhouette [rad/s], 0 unseen
+    spin_sd: np.ndarray  # of the seed's own beside it
+    own_spin: np.ndarray  # about the line of sight, given that
+    own_spin_sd: np.ndarray
+    first: np.ndarray  # row
+    stop: np.ndarray
+    flight: np.ndarray  # (n,), as the next four
+    tau: np.ndarray  # time after the flight's middle
+    places: np.ndarray  # (n, 2)
+    frame: np.ndarray
+    angle: np.ndarray
+    joint: np.ndarray  # (J, 2): flights before and after each contact
+    joint_time: np.ndarray  # (J,)
+    release: np.ndarray  # (R,): stated fall, NaN where the release was not seen
+    release_sd: np.ndarray
+    frame_s: float
+    away: np.ndarray  # (R,): distance of the camera
+    uneven_m: float  # shift of a turning outline's middle by perspective
+    air: tuple[Air, ...]
+    view: View
+    spin_seen: bool
+    scale_sd: float
+    plumb_sd_deg: float
+    elongation: float  # (length − thickness)/(length + thickness), NaN if not stated
+    rocking_m: float  # how far a seed may move aside at one contact
+    notes: tuple[str, ...] = ()
+
+    @property
+    def spins(self) -> bool:
+        """Whether the silhouettes were seen to turn."""
+        return self.spin_seen and bool(np.any(self.spin))
+
+
+def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
+    """A session from tracks; unstated_m: distance of a camera whose own is not
+    stated."""
+    tracks = [t for t in tracks if not t.trouble]
+    parts, notes, joints, fallen = [], [], [], []
+    count = 0
+    flights = [_flights_of(track, r, block_s) for r, track in enumerate(tracks)]
+    usual = float(
+        np.median(
+            [
+                _roughness(part)
+                for found in flights
+                for _, part in found
+                if len(part["tau"]) >= LEAST_ROWS
+            ]
+            or [0.0]
+        )
+    )
+    for track, found in zip(tracks, flights, strict=True):
+        kept = [
+            (k, free)
+            for k, part in found
+            if (free := _free_part(part, usual)) is not None
+        ]
+        if len(kept) < len(found):
+            notes.append(
+                f"{track.recording}: {len(found) - len(kept)} flights left out, touched"
+                " again in mid-flight"
+            )
+        if not found:
+            notes.append(
+                f"{track.recording}: no flight with at least {LEAST_ROWS} frames; it is"
+                " left out"
+            )
+        numbers = {k: count + i for i, (k, _) in enumerate(kept)}
+        fallen.append(
+            0 in numbers and 1 in numbers
+        )  # both fall and first rebound are kept
+        joints += [
+            (numbers[k], numbers[k + 1], t)
+            for k, t in enumerate(track.contacts_s)
+            if k in numbers and k + 1 in numbers
+        ]
+        parts += [part for _, part in kept]
+        count += len(kept)
+    if not parts:
+        raise ValueError(
+            f"no flight with at least {LEAST_ROWS} frames in any recording"
+        )
+    sizes = np.array([len(p["frame"]) for p in parts])
+    rows = {
+        key: np.concatenate([p[key] for p in parts])
+        for key in ("tau", "places", "frame", "angle", "phase")
+    }
+    spin_seen = all(t.angle_deg is not None for t in tracks)
+    low, high = rows["places"].min(0), rows["places"].max(0)
+    about = [t.description for t in tracks]
+    pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
+    first = {
+        part["recording"]: part for part in reversed(parts)
+    }.values()  # flight of each
+    middle = (low + high) / 2
+    fall = np.median(np.concatenate([part["places"][:, 0] for part in first]))
+    view = View(
+        middle,
+        float(high[1] - low[1]) / 2,
+        rows["angle"],
+        rows["phase"],
+        pixel,
+        fall=float(fall - middle[0]),
+    )
+    spin = np.array([p["turned"].rate for p in parts])
+    trust, spin_sd = spin_calibration([p["turned"] for p in parts])
+    release, release_sd = _releases(tracks)
+    release = np.where(fallen, release, np.nan)
+    return Session(
+        names=tuple(t.recording for t in tracks),
+        **{
+            key: np.array([p[key] for p in parts])
+            for key in ("recording", "middle", "half")
+        },
+        spin=spin,
+        spin_sd=spin_sd,
+        own_spin=trust * spin,
+        own_spin_sd=np.sqrt(trust) * spin_sd,
+        first=np.cumsum(sizes) - sizes,
+        stop=np.cumsum(sizes),
+        flight=np.repeat(np.arange(len(parts)), sizes),
+        tau=rows["tau"],
+        places=rows["places"],
+        frame=rows["frame"],
+        angle=rows["angle"],
+        joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2),
+        joint_time=np.array([j[2] for j in joints]),
+        release=release,
+        release_sd=release_sd,
+        frame_s=float(np.median([_step(t) for t in tracks])),
+        away=(
+            away := np.array(
+                [
+                    1e-3 * (d["camera"].get("distance_mm") or 1e3 * unstated_m)
+                    for d in about
+                ]
+            )
+        ),
+        uneven_m=float(
+            np.median([_uneven_m(d) / m for d, m in zip(about, away, strict=True)])
+        ),
+        air=tuple(air_of(d) for d in about),
+        view=view,
+        spin_seen=spin_seen,
+        scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
+        plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
+        elongation=float(np.median([_elongation(d) for d in about])),
+        rocking_m=float(np.median([max(_shape_sd(d), LEAST_ROCKING_M) for d in about])),
+        notes=tuple(notes),
+    )
+
+
+def block_of(track, block_s: float = BLOCK_S) -> int:
+    """Frames averaged to one row."""
+    return max(1, int(block_s / _step(track)))
+
+
+def _step(track) -> float:
+    return float(np.median(np.diff(track.time_s) / np.diff(track.frame)))
+
+
+def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]:
+    """The flights of one track that have enough rows, with their number in it."""
+    camera, block = track.description["camera"], block_of(track, block_s)
+    turn, pixel = (
+        np.radians(camera.get("plumb_deg") or 0.0),
+        camera.get("mm_per_px") or 0.0,
+    )
+    seen = np.column_stack([track.x_mm, track.y_mm])
+    c, s = np.cos(turn), np.sin(turn)
+    places = seen / 1000 @ np.array([[c, s], [-s, c]])
+    phase = 2 * np.pi * seen / pixel if pixel else np.zeros_like(places)
+    near = np.zeros(len(seen), dtype=bool)
+    few = len(seen) < FEW_ROWS
+    least = 2 if few else LEAST_ROWS
+    for contact in () if few else track.contacts_s:
+        near |= np.abs(track.time_s - contact) <= GUARD_FRAMES * _step(track)
+    found = []
+    for k in range(int(track.flight.max(initial=-1)) + 1):
+        rows = np.flatnonzero((track.flight == k) & ~near)
+        if len(rows) >= least and k and k == len(track.contacts_s) and not few:
+            rows = _before_landing(rows, places[rows, 1], track.description)
+        if len(rows) < least:
+            continue
+        turned = silhouette_rotation(track.angle_deg, rows, track.time_s[rows])
+        time, own, frame, angle, waves = _means(
+            track.frame[rows],
+            block,
+            track.time_s[rows],
+            places[rows],
+            track.frame[rows],
+            turned.angle,
+            phase[rows],
+        )
+        if len(time) < least:
+            continue
+        middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
+        found.append(
+            (
+                k,
+                {
+                    "recording": recording,
+                    "middle": middle,
+                    "half": half,
+                    "turned": turned,
+                    "tau": time - middle,
+                    "places": own,
+                    "frame": frame / block,
+                    "angle": angle,
+                    "phase": waves,
+                },
+            )
+        )
+    return found
+
+
+def _means(frame: np.ndarray, block: int, *columns: np.ndarray) -> list[np.ndarray]:
+    """Means of columns (n,) or (n, 2) over blocks of so many frames."""
+    _, inverse, count = np.unique(
+        (frame - frame[0]) // block, return_inverse=True, return_counts=True
+    )
+    out = []
+    for column in columns:
+        wide = column.reshape(len(column), -1)
+        sums = [
+            np.bincount(inverse, weights=wide[:, k] - wide[0, k]) / count + wide[0, k]
+            for k in range(wide.shape[1])
+        ]
+        out.append(np.column_stack(sums).reshape((-1, *column.shape[1:])))
+    return out
+
+
+def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
+    """Rows of the last flight down to the height at which a turned seed may touch."""
+    sizes = stated_sizes_mm(description)
+    margin = (max(sizes) - min(sizes)) / 2000 if len(sizes) > 1 else 1.5e-3
+    apex = int(np.argmax(up))
+    low = np.flatnonzero(up[apex:] < up[0] + margin)
+    return rows[: apex + int(low[0])] if len(low) else rows
+
+
+def _roughness(part: dict) -> float:
+    """rms [m] of a flight about a curve of degree 6."""
+    degree, angle = min(6, len(part["tau"]) // 4), part["angle"]
+    basis = legendre.legvander(part["tau"] / part["half"], degree)
+    if len(angle) > 30 and np.ptp(angle) > 0:
+        basis = np.column_stack([basis, np.cos(2 * angle), np.sin(2 * angle)])
+    left = (
+        part["places"] - basis @ np.linalg.lstsq(basis, part["places"], rcond=None)[0]
+    )
+    return float(np.sqrt((left**2).mean()))
+
+
+def _free_part(part: dict, usual: float) -> dict | None:
+    """The flight without first rows that are too rough; None where all of it is."""
+    if len(part["tau"]) < LEAST_ROWS:  # too few to tell
+        return part | {"phase": np.full_like(part["phase"], part["phase"].mean())}
+    for share in (0.0, 0.1, 0.25):
+        rows = slice(int(share * len(part["tau"])), None)
+        time = part["middle"] + part["tau"][rows]
+        if len(time) < LEAST_ROWS:
+            return None
+        middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
+        cut = part | {
+            key: part[key][rows] for key in ("places", "frame", "angle", "phase")
+        }
+        tau = time - middle
+        basis = legendre.legvander(tau / half, min(SMOOTH_DEGREE, len(tau) // 4))
+        # smooth place among the pixels: a row's own reading would explain its own noise
+        phase = basis @ np.linalg.lstsq(basis, cut["phase"], rcond=None)[0]
+        cut |= {"middle": middle, "half": half, "tau": tau, "phase": phase}
+        if _roughness(cut) < ROUGH * max(usual, 1e-7):
+            return cut
+    return None
+
+
+def _elongation(description: dict) -> float:
+    sizes = stated_sizes_mm(description)
+    return (
+        (max(sizes) - min(sizes)) / (max(sizes) + min(sizes))
+        if len(sizes) > 1
+        else float("nan")
+    )
+
+
+def _shape_sd(description: dict) -> float:
+    """(longest − shortest)/4 [m], half of what a centre may sink by; else
+    HEIGHT_SD_M."""
+    sizes = stated_sizes_mm(description)
+    return (
+        (max(sizes) - min(sizes)) / 4000
+        if len(sizes) > 1
+        else 0.0
+        if sizes
+        else HEIGHT_SD_M
+    )
+
+
+def _uneven_m(description: dict) -> float:
+    """(l² − s²)/24: over the distance, by how much a leaning outline's middle is off,
+    rms."""
+    sizes = stated_sizes_mm(description) or (8.0, 6.0)
+    return float(1e-6 * (max(sizes) ** 2 - min(sizes) ** 2) / 8 / 3)
+
+
+def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
+    """Stated falls and sds; a turning seed lands on another radius than it was released
+    at."""
+    stated = [t.description.get("drop", {}).get("height_mm") or np.nan for t in tracks]
+    seen = [t.release_seen and len(t.contacts_s) > 0 for t in tracks]
+    sds = np.hypot(HEIGHT_SD_M, [_shape_sd(t.description) for t in tracks])
+    return np.where(seen, np.array(stated) / 1000, np.nan), sds

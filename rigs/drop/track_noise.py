@@ -1,0 +1,95 @@
+"""Noise of a session's tracks: residuals about a curve more flexible than any
+effect."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.rigs.drop.session import LEAST_ROWS, Session
+from numpy.polynomial import legendre
+
+TELLING = 20  # longest flights, which tell the correlation
+DEGREE = 6  # of the curve; forces act in degrees 2 to 5
+EXACT_M = 1e-7  # floor for simulated tracks
+TRACKER_PX = 0.01  # smooth error of a silhouette's centre by light and pixels
+UNSEEN_M = 10.0  # sd of a coordinate that was not recorded
+SMOOTH = range(2, DEGREE + 1)  # degrees beyond a straight line
+
+
+@dataclass(frozen=True, eq=False)
+class TrackNoise:
+    """axes: noise across (x) and up (z), common to the session; sigma (R, 2) [m]."""
+
+    axes: tuple[Noise, Noise]
+    sigma: np.ndarray
+
+    @property
+    def level_sd(self) -> float:
+        """sd of ln of the noise power at low frequency, the larger of both axes."""
+        return max(axis.log_level_sd for axis in self.axes)
+
+
+def smooth_columns(tau: np.ndarray, half: float) -> np.ndarray:
+    """Legendre polynomials of SMOOTH degrees (n, 5) at τ of one flight."""
+    return legendre.legvander(tau / half, DEGREE)[:, SMOOTH.start :]
+
+
+def estimate_noise(
+    session: Session, known: tuple[Noise, Noise] | None = None
+) -> TrackNoise:
+    """ρ and white share by REML over the longest flights, or `known`; σ of each
+    recording."""
+    axes, sigma = [], np.empty((len(session.names), 2))
+    least = max(EXACT_M, TRACKER_PX * session.view.pixel)
+    for axis in (0, 1):
+        stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
+        noise = (
+            known[axis]
+            if known
+            else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
+        )
+        found = spreads(stretches, session.recording, len(session.names), noise)
+        sigma[:, axis] = np.maximum(found, least)
+        if np.ptp(session.places[:, axis]) < EXACT_M:
+            sigma[:, axis] = UNSEEN_M
+        axes.append(noise)
+    return TrackNoise((axes[0], axes[1]), sigma)
+
+
+def _stretch(session: Session, flight: int, axis: int) -> Stretch:
+    rows = slice(session.first[flight], session.stop[flight])
+    tau, angle, phase = (
+        session.tau[rows],
+        session.angle[rows],
+        session.view.phase[rows, axis],
+    )
+    if len(tau) < LEAST_ROWS:  # a line beside known gravity
+        fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
+        return Stretch(
+            legendre.legvander(tau / session.half[flight], 1),
+            fallen - fallen.mean(),
+            frame_lag(session.frame[rows]),
+        )
+    degree = min(
+        DEGREE, max(2, len(tau) // 25)
+    )  # a short flight's curve must not take the noise for motion
+    columns = [legendre.legvander(tau / session.half[flight], degree)]
+    if len(tau) > 60:  # waves of less than a turn are covered by the curve
+        columns += (
+            [np.column_stack([np.cos(2 * angle), np.sin(2 * angle)])]
+            if np.ptp(2 * angle) > 2 * np.pi
+            else []
+        )
+        columns += (
+            [np.column_stack([np.cos(phase), np.sin(phase)])]
+            if np.ptp(phase) > 4 * np.pi
+            else []
+        )
+    left, size, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
+    data = session.places[rows, axis]
+    return Stretch(
+        left[:, size > 1e-3 * size[0]],
+        data - data.mean(),
+        frame_lag(session.frame[rows]),
+    )

@@ -1,0 +1,272 @@
+"""Unlisted physics of drops: forces in flight, a drifting clock, e and kicks; power
+laws."""
+
+from itertools import pairwise
+
+import numpy as np
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.power_law import Family, law_of
+from benchtwin.infer.problem import Fit
+from benchtwin.infer.unlisted import Bin, Windows
+from benchtwin.rigs.drop.flight_model import pushed
+from benchtwin.rigs.drop.joint_problem import JointModel, session_fits
+from benchtwin.rigs.drop.trajectories import NODES, positions_at_nodes
+
+BINS, IMPACT_BINS = 6, 4
+FORCE_POWERS = tuple(np.arange(-1.0, 4.01, 0.25))
+PLACE_POWERS = (0.5, 1.0, 1.5, 2.0, 3.0)
+IMPACT_POWERS = tuple(np.arange(-2.0, 3.01, 0.25))
+WAYS = {
+    "along": ("along the motion", "against the motion"),
+    "sideways": ("towards +x", "towards −x"),
+    "upright": ("upwards", "downwards"),
+}
+LAWS = (
+    ("v_m_s", "along", "speed", FORCE_POWERS),
+    ("v_m_s", "sideways", "speed", FORCE_POWERS),
+    ("z_mm", "sideways", "height", PLACE_POWERS),
+    ("z_mm", "upright", "height", PLACE_POWERS),
+    ("t_s", "sideways", "time", PLACE_POWERS),
+    ("t_s", "upright", "time", PLACE_POWERS),
+)
+
+
+def windows_of(fit: Fit) -> Windows:
+    """Unit accelerations in every bin; a drifting clock; changes of e and kick
+    likewise."""
+    joint: JointModel = fit.problem.model
+    parts = session_fits(fit)
+    about = [_axes(part) for part in parts]
+    edges = (
+        {axis: _edges([a[axis] for a, _, _ in about], axis) for axis in about[0][0]}
+        if about
+        else {}
+    )
+    bins: list[Bin] = []
+    pushes: list[list[np.ndarray]] = [[] for _ in parts]
+    for way in ("along", "aside"):
+        for axis, found in edges.items():
+            bins += [Bin(axis, low, high, way, "flight") for low, high in found]
+            for k, (axes, _, speeds) in enumerate(about):
+                ways = _direction(speeds, "along" if way == "along" else "sideways")
+                pushes[k] += [
+                    ((axes[axis] >= low) & (axes[axis] <= high))[..., None] * ways
+                    for low, high in found
+                ]
+    if parts:
+        bins.append(
+            Bin(
+                "t_s",
+                0.0,
+                float(max(a["t_s"].max() for a, _, _ in about)),
+                "drift of the clock",
+                "measurement",
+            )
+        )
+    for k, (axes, _, speeds) in enumerate(
+        about
+    ):  # t' = t + c t²: a seed seems pushed by 4 c t g upright less 2 c v
+        pushes[k].append(
+            4 * axes["t_s"][..., None] * G_M_S2 * np.array([0.0, 1.0]) - 2 * speeds
+        )
+    if joint.impacts is None:
+        return Windows(([np.array(p) for p in pushes], None), tuple(bins))
+    columns, struck = _impact_windows(joint.impacts_at(fit.starts, fit.values))
+    return Windows(([np.array(p) for p in pushes], columns), (*bins, *struck))
+
+
+def _axes(part: Fit) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+    """Where the flights' nodes (F, POINTS) lie on each axis; places and velocities
+    there."""
+    s = part.problem.model.session
+    places, speeds = positions_at_nodes(
+        part.starts, s.half, pushed(part.problem.model, part.starts, part.by_name)
+    )
+    begun = np.array(
+        [
+            s.middle[s.recording == r].min() - s.half[s.recording == r].max()
+            for r in s.recording
+        ]
+    )
+    number = np.array(
+        [int((s.recording[:f] == s.recording[f]).sum()) for f in range(len(s.middle))]
+    )
+    floor = np.array([places[s.recording == r, :, 1].min() for r in s.recording])
+    axes = {
+        "t_s": s.middle[:, None] + s.half[:, None] * NODES - begun[:, None],
+        "z_mm": 1e3 * (places[..., 1] - floor[:, None]),
+        "v_m_s": np.linalg.norm(speeds, axis=-1),
+        "n_bounce": number[:, None] * np.ones_like(NODES),
+    }
+    return axes, places, speeds
+
+
+def _edges(values: list[np.ndarray], axis: str) -> list[tuple[float, float]]:
+    """Bins of equal width; of the bounce count one a flight, none for a single
+    flight."""
+    top = max(float(v.max()) for v in values)
+    if axis == "n_bounce":
+        return [(k - 0.5, k + 0.5) for k in range(int(top) + 1)] if top >= 1 else []
+    return [
+        (float(a), float(b))
+        for a, b in pairwise(
+            np.linspace(min(float(v.min()) for v in values), top, BINS + 1)
+        )
+    ]
+
+
+def _direction(speeds: np.ndarray, way: str) -> np.ndarray:
+    """(F, POINTS, 2) unit vectors."""
+    fixed = {"sideways": [1.0, 0.0], "upright": [0.0, 1.0]}
+    if way in fixed:
+        return np.broadcast_to(np.array(fixed[way]), speeds.shape)
+    return speeds / np.maximum(np.linalg.norm(speeds, axis=-1, keepdims=True), 1e-9)
+
+
+def _impact_windows(model) -> tuple[np.ndarray, tuple[Bin, ...]]:
+    """Changes of e and kick in bins of speed and count; of e with spin and attitude."""
+    speed, count, columns, bins = model.bounces.speed, model.impacts.number, [], []
+    axes = {
+        "v_m_s": (
+            speed,
+            list(
+                pairwise(
+                    np.unique(np.quantile(speed, np.linspace(0, 1, IMPACT_BINS + 1)))
+                )
+            ),
+        ),
+        "n_bounce": (
+            np.minimum(count, 5),
+            [(k - 0.5, k + 0.5) for k in np.unique(np.minimum(count, 5))],
+        ),
+    }
+    for kind in ("e", "kick"):
+        for axis, (values, found) in axes.items():
+            for low, high in found:
+                inside = ((values >= low) & (values <= high)).astype(float)
+                if not inside.all():
+                    columns.append(_on_rows(model, inside, kind))
+                    bins.append(Bin(axis, float(low), float(high), kind, "impact"))
+    for name, values in _singles(model).items():
+        columns.append(_on_rows(model, values, "e"))
+        bins.append(
+            Bin("n_bounce", 0.5, float(count.max()) + 0.5, f"e by {name}", "impact")
+        )
+    return np.array(columns).reshape(-1, len(model.y)), tuple(bins)
+
+
+def _singles(model) -> dict[str, np.ndarray]:
+    """Linear regressors of e: spin over speed, and −cos 2α of the silhouette's long
+    axis."""
+    radius = np.nan_to_num(model.impacts.seeds.radius[model.impacts.recording])
+    spin = (
+        np.abs(np.nan_to_num(model.impacts.before[:, 2])) * radius / model.bounces.speed
+    )
+    found = {
+        "spin": np.minimum(spin, 1.0),
+        "attitude": np.nan_to_num(model.impacts.steep),
+    }
+    return {name: v - v.mean() for name, v in found.items() if np.ptp(v) > 0}
+
+
+def _on_rows(model, values: np.ndarray, kind: str) -> np.ndarray:
+    nil = np.zeros_like(values)
+    e, kick = (values, nil) if kind == "e" else (nil, values)
+    return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
+
+
+def law_in_words(fit: Fit) -> str | None:
+    """The best single term of a force in flight, or of restitution and kick."""
+    families = [_force(fit, *kind) for kind in LAWS] if fit.problem.model.parts else []
+    if fit.problem.model.impacts is not None:
+        families += _of_impacts(fit)
+    return law_of(fit, tuple(families))
+
+
+def _force(
+    fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ...]
+) -> Family:
+    joint = fit.problem.model
+
+    def columns(exponents: np.ndarray):
+        found = []
+        for part in session_fits(fit):
+            axes, _, speeds = _axes(part)
+            size = np.abs(axes[axis]) / max(float(np.median(np.abs(axes[axis]))), 1e-9)
+            push = np.maximum(size, 0.02)[None] ** exponents[:, None, None]
+            found.append(push[..., None] * _direction(speeds, way)[None])
+        return found, (
+            np.zeros((0, len(joint.impacts.y))) if joint.impacts is not None else None
+        )
+
+    def say(rises: bool, power: str) -> str:
+        return (
+            f"a force {WAYS[way][0 if rises else 1]} that goes as {quantity}{power}, in"
+            " flight only"
+        )
+
+    return Family(say, columns, powers)
+
+
+def _of_impacts(fit: Fit) -> list[Family]:
+    """Restitution and kick as powers of speed and count; restitution by spin and
+    attitude."""
+    model = fit.problem.model.impacts_at(fit.starts, fit.values)
+    none = [np.zeros((0, *_axes(part)[2].shape)) for part in session_fits(fit)]
+    before = model.impacts.number - 1.0
+    axes = {"speed of impact": model.bounces.speed, "number of impacts before": before}
+    families = [
+        _power(model, none, kind, quantity, values)
+        for kind in ("e", "kick")
+        for quantity, values in axes.items()
+        if np.ptp(values) > 0
+    ]
+    said = {
+        "spin": "with spin over speed",
+        "attitude": "from a seed that lies to one on end",
+    }
+    for name, values in _singles(model).items():
+
+        def columns(exponents: np.ndarray, values: np.ndarray = values):
+            return none, _on_rows(model, values, "e") * np.ones((len(exponents), 1))
+
+        def say(rises: bool, power: str, words: str = said[name]) -> str:
+            return (
+                f"the restitution {'rises' if rises else 'falls'} {words}, in impacts"
+                " only"
+            )
+
+        families.append(Family(say, columns, (1.0,)))
+    return families
+
+
+def _power(
+    model, none: list[np.ndarray], kind: str, quantity: str, values: np.ndarray
+) -> Family:
+    usual = float(np.median(values[values > 0]))
+
+    def columns(exponents: np.ndarray):
+        size = np.maximum(values / usual, 0.0)
+        found = []
+        for p in exponents:  # power 0 is a constant: the logarithm instead
+            raised = (
+                np.log(np.maximum(size, 1e-9))
+                if abs(p) < 1e-9
+                else np.maximum(size, 1e-9) ** p * np.sign(p)
+            )
+            found.append(_on_rows(model, np.where(size > 0, raised, 0.0), kind))
+        return none, np.array(found)
+
+    def say(rises: bool, power: str) -> str:
+        if kind == "e":
+            return (
+                f"the restitution {'rises' if rises else 'falls'} with"
+                f" {quantity}{power}, in impacts only"
+            )
+        return (
+            "a sideways kick over the change of speed towards"
+            f" {'+x' if rises else '−x'} that goes as {quantity}{power}, in impacts"
+            " only"
+        )
+
+    return Family(say, columns, IMPACT_POWERS)

@@ -1,0 +1,205 @@
+"""Heaps, from photos to a finding."""
+
+import numpy as np
+from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.explanation import Alternative, Explanation
+from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.linear import fall_of_chi2, projector, stacked
+from benchtwin.infer.problem import Fit
+from benchtwin.infer.unlisted import Bin, Windows, window_columns
+from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.flanks import Photo, photos_of
+from benchtwin.rigs.pile.problem import differing, problem_of, rows, seeds_high
+from benchtwin.rigs.pile.scatter import scatter_of
+
+ONE = "one photo: nothing can be held out, and nothing is named for certain"
+NO_SCALE = (
+    "no scale in {}: places are shares of the flank, and the toe is not compared with"
+    " the size of a seed"
+)
+SAME = (
+    "all photos show one kind of heap: friction, rolling, grain shape and walls all set"
+    " its angle; no photo tells them apart"
+)
+AGAIN = "the same heap again, and a heap with two flanks"
+REPOSE = Contact("repose_angle_deg", "repose", 5.0, 1.0, "middle")
+WIDTH = 0.2  # of a window, over the flank's way
+BREAKS = (
+    0.35,
+    0.5,
+    0.65,
+)  # of the flank's way, as where two kinds of grains lie over each other
+LEAST_FALL = 12.0  # of χ², for a law to be reported
+SIDES = {-1: "left flank", 1: "right flank"}
+
+
+def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of heaps (twin.piles.SeenPile); ValueError where no photo shows a
+    flank."""
+    photos, refused = photos_of(recordings)
+    follows, said = conditions_of(
+        [{"conditions": p.conditions} for p in photos], [p.session for p in photos]
+    )
+    rising = [
+        q
+        for q, v in differing(photos).items()
+        if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()
+    ]
+    if rising:
+        follows = tuple(c for c in follows if c.name != "order")
+        said = (
+            *said,
+            (
+                f"{' and '.join(rising)} goes with the order of the recordings: the two"
+                " cannot be told apart"
+            ),
+        )
+    scatter = scatter_of(photos)
+    orders = (
+        (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
+    )  # no plumb: a later tilt shows nothing
+    problems = [problem_of(photos, scatter, after=after) for after in orders]
+    alternatives = tuple(
+        Alternative(with_conditions(p, REPOSE, follows)) for p in problems
+    )
+    notes = (*refused, *_notes(photos), *said)
+    asked = DiagnosisTask(
+        "pile",
+        alternatives,
+        windows_of,
+        curves_of,
+        {REPOSE.name: repose_deg},
+        law_of,
+        lambda names: separating_recordings(EFFECTS, names) or AGAIN,
+        notes,
+    )
+    return finding_of(asked, rng)
+
+
+def repose_deg(e: Explanation) -> tuple[float, float]:
+    """Mean angle of the heaps without what was found, and its sd."""
+    return e.fit.problem.model.centre_deg + e.fit.by_name["repose"], e.fit.sd("repose")
+
+
+def windows_of(fit: Fit) -> Windows:
+    """Triangular windows along the flank, and flanks that break at BREAKS."""
+    photos = fit.problem.model.photos
+    flanks = [f for p in photos for f in p.flanks]
+    scaled = all(p.unit == "mm" for p in photos)
+    length = float(np.mean([f.length for f in flanks])) if scaled else 1.0
+    middles = np.arange(WIDTH / 2, max(f.u[-1] for f in flanks), WIDTH / 2)
+
+    def surface(u: np.ndarray) -> np.ndarray:
+        hats = np.maximum(1 - np.abs(u[:, None] - middles) / (WIDTH / 2), 0)
+        return np.column_stack(
+            [hats, *(np.interp(u, [0.0, at, 1.0], [0.0, 1.0, 0.0]) for at in BREAKS)]
+        )
+
+    kinds = [
+        (m, "surface", "crest" if m < 1 / 3 else "middle" if m < 0.75 else "toe")
+        for m in middles
+    ]
+    kinds += [
+        (at, f"break at {at:.0%}", "middle") for at in BREAKS
+    ]  # each is a component of its own
+    bins = [
+        Bin(
+            "x_mm" if scaled else "x_share",
+            float(length * (m - WIDTH / 2)),
+            float(length * (m + WIDTH / 2)),
+            push,
+            sector,
+        )
+        for m, push, sector in kinds
+    ]
+    return Windows([rows(p, surface) for p in photos], tuple(bins))
+
+
+def law_of(fit: Fit) -> str | None:
+    """Where a flank breaks, or with what the angle drifts: whichever explains more."""
+    windows = windows_of(fit)
+    reduced, columns = window_columns(fit, windows)
+    a, b = stacked(reduced)
+    project = projector(a, fit.baseline_sd)
+    drifts = [n for n, e in fit.problem.effects.items() if e.unlisted and not e.group]
+    tried = [
+        (b.push, columns[:, [k]])
+        for k, b in enumerate(windows.bins)
+        if b.push.startswith("break")
+    ]
+    tried += [
+        (n, a[:, [fit.names.index(c) for c in fit.problem.columns_of(n)]])
+        for n in drifts
+    ]
+    falls = [fall_of_chi2(column, project, b)[0] for _, column in tried]
+    where, column = tried[best := int(np.argmax(falls))]
+    if falls[best] < LEAST_FALL:
+        return None
+    value = float(column[:, 0] @ project(b)) / max(
+        float(column[:, 0] @ project(column[:, 0])), 1e-300
+    )
+    if where in drifts:
+        follows = fit.problem.effects[where].follows
+        return (
+            f"the angle of repose {'rises' if value > 0 else 'falls'} with the"
+            f" {follows} of the heaps"
+        )
+    return (
+        f"flanks {where} of their way: {abs(value):.1%} of the height off a straight"
+        f" line, steeper {'below' if value > 0 else 'above'}"
+    )
+
+
+def curves_of(before: Fit, after: Fit) -> tuple[Curve, ...]:
+    """Height of each flank above the plate, from the crest outwards; residuals without
+    locals."""
+    out = []
+    for r, photo in enumerate(before.problem.model.photos):
+        left = [
+            of.problem.model.predict(r, of.starts[r], of.by_name)
+            for of in (before, after)
+        ]
+        row = 0
+        for f in photo.flanks:
+            here = slice(row, row := row + len(f.u))
+            out.append(
+                Curve(
+                    photo.recording,
+                    f"{SIDES[f.side]}'s height",
+                    photo.unit,
+                    f"x_{photo.unit}",
+                    f.length * f.u,
+                    f.height * f.v,
+                    *(f.height * (f.v - of[here]) for of in left),
+                )
+            )
+    return tuple(out)
+
+
+def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
+    notes = [f"{p.recording}: {n}" for p in photos for n in p.notes]
+    notes += [
+        f"{p.recording}: one flank only: left and right cannot be compared"
+        for p in photos
+        if len(p.flanks) == 1
+    ]
+    for p in photos:
+        if p.reference != "plumb":
+            from_what = (
+                "the plate's own line"
+                if p.reference == "plate"
+                else "the picture's rows"
+            )
+            notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
+    unscaled = [p.recording for p in photos if p.unit == "px"]
+    notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []
+    low = [(p, high) for p in photos if (high := seeds_high(p)) < 5]
+    notes += [
+        f"{p.recording}: only {high:.1f} seeds high: its surface is that of single"
+        " seeds"
+        for p, high in low
+    ]
+    notes += [ONE] if len(photos) == 1 else []
+    notes += [SAME] if len({p.stated for p in photos}) == 1 else []
+    return tuple(notes)

@@ -1,0 +1,203 @@
+"""Crest and toe: sticking grains steepen both, running or creeping ones round and
+lengthen."""
+
+from collections.abc import Callable
+
+import numpy as np
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import ellipsoid_volume
+from benchtwin.infer.effect import Counterpart
+from benchtwin.rigs.pile.effects.shapes import (
+    HeapEffect,
+    Law,
+    as_stated,
+    bends,
+    crest,
+    further,
+    toe,
+)
+
+_SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
+_SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
+_TIME = as_stated(photo_s=1.0)
+TOE, STEEPER_DEG = (
+    0.5,
+    20.0,
+)  # toe shortened, and angle steepened [deg], per rise of the crest
+RUPTURE, GATE_MM_S = (
+    0.01,
+    50.0,
+)  # how far a film is drawn out, of a seed's width; a gate of which nothing is stated
+_FILM = (
+    "a film's pull ∝ d, a seed's weight ∝ d³: the stress it holds ∝ 1/d, over that of a"
+    " heap's weight ∝ 1/(d H)"
+)
+_FALL = (
+    "a wheat heap: 10, 25, 50 mm/s left 18.4°, 12.3°, 10.4°; over a fall's speed √(gH)"
+)
+_CREEP = "creep of a shaken heap; its height shrinks with time"
+
+
+def _seen_in_turn(photos: tuple) -> np.ndarray:
+    return np.full(len(photos), float(any(np.isfinite(p.creep_deg) for p in photos)))
+
+
+def _film(
+    seed: dict, pile: dict, stated: dict, strength: float
+) -> tuple[dict, dict, dict]:
+    """A film that pulls at strength 1 with the weight of a seed of mean length, ∝
+    size."""
+    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
+    volume_mm3 = ellipsoid_volume(*axes_mm)
+    pull = (
+        strength
+        * 1e-9
+        * G_M_S2
+        * volume_mm3
+        * seed["density_kg_m3"]
+        * (seed["mean_mm"] / seed["length_mm"]) ** 2
+    )
+    return (
+        seed,
+        pile,
+        {
+            "film_adhesion": {
+                "pull": float(f"{pull:.6g}"),
+                "rupture": 1e-3 * RUPTURE * seed["width_mm"],
+            }
+        },
+    )
+
+
+def _faster(
+    seed: dict, pile: dict, stated: dict, strength: float
+) -> tuple[dict, dict, dict]:
+    return (
+        seed,
+        pile
+        | {"gate_speed_mm_s": pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)},
+        {},
+    )
+
+
+def _law(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
+    """A crest higher by `share` of the height, and what usually goes with it."""
+    surface = lambda u: share * (crest(u) - TOE * toe(u))  # noqa: E731
+    return Law(surface=surface, angle_deg=share * STEEPER_DEG, weight=weight, **more)
+
+
+def _ends(
+    name: str,
+    source: str,
+    weight: Callable[[tuple], np.ndarray],
+    up: float,
+    twin,
+    strengths: tuple[float, ...],
+    **about,
+) -> tuple[HeapEffect, ...]:
+    """Crest, toe and angle of a law; up = −1: rounder crest, longer toe."""
+    where = "above" if up > 0 else "below"
+    first = HeapEffect(
+        name=name,
+        sector="crest",
+        unit="1",
+        meaning=f"crest {where} a usual one over the heap's height",
+        prior_sd=0.15,
+        low=0.0,
+        high=0.8,
+        source=source,
+        law=_law(up, weight, twin=twin, strengths=strengths),
+        **about,
+    )
+    more = further(
+        name,
+        source,
+        toe=(
+            "toe",
+            "1",
+            f"toe {'below' if up > 0 else 'above'} a usual one",
+            0.10,
+            Law(surface=lambda u: -up * toe(u), weight=weight),
+        ),
+        angle=(
+            "crest",
+            "deg",
+            "steeper" if up > 0 else "flatter",
+            6.0,
+            Law(angle_deg=up, weight=weight),
+        ),
+    )
+    return (first, *more, *bends(name, source, weight))
+
+
+EFFECTS = (
+    *_ends(
+        "cohesion",
+        _FILM,
+        _SIZE,
+        1.0,
+        _film,
+        (0.25, 0.5),
+        wording=("the seeds stick together", "of the heap's height at its crest"),
+        separating=(
+            "the same of seeds, or in a heap, half and twice as large: cohesion counts"
+            " for more the smaller they are"
+        ),
+        counterpart=Counterpart(
+            "a film between seeds pulls with {value} of a seed's weight"
+        ),
+    ),
+    *_ends(
+        "gate-speed",
+        _FALL,
+        _SPEED,
+        -1.0,
+        _faster,
+        (1.0, 3.0),
+        wording=(
+            "the gate moved at another speed than stated",
+            "of the heap's height at its crest",
+        ),
+        separating=(
+            "the same heap at half and at twice the gate speed: what the gate does"
+            " grows with it, shaking does not"
+        ),
+        counterpart=Counterpart(
+            "the gate moves faster than stated by {value} of its speed"
+        ),
+    ),
+    HeapEffect(
+        name="base-vibration",
+        sector="crest",
+        unit="deg",
+        prior_sd=3.0,
+        low=0.0,
+        high=40.0,
+        source=_CREEP,
+        meaning=(
+            "flatter in the last photo of a heap than in its first; of heaps not seen"
+            " in turn by their shape"
+        ),
+        wording=("the base vibrated", "° flatter from the first to the last photo"),
+        not_simulated="how its base shook was not recorded",
+        separating=(
+            "two photos of one heap a minute apart, photo_s stated: what shakes goes"
+            " on, what the gate did is over"
+        ),
+        law=_law(-1 / STEEPER_DEG, _TIME, creep_deg=1.0),
+    ),
+    *further(
+        "base-vibration",
+        _CREEP,
+        crest=(
+            "crest",
+            "1",
+            "what its crest is lower by beside that",
+            0.15,
+            Law(surface=crest, weight=_seen_in_turn),
+        ),
+        toe=("toe", "1", "toe above a usual one", 0.10, Law(surface=toe, weight=_TIME)),
+        angle=("crest", "deg", "flatter", 6.0, Law(angle_deg=-1.0, weight=_TIME)),
+    ),
+    *bends("base-vibration", _CREEP, _TIME),
+)

@@ -1,0 +1,123 @@
+"""Shapes along a flank, and laws of heaps; u: share of the flank's way, 0 at the
+crest."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from benchtwin.infer.effect import Effect
+
+CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
+BENDS, BEND_WIDTH, BEND_SD = (
+    (0.0, 0.1, 0.2, 0.3, 0.4),
+    0.08,
+    0.04,
+)  # sds by which a crest may depart from `crest`
+
+
+def crest(u: np.ndarray) -> np.ndarray:
+    """1 at the crest, 0 a third of the way down: exp(−½ (u/0.2)²)."""
+    return np.exp(-0.5 * (u / CREST_WIDTH) ** 2)
+
+
+def toe(u: np.ndarray) -> np.ndarray:
+    """1 at the toe, 0 a third of the way up or beyond: exp(−|u − 1|/0.15)."""
+    return np.exp(-np.abs(u - 1) / TOE_WIDTH)
+
+
+def middle(u: np.ndarray) -> np.ndarray:
+    """A bow: 1 half way, 0 at both ends: sin²(π u)."""
+    return np.where((u > 0) & (u < 1), np.sin(np.pi * np.clip(u, 0, 1)) ** 2, 0.0)
+
+
+@dataclass(frozen=True)
+class Law:
+    """Change of a Photo (rigs.pile.flanks) by one unit of a parameter, times `weight`.
+
+    twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap.
+    """
+
+    surface: Callable[[np.ndarray], np.ndarray] | None = (
+        None  # (u) → (n,) in shares of the height
+    )
+    angle_deg: float = 0.0  # of every flank
+    turn_deg: dict[str, float] = field(
+        default_factory=dict
+    )  # of flanks by Photo.reference
+    turn_after_deg: dict[str, float] = field(
+        default_factory=dict
+    )  # after the heap was poured
+    plate_deg: float = 0.0  # clockwise, of the plate
+    creep_deg: float = 0.0  # flattening from first to last photo
+    weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))  # (R,)
+    known_deg: Callable[[tuple], float] | None = None  # (photos) → sd on a good bench
+    twin: Callable[[dict, dict, dict, float], tuple[dict, dict, dict]] | None = None
+    strengths: tuple[float, ...] = ()  # at which heaps are simulated
+
+
+@dataclass(frozen=True)
+class HeapEffect(Effect):
+    """An effect of heaps, described by a Law."""
+
+    law: Law = field(default_factory=Law)
+
+
+def as_stated(**powers: float) -> Callable[[tuple], np.ndarray]:
+    """Weights ∝ powers of stated quantities, those not stated left out; 1 on
+    average."""
+
+    def weight(photos: tuple) -> np.ndarray:
+        raised = np.ones(len(photos))
+        for quantity, power in powers.items():
+            values = np.array([getattr(p, quantity) for p in photos], dtype=float)
+            if np.isfinite(values).all():
+                raised = raised * values**power
+        return raised / raised.mean()
+
+    return weight
+
+
+def further(
+    effect: str, source: str, **of: tuple[str, str, str, float, Law]
+) -> tuple[HeapEffect, ...]:
+    """Further parameters of an effect, each (sector, unit, meaning, prior sd, law)."""
+    return tuple(
+        HeapEffect(
+            f"{effect}.{name}",
+            sector,
+            unit,
+            meaning,
+            sd,
+            -np.inf,
+            np.inf,
+            source,
+            group=effect,
+            law=law,
+        )
+        for name, (sector, unit, meaning, sd, law) in of.items()
+    )
+
+
+def bends(
+    effect: str, source: str, weight: Callable[[tuple], np.ndarray]
+) -> tuple[HeapEffect, ...]:
+    """The crest's own shape, as bumps at BENDS of the way."""
+
+    def bump(at: float) -> Callable[[np.ndarray], np.ndarray]:
+        return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
+
+    said = "crest's own shape at {:.0%} of the way"
+    return further(
+        effect,
+        source,
+        **{
+            f"bend-{at:g}": (
+                "crest",
+                "1",
+                said.format(at),
+                BEND_SD,
+                Law(surface=bump(at), weight=weight),
+            )
+            for at in BENDS
+        },
+    )

@@ -1,0 +1,144 @@
+"""Simulated heaps of a recorded rig, with an effect; of a wide box a slice."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from benchtwin.bench.ellipsoid import ellipsoid_volume
+from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.flanks import photo_of
+from benchtwin.twin.heap_outline import outlined
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import like
+from benchtwin.twin.piles import SeenPile
+from benchtwin.twin.run import run
+
+SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither
+SLICE, MOST_SEEDS, PACKED = (
+    3.5,
+    1200,
+    0.62,
+)  # slice in seed lengths; number of seeds simulated in half a minute; packing
+FILL_MM, PX_MM = 60.0, 0.1
+AT = np.arange(0.05, 1.3, 0.025)  # of the flank's way, where surfaces are compared
+
+
+@dataclass(frozen=True)
+class HeapSettings:
+    """friction: static, between seeds; effect at a strength (Law.strengths), 0: as
+    stated."""
+
+    friction: float
+    effect: str
+    strength: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """surface (n,) at AT in shares of the height, NaN unseen; angle_deg: mean of
+    flanks."""
+
+    surface: np.ndarray
+    angle_deg: float
+
+
+def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float):
+    """(recording to be like, parameters) of a heap; ValueError without a feasible
+    rig."""
+    stated = description.get("pile", {})
+    told = description.get("seed", {})
+    sizes = [told.get(f"{n}_mm") for n in ("length", "width", "thickness")]
+    if None in sizes:
+        sizes = [(sizes[0] or SOYBEAN_MM[0]) / SOYBEAN_MM[0] * v for v in SOYBEAN_MM]
+    seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), sizes))
+    seed["density_kg_m3"] = told.get("density_kg_m3", DENSITY)
+    twin = EFFECTS[settings.effect].law.twin
+    assert twin is not None  # effects with a counterpart have one
+    seed, pile, laws = twin(
+        seed | {"mean_mm": mean_mm}, _rig(stated, seed), stated, settings.strength
+    )
+    del seed["mean_mm"]
+    box = pile.get("box_mm")
+    base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
+    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
+    volume_mm3 = ellipsoid_volume(*axes_mm)
+    count = PACKED * base * pile["fill_height_mm"] / volume_mm3
+    if count > MOST_SEEDS:
+        said = f"a heap of about {count:.0f} seeds takes too long"
+        raise ValueError(f"{said}; up to {MOST_SEEDS} are run again")
+    wide = pile["plate_mm"][0]
+    camera = {
+        "mm_per_px": PX_MM,
+        "width_px": int((wide + 40) / PX_MM),
+        "height_px": int(1.2 * pile["fill_height_mm"] / PX_MM) + 200,
+        "target_mm": [
+            0.0 if "cylinder_mm" in pile else wide / 2,
+            0.0,
+            0.5 * pile["fill_height_mm"],
+        ],
+    }
+    made = like(
+        "pile",
+        {
+            "seed": seed,
+            "pile": pile,
+            "camera": camera,
+            "air": description.get("air", {}),
+        },
+    )
+    return made, Parameters(
+        seed_static_friction=float(f"{settings.friction:.4g}"), laws=laws
+    )
+
+
+def _rig(stated: dict, seed: dict) -> dict:
+    """[pile] of the simulation: a cylinder as it is, a slice of a box."""
+    kept = {k: stated[k] for k in ("gate_speed_mm_s", "photo_s") if k in stated}
+    fill = stated.get("fill_height_mm", FILL_MM)
+    if "cylinder_mm" in stated:
+        cylinder = stated["cylinder_mm"]
+        wide = max(stated.get("plate_mm", [0.0])[0], 5 * cylinder[0])
+        return kept | {
+            "cylinder_mm": list(cylinder),
+            "plate_mm": [wide, wide],
+            "fill_height_mm": fill,
+        }
+    if "box_mm" not in stated:
+        raise ValueError(
+            "the recordings state neither [pile] box_mm nor cylinder_mm: there is no"
+            " rig to run again"
+        )
+    x, width, z = stated["box_mm"]
+    slab = min(width, SLICE * seed["length_mm"])
+    plate = stated.get("plate_mm", [2 * x])[0]
+    box = {
+        "box_mm": [x, slab, z],
+        "gate_mm": [slab, z],
+        "plate_mm": [plate, slab],
+        "slab": True,
+    }
+    return kept | box | {"fill_height_mm": min(fill, z)}
+
+
+def simulate_heap(
+    description: dict, settings: HeapSettings, seed_mm: float, packing: int
+) -> SeenPile:
+    """One simulated heap with its outline as in a photo; equal `packing`, equal
+    seeds."""
+    recording, parameters = simulation_inputs(description, settings, seed_mm)
+    motion, _ = run(
+        recording, parameters, rng=np.random.default_rng([5, packing]), threads=1
+    )
+    return outlined(motion, recording)
+
+
+def shape_of(heaps: list[SeenPile]) -> Shape:
+    """Mean over heaps and flanks. ValueError where no heap has a flank."""
+    flanks = [f for seen in heaps for f in photo_of(seen).flanks]
+    if not flanks:
+        raise ValueError("no flank from crest to toe on the twin's heap")
+    rows = np.array(
+        [np.interp(AT, f.u, f.v, left=np.nan, right=np.nan) for f in flanks]
+    )
+    count = np.isfinite(rows).sum(0)
+    mean = np.where(count > 0, np.nansum(rows, 0) / np.maximum(count, 1), np.nan)
+    return Shape(mean, float(np.mean([f.angle_deg for f in flanks])))

@@ -1,0 +1,155 @@
+"""Rolls, from recordings to a finding."""
+
+import numpy as np
+from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.explanation import Alternative, Explanation
+from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.problem import Fit, fit
+from benchtwin.rigs.roll.effects import EFFECTS
+from benchtwin.rigs.roll.model import run_motion
+from benchtwin.rigs.roll.problem import build, roll_problem
+from benchtwin.rigs.roll.readings import (
+    LEAST_READINGS,
+    no_windows,
+    ruler_problem,
+    rulers_of,
+)
+from benchtwin.rigs.roll.readings import curves_of as readings_curves
+from benchtwin.rigs.roll.session import assemble
+from benchtwin.rigs.roll.unlisted import (
+    SEEN_P,
+    arguments,
+    find_ripple,
+    law_of,
+    windows_of,
+)
+
+BOTH_WAYS = (
+    "the same plate run the other way: one direction alone cannot tell a slope of the"
+    " level from rolling friction"
+)
+OTHER_LENGTH = (
+    "the same roll from an incline of twice the length: this separates dependence on"
+    " speed from dependence on place"
+)
+
+
+def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of recordings (twin.roll_tracks.SeenRoll); ValueError where none can be
+    used."""
+    usable = [r for r in recordings if not r.trouble]
+    if not any(len(r.x_mm) for r in usable):
+        return diagnose_readings(usable, rng)
+    runs, seed, notes = assemble(usable)
+    scales: dict[str, float] = {}  # relative sd, by session
+    for r in (r for r in usable if len(r.x_mm)):
+        sd = float(r.description["camera"]["scale_sd"])
+        scales[r.session] = max(scales.get(r.session, 0.0), sd)
+    turn, phase = arguments(runs, seed)
+    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
+    base = fit(problem)
+    ripple = find_ripple(base, rng)
+    if ripple.p < SEEN_P:
+        if np.isfinite(seed.rise_mm) and not seed.round:
+            notes = (
+                *notes,
+                (
+                    "Each seed climbs and falls twice a turn, as its stated shape (a"
+                    f" rise of {seed.rise_mm:.2g} mm) lets it."
+                ),
+            )
+        problem = roll_problem(
+            build(runs, seed, ripple.turn, ripple.phase, ripple=True), scales
+        )
+    told = {r.recording: r for r in usable}
+    about = [told[run.recording] for run in runs]
+    follows, said = conditions_of(
+        [r.description for r in about], [r.session for r in about]
+    )
+    friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out")
+    one_way = len({run.sign for run in runs}) < 2
+
+    def advice(names: tuple[str, ...]) -> str | None:
+        return (
+            separating_recordings(EFFECTS, names)
+            if names
+            else BOTH_WAYS
+            if one_way
+            else OTHER_LENGTH
+        )
+
+    asked = DiagnosisTask(
+        "roll",
+        (Alternative(with_conditions(problem, friction, follows)),),
+        windows_of,
+        curves_of,
+        {friction.name: rolling_friction},
+        law_of,
+        advice,
+        (*notes, *said, *corner_notes(base)),
+    )
+    return finding_of(asked, rng)
+
+
+def corner_notes(base: Fit) -> tuple[str, ...]:
+    """What the corner takes within the usual range, where it is significant."""
+    model, at, sd = base.problem.model, base.by_name["corner"], base.sd("corner")
+    lost = [
+        float(np.mean([model.usual_loss(r, rank) for r in range(len(model.runs))]))
+        for rank in (at - sd, at, at + sd)
+    ]
+    if lost[1] < 1.5 * (lost[2] - lost[0]):  # three standard deviations
+        return ()
+    return (
+        (
+            f"The corner takes {100 * lost[1]:.2g} % of the speed: no more than a sharp"
+            " corner may."
+        ),
+    )
+
+
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Travel of each run over the time since its release."""
+    out = []
+    for r, run in enumerate(base.problem.model.runs):
+        left = [
+            1e3 * (run.x - run_motion(of.problem.model, r, of.starts[r], of.by_name)[0])
+            for of in (base, model)
+        ]
+        since, way = run.time_s - base.starts[r][0], 1e3 * (run.x - base.starts[r][1])
+        out.append(Curve(run.recording, "travel", "mm", "t_s", since, way, *left))
+    return tuple(out)
+
+
+def rolling_friction(e: Explanation) -> tuple[float, float]:
+    """Of the pair, in EDEM's standard model: torque μ_r F_n R over F_n R."""
+    model = e.fit.problem.model
+    return model.mu * (1 + e.fit.by_name["mu"]), model.mu * e.fit.sd("mu")
+
+
+def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of run-outs that were read off; ValueError where they tell nothing."""
+    rulers, notes = rulers_of(recordings)
+    follows, said = conditions_of(
+        [one.description for one in rulers], [one.session for one in rulers]
+    )
+    problem = ruler_problem(rulers)
+    friction = Contact("rolling_friction", "mu", 0.3, problem.model.mu, "run-out")
+    problem = with_conditions(problem, friction, follows)
+    if not problem.effects:
+        raise ValueError(
+            "run-outs alone tell nothing of what is missing;"
+            f" {LEAST_READINGS} readings in either direction would tell a slope:"
+            f" record {BOTH_WAYS}, or film the roll"
+        )
+    asked = DiagnosisTask(
+        "roll",
+        (Alternative(problem),),
+        no_windows,
+        readings_curves,
+        {friction.name: rolling_friction},
+        advice=lambda names: "a film of the roll, which shows more than its run-out",
+        notes=(*notes, *said),
+    )
+    return finding_of(asked, rng)

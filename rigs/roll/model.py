@@ -1,0 +1,181 @@
+"""From parameters to the travel of each run that a camera reads.
+
+Locals of a run (OWN): time and place of release [s, m], way on the incline beside the
+stated one [m], incline [deg] and rolling friction (relative) beside the common ones,
+drag (relative) beside that of the stated sizes, depth [m] and direction of the run
+beside the plane of the scale."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from benchtwin.infer.effect import Effect
+from benchtwin.rigs.roll.effects.corner import usual_loss
+from benchtwin.rigs.roll.effects.resistance import drag_over_weight
+from benchtwin.rigs.roll.effects.shape_barrier import ripple
+from benchtwin.rigs.roll.effects.slope import drive
+from benchtwin.rigs.roll.motion import NOTHING, Table, Way, travel
+from benchtwin.rigs.roll.session import Run, Seed, weight_over_inertia
+
+SPEEDS = 240  # points of the table of resistance over speed
+REMEMBERED = 600  # predictions kept: a fit asks for the same point several times
+OWN = (
+    "release_s",
+    "place_m",
+    "length_m",
+    "incline_deg",
+    "mu",
+    "drag",
+    "depth_m",
+    "astray",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The runs of a session, and what does not change in a fit."""
+
+    runs: tuple[Run, ...]
+    seed: Seed
+    mu: float  # initial rolling friction
+    incline: np.ndarray  # (R,) [rad], stated or from the motion
+    length: np.ndarray  # (R,) [m]
+    turn: np.ndarray  # (R,) [1/m]; with phase: argument of the ripple
+    phase: np.ndarray
+    names: tuple[str, ...]  # of the globals
+    top: float  # greatest speed [m/s]
+    effects: dict[str, Effect] = field(default_factory=dict)
+    seen: dict = field(default_factory=dict)  # cache of predictions
+
+    def usual_loss(self, r: int, rank: float) -> float:
+        """Share of the speed that the corner takes of run r; rank: the nuisance
+        `corner`."""
+        return usual_loss(self.incline[r], self.seed.inertia, self.mu, rank)
+
+    def relevant(self, r: int) -> tuple[str, ...]:
+        """Globals on which run r depends: no other session's scale, no other run's
+        parameter."""
+        scale = f"scale.{self.runs[r].session}"
+        return tuple(
+            n
+            for n in self.names
+            if (n == scale or not n.startswith("scale."))
+            and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
+        )
+
+
+@dataclass(frozen=True)
+class Context:
+    """What an effect's law may use."""
+
+    run: Run
+    seed: Seed
+    speed: float  # at the end of the incline [m/s]
+    resisted: float  # share of the drive on the incline that rolling friction takes
+    at: dict[str, float]  # all globals
+
+
+def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
+    """Run r's way for its locals and the globals."""
+    seed, get = model.seed, at.get
+    f = weight_over_inertia(seed) * (1 + get("inertia", 0.0))
+    beta = model.incline[r] + math.radians(own[3] + get("incline", 0.0))
+    mu = max(model.mu * (1 + get("mu", 0.0)) * (1 + own[4]), 0.0)
+    length = max(model.length[r] + own[2], 1e-4)
+    speed = math.sqrt(
+        max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6)
+    )
+    way = {
+        "level": drive(get("level", 0.0), model.runs[r].sign),
+        "keep": 1 - model.usual_loss(r, get("corner", 0.0)),
+    }
+    # d ln(1 + I/(m h²)) = −2 (1 − 1/c) δh/r for an ellipse; half of it, ± half: seeds
+    # are not ellipses
+    if "oval" in at:
+        way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
+    resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
+    context = Context(model.runs[r], seed, speed, resisted, at)
+    for name, effect in model.effects.items():
+        if effect.act and get(name):
+            way = effect.act(way, at[name], context)
+    if model.runs[r].stays:  # the whole apparatus leans
+        beta += math.asin(max(min(way["level"], 0.9), -0.9))
+    return Way(
+        own[0],
+        own[1],
+        own[1] + length,
+        f,
+        math.sin(beta),
+        math.cos(beta),
+        mu,
+        ripple=ripple(at, r),
+        turn=model.turn[r],
+        phase=model.phase[r],
+        **way,
+    )
+
+
+def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Table:
+    """Speed-dependent resistance over weight of run r: stated air, and effects."""
+    air = model.seed.drag * (1 + at.get("air", 0.0)) * model.runs[r].drag * (1 + own[5])
+    acting = [
+        (e.resist, at[n]) for n, e in model.effects.items() if e.resist and at.get(n)
+    ]
+    if not air and not acting:
+        return NOTHING
+    speed = np.linspace(0, model.top, SPEEDS)
+    values = drag_over_weight(speed, air, model.seed.reynolds_per_speed)
+    for resist, value in acting:
+        values = values + resist(speed, value, model.seed, at)
+    return Table(0.0, float(speed[1]), values)
+
+
+def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
+    """Travel (n,) [m] that the camera reads of run r."""
+    key = (r, *own, *(at[n] for n in model.relevant(r)))
+    if key not in model.seen:
+        if len(model.seen) >= REMEMBERED:
+            model.seen.clear()
+        model.seen[key] = run_motion(model, r, own, at)[0]
+    return model.seen[key]
+
+
+def run_motion(
+    model: Model,
+    r: int,
+    own: np.ndarray,
+    at: dict[str, float],
+    more: Table | None = None,
+    place: Table = NOTHING,
+    time: Table = NOTHING,
+    way: Way | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Travel as read (n,) [m] and true speed (n,) [m/s] of run r.
+
+    more: further resistance over speed; place, time: pushes over weight along travel
+    and time since release; way: instead of `way_of`."""
+    by_speed = resistance_of(model, r, own, at)
+    if more is not None:
+        grid = more.low + more.step * np.arange(len(more.values))
+        known = np.arange(len(by_speed.values)) * by_speed.step + by_speed.low
+        by_speed = Table(
+            more.low, more.step, more.values + np.interp(grid, known, by_speed.values)
+        )
+    # Rows are block means: the mean of two points one sd before and after agrees to
+    # third order.
+    run = model.runs[r]
+    times = np.column_stack([run.time_s - run.spread_s, run.time_s + run.spread_s])
+    x, v = (
+        both.reshape(-1, 2).mean(1)
+        for both in travel(
+            times.ravel(), way or way_of(model, r, own, at), by_speed, place, time
+        )
+    )
+    off = x - 0.5 * (
+        run.x.min() + run.x.max()
+    )  # perspective about the picture's middle
+    x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
+    x = x / (1 + at.get(f"scale.{run.session}", 0.0))
+    if run.gates:
+        x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
+    return x, v

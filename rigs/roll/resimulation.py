@@ -1,0 +1,147 @@
+"""Rolls run again in the DEM on a sloped level, or with resistance that grows with
+speed."""
+
+from pathlib import Path
+
+import numpy as np
+from benchtwin.bench.air import air_of, drag_shape
+from benchtwin.diagnose.path_comparison import (
+    MOST,
+    TwinPair,
+    compared,
+    way_from_rest,
+    with_frame_rate,
+)
+from benchtwin.diagnose.rerun import (
+    Resimulation,
+    change_in_words,
+    secant,
+    values_by_recording,
+)
+from benchtwin.infer.finding import Finding
+from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
+from benchtwin.rigs.roll.session import FEW_ROWS, stays
+from benchtwin.twin.flights import drag_factor
+from benchtwin.twin.parameters import Parameters
+from benchtwin.twin.paths import Path1D, Recording, like, run_path
+
+LENGTH_MM, MOST_MU = 10.0, 0.2
+
+
+def resimulate(
+    finding: Finding, recordings: list, folder: Path, pictures: bool, say
+) -> Resimulation:
+    """Each roll, with the rolling friction at which all run out as far as recorded on
+    average."""
+    seen = [
+        r for r in recordings if len(r.x_mm) >= FEW_ROWS and not stays(r.description)
+    ]
+    if not seen:
+        raise ValueError(
+            "no track from the release to the stop is there to run again: the twin's"
+            " rolls go from end to end"
+        )
+    values = values_by_recording(finding)
+    chosen = [r for r in seen if r.recording in values][:MOST]
+    paths = [Path1D(r.time_s, way_from_rest(r, 100)) for r in chosen]
+    whole = [values[r.recording] for r in chosen]
+    say("roll: finding the twin's rolling friction")
+    old = friction(chosen, paths, [{}] * len(chosen))
+    new = friction(chosen, paths, whole)
+    twins = [
+        TwinPair(
+            r.recording, path, length_mm(r), _made(r, old, {}), _made(r, new, value)
+        )
+        for r, path, value in zip(chosen, paths, whole, strict=True)
+    ]
+    how = (
+        f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that"
+        " they run out as far as recorded on average"
+    )
+    more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
+    again = Resimulation(
+        "roll",
+        finding.modelled,
+        change_in_words("roll", finding),
+        how + more,
+        (),
+        len(finding.recordings) > 1,
+    )
+    return compared(again, twins, folder, pictures, say)
+
+
+def length_mm(r) -> float:
+    """Way on the incline."""
+    return r.description.get("roll", {}).get("incline_length_mm", LENGTH_MM)
+
+
+def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:
+    """(recording to be like, parameters) with what was named."""
+    about = {
+        "slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))
+    }  # the rig's slope falls towards +x
+    about["direction"] = r.description.get("roll", {}).get(
+        "direction"
+    ) or r.description["roll"].get("seen_direction", "+x")
+    recording = with_frame_rate(like("roll", r.description, **about), r.time_s)
+    return recording, Parameters(
+        rolling_friction=mu, laws=laws_of(r.description, values)
+    )
+
+
+def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
+    """Named effects as the DEM's laws: viscous rolling friction, drag beside the stated
+    air's."""
+    laws: dict[str, dict] = {}
+    if "viscous-rolling" in values:
+        laws["rolling_viscous"] = {"slope": max(values["viscous-rolling"], 0.0)}
+    if "drag" in values:
+        air = air_of(description)
+        stated = (
+            air.share * float(drag_shape(DRAG_M_S, air.reynolds_per_speed)) * DRAG_M_S
+        )
+        laws["drag"] = drag_factor(
+            description, max(stated + values["drag"], 0.0), DRAG_M_S
+        )
+    return laws
+
+
+def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
+    """μ_r at which simulated final places equal the recorded ones on average."""
+    lengths = np.array([length_mm(r) for r in chosen])
+    beta = np.radians(
+        [r.description.get("roll", {}).get("incline_deg", 15.0) for r in chosen]
+    )
+    ends = np.array([path.way[-1] for path in paths])
+    start = float(
+        np.mean(
+            lengths
+            * np.sin(beta)
+            / (lengths * np.cos(beta) + np.maximum(ends - lengths, 1.0))
+        )
+    )
+
+    def miss(mu: float) -> float:
+        ran = [
+            run_path(*_made(r, mu, value), k)
+            for k, (r, value) in enumerate(zip(chosen, values, strict=True))
+        ]
+        return float(
+            np.mean([_end(path, own) for path, own in zip(paths, ran, strict=True)])
+            - ends.mean()
+        )
+
+    limits = (0.3 * start, min(3 * start, MOST_MU))
+    return secant(
+        miss,
+        start,
+        0.93 * start,
+        limits,
+        iterations=3,
+        close=0.002 * float(ends.mean()),
+    )
+
+
+def _end(path: Path1D, own: Path1D) -> float:
+    """The simulated place when the recording ends."""
+    return float(own.at(np.array([own.time[0] + path.time[-1] - path.time[0]]))[0])

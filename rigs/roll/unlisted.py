@@ -1,0 +1,359 @@
+"""Unlisted physics of rolls: resistance in windows of an axis, and laws for it."""
+
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
+from benchtwin.infer.problem import Fit
+from benchtwin.infer.unlisted import Bin, Windows
+from benchtwin.rigs.roll.model import run_motion, way_of
+from benchtwin.rigs.roll.motion import Table
+from benchtwin.rigs.roll.problem import PUSH
+from benchtwin.rigs.roll.run_noise import has_few_rows
+from benchtwin.rigs.roll.session import Run, Seed
+
+BINS = 6
+POINTS = 400
+POWERS = (-1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
+PARTS = 10  # of the run-out, for what acts on one part of the plate
+WITHIN = 3.84
+SECOND_TERM = 12.0  # fall of χ² that a further term must bring
+RADII = 0.82, 1.18  # of the stated radius: sizes in one lot, and the axis of rolling
+MOST_RADII = 61
+NEARER = 9  # radii between neighbours of the best one
+POINTS_A_TURN = 24
+AT_ONCE = 5  # radii
+SEEN_P = 0.01  # p of as great a ripple by chance below which it is a candidate
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRuns:
+    """Each fitted run: way, travel as read (n,), speed (n,) at the rows."""
+
+    ways: tuple
+    seen: tuple[np.ndarray, ...]
+    speed: tuple[np.ndarray, ...]
+
+
+def fitted_runs(fit: Fit) -> FittedRuns:
+    """The runs of a fit."""
+    model, at = fit.problem.model, fit.by_name
+    ways = tuple(way_of(model, r, own, at) for r, own in enumerate(fit.starts))
+    found = [run_motion(model, r, own, at) for r, own in enumerate(fit.starts)]
+    return FittedRuns(ways, tuple(f[0] for f in found), tuple(f[1] for f in found))
+
+
+def response(fit: Fit, at: FittedRuns, r: int, **tables) -> np.ndarray:
+    """(n,) [m]: change of run r's travel for a push, resistance or way of size PUSH,
+    over PUSH."""
+    out = run_motion(
+        fit.problem.model,
+        r,
+        fit.starts[r],
+        fit.by_name,
+        **({"way": at.ways[r]} | tables),
+    )[0]
+    return (out - at.seen[r]) / PUSH
+
+
+def bump(low: float, high: float, reach: float) -> Table:
+    """−PUSH between low and high, 0 elsewhere, over [0, reach]."""
+    grid = np.linspace(0.0, reach, POINTS)
+    width = grid[1]
+    inside = np.clip((grid - low) / width + 0.5, 0, 1) * np.clip(
+        (high - grid) / width + 0.5, 0, 1
+    )
+    return Table(0.0, float(width), -PUSH * inside)
+
+
+def windows_of(fit: Fit) -> Windows:
+    """A resistance over weight in every bin of every axis, from release to stop."""
+    at, model = fitted_runs(fit), fit.problem.model
+    last = [
+        float(t[s > 0.01 * s.max()].max())
+        for t, s in zip((run.time_s for run in model.runs), at.speed, strict=True)
+    ]
+    reach_t = max(t - way.t0 for t, way in zip(last, at.ways, strict=True))
+    reach_x = max(
+        float(x[-1] - way.x0) for x, way in zip(at.seen, at.ways, strict=True)
+    )
+    top = max(float(s.max()) for s in at.speed)
+    corner, passing = (
+        max(way.corner - way.x0 for way in at.ways),
+        any(not run.stays for run in model.runs),
+    )
+    where, columns = [], []
+    axes = {"t_s": ("time", reach_t, 1.0), "x_mm": ("place", reach_x, 1e3)}
+    axes["v_m_s"] = ("more", top, 1.0)
+    for axis, (kind, reach, unit) in axes.items():
+        for low, high in pairwise(np.linspace(0.0, reach, BINS + 1)):
+            table = bump(low, high, 1.3 * reach)
+            if kind == "more":  # a resistance, not a push
+                table = table._replace(values=-table.values)
+            sector = (
+                "onset"
+                if passing and axis == "x_mm" and high <= corner + 0.5 * (high - low)
+                else "run-out"
+            )
+            where.append(
+                Bin(axis, float(low * unit), float(high * unit), "resistance", sector)
+            )
+            columns.append(
+                [response(fit, at, r, **{kind: table}) for r in range(len(model.runs))]
+            )
+    if np.all(model.turn > 0) and all(run.turning for run in model.runs):
+        for low, high in pairwise(np.linspace(0.0, 2 * np.pi, BINS + 1)):
+            where.append(Bin("phase", float(low), float(high), "resistance", "run-out"))
+            columns.append(
+                [
+                    response(fit, at, r, place=_phase(model, at, r, low, high))
+                    for r in range(len(model.runs))
+                ]
+            )
+    return Windows(
+        [np.column_stack(c) for c in zip(*columns, strict=True)], tuple(where)
+    )
+
+
+def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
+    """−PUSH where the ripple's argument modulo 2π lies between low and high."""
+    reach = 1.3 * float(at.seen[r][-1] - at.ways[r].x0)
+    grid = np.linspace(0.0, reach, 2000)
+    phi = np.mod(model.turn[r] * (grid + at.ways[r].x0) + model.phase[r], 2 * np.pi)
+    return Table(0.0, float(grid[1]), -PUSH * ((phi >= low) & (phi < high)))
+
+
+@dataclass(frozen=True)
+class Term:
+    """family: speed | travel | time | part | corner; its power, or (low, high) [mm] of
+    the part."""
+
+    family: str
+    power: float = 0.0
+    part: tuple[float, float] = (0.0, 0.0)
+
+
+def law_of(base: Fit) -> str | None:
+    """The law in words, up to two terms; None where nothing is significant."""
+    terms, library = _library(base)
+    columns, project, b = beside_globals(
+        base.problem.reduce(base.starts, base.values, library)[0], base.prior_sd
+    )
+    chosen: list[int] = []
+    reached, said = 0.0, np.zeros(len(terms))
+    for _ in range(2):
+        falls = np.array(
+            [
+                fall_of_chi2(columns[:, [*chosen, i]], project, b)[0]
+                for i in range(len(terms))
+            ]
+        )
+        best = int(np.argmax(falls))
+        if falls[best] - reached < SECOND_TERM:
+            break
+        chosen.append(best)
+        said = falls if len(chosen) == 1 else said
+        reached = float(falls[best])
+    if not chosen:
+        return None
+    gram = columns[:, chosen].T @ project(columns[:, chosen])
+    size = np.linalg.solve(gram, columns[:, chosen].T @ project(b))
+    words = [
+        _words(terms[i], s, terms, said if n == 0 else None)
+        for n, (i, s) in enumerate(zip(chosen, size, strict=True))
+    ]
+    return " and ".join(words)
+
+
+def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
+    """Terms, and each run's columns (n, K)."""
+    at, runs = fitted_runs(base), base.problem.model.runs
+    reach = max(
+        float(x[-1] - law_begins_at(way, run))
+        for x, way, run in zip(at.seen, at.ways, runs, strict=True)
+    )
+    edges = np.linspace(0.0, reach, PARTS + 1)
+    terms = [
+        Term(family, p)
+        for family in ("speed", "travel", "time")
+        for p in POWERS
+        if family == "speed" or p > 0
+    ]
+    terms += [
+        Term("part", part=(1e3 * a, 1e3 * b))
+        for a, b in combinations(edges, 2)
+        if b - a < 0.65 * reach
+    ]
+    if any(not run.stays for run in runs):
+        terms.append(Term("corner"))
+    return terms, [
+        np.column_stack([_column(base, at, r, term, reach) for term in terms])
+        for r in range(len(runs))
+    ]
+
+
+def law_begins_at(way, run) -> float:
+    """Place [m] from which a law is looked for: the corner, or the release on an
+    incline."""
+    return float(way.x0 if run.stays else way.corner)
+
+
+def _column(base: Fit, at: FittedRuns, r: int, term: Term, reach: float) -> np.ndarray:
+    way = at.ways[r]
+    length = law_begins_at(way, base.problem.model.runs[r]) - way.x0
+    if term.family == "corner":
+        return response(base, at, r, way=way._replace(keep=way.keep * (1 - PUSH)))
+    if term.family == "part":
+        return response(
+            base,
+            at,
+            r,
+            place=bump(
+                length + term.part[0] / 1e3,
+                length + term.part[1] / 1e3,
+                1.3 * (length + reach),
+            ),
+        )
+    top = max(float(s.max()) for s in at.speed)
+    if term.family == "speed":
+        grid = np.linspace(0.0, 1.3 * top, POINTS)
+        values = np.maximum(grid / top, 0.05) ** term.power
+        return response(base, at, r, more=Table(0.0, float(grid[1]), PUSH * values))
+    if term.family == "travel":
+        grid = np.linspace(0.0, 1.3 * (length + reach), POINTS)
+        values = np.maximum((grid - length) / reach, 0) ** term.power
+        return response(base, at, r, place=Table(0.0, float(grid[1]), -PUSH * values))
+    t = base.problem.model.runs[r].time_s
+    corner = (
+        float(np.interp(way.x0 + length, np.maximum.accumulate(at.seen[r]), t)) - way.t0
+    )
+    grid = np.linspace(0.0, float(t[-1]) - way.t0, POINTS)
+    values = np.maximum((grid - corner) / grid[-1], 0) ** term.power
+    return response(base, at, r, time=Table(0.0, float(grid[1]), -PUSH * values))
+
+
+def _words(term: Term, size: float, terms: list[Term], falls: np.ndarray | None) -> str:
+    how = "against" if size > 0 else "along"
+    if term.family == "corner":
+        return (
+            f"a {'loss' if size > 0 else 'gain'} of {100 * abs(size):.2g} % of the"
+            " speed at the corner"
+        )
+    if term.family == "part":
+        where = (
+            f"between {term.part[0]:.0f} and {term.part[1]:.0f} mm behind the corner"
+        )
+        return f"a force {how} the motion of {abs(size):.2g} of the weight {where}"
+    power = f"{term.power:g}"
+    if falls is not None:
+        kept = [
+            t.power
+            for t, f in zip(terms, falls, strict=True)
+            if t.family == term.family and f > falls.max() - WITHIN
+        ]
+        power += f" (between {min(kept):g} and {max(kept):g})" if len(kept) > 1 else ""
+    greatest = {
+        "speed": "the greatest speed",
+        "travel": "the end of the way",
+        "time": "the end",
+    }[term.family]
+    return (
+        f"a force {how} the motion as {term.family} to the power {power},"
+        f" {abs(size):.2g} of the weight at {greatest}"
+    )
+
+
+@dataclass(frozen=True)
+class Ripple:
+    """p of as great a ripple by chance; turn, phase (R,): its argument is turn x +
+    phase."""
+
+    p: float
+    turn: np.ndarray
+    phase: np.ndarray
+
+
+def arguments(
+    runs: tuple[Run, ...], seed: Seed, radius: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """turn, phase (R,): twice the seen orientation, or 2/r; radius: over the stated
+    one."""
+    turn, phase = [], []
+    for run in runs:
+        if run.turning:
+            slope, level = (np.sign(run.turning[0]) * value for value in run.turning)
+            turn.append(2 * slope)
+            phase.append(2 * level)
+        else:
+            turn.append(2 / (seed.radius * radius))
+            phase.append(-turn[-1] * float(np.mean(run.x)))
+    return np.array(turn), np.array(phase)
+
+
+def find_ripple(base: Fit, rng: np.random.Generator) -> Ripple:
+    """For a fitted baseline without ripple."""
+    model = base.problem.model
+    if any(has_few_rows(run) for run in model.runs):
+        return Ripple(1.0, *arguments(model.runs, model.seed))
+    doubt, at = (
+        np.exp(base.problem.level_sd * rng.standard_normal(4000)),
+        fitted_runs(base),
+    )
+    if all(run.turning for run in model.runs):
+        own = arguments(model.runs, model.seed)
+        return Ripple(chance(*_falls(base, at, [own])[0], doubt), *own)
+    way = max(
+        float(seen[-1] - (w.x0 if run.stays else w.corner))
+        for seen, w, run in zip(at.seen, at.ways, model.runs, strict=True)
+    )
+    count = int(
+        np.clip((RADII[1] - RADII[0]) * way / model.seed.radius, 9, MOST_RADII)
+    )  # neighbours differ by 2 rad at the end of the way
+    radii = np.linspace(*RADII, count)
+    falls = _falls_by_radius(base, at, radii)
+    best = int(np.argmax([fall for fall, _ in falls]))
+    p = min(1.0, count * chance(*falls[best], doubt))
+    if p < SEEN_P:
+        radii = radii[best] + (radii[1] - radii[0]) * np.linspace(-1, 1, NEARER)
+        best = int(np.argmax([fall for fall, _ in _falls_by_radius(base, at, radii)]))
+    return Ripple(p, *arguments(model.runs, model.seed, radii[best]))
+
+
+def _falls_by_radius(
+    base: Fit, at: FittedRuns, radii: np.ndarray
+) -> list[tuple[float, int]]:
+    """Fall of χ² and degrees of freedom at each radius over the stated one."""
+    asked, found = (
+        [
+            arguments(base.problem.model.runs, base.problem.model.seed, radius)
+            for radius in radii
+        ],
+        [],
+    )
+    for some in (asked[k : k + AT_ONCE] for k in range(0, len(asked), AT_ONCE)):
+        found += _falls(base, at, some)
+    return found
+
+
+def _falls(base: Fit, at: FittedRuns, asked) -> list[tuple[float, int]]:
+    """Fall of χ² and degrees of freedom for each (turn, phase), each run with its own
+    ripple."""
+    model, count = base.problem.model, len(base.problem.model.runs)
+    extra = [np.zeros((len(run.time_s), 2 * count * len(asked))) for run in model.runs]
+    for k, (turn, phase) in enumerate(asked):
+        for r in range(count):
+            reach = 1.1 * float(at.seen[r][-1] - at.ways[r].x0)
+            grid = np.linspace(
+                0.0, reach, max(50, int(reach * turn[r] / (2 * np.pi) * POINTS_A_TURN))
+            )
+            phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
+            for j, wave in enumerate((np.cos, np.sin)):
+                push = Table(0.0, float(grid[1]), PUSH * wave(phi))
+                extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
+    columns, project, b = beside_globals(
+        base.problem.reduce(base.starts, base.values, extra)[0], base.prior_sd
+    )
+    return [
+        fall_of_chi2(part, project, b) for part in np.split(columns, len(asked), axis=1)
+    ]

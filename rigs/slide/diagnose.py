@@ -1,0 +1,223 @@
+"""Slides, from recordings to a finding: alternatives of the baseline."""
+
+from dataclasses import replace
+
+import numpy as np
+from benchtwin.infer.conditions import (
+    Condition,
+    Contact,
+    conditions_of,
+    with_conditions,
+)
+from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.explanation import (
+    Alternative,
+    Explanation,
+    ln_bayes_bound,
+)
+from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.problem import Fit
+from benchtwin.rigs.slide.effects import EFFECTS
+from benchtwin.rigs.slide.effects.load_and_plate import SHAKEN, STEPPED
+from benchtwin.rigs.slide.effects.tilt_reading import RATE
+from benchtwin.rigs.slide.model import Model, predict
+from benchtwin.rigs.slide.problem import (
+    Prepared,
+    effects_of,
+    initial_onsets,
+    initial_onsets_with_jump,
+    prepare,
+    problem_of,
+)
+from benchtwin.rigs.slide.session import (
+    COARSE_DEG,
+    RESOLUTIONS_DEG,
+    Session,
+    assemble,
+)
+from benchtwin.rigs.slide.unlisted import law_of, windows_of
+from benchtwin.rigs.slide.vibration import Vibration, vibration
+
+# Prior odds: the plate turns with the block, or a fixed plate under a rotating gravity
+# vector.
+ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
+UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
+FIXED_PLATE_NOTE = (
+    "the block moves as on a fixed plate under a rotating gravity vector, as some"
+    " simulations do"
+)
+FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
+
+
+def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of one pair's slides (twin.slides.SeenSlide); ValueError where none can
+    be used."""
+    prepared = prepare(assemble(recordings))
+    session = prepared.session
+    sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
+    follows, said = conditions_of(list(session.stated), sessions)
+    rates = [r.tilt.rate_deg_s for r in session.runs] + [
+        r.rate_deg_s for r in session.reads
+    ]
+    if (
+        np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1
+    ):  # friction may age at rest
+        z = np.log(rates) - np.log(rates).mean()
+        spread = float(z.std())
+        follows = (
+            *follows,
+            Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True),
+        )
+    heard = vibration(prepared)
+    notes = (*session.notes, *said)
+    notes += (
+        (f"the travel ripples at {heard.hertz:.3g} Hz in all runs",) if heard else ()
+    )
+    asked = DiagnosisTask(
+        "slide",
+        alternatives(prepared, follows, heard),
+        windows_of,
+        curves_of,
+        {FRICTION.name: static_friction},
+        law_of,
+        lambda names: separating_recordings(EFFECTS, names) if names else RATE,
+        notes,
+    )
+    return finding_of(asked, rng)
+
+
+def alternatives(
+    prepared: Prepared, follows: tuple[Condition, ...], heard: Vibration | None
+) -> tuple[Alternative, ...]:
+    """Rotating or fixed plate (no hinge stated), even or stepped tilt, vibration."""
+    session = prepared.session
+    model = Model(session, 0.0, effects_of(session))
+    known = not session.runs or any(run.from_hinge for run in session.runs)
+    out = [
+        Alternative(
+            _problem(prepared, model, follows), 1.0 if known else ROTATING_PLATE_ODDS
+        )
+    ]
+    if not known:
+        out.append(
+            Alternative(
+                _problem(prepared, replace(model, turning=0.0), follows),
+                FIXED_PLATE_ODDS,
+                FIXED_PLATE_NOTE,
+            )
+        )
+    for height in stairs_of(session):
+        stepped = _problem(prepared, replace(model, stair_deg=height), follows)
+        size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
+        out.append(
+            Alternative(
+                stepped,
+                LISTED_ODDS,
+                effects=(STEPPED.name,),
+                sector=STEPPED.sector,
+                sizes=size,
+            )
+        )
+    if heard:
+        size = {SHAKEN.name: (SHAKEN.unit, heard.amplitude, heard.sd)}
+        others = {
+            n: e for n, e in model.effects.items() if SHAKEN.name not in (n, e.group)
+        }
+        shaken = _problem(
+            prepared,
+            replace(model, effects=others, shaking=(heard.amplitude, heard.hertz)),
+            follows,
+        )
+        out.append(
+            Alternative(
+                shaken,
+                LISTED_ODDS,
+                effects=(SHAKEN.name,),
+                sector=SHAKEN.sector,
+                sizes=size,
+                ln_likelihood=ln_bayes_bound(heard.p),
+                p=heard.p,
+            )
+        )
+    odd = session.reads and max(r.grid_deg for r in session.reads) not in (
+        *RESOLUTIONS_DEG,
+        0.01,
+    )
+    return tuple(
+        replace(
+            a,
+            odds=a.odds
+            * (UNUSUAL_GRID_ODDS if odd and STEPPED.name not in a.effects else 1.0),
+        )
+        for a in out
+    )
+
+
+def stairs_of(session: Session) -> tuple[float, ...]:
+    """Possible step heights [deg]: grids on which the tilt column or readings lie."""
+    found = [r.tilt.grid_deg for r in session.runs if r.tilt.grid_deg]
+    seen = [float(np.median(found))] if 2 * len(found) > len(session.runs) else []
+    read = {r.grid_deg for r in session.reads if r.grid_deg >= COARSE_DEG}
+    return tuple(
+        [
+            *seen,
+            *(g for g in sorted(read) if not any(abs(g / s - 1) < 0.1 for s in seen)),
+        ]
+    )
+
+
+def _problem(prepared: Prepared, model: Model, follows: tuple[Condition, ...]):
+    """With further starting points for a block that loses friction at its onset."""
+    model, starts = initial_onsets(prepared, model)
+    problem = problem_of(prepared, model, starts)
+    if not model.stair_deg and prepared.session.runs:
+        jumping, lost = initial_onsets_with_jump(prepared, model, starts)
+        points = tuple(
+            (jumping, _at(problem, n, lost))
+            for n, e in model.effects.items()
+            if e.rest and e.nonlinear
+        )
+        problem = replace(problem, further_starts=points)
+    return with_conditions(problem, FRICTION, follows)
+
+
+def _at(problem, name: str, value: float) -> np.ndarray:
+    """Globals (G,) at 0 but for one effect, its shape parameters at their low ends."""
+    values = {n: problem.effects[n].low for n in problem.columns_of(name)} | {
+        name: value
+    }
+    return np.array([values.get(n, 0.0) for n in problem.names])
+
+
+def static_friction(e: Explanation) -> tuple[float, float]:
+    """Of the pair, at rest."""
+    at, model = e.fit.by_name, e.fit.problem.model
+    more = sum(
+        effect.rest(at[n])
+        for n, effect in model.effects.items()
+        if effect.rest and n in e.names
+    )
+    return model.friction + at["friction"] + more, e.fit.sd("friction")
+
+
+def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:
+    """Travel of each run over the time since its first row."""
+    out = []
+    for r, run in enumerate(base.problem.model.session.runs):
+        left = [
+            run.travel - predict(of.problem.model, r, of.starts[r], of.by_name)[:-1]
+            for of in (base, model)
+        ]
+        out.append(
+            Curve(
+                run.recording,
+                "travel",
+                "mm",
+                "t_s",
+                run.time - run.time[0],
+                run.travel,
+                *left,
+            )
+        )
+    return tuple(out)

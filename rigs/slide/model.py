@@ -1,0 +1,156 @@
+"""From parameters to what is seen of a slide: travel in the picture, or the angle read
+off.
+
+Locals of a run: place at rest [mm], onset [s since the tilt's origin], level and rate
+of its tilt [sd], phase of a shaken plate or place on a step at which it lets go [sd],
+two waves of pixel lock [px]. Its friction follows from its onset; that it is near the
+pair's is one more row. A reading is a recording with idle locals."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from benchtwin.bench.air import G_M_S2
+from benchtwin.infer.effect import Effect
+from benchtwin.rigs.slide.motion import Laws, friction_at, travel
+from benchtwin.rigs.slide.session import Read, Run, Session
+
+HINGE_M = 0.15  # where not stated; it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
+LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
+PICTURE = frozenset(
+    {"friction", "scale", "lens", "perspective", "reader"}
+)  # globals that do not change the motion
+MOTIONS = 64  # cached
+LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
+CLIMB_S = 0.07  # median time in which a plate climbs a step
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A session and its baseline."""
+
+    session: Session
+    friction: float  # initial, of the pair
+    effects: dict[str, Effect] = field(
+        default_factory=dict
+    )  # that this session can show
+    stair_deg: float = 0.0  # steps in which the plate is raised, 0 for none
+    turning: float = 1.0  # 0 for a fixed plate under rotating gravity
+    shaking: tuple[float, float] = (
+        0.0,
+        1.0,
+    )  # amplitude [m/s²] and frequency [Hz] heard
+    seen: dict = field(default_factory=dict)  # cache of motions
+
+
+def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
+    """All that acts on a run, except its friction."""
+    amid = 0.25 * math.log(
+        run.air.count
+    )  # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
+    off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
+    laws = Laws(
+        turning=model.turning,
+        from_hinge=run.from_hinge or HINGE_M,
+        air=run.air.size * math.exp(-amid) * (1 + off),
+        slow_air=run.air.slow,
+        stair=math.radians(model.stair_deg),
+        lag=min(max(LAG + LAG_SD * own[4], 0.01), 0.99),
+        wave_chance=own[4],
+        shake=model.shaking[0],
+        omega=2 * math.pi * model.shaking[1],
+        climb=CLIMB_S * math.exp(min(max(values.get("climb", 0.0), -4.0), 2.0)),
+    )
+    for name, effect in model.effects.items():
+        if effect.act and (effect.group or values.get(name)):
+            laws = effect.act(laws, run, values.get(name, 0.0))
+    return laws
+
+
+def tilt_of(
+    model: Model, run: Run, own: np.ndarray, values: dict[str, float]
+) -> np.ndarray:
+    """Coefficients (4,) [rad] of the true tilt in t − origin."""
+    tilt = run.tilt
+    c = tilt.coefficients + np.array(
+        [own[2] * tilt.level_sd, own[3] * tilt.rate_sd, 0.0, 0.0]
+    )
+    if tilt.sensor:
+        for name, effect in model.effects.items():
+            if effect.tilt and values.get(name):
+                c = effect.tilt(c, values[name])
+    return c
+
+
+def run_motion(
+    model: Model, r: int, own: np.ndarray, values: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """True travel [m], speed [m/s] and friction of run r, before the picture."""
+    key = (
+        r,
+        *own[ACTING].tolist(),
+        *(v for n, v in values.items() if n not in PICTURE),
+    )
+    if key not in model.seen:
+        if len(model.seen) >= MOTIONS:
+            model.seen.clear()
+        run = model.session.runs[r]
+        c, laws = tilt_of(model, run, own, values), laws_of(model, run, own, values)
+        friction = friction_at(own[1], c, laws)
+        way, speed = travel(
+            run.time - run.tilt.origin, own[1], c, laws._replace(friction=friction)
+        )
+        model.seen[key] = way, speed, friction
+    return model.seen[key]
+
+
+def predict(
+    model: Model, r: int, own: np.ndarray, values: dict[str, float]
+) -> np.ndarray:
+    """Travel in the picture (n,) [mm] and friction less the pair's, or angles (m,)
+    [deg]."""
+    count = len(model.session.runs)
+    if r >= count:
+        return angles(model, model.session.reads[r - count], values)
+    run = model.session.runs[r]
+    way, _, friction = run_motion(model, r, own, values)
+    x = 1e3 * way
+    reach = max(float(np.ptp(run.travel)) / 2, 1.0)
+    off = x - reach
+    bent = (
+        values.get("lens", 0.0) * off * (off / reach) ** 2
+        + 1e-3 * values.get("perspective", 0.0) * off**2
+    )
+    seen = (
+        own[0]
+        + x * (1 - values.get("scale", 0.0))
+        + bent
+        + run.lock @ own[ACTING.stop :]
+    )
+    return np.append(seen, friction - model.friction - values.get("friction", 0.0))
+
+
+def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
+    """Angles read: onset, tan θ = μ_s (1 + F/(m g cos θ)), with the reader's errors."""
+    laws, mu = Laws(), model.friction + values.get("friction", 0.0)
+    for name, effect in model.effects.items():
+        if values.get(name):
+            mu += effect.rest(values[name]) if effect.rest else 0.0
+            laws = (
+                effect.act(laws, read, values[name])
+                if effect.act and np.isfinite(read.mass_g)
+                else laws
+            )
+    # sin θ − μ cos θ = μ F/(m g), and sin θ − μ cos θ = √(1 + μ²) sin(θ − atan μ)
+    lean = mu * laws.press / G_M_S2 / math.hypot(1.0, mu)
+    out = math.degrees(math.atan(mu) + math.asin(min(max(lean, -0.99), 0.99)))
+    for name, effect in model.effects.items():
+        if (
+            effect.read
+            and values.get(name)
+            and not (effect.tilt and model.session.runs)
+        ):  # errors of a sensor do not affect readers
+            out = effect.read(out, read, values[name])
+    return np.full(
+        len(read.angles), out + values.get("reader", 0.0) + model.stair_deg / 2
+    )  # of steps: the next one up

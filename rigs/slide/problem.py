@@ -1,0 +1,361 @@
+"""The slide as a problem: nuisances, noise, initial onsets."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from benchtwin.bench.air import G_M_S2
+from benchtwin.infer.evidence import UnknownScatter
+from benchtwin.infer.linear import Reduced, stacked
+from benchtwin.infer.noise import (
+    LOCK_PX,
+    Noise,
+    Stretch,
+    estimate,
+    frame_lag,
+    outliers,
+    refined_level_sd,
+)
+from benchtwin.infer.problem import Problem
+from benchtwin.infer.series import Locals, Series
+from benchtwin.infer.series import problem_of as series_problem
+from benchtwin.rigs.slide.effects import EFFECTS
+from benchtwin.rigs.slide.model import LOCALS, Model, predict, run_motion
+from benchtwin.rigs.slide.session import (
+    LEAST_REST,
+    LEAST_SLIDING,
+    Read,
+    Run,
+    Session,
+)
+from numpy.polynomial import legendre
+
+# Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
+PRIORS = {
+    "friction": 1.0,  # of the pair: flat, since it is measured
+    "scale": 0.01,  # relative; a stated mm_per_px_sd replaces it
+    "lens": 2e-4,  # distortion at the picture's edge, of a good lens
+    "perspective": 1e-3,  # per metre: a camera that looks straight on
+    # of what a lone seed's drag beside a plate is uncertain by
+    # (session.BESIDE_PLATE_SD)
+    "air": 1.0,
+    "air-shade": 1.0,  # drag of each of n seeds: n^0 to n^-1/2 of a lone one's
+    "climb": 1.0,  # of ln of the time to climb a step over model.CLIMB_S
+    # deg: of a protractor's zero; and, read to a grid, a quarter of it (to nearest, or
+    # cut, or upward)
+    "reader": 0.1,
+}
+# of a tilt sensor, common to all runs; and a quarter of a coarse column's grid
+SENSOR_DEG = 0.05
+GRID_SHARE = 0.25
+RUN_SD = (
+    0.003  # of a run's friction; larger scatter is summed over (evidence.SCATTER_SIZES)
+)
+READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
+READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
+DEGREE = 8  # of the curve about which noise is estimated
+FEW_DEGREE, FEW_SD_MM = (
+    2,
+    0.5,
+)  # of runs of few rows: degree of the curve; sd where it cannot be estimated
+EXACT_MM = 1e-4  # floor for simulated tracks
+FLAT_PRIOR_MM, FLAT_PRIOR_S = 1e3, 1e3
+MAX_ITERATIONS = 30  # onset and air beside a plate converge slowly
+LAGS = (
+    -1.5,
+    -0.75,
+    0.0,
+    0.75,
+    1.5,
+)  # trial places on a step at which a block lets go [sd]
+STEP = 1e-5  # of a prior's sd, for derivatives
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A session without outliers, noise common to its runs, sigma (n,) [mm] of each
+    run's rows."""
+
+    session: Session
+    noise: Noise
+    sigma: tuple[np.ndarray, ...]
+
+
+def prepare(session: Session) -> Prepared:
+    """Noise of all runs: about the place of rest, and about a flexible curve from the
+    onset on."""
+    if not session.runs:
+        return Prepared(session, _white(session), ())
+    noise = estimate([part for run in session.runs for part in stretches(run)])
+    kept, sigma = [], []
+    pooled = _pooled([run for run in session.runs if has_few_rows(run)])
+    for run in session.runs:
+        if has_few_rows(run):
+            kept.append(run)
+            sigma.append(np.full(len(run.time), pooled))
+            continue
+        good = np.concatenate(
+            [~outliers(part.residual(noise)[0]) for part in stretches(run)]
+        )
+        rest = int(good[: run.rest].sum())
+        clean = replace(
+            run,
+            time=run.time[good],
+            travel=run.travel[good],
+            frame=run.frame[good],
+            rest=rest,
+            lock=run.lock[good],
+        )
+        kept.append(clean)
+        sigma.append(_sigma(clean, noise))
+    return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
+
+
+def _pooled(runs: list[Run]) -> float:
+    """σ [mm] of rows of all short runs, about a parabola each."""
+    found = [
+        part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in stretches(run)
+    ]
+    spare = sum(n for _, n in found)
+    return (
+        max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM)
+        if spare
+        else FEW_SD_MM
+    )
+
+
+def stretches(run: Run) -> list[Stretch]:
+    """Rest, if seen, and motion of a run."""
+    out = []
+    for part, degree in ((slice(0, run.rest), 0), (slice(run.rest, None), DEGREE)):
+        t = run.time[part]
+        if not len(t):  # light gates see no rest
+            continue
+        t = (t - t[0]) / max(t[-1] - t[0], 1e-9) * 2 - 1
+        degree = min(degree, FEW_DEGREE if has_few_rows(run) else max(len(t) // 6, 0))
+        design = legendre.legvander(t, degree)
+        crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
+            np.hypot(*run.lock[0])
+        )
+        if (
+            crossed and run.lock.any() and not has_few_rows(run)
+        ):  # waves finer than the curve
+            design = np.column_stack([design, run.lock[part]])
+        out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
+    return out
+
+
+def has_few_rows(run: Run) -> bool:
+    """Whether a run has so few rows that each is independent."""
+    return len(run.time) < LEAST_SLIDING + LEAST_REST
+
+
+def _sigma(run: Run, noise: Noise) -> np.ndarray:
+    """At rest and in motion separately where both are long, else together."""
+    found = [part.residual(noise) for part in stretches(run)]
+    left, spare = [float((r**2).sum()) for r, _ in found], [n for _, n in found]
+    both = math.sqrt(sum(left) / max(sum(spare), 1))
+    apart = all(n >= 60 for n in spare)
+    each = [
+        math.sqrt(p / n) if apart else both for p, n in zip(left, spare, strict=True)
+    ]
+    return np.maximum(np.repeat(each, [run.rest, len(run.time) - run.rest]), EXACT_MM)
+
+
+def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
+    """starts (R, LOCALS): from `initial_onsets`."""
+    session = prepared.session
+    series = [
+        _series(run, prepared, prepared.sigma[k]) for k, run in enumerate(session.runs)
+    ]
+    series += [_reading(read, prepared, model.stair_deg) for read in session.reads]
+    count = len(series)
+    own = Locals(
+        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]),
+        np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]),
+        np.array([FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]),
+    )
+    known = _known(session, model)
+    sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
+    problem = series_problem(
+        "slide",
+        tuple(series),
+        own,
+        partial(predict, model),
+        model.effects,
+        sizes,
+        known,
+        model,
+        max_iterations=MAX_ITERATIONS,
+        step=STEP,
+        smooth=True,
+    )
+    tracks = refined_level_sd(
+        prepared.noise.log_level_sd, DEGREE * len(session.runs)
+    )  # that of readings is in their sd
+    level_sd = tracks if session.runs else problem.level_sd
+    return replace(
+        problem, starts=starts, unknown_scatter=unknown_scatter, level_sd=level_sd
+    )
+
+
+def effects_of(session: Session) -> dict:
+    """Effects that these recordings can show."""
+    found = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(session)}
+    return {n: e for n, e in found.items() if not e.group or e.group in found}
+
+
+def _known(session: Session, model: Model) -> dict[str, float]:
+    """sd of each global that every bench has."""
+    names = {"friction"}
+    if session.runs:
+        names |= {"scale", "lens", "perspective", "air"}
+        names |= {"air-shade"} if any(r.air.count > 1 for r in session.runs) else set()
+    names |= {"climb"} if model.stair_deg else set()
+    known = {n: PRIORS[n] for n in PRIORS if n in names}
+    if session.runs:
+        known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
+        column = float(np.median([r.tilt.grid_deg for r in session.runs]))
+        sensor = math.hypot(SENSOR_DEG, 0.0 if model.stair_deg else GRID_SHARE * column)
+        known |= {
+            n: sensor for n, e in model.effects.items() if e.tilt and e.unit == "deg"
+        }
+    if session.reads:
+        grid = 0.0 if model.stair_deg else max(r.grid_deg for r in session.reads)
+        known["reader"] = math.hypot(PRIORS["reader"], GRID_SHARE * grid)
+    return known
+
+
+def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
+    """Rows' change by one RUN_SD of each run's friction; readings have it in their own
+    scatter."""
+    runs = len(problem.model.session.runs)
+    tracked = np.concatenate(
+        [np.full(len(r.b), k < runs) for k, r in enumerate(reduced)]
+    )
+    return UnknownScatter(
+        stacked(reduced)[0][:, problem.names.index("friction")] * RUN_SD * tracked
+    )
+
+
+def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
+    """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
+    lag = np.append(frame_lag(run.frame), np.inf)
+    return Series(
+        run.recording,
+        np.append(run.travel, 0.0),
+        np.append(sigma, RUN_SD),
+        lag,
+        prepared.noise,
+        np.zeros((len(lag), 0)),
+    )
+
+
+def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
+    """Readings scatter by the runs' friction, the reader and the grid, or more if they
+    show it."""
+    reads = prepared.session.reads
+    friction = math.tan(math.radians(float(np.median(read.angles))))
+    grid = max(read.grid_deg, stair_deg) / math.sqrt(12)
+    floor = math.hypot(math.degrees(RUN_SD / (1 + friction**2)), READING_SD_DEG, grid)
+    spare = sum(len(r.angles) - 1 for r in reads)
+    about = sum(float(((r.angles - r.angles.mean()) ** 2).sum()) for r in reads)
+    sigma = math.sqrt(
+        max(floor**2, (about + READER_ROWS * floor**2) / (spare + READER_ROWS))
+    )
+    n = len(read.angles)
+    return Series(
+        read.recording,
+        read.angles,
+        sigma,
+        frame_lag(np.arange(n)),
+        _white(prepared.session),
+        np.ones((n, 1)),
+    )
+
+
+def _white(session: Session) -> Noise:
+    spare = sum(len(r.angles) - 1 for r in session.reads)
+    return Noise(0.0, 0.0, math.sqrt(2 / (spare + 10)))
+
+
+def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
+    """Model with the pair's friction, and starts (R, LOCALS) from each run alone."""
+    session = prepared.session
+    model = replace(model, session=session)
+    starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
+    frictions = [
+        math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads
+    ]
+    for k in range(len(session.runs)):
+        starts[k, 0], starts[k, 1], friction, _, starts[k, 4] = _onset(
+            model, prepared, k, jump=False
+        )
+        frictions.append(friction)
+    return replace(model, friction=float(np.median(frictions))), starts
+
+
+def initial_onsets_with_jump(
+    prepared: Prepared, model: Model, starts: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Starts of runs that lose friction at onset, another minimum of χ²; median
+    loss."""
+    starts, lost = starts.copy(), []
+    for k in range(len(prepared.session.runs)):
+        starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
+        lost.append(jump)
+    return starts, float(np.median(lost))
+
+
+def _onset(
+    model: Model, prepared: Prepared, r: int, *, jump: bool
+) -> tuple[float, float, float, float, float]:
+    """Of a run: place at rest [mm], onset [s], friction, its loss, place on a step
+    [sd]."""
+    run, sigma = prepared.session.runs[r], prepared.sigma[r]
+    time = run.time - run.tilt.origin
+
+    def misfit(onset: float, lag: float = 0.0) -> tuple[float, float, float, float]:
+        way, _, friction = run_motion(
+            model, r, np.array([0.0, onset, 0.0, 0.0, lag, 0.0, 0.0]), {}
+        )
+        columns = [np.ones(len(time))] + (
+            [np.clip(time - onset, 0, None) ** 2] if jump else []
+        )
+        design, left = (
+            np.column_stack(columns) / sigma[:, None],
+            (run.travel - 1e3 * way) / sigma,
+        )
+        solution = np.linalg.lstsq(design, left, rcond=None)[0]
+        if jump and solution[1] < 0:  # friction does not increase at the onset
+            solution = np.array(
+                [left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0]
+            )
+        lost = (
+            2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
+            if jump
+            else 0.0
+        )
+        return (
+            float(((left - design @ solution) ** 2).sum()),
+            float(solution[0]),
+            friction,
+            lost,
+        )
+
+    grid = np.linspace(time[0], time[0] + 0.9 * (time[-1] - time[0]), 60)
+    for _ in range(5):
+        at = int(np.argmin([misfit(t)[0] for t in grid]))
+        grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 15)
+    lags = LAGS if model.stair_deg else (0.0,)
+    fine = np.linspace(grid[0], grid[-1], 9) + (
+        grid[1] - grid[0] if model.stair_deg else 0.0
+    ) * np.arange(-4, 5)
+    best = min(
+        (misfit(t, lag)[0], t, lag)
+        for t in (fine if model.stair_deg else grid[7:8])
+        for lag in lags
+    )
+    _, place, friction, lost = misfit(*best[1:])
+    return place, float(best[1]), friction, lost, float(best[2])

@@ -1,0 +1,351 @@
+"""Slides as runs: what slides when, at which tilt, and how well that is known."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from benchtwin.bench.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
+from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
+
+MASS_OF_ELLIPSOID = math.pi / 6
+LEAST_SLIDING, LEAST_REST = 12, 5  # rows
+LEAST_TRAVEL_MM = 0.5
+LEAST_OF_FEW = (
+    4  # rows of sliding in a short record: place, onset, friction, and one more
+)
+RESOLUTIONS_DEG = (
+    5.0,
+    2.0,
+    1.0,
+    0.5,
+    0.25,
+    0.2,
+    0.1,
+    0.05,
+    0.02,
+)  # that people read protractors and goniometers to
+FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
+ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
+ABRAHAM = 9.06  # of √Re in C_d
+# relative: of a seed's drag beside a plate; of one of which sizes or mass are not
+# stated
+BESIDE_PLATE_SD, UNSTATED_SD = (0.5, 1.0)
+POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
+EARLIEST, LATEST = (
+    -0.1,
+    0.25,
+)  # of the slide's duration, after the onset as first guessed
+ONSETS, MAX_ITERATIONS = (
+    9,
+    3,
+)  # grid search for the onset, refined to 1e-3 of the duration
+ENOUGH = 200  # rows used for the onset
+
+
+@dataclass(frozen=True)
+class AirDrag:
+    """Air on one seed in free flight: size (v + slow √v)² [m/s²]."""
+
+    size: float = 0.0  # [1/m]
+    slow: float = 0.0  # [√(m/s)]
+    sd: float = 0.0  # relative, of drag beside a plate
+    count: int = 1  # seeds in the block
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One track, cut to the slide and as long a rest before it."""
+
+    recording: str
+    session: str
+    time: np.ndarray  # (n,) [s]
+    travel: np.ndarray  # (n,) [mm] downhill from 0
+    frame: np.ndarray
+    rest: int  # rows before the first guess of the onset
+    tilt: Tilt
+    mass_g: float  # of the block, NaN unknown
+    from_hinge: float  # [m], 0 unknown
+    air: AirDrag
+    scale_sd: float  # relative
+    lock: np.ndarray  # (n, 2) [mm]: see `lock`
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """Angles (m,) [deg] read by eye, one a slide; NaN if unknown; grid_deg: reading
+    grid."""
+
+    recording: str
+    session: str
+    angles: np.ndarray
+    rate_deg_s: float
+    mass_g: float
+    grid_deg: float
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Tracks and readings of one pair; stated: their descriptions, tracks first."""
+
+    runs: tuple[Run, ...]
+    reads: tuple[Read, ...]
+    stated: tuple[dict, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Masses [g] of all blocks, NaN where unknown."""
+        return np.array(
+            [*(r.mass_g for r in self.runs), *(r.mass_g for r in self.reads)]
+        )
+
+
+def assemble(recordings) -> Session:
+    """Usable runs and readings; ValueError with each one's reason where there are
+    none."""
+    runs, reads, notes = [], [], []
+    told: dict[str, dict] = {}
+    for seen in recordings:
+        notes += [f"{seen.recording}: {note}" for note in seen.notes]
+        if seen.trouble:
+            notes.append(f"{seen.recording}: left out: {seen.trouble}")
+            continue
+        told[seen.recording] = seen.description
+        try:
+            if len(seen.angles_deg):
+                reads.append(_read(seen))
+            else:
+                runs.append(_run(seen))
+        except ValueError as error:
+            notes.append(f"{seen.recording}: left out: {error}")
+    if not runs and not reads:
+        raise ValueError(
+            "no slide can be used: " + "; ".join(notes or ["there is none"])
+        )
+    grid = grid_of([r.angles for r in reads])
+    reads = [replace(r, grid_deg=r.grid_deg or grid) for r in reads]
+    if reads and grid >= COARSE_DEG:
+        notes.append(
+            f"angles are read to {grid:g}°, which is carried into the friction"
+        )
+    names = [*(r.recording for r in runs), *(r.recording for r in reads)]
+    return Session(
+        tuple(runs), tuple(reads), tuple(told[n] for n in names), tuple(notes)
+    )
+
+
+def grid_of(readings: list[np.ndarray]) -> float:
+    """The coarsest usual resolution, else any spacing, on which all lie; else
+    FINEST_DEG.
+
+    >>> grid_of([np.array([21.5, 22.0, 22.0, 22.5, 21.5, 22.0, 21.5, 22.0])])
+    0.5
+    >>> grid_of([np.array([21.75, 23.31, 21.75, 21.75, 23.31, 20.19])])
+    1.56
+    """
+    values = np.unique(np.round(np.concatenate(readings or [np.zeros(0)]), 3))
+    usual = (
+        next((g for g in RESOLUTIONS_DEG if _lie_on(values, g, 0.0)), FINEST_DEG)
+        if len(values)
+        else FINEST_DEG
+    )
+    if len(values) < 3 or usual >= 0.2:
+        return usual
+    spacing = float(np.diff(values).min())
+    stairs = np.round((values - values[0]) / spacing)
+    spacing = float(np.polyfit(stairs, values, 1)[0])
+    odd = (
+        spacing > 2 * usual
+        and spacing >= COARSE_DEG
+        and _lie_on(values, spacing, float(values[0]))
+    )
+    return round(spacing, 3) if odd else usual
+
+
+def _lie_on(values: np.ndarray, grid: float, first: float) -> bool:
+    off = (values - first) / grid
+    return bool(np.all(np.abs(off - np.round(off)) * grid < ON_GRID_DEG))
+
+
+def _read(seen) -> Read:
+    angles = np.asarray(seen.angles_deg, float)
+    angles = angles[np.isfinite(angles)]
+    if not len(angles):
+        raise ValueError(
+            "its readings hold no number; slide_angle_deg should hold an angle a row"
+        )
+    rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
+    stated = seen.description.get("reading", {}).get("resolution_deg") or 0.0
+    return Read(
+        seen.recording,
+        seen.session,
+        angles,
+        float(rate) if rate else float("nan"),
+        mass_of(seen.description),
+        stated,
+    )
+
+
+def _run(seen) -> Run:
+    told = seen.description.get("slide", {})
+    good = np.isfinite(seen.time_s) & np.isfinite(seen.x_mm)
+    time, x, frame = seen.time_s[good], seen.x_mm[good], seen.frame[good]
+    few = len(time) < LEAST_SLIDING + LEAST_REST
+    if len(time) < LEAST_OF_FEW:
+        raise ValueError(
+            f"{len(time)} usable rows; a slide needs at least {LEAST_OF_FEW}"
+        )
+    edge = max(3, len(x) // 20)
+    way = float(np.median(x[-edge:]) - np.median(x[:edge]))
+    sign = math.copysign(1.0, way)
+    travel = sign * x
+    noise = 1.4826 * float(np.median(np.abs(np.diff(travel, 2)))) / math.sqrt(6)
+    first, stop = _few_sliding(travel) if few else _sliding(time, travel, noise, told)
+    travel = travel - (travel[0] if few else np.median(travel[: max(first, 3)]))
+    tilt_column = (
+        None if seen.tilt_deg is None else np.asarray(seen.tilt_deg, float)[good]
+    )
+    if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
+        tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
+    elif told.get("tilt_rate_deg_s"):
+        tilt = stated_tilt(told, time[first])
+    else:
+        raise ValueError(
+            "the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s"
+            " is needed"
+        )
+    begin = max(0, first - max(80, stop - first))
+    cut = slice(begin, stop)
+    camera = seen.description["camera"]
+    return Run(
+        seen.recording,
+        seen.session,
+        time[cut],
+        travel[cut],
+        frame[cut],
+        first - begin,
+        tilt,
+        mass_of(seen.description),
+        1e-3 * float(told.get("start_mm", 0.0)),
+        _air_drag(seen.description),
+        float(camera["scale_sd"]),
+        sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
+    )
+
+
+def _few_sliding(travel: np.ndarray) -> tuple[int, int]:
+    """First row of the slide and row after the last, of few rows."""
+    size = float(np.ptp(travel))
+    if size < LEAST_TRAVEL_MM:
+        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
+    first = int(np.argmax(travel - travel[0] > 0.01 * size))
+    first = 0 if first < 2 else first
+    if len(travel) - first < LEAST_OF_FEW:
+        raise ValueError(
+            f"{len(travel) - first} rows of sliding; at least {LEAST_OF_FEW} are needed"
+        )
+    return first, len(travel)
+
+
+def _sliding(
+    time: np.ndarray, travel: np.ndarray, noise: float, told: dict
+) -> tuple[int, int]:
+    """First row of the slide and row after the last; ValueError where nothing
+    slides."""
+    edge = max(3, len(travel) // 20)
+    rest = float(np.median(travel[:edge]))
+    size = float(travel.max() - rest)
+    if size < max(20 * noise, LEAST_TRAVEL_MM):
+        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
+    width = max(3, len(travel) // 100)
+    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
+    peak = int(np.argmax(speed))
+    slower = np.flatnonzero(
+        speed[peak:]
+        < 0.75 * speed[peak]
+        - 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12)
+    )
+    stop = peak + 1 if len(slower) else len(travel)
+    if told.get("travel_mm"):
+        beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
+        stop = min(stop, int(beyond[0])) if len(beyond) else stop
+    seen = max(8 * noise, 2e-3 * size)
+    first = (
+        int(np.flatnonzero(travel[:stop] - rest < seen)[-1]) + 1
+    )  # later than the true onset by t ~ x^⅓
+    first = max(
+        int(
+            np.searchsorted(
+                time, time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
+            )
+        ),
+        0,
+    )
+    if first < LEAST_REST:
+        raise ValueError(
+            "the block moves from the first rows on: the onset is not in the recording"
+        )
+    if stop - first < LEAST_SLIDING:
+        raise ValueError(
+            f"{stop - first} rows of sliding; at least {LEAST_SLIDING} are needed: a"
+            " higher frame rate"
+        )
+    return first, stop
+
+
+def mass_of(description: dict) -> float:
+    """Of the block [g], from mass_g or ellipsoid and density, times count; NaN if not
+    stated."""
+    seed = description.get("seed", {})
+    one = seed.get("mass_g")
+    sizes = [seed.get(f"{side}_mm") for side in ("length", "width", "thickness")]
+    if one is None and all(sizes) and seed.get("density_kg_m3"):
+        one = MASS_OF_ELLIPSOID * float(np.prod(sizes)) * 1e-6 * seed["density_kg_m3"]
+    return float("nan") if one is None else float(one) * seed.get("count", 1)
+
+
+def _air_drag(description: dict) -> AirDrag:
+    air = air_of(description)
+    slow = (
+        ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
+    )
+    at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
+    known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
+    return AirDrag(
+        air.share * G_M_S2 / at_2,
+        slow,
+        known if air.share else 0.0,
+        int(description.get("seed", {}).get("count") or 1),
+    )
+
+
+def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:
+    """Error of x (n, 2) [mm] for A = 1 px and B = 1 px; rest: rows before the onset."""
+    if not pixel_mm:
+        return np.zeros((len(time), 2))
+    phase = 2 * np.pi * smooth(time, x_mm, rest) / pixel_mm
+    return pixel_mm * np.column_stack([np.sin(phase), np.cos(phase)])
+
+
+def smooth(time: np.ndarray, x: np.ndarray, rest: int) -> np.ndarray:
+    """Place (n,) by a curve of few terms: a row's own reading would explain its own
+    noise."""
+    few = slice(None, None, max(1, len(x) // ENOUGH))
+    grid = time[rest] + (time[-1] - time[rest]) * np.linspace(EARLIEST, LATEST, ONSETS)
+    for _ in range(MAX_ITERATIONS):
+        left = [
+            ((x[few] - _from(onset, time[few], x[few])) ** 2).sum() for onset in grid
+        ]
+        best = int(np.argmin(left))
+        onset = grid[best]
+        grid = np.linspace(
+            grid[max(best - 1, 0)], grid[min(best + 1, ONSETS - 1)], ONSETS
+        )
+    return _from(onset, time, x)
+
+
+def _from(onset: float, time: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Least-squares fit of rest and, from `onset` on, a polynomial acceleration."""
+    since = np.clip((time - onset) / (time[-1] - onset), 0.0, None)
+    design = np.column_stack([np.ones(len(time)), since[:, None] ** POWERS])
+    return design @ np.linalg.lstsq(design, x, rcond=None)[0]
