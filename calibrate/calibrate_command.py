@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
@@ -26,7 +27,7 @@ from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.report import write_report
 from benchtwin.report.draw import name
-from benchtwin.report.numbers import with_interval, words
+from benchtwin.report.numbers import words
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchtwin.diagnose.words import fault_in_words
+from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.tracks import Listed, listed
@@ -41,9 +41,9 @@ class Diagnosis:
         """The content of diagnosis.json."""
         rigs = {}
         for rig, finding in self.findings.items():
-            rigs[rig] = finding.to_json() | (
-                {"twin": self.twins[rig].to_json()} if rig in self.twins else {}
-            )
+            said = {"sentence": verdict_in_words(finding), "tone": tone(finding)}
+            twin = {"twin": self.twins[rig].to_json()} if rig in self.twins else {}
+            rigs[rig] = said | finding.to_json() | twin
         trouble = [
             dict(zip(("recording", "rig", "why"), entry, strict=True))
             for entry in self.trouble

@@ -5,9 +5,14 @@ import math
 import traceback
 from pathlib import Path
 
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.effect import Effect
+from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding
-from benchtwin.infer.verdict import MATTERS_SDS, NAME_SHARE
+from benchtwin.infer.verdict import MATTERS_SDS
+
+SURE_OF_NOTHING = 0.8  # from which it is said in green
+LEAST_SHARE = 0.1  # of an explanation beside the verdict that is worth a word
 
 WHERE = {
     "flight": "in flight",
@@ -60,66 +65,123 @@ def followed_condition(name: str) -> tuple[str, str] | None:
 
 
 def verdict_in_words(finding: Finding) -> str:
-    """What is missing, how much of it, and what ignoring it does to the contact
-    parameters."""
+    """The one sentence of a finding, wherever it is shown: what it does to a contact
+    parameter, what was found, how probable exactly that is, how large it is, what else
+    is possible, and how often noise alone would do as much."""
+    told = {"none": _none, "name": _name, "class": _class, "unknown": _unknown}
+    parts = [told[finding.verdict](finding), *_else_possible(finding)]
+    return "; ".join([*parts, f"noise alone would do this in {odds(finding.p_global)}"])
+
+
+def tone(finding: Finding) -> str:
+    """How a verdict is coloured: "sure" that nothing is missing, "open" where nothing
+    was shown to be, "quiet" where what is moves nothing, else the verdict."""
     if finding.verdict == "none":
-        count = len(finding.recordings)
-        these = "the recording shows" if count == 1 else f"{count} recordings show"
-        return (
-            f"nothing is missing that {these} ({percent(finding.p_verdict)}; noise"
-            f" alone: {chance(finding.p_global)})"
-        )
-    if finding.verdict == "name":
-        told = "; ".join(named(n, finding) for n in finding.names)
-    else:
-        told = _class(finding) if finding.verdict == "class" else _unknown(finding)
-    if not finding.matters:
-        return f"found, but it moves nothing that matters: {told}"
-    return "; ".join([told, *_moved(finding)])
+        return "sure" if finding.p_verdict >= SURE_OF_NOTHING else "open"
+    return finding.verdict if finding.matters else "quiet"
+
+
+def _none(finding: Finding) -> str:
+    count = len(finding.recordings)
+    these = "the recording" if count == 1 else f"the {count} recordings"
+    return (
+        f"nothing was shown to be missing in {these}"
+        f" ({percent(finding.p_verdict)} that nothing is)"
+    )
+
+
+def _name(finding: Finding) -> str:
+    what = " and ".join(_with_slope(n, finding) for n in finding.names)
+    sizes = "; ".join(filter(None, (_size(n, finding) for n in finding.names)))
+    holding = sum(
+        p
+        for (names, _), p in statements(finding).items()
+        if set(finding.names) <= set(names)
+    )
+    alone = percent(finding.p_verdict)
+    found = f"{what} ({percent(holding)}), and nothing else ({alone})"
+    return _because(finding, f"{found}: {sizes}" if sizes else found)
 
 
 def _class(finding: Finding) -> str:
-    sure = [n for n in finding.names if _probability(n, finding) >= NAME_SHARE]
-    rest = [n for n in finding.names if n not in sure]
-    if sure:
-        beside = " or ".join(_short(n, finding) for n in rest)
-        return "; ".join(
-            [
-                *(named(n, finding) for n in sure),
-                *([f"beside it, not settled: {beside}"] if beside else []),
-            ]
+    among = [
+        (names, p)
+        for (names, strange), p in statements(finding).items()
+        if names and not strange and set(names) <= set(finding.names)
+    ]
+    options = [one for one in among if one[1] >= LEAST_SHARE] or among[:1]
+    if len(options) == 1:
+        what = f"{_set(*options[0], finding)}, not for certain"
+    else:
+        what = (
+            f"{' or '.join(_set(*one, finding) for one in options)}, which these"
+            f" recordings do not tell apart ({percent(finding.p_verdict)} together)"
         )
-    if len(rest) == 1:
-        return (
-            f"something is missing {place(finding)}; the likely reason, not settled:"
-            f" {named(rest[0], finding)}"
-        )
-    some = " or ".join(f"{n} ({percent(_probability(n, finding))})" for n in rest)
-    return (
-        f"something is missing {place(finding)}: {some}; these recordings do not tell"
-        " which"
-    )
+    return _because(finding, what)
 
 
 def _unknown(finding: Finding) -> str:
-    known = [named(n, finding) for n in finding.names]
+    known = " and ".join(_with_slope(n, finding) for n in finding.names)
     what = (
-        f"something{' else' if known else ''} is missing {place(finding)} that no known"
-        " effect explains"
+        f"something is missing {place(finding)} that no known effect explains"
+        f" ({percent(finding.p_verdict)})"
     )
     law = finding.law
     likeliest = next((names for names, _ in finding.explanations if names), ())
-    drifts = (followed_condition(n) for n in likeliest if n not in finding.effects)
+    drifts = (followed_condition(n) for n in likeliest if n in finding.unlisted)
     if not law and (drift := next(filter(None, drifts), None)):
         when = ONLY_WHEN.get(drift[1], drift[1])
         law = f"{drift[0]} changes with {when}, and nothing stated says why"
-    return "; ".join(
-        [*known, f"{what} ({percent(finding.p_verdict)})" + (f": {law}" if law else "")]
-    )
+    found = f"{known}, and beside it {what}" if known else what
+    return _because(finding, f"{found}: {law}" if law else found)
 
 
-def _moved(finding: Finding) -> list[str]:
-    """ "left out, restitution reads 0.8 % too low, 3 of its sds"."""
+def _set(names: tuple[str, ...], p: float, finding: Finding) -> str:
+    what = " and ".join(_with_slope(n, finding) for n in names)
+    return f"{what} ({percent(p)})"
+
+
+def statements(finding: Finding) -> dict[tuple[tuple[str, ...], bool], float]:
+    """Probability of exactly these listed effects, with or without something unlisted,
+    the greatest first; all of them add up to 1."""
+    out: dict[tuple[tuple[str, ...], bool], float] = {}
+    for names, p in finding.explanations:
+        listed = tuple(n for n in names if n not in finding.unlisted)
+        key = listed, len(listed) < len(names)
+        out[key] = out.get(key, 0.0) + p
+    return dict(sorted(out.items(), key=lambda entry: -entry[1]))
+
+
+def _else_possible(finding: Finding) -> list[str]:
+    """ "also possible: the scale is wrong (23 %)": what the verdict leaves out."""
+
+    def said(names: tuple[str, ...], strange: bool) -> bool:
+        if finding.verdict == "class":
+            return bool(names) and not strange and set(names) <= set(finding.names)
+        if finding.verdict == "unknown":
+            return strange and set(names) >= set(finding.names)
+        return not strange and set(names) == set(finding.names)
+
+    out = []
+    for (names, strange), p in statements(finding).items():
+        if p < LEAST_SHARE or said(names, strange):
+            continue
+        parts = [missing(n, finding.rig) for n in names]
+        parts += [missing(UNSHAPED, finding.rig)] if strange else []
+        out.append(f"{' and '.join(parts) or 'nothing is missing'} ({percent(p)})")
+    return [f"also possible: {', '.join(out)}"] if out else []
+
+
+def _because(finding: Finding, found: str) -> str:
+    """What it does to the contact parameters, then what was found."""
+    if not finding.matters:
+        return f"found, but it moves nothing that matters: {found}"
+    moved = _moved(finding)
+    return f"{moved} because {found}" if moved else found
+
+
+def _moved(finding: Finding) -> str:
+    """ "restitution reads 0.8 % too low (3 of its sds)"."""
     out = []
     for name, moved in finding.contact.items():
         if abs(moved.shift_sds) < MATTERS_SDS:
@@ -132,89 +194,79 @@ def _moved(finding: Finding) -> list[str]:
         )
         how = f"{brief(share)} % too {'low' if off > 0 else 'high'}"
         out.append(
-            f"{name.replace('_', ' ')} reads {how}, {brief(abs(moved.shift_sds))} of"
-            " its sds"
+            f"{name.removesuffix('_deg').replace('_', ' ')} reads {how}"
+            f" ({brief(abs(moved.shift_sds))} of its sds)"
         )
-    return [f"left out, {', and '.join(out)}"] if out else []
+    return " and ".join(out)
 
 
-def named(name: str, finding: Finding) -> str:
-    """ "air drag is missing (99.7 %): 0.018 ± 0.002 of the weight at 2 m/s" (95 %)."""
-    if found := followed_condition(name):
-        return _following(name, *found, finding)
+def _with_slope(name: str, finding: Finding) -> str:
+    """`missing`, of a condition with by how much."""
+    found = followed_condition(name)
+    if found is None or name in finding.unlisted:
+        return missing(name, finding.rig)
+    return _following(name, *found, finding)
+
+
+def _size(name: str, finding: Finding) -> str:
+    """ "0.018 ± 0.002 of the weight at 2 m/s" (95 %); of several effects, which."""
     told, effect = finding.effects.get(name), effect_named(finding.rig, name)
     unit = effect.wording[1] if effect else ""
     if told is None or not unit or not math.isfinite(told.size.value):
-        return _short(name, finding)
-    return (
-        f"{_short(name, finding)}:"
-        f" {plus_minus(told.size)}{'' if unit.startswith('°') else ' '}{unit}"
-    )
+        return ""
+    if told.size.low95 < 0 < told.size.high95:  # a further parameter tells that it is
+        return ""
+    which = f"{name} " if len(finding.names) > 1 else ""
+    space = "" if unit.startswith("°") else " "
+    return f"{which}{half_interval(told.size)}{space}{unit}"
 
 
 def _following(name: str, parameter: str, condition: str, finding: Finding) -> str:
-    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all
-    10 slides (99.7 %)"; of words each level."""
-    told, count = finding.effects.get(name), len(finding.recordings)
-    over = (
-        f"in all {count} {PLURALS[finding.rig]}"
-        f" ({percent(_probability(name, finding))})"
-    )
+    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"; of
+    words each level."""
+    told = finding.effects.get(name)
     if told and told.levels:
         each = ", ".join(
-            f"{level} {'+' if size.value > 0 else ''}{plus_minus(size)}"
+            f"{level} {'+' if size.value > 0 else ''}{half_interval(size)}"
             for level, size in told.levels.items()
         )
-        return (
-            f"{parameter} follows {condition}, {over}; beside the mean of all: {each}"
-        )
+        return f"{parameter} follows {condition} (beside the mean of all: {each})"
     if told is None or told.unit == "1" or not math.isfinite(told.size.value):
-        return f"{parameter} follows {condition}, {over}"
+        return f"{parameter} follows {condition}"
     what, _, unit = condition.rpartition("_")
     of = (
         f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
         if what
         else f"unit of {condition}"
     )
-    size = plus_minus(told.size).lstrip("−")
+    size = half_interval(told.size).lstrip("−")
     return (
-        f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of},"
-        f" {over}"
+        f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of}"
     )
 
 
 def missing(name: str, rig: str) -> str:
-    """What one effect is in a reader's words."""
+    """What one effect is in a reader's words; "(unlisted)" begins what is none."""
+    if name.startswith(UNSHAPED):
+        sector, _, push = name[len(UNSHAPED) :].strip().partition(": ")
+        where = f" {WHERE.get(sector, f'in {sector}')} ({push})" if sector else ""
+        return f"something{where} that no known effect explains"
     if found := followed_condition(name):
+        if found[1] in ONLY_WHEN:
+            return f"{found[0]} changes with {ONLY_WHEN[found[1]]}"
         return f"{found[0]} follows {found[1]}"
     effect = effect_named(rig, name)
     return effect.wording[0] if effect and effect.wording[0] else name
 
 
-def _short(name: str, finding: Finding) -> str:
-    return f"{missing(name, finding.rig)} ({percent(_probability(name, finding))})"
-
-
-def _probability(name: str, finding: Finding) -> float:
-    return (
-        finding.effects[name].probability
-        if name in finding.effects
-        else finding.p_verdict
-    )
-
-
-def plus_minus(size) -> str:
+def half_interval(size) -> str:
     """Value ± half its 95 % interval (value, low95, high95), with two digits of that.
 
     >>> from benchtwin.infer.finding import Parameter
-    >>> plus_minus(Parameter("1", 0.01834, 0.0163, 0.0203))
+    >>> half_interval(Parameter("1", 0.01834, 0.0163, 0.0203))
     '0.0183 ± 0.0020'
     """
-    half = (size.high95 - size.low95) / 2
-    if not (math.isfinite(half) and half > 0):
-        return f"{size.value:.3g}"
-    digits = max(0, min(8, 1 - math.floor(math.log10(half))))
-    return f"{size.value:.{digits}f} ± {half:.{digits}f}".replace("-", "−")
+    return plus_minus(size.value, (size.high95 - size.low95) / 2)
 
 
 def place(finding: Finding) -> str:
@@ -229,6 +281,20 @@ def place(finding: Finding) -> str:
 def chance(p: float) -> str:
     """A probability of noise alone, "p < 0.0001" where it is smaller."""
     return "p < 0.0001" if p < 1e-4 else f"p = {p:.2g}"
+
+
+def odds(p: float) -> str:
+    """A probability as a share of benches.
+
+    >>> odds(0.131), odds(0.0042), odds(0.96), odds(1e-9)
+    ('1 of 8 benches', '1 of 240 benches', '9 of 10 benches', 'fewer than 1 of 10 000 \
+benches')
+    """
+    if p < 1e-4:
+        return "fewer than 1 of 10 000 benches"
+    if p < 0.35:
+        return f"1 of {float(f'{1 / p:.2g}'):.0f} benches"
+    return f"{min(round(10 * p), 9)} of 10 benches"
 
 
 def percent(p: float) -> str:

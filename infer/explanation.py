@@ -8,6 +8,8 @@ from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Fit, Problem
 from benchtwin.infer.unlisted import Windows
 
+UNSHAPED = "(unlisted)"  # something of no shape that was tried
+
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
@@ -46,7 +48,13 @@ class Explanation:
     columns: np.ndarray  # of the windows
     table: EvidenceTable
     power: float = 1.0  # of the noise at low frequency over the fit's assumption
-    probability: float = 0.0
+    probability: float = 0.0  # of exactly this set
+    and_more: float = 0.0  # of this set and something of no shape tried
+
+    @property
+    def held(self) -> float:
+        """Probability of this set, alone or with something of no shape tried."""
+        return self.probability + self.and_more
 
     @property
     def listed(self) -> tuple[str, ...]:
@@ -64,11 +72,12 @@ class Explanation:
 @dataclass(frozen=True, eq=False)
 class Posterior:
     """Explanations, the most probable first; bases: each alternative with nothing
-    missing."""
+    missing; p_noise: how often noise alone makes as great a mismatch."""
 
     explanations: tuple[Explanation, ...]
     alternatives: tuple[Alternative, ...]
     bases: tuple[Explanation, ...]
+    p_noise: float = 1.0
 
     @property
     def base(self) -> Explanation:
@@ -77,21 +86,26 @@ class Posterior:
 
     def probability(self, names: tuple[str, ...]) -> float:
         """Of exactly this set, over all alternatives."""
-        return sum(
-            e.probability for e in self.explanations if set(e.names) == set(names)
-        )
+        return sum(p for found, p in self.by_set() if set(found) == set(names))
+
+    def unlisted(self) -> set[str]:
+        """The components that are no listed effect."""
+        return {n for e in self.explanations for n in e.unlisted} | {UNSHAPED}
 
     def presence(self) -> dict[str, float]:
         """Probability of each component."""
         out: dict[str, float] = {}
-        for e in self.explanations:
-            for n in e.names:
-                out[n] = out.get(n, 0.0) + e.probability
+        for names, p in self.by_set():
+            for n in names:
+                out[n] = out.get(n, 0.0) + p
         return out
 
     def by_set(self) -> list[tuple[tuple[str, ...], float]]:
-        """Sets with their probabilities, the greatest first."""
+        """Sets with their probabilities, the greatest first; they add up to 1."""
         out: dict[tuple[str, ...], float] = {}
         for e in self.explanations:
             out[e.names] = out.get(e.names, 0.0) + e.probability
+            if e.and_more:
+                more = (*e.names, UNSHAPED)
+                out[more] = out.get(more, 0.0) + e.and_more
         return sorted(out.items(), key=lambda entry: -entry[1])

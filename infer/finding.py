@@ -6,8 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from benchtwin.infer.alarm import ALARM_P, baseline_p, p_global
-from benchtwin.infer.explanation import Alternative, Explanation, Posterior
+from benchtwin.infer.alarm import ALARM_P, left_over_p
+from benchtwin.infer.explanation import (
+    UNSHAPED,
+    Alternative,
+    Explanation,
+    Posterior,
+)
 from benchtwin.infer.held_out import HeldOut, held_out, left_out_values
 from benchtwin.infer.posterior import explain
 from benchtwin.infer.problem import Fit
@@ -21,6 +26,7 @@ from benchtwin.infer.verdict import (
     parameter_shift,
     sector_shares,
     verdict_of,
+    weighed_with_noise,
 )
 
 MOST_EXPLANATIONS = 20
@@ -102,6 +108,7 @@ class Finding:
     curves: tuple[Curve, ...] = ()
     notes: tuple[str, ...] = field(default=())
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    unlisted: frozenset[str] = frozenset({UNSHAPED})  # of the explanations' parts
 
     @property
     def modelled(self) -> tuple[str, ...]:
@@ -123,7 +130,7 @@ class Finding:
                 "parameters": {name: vars(p) for name, p in self.parameters.items()},
                 "explanations": [
                     {"effects": names, "probability": p}
-                    for names, p in self.explanations
+                    for names, p in self.explanations[:MOST_EXPLANATIONS]
                 ],
                 "effects": {
                     name: (
@@ -191,9 +198,8 @@ class DiagnosisTask:
 
 def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
-    posterior = explain(task.alternatives, task.windows)
-    base, p = posterior.base, p_global(posterior, rng)
-    verdict = verdict_of(posterior, p)
+    posterior = weighed_with_noise(explain(task.alternatives, task.windows), rng)
+    base, verdict = posterior.base, verdict_of(posterior)
     chosen = _chosen(posterior, verdict)
     window, best_axis = strongest_window(
         base.reduced,
@@ -209,41 +215,41 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     contact = {
         n: parameter_shift(posterior, value) for n, value in task.contact.items()
     }
-    found = verdict.verdict != "none"
+    alarm = posterior.p_noise < ALARM_P
     nothing, ranked = posterior.probability(()), posterior.by_set()
-    best = next((q for names, q in ranked if names), 0.0)
-    runner_up = next(
-        (q for names, q in ranked if names and set(names) != set(chosen.names)), 0.0
-    )
+    some = [q for names, q in ranked if names and names != chosen.names]
+    ours = posterior.probability(chosen.names)
     named = verdict.names if verdict.verdict == "name" else ()
     sizes = {n: estimates[n] for n in named if n in estimates and estimates[n].unit}
-    ours = posterior.probability(chosen.names)
     return Finding(
         task.rig,
         base.fit.problem.recordings,
-        found,
-        p,
-        _sectors(posterior, found, rng),
+        alarm,
+        posterior.p_noise,
+        _sectors(posterior, alarm, rng),
         window,
         best_axis,
         verdict.verdict,
         verdict.names,
-        ln_bayes_baseline=_ln_odds(best, nothing) if found else math.nan,
-        ln_bayes_runner_up=_ln_odds(ours, runner_up) if found else math.nan,
+        ln_bayes_baseline=_ln_odds(ours, nothing) if alarm else math.nan,
+        ln_bayes_runner_up=_ln_odds(ours, max(some, default=0.0))
+        if alarm
+        else math.nan,
         parameters={
             n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()
         },
         law=task.law(chosen.fit) if verdict.verdict == "unknown" else None,
-        held_out=held_out(chosen, base) if found else None,
+        held_out=held_out(chosen, base) if alarm else None,
         next_record=task.advice(verdict.names) if verdict.verdict != "name" else None,
         p_verdict=verdict.probability,
-        matters=found and _matters(contact, verdict.names),
-        explanations=tuple(ranked[:MOST_EXPLANATIONS]),
+        matters=alarm and _matters(contact, verdict.names),
+        explanations=tuple(ranked),
         effects=estimates,
         contact=contact,
         curves=task.curves(base.fit, chosen.fit),
-        notes=(*task.notes, *_notes(posterior, verdict, p, nothing)),
-        left_out=left_out_values(chosen) if found else {},
+        notes=(*task.notes, *_notes(posterior)),
+        left_out=left_out_values(chosen) if alarm else {},
+        unlisted=frozenset(posterior.unlisted()),
     )
 
 
@@ -251,16 +257,17 @@ def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
     """The explanation that the verdict is about; of a class the likeliest."""
     if verdict.verdict == "none":
         return posterior.base
+    strange = verdict.verdict == "unknown"
+
+    def share(e: Explanation) -> float:
+        if strange:
+            return e.probability if e.unlisted else e.and_more
+        return e.probability if e.names and not e.unlisted else 0.0
+
     if verdict.verdict == "name":
-        return next(
-            e for e in posterior.explanations if set(e.names) == set(verdict.names)
-        )
-    needs_unlisted = verdict.verdict == "unknown"
-    return next(
-        e
-        for e in posterior.explanations
-        if e.names and bool(e.unlisted) == needs_unlisted
-    )
+        own = [e for e in posterior.explanations if set(e.names) == set(verdict.names)]
+        return max(own, key=share)
+    return max(posterior.explanations, key=share)
 
 
 def _ln_odds(p: float, q: float) -> float:
@@ -278,32 +285,28 @@ def _matters(contact: dict[str, ParameterShift], names: tuple[str, ...]) -> bool
 
 
 def _sectors(
-    posterior: Posterior, found: bool, rng: np.random.Generator
+    posterior: Posterior, alarm: bool, rng: np.random.Generator
 ) -> tuple[Sector, ...]:
-    base, shares = posterior.base, sector_shares(posterior)
+    """Each sector; what has no shape that was tried acts where noise explains least."""
+    base = posterior.base
     names = dict.fromkeys(c.sector for c in base.table.components.values())
+    p = {n: left_over_p(base, rng, sector=n) for n in names}
+    shares = sector_shares(posterior)
+    if alarm and names:
+        least = min(p, key=lambda n: p[n])
+        shapeless = sum(e.and_more for e in posterior.explanations if not e.names)
+        rest = 1 - posterior.probability(()) - shapeless
+        shares = {n: rest * share for n, share in shares.items()}
+        shares[least] = shares.get(least, 0.0) + shapeless
+    whole = sum(shares.values())
     out = [
-        Sector(n, shares.get(n, 0.0) if found else math.nan, baseline_p(base, rng, n))
+        Sector(n, shares.get(n, 0.0) / whole if alarm and whole else math.nan, p[n])
         for n in names
     ]
     return tuple(sorted(out, key=lambda s: (-np.nan_to_num(s.explained), s.p)))
 
 
-def _notes(
-    posterior: Posterior, verdict: Verdict, p: float, nothing: float
-) -> tuple[str, ...]:
-    """Of the likeliest alternative, and where alarm and posterior disagree."""
+def _notes(posterior: Posterior) -> tuple[str, ...]:
+    """Of the likeliest alternative."""
     note = posterior.alternatives[posterior.explanations[0].alternative].note
-    notes = [note] if note else []
-    if verdict.verdict == "none" and p < ALARM_P:
-        notes.append(
-            f"noise alone makes as great a mismatch with p = {p:.1g}, but nothing"
-            " listed or unlisted explains it well"
-        )
-    if verdict.verdict == "none" and p >= ALARM_P and nothing < 0.5:
-        likely = " and ".join(next(names for names, _ in posterior.by_set() if names))
-        notes.append(
-            f"{likely} is more likely than not ({1 - nothing:.0%}), but noise alone"
-            f" makes as much with p = {p:.2g}"
-        )
-    return tuple(notes)
+    return (note,) if note else ()

@@ -1,20 +1,22 @@
 """The verdict from the posterior, and estimates of every effect and contact
 parameter."""
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.alarm import ALARM_P, left_over_p, p_global
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.posterior import WIDE_PRIOR
 from scipy import stats
 from scipy.optimize import brentq
 
-NAME_SHARE = 0.95  # of the explanations with something missing, for a name or class
-NAME_PROBABILITY = 0.8  # of all explanations, for a name without unlisted physics
-HALF = 0.5
+NAME_PROBABILITY = 0.8  # that a set is missing, alone or with more, for a name
+ALONE_PROBABILITY = 0.5  # that it is this set and nothing else, for a name
+NAME_SHARE = 0.95  # of the listed explanations, for a class
+SMALL_SHARE = 0.01  # of what may be missing, beside which nothing further is weighed
 MATTERS_SDS = 0.5  # shift of a contact parameter that matters
 ENDS = (0.025, 0.975)  # of a 95 % interval
 
@@ -64,67 +66,143 @@ class ParameterShift:
 
 @dataclass(frozen=True)
 class Verdict:
-    """verdict: none | name | class | unknown; names; probability of the verdict."""
+    """verdict: none | name | class | unknown; names; probability of exactly what the
+    verdict says."""
 
     verdict: str
     names: tuple[str, ...]
     probability: float
 
 
-def verdict_of(posterior: Posterior, p_global: float) -> Verdict:
-    """none: no alarm, or "nothing missing" has at least HALF of the probability.
+def against_noise(p: float) -> float:
+    """By how much a p value favours that something is missing: its density then.
 
-    Else, of the explanations in which something is missing, unknown: more than HALF
-    needs unlisted physics. name: the likeliest listed set, alone or with more, has
-    NAME_SHARE, or NAME_PROBABILITY of all without unlisted physics. Never from a single
-    recording. class: that set where one of its effects is certain, else the fewest
+    Where nothing is missing p is uniform; else its density is ξ p^(ξ−1), the more at 0
+    the smaller ξ, which is uniform between 0 and 1. Source: Sellke, Bayarri & Berger
+    (2001), Am. Stat. 55, 62; Vovk & Wang (2021), Ann. Stat. 49, 1736."""
+    p = min(max(p, 1e-300), 1 - 1e-6)
+    return float((1 - p + p * np.log(p)) / (p * np.log(p) ** 2))
+
+
+# Prior odds of something of no shape that was tried, beside what is missing: at the
+# alarm's level it is then as probable as that there is no more.
+UNSHAPED_ODDS = 1 / against_noise(ALARM_P)
+
+
+def weighed_with_noise(posterior: Posterior, rng: np.random.Generator) -> Posterior:
+    """The posterior with what noise alone would do as evidence.
+
+    What is missing by an explanation is all, or there is something of no shape that was
+    tried beside it, whose odds are UNSHAPED_ODDS times what the p of all that the
+    explanation leaves says (alarm.left_over_p): an explanation that does not hold the
+    alarm is one with something unlisted. See `bounded` for nothing missing."""
+    p = p_global(posterior, rng)
+    missing = sum(e.probability for e in posterior.explanations if e.names)
+
+    def and_more(e: Explanation) -> float:
+        if not e.names or e.unlisted or e.probability < SMALL_SHARE * missing:
+            return 0.0
+        return e.probability * UNSHAPED_ODDS * against_noise(left_over_p(e, rng))
+
+    found = [replace(e, and_more=and_more(e)) for e in posterior.explanations]
+    return bounded(replace(posterior, explanations=tuple(found), p_noise=p))
+
+
+def bounded(posterior: Posterior) -> Posterior:
+    """The posterior normalised, with nothing missing as probable as its p allows.
+
+        against_noise(p) ≥ P(something)/P(nothing) ≥ UNSHAPED_ODDS · against_noise(p)
+
+    The left side is what p allows all that may be missing together, whose prior odds
+    are 1, however narrow the priors on sizes; the right side what it allows something
+    unlisted alone. The right side is 1 at ALARM_P and against_noise falls with p. So
+    alarm and posterior cannot contradict each other: with an alarm something is more
+    probable than nothing, and without one 1/(1 + against_noise(ALARM_P)) = 13 % and
+    more are left to nothing, whatever the explanations."""
+    every, bare = posterior.explanations, len(posterior.bases)
+    nothing = sum(e.probability for e in every if not e.names)
+    some = sum(e.held for e in every if e.names)
+    most = against_noise(posterior.p_noise)
+    odds = some / nothing if nothing > 0 else math.inf
+    odds = min(max(odds, UNSHAPED_ODDS * most), most)
+
+    def scaled(e: Explanation) -> Explanation:
+        if e.names:
+            share = odds / (1 + odds) / some
+            return replace(
+                e, probability=share * e.probability, and_more=share * e.and_more
+            )
+        own = (e.probability / nothing if nothing > 0 else 1 / bare) / (1 + odds)
+        return replace(e, probability=own, and_more=0.0 if some > 0 else odds * own)
+
+    found = sorted(map(scaled, every), key=lambda e: -e.held)
+    bases = tuple(map(scaled, posterior.bases))
+    return replace(posterior, explanations=tuple(found), bases=bases)
+
+
+def verdict_of(posterior: Posterior) -> Verdict:
+    """none: no alarm. name: one listed set, with NAME_PROBABILITY and by itself with
+    ALONE_PROBABILITY, each of its sizes other than 0, from more than one recording;
+    its probability is that of this set and nothing else. unknown: something unlisted is
+    more probable than listed effects alone. class: the likeliest set, and the fewest
     effects of which at least one is in NAME_SHARE of the listed explanations."""
+    sets = posterior.by_set()
     nothing = posterior.probability(())
-    if p_global >= ALARM_P or nothing >= HALF:
+    if posterior.p_noise >= ALARM_P:
         return Verdict("none", (), nothing)
-    found = [e for e in posterior.explanations if e.names]
-    weight = sum(e.probability for e in found)
-    unlisted_share = sum(e.probability for e in found if e.unlisted) / weight
-    presence = {
-        n: sum(e.probability for e in found if n in e.listed) / weight
-        for n in {n for e in found for n in e.listed}
-    }
+    strange = posterior.unlisted()
+    listed = {names: p for names, p in sets if names and not strange & set(names)}
+    unlisted = {names: p for names, p in sets if strange & set(names)}
+    presence = posterior.presence()
     ranked = sorted(presence, key=lambda n: (-presence[n], n))
-    if unlisted_share > HALF:
-        return Verdict(
-            "unknown",
-            tuple(n for n in ranked if presence[n] >= NAME_SHARE),
-            unlisted_share,
-        )
-    best = max((e.names for e in found if not e.unlisted), key=posterior.probability)
-    holding = [e for e in found if set(best) <= set(e.listed)]
-    held = sum(e.probability for e in holding) / weight
-    without_unlisted = sum(e.probability for e in holding if not e.unlisted)
-    single_recording = (
-        len(posterior.base.fit.problem.recordings) < 2
-    )  # nothing is held out: no name for certain
+    best = max(listed, key=lambda names: listed[names], default=())
     if (
-        held >= NAME_SHARE or without_unlisted >= NAME_PROBABILITY
-    ) and not single_recording:
-        return Verdict(
-            "name",
-            tuple(n for n in ranked if n in best),
-            sum(e.probability for e in holding),
+        best
+        and listed[best] >= ALONE_PROBABILITY
+        and sum(p for n, p in sets if set(best) <= set(n)) >= NAME_PROBABILITY
+        and len(posterior.base.fit.problem.recordings) > 1  # else nothing is held out
+        and all(size_is_told(posterior, n) for n in best)
+    ):
+        return Verdict("name", tuple(n for n in ranked if n in best), listed[best])
+    if sum(unlisted.values()) >= sum(listed.values()):
+        sure = tuple(
+            n for n in ranked if presence[n] >= NAME_SHARE and n not in strange
         )
-    if any(presence[n] >= NAME_SHARE for n in best):
-        return Verdict("class", tuple(n for n in ranked if n in best), held)
-    names, left = [], [e for e in found if e.listed]
-    whole, reached = sum(e.probability for e in left), 0.0
-    while left and reached < NAME_SHARE * whole:
-        shares = {
-            n: sum(e.probability for e in left if n in e.listed)
-            for e in left
-            for n in e.listed
-        }
+        with_sure = sum(p for names, p in unlisted.items() if set(sure) <= set(names))
+        return Verdict("unknown", sure, with_sure)
+    names = {*best, *_cover(listed)}
+    among = sum(p for found, p in listed.items() if set(found) <= names)
+    return Verdict("class", tuple(n for n in ranked if n in names), among)
+
+
+def _cover(sets: dict[tuple[str, ...], float]) -> list[str]:
+    """The fewest effects of which at least one is in NAME_SHARE of the sets' weight."""
+    names: list[str] = []
+    left, most = dict(sets), (1 - NAME_SHARE) * sum(sets.values())
+    while sum(left.values()) > most:
+        shares: dict[str, float] = {}
+        for found, p in left.items():
+            for n in found:
+                shares[n] = shares.get(n, 0.0) + p
         names.append(max(sorted(shares), key=lambda n: shares[n]))
-        left = [e for e in left if names[-1] not in e.listed]
-        reached = sum(e.probability for e in found if set(names) & set(e.listed))
-    return Verdict("class", tuple(names), reached / weight)
+        left = {found: p for found, p in left.items() if names[-1] not in found}
+    return names
+
+
+def size_is_told(posterior: Posterior, name: str) -> bool:
+    """Whether a 95 % interval of an effect, over all explanations that hold it, leaves
+    0 out: that of its size, of a further parameter, or of one level of a condition."""
+    holding = [e for e in posterior.explanations if name in e.names]
+    if name in posterior.alternatives[holding[0].alternative].effects:
+        return True  # it is there or not
+    problem = holding[0].fit.problem
+    parts: list[Callable] = [partial(estimate, name=name)]
+    if problem.effects[name].level:
+        parts = list(_levels(holding[0], name).values())
+    elif (count := len(problem.columns_of(name))) > 1:
+        parts += [partial(_linear_combination, name=name, of=k) for k in np.eye(count)]
+    sizes = [_averaged(holding, part) for part in parts]
+    return any(size.low95 > 0 or size.high95 < 0 for size in sizes)
 
 
 def mixture_interval(parts: list[tuple[float, float, float]]) -> Interval:
@@ -146,7 +224,7 @@ def mixture_interval(parts: list[tuple[float, float, float]]) -> Interval:
 def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     """One listed effect, averaged over the explanations that hold it."""
     holding = [e for e in posterior.explanations if name in e.names]
-    present = sum(e.probability for e in holding)
+    present = sum(e.held for e in holding)
     own = posterior.alternatives[holding[0].alternative]
     if name in own.effects:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
@@ -157,29 +235,36 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
         )
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
-    weighty = [e for e in holding if e.probability > 1e-4 * holding[0].probability]
 
-    def averaged(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
-        size, shown = (
-            mixture_interval([(e.probability, *of(e)) for e in weighty]),
-            effect.reported or float,
-        )
+    def shown(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
+        size, show = _averaged(holding, of), effect.reported or float
         return Interval(
-            shown(size.value), *sorted((shown(size.low95), shown(size.high95)))
+            show(size.value), *sorted((show(size.low95), show(size.high95)))
         )
 
-    problem = holding[0].fit.problem
-    levels = (
-        [problem.effects[n].level for n in problem.columns_of(name)]
-        if effect.level
-        else []
-    )
-    beside_mean = np.eye(len(levels)) - 1 / max(len(levels), 1)
-    parts = [partial(_linear_combination, name=name, of=of) for of in beside_mean]
-    each = {level: averaged(part) for level, part in zip(levels, parts)}
+    levels = _levels(holding[0], name) if effect.level else {}
+    each = {level: shown(of) for level, of in levels.items()}
     return EffectEstimate(
-        present, effect.unit, averaged(partial(estimate, name=name)), each
+        present, effect.unit, shown(partial(estimate, name=name)), each
     )
+
+
+def _averaged(
+    holding: list[Explanation], of: Callable[[Explanation], tuple[float, float]]
+) -> Interval:
+    """A value averaged over the explanations that hold an effect."""
+    weighty = [e for e in holding if e.held >= 1e-4 * holding[0].held]
+    return mixture_interval([(e.held, *of(e)) for e in weighty])
+
+
+def _levels(e: Explanation, name: str) -> dict[str, Callable]:
+    """Of a condition in words: mean and sd of each level beside the mean of all."""
+    own = e.fit.problem.columns_of(name)
+    beside_mean = np.eye(len(own)) - 1 / len(own)
+    return {
+        e.fit.problem.effects[n].level: partial(_linear_combination, name=name, of=of)
+        for n, of in zip(own, beside_mean, strict=True)
+    }
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
@@ -213,8 +298,8 @@ def parameter_shift(
         return weight, mean, sd * float(np.sqrt(e.power))
 
     nothing = [weighted(posterior.base, 1.0)]
-    likely = [e for e in posterior.explanations if e.probability > 1e-3]
-    every = [weighted(e, e.probability) for e in likely] or nothing
+    likely = [e for e in posterior.explanations if e.held > 1e-3]
+    every = [weighted(e, e.held) for e in likely] or nothing
     return ParameterShift(mixture_interval(nothing), mixture_interval(every))
 
 
@@ -223,7 +308,7 @@ def sector_shares(posterior: Posterior) -> dict[str, float]:
     adds."""
     out: dict[str, float] = {}
     found = [e for e in posterior.explanations if e.names]
-    weight = sum(e.probability for e in found)
+    weight = sum(e.held for e in found)
     for e in found:
         whole = e.table.ln_evidence(e.names)[0]
         gains = [
@@ -235,7 +320,5 @@ def sector_shares(posterior: Posterior) -> dict[str, float]:
         ]
         for n, gain in zip(e.names, gains, strict=True):
             sector = e.table.components[n].sector
-            out[sector] = out.get(sector, 0.0) + e.probability / weight * gain / sum(
-                gains
-            )
+            out[sector] = out.get(sector, 0.0) + e.held / weight * gain / sum(gains)
     return out

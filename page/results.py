@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose.words import missing
 from benchtwin.page.folder import read_json
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
-from benchtwin.report.numbers import with_interval
 
+DIAGNOSE_AGAIN = "diagnosed by an older version; diagnose again for a verdict in words"
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES, SHOWS_MORE = (
     "it would settle what is missing",
@@ -33,12 +34,12 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Explained:
-    """A rig's diagnosis: verdict "none", "name", "class" or "unknown"; p_noise: how
-    often noise alone does as much."""
+    """A rig's diagnosis: its sentence, and the tone in which it is said (`tone` of
+    diagnose.words)."""
 
     rig: str
-    verdict: str
-    p_noise: float
+    sentence: str
+    tone: str
     explanations: tuple[Explanation, ...]
     next_record: str
     matters: bool
@@ -90,8 +91,8 @@ def explained(results: Path) -> list[Explained]:
         out.append(
             Explained(
                 rig,
-                found["verdict"],
-                found["p_global"],
+                found.get("sentence") or DIAGNOSE_AGAIN,
+                found.get("tone", "open"),
                 tuple(listed),
                 found["next_record"] or "",
                 found["matters"],

@@ -6,16 +6,20 @@ import math
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
+from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.finding import Finding
-from benchtwin.report.numbers import capitalised, cells, with_interval
+from benchtwin.report.numbers import capitalised, cells
 from benchtwin.report.residuals import AXES, before_and_after, points, recorded
 from benchtwin.report.template import fill
 from benchtwin.twin.command import write_whole
 
 TAGS = {
-    "none": "nothing missing",
+    "sure": "nothing missing",
+    "open": "nothing shown",
+    "quiet": "moves nothing",
     "name": "found",
     "class": "not told apart",
     "unknown": "unknown",
@@ -58,13 +62,13 @@ def _cells(table: pd.DataFrame) -> dict:
 
 def _rig(rig: str, f: Finding, again) -> dict:
     """One section."""
-    quiet = f.alarm and not f.matters
+    tone = words.tone(f)
     return {
         "key": rig,
         "finding": f,
         "verdict": words.verdict_in_words(f),
-        "tag": "moves nothing" if quiet else TAGS[f.verdict],
-        "quiet": quiet,
+        "tag": TAGS[tone],
+        "tone": tone,
         "where": _where(f),
         "sure": _sure(f),
         "explanations": _explanations(f),
@@ -137,18 +141,11 @@ def _window(f: Finding) -> str:
 
 
 def _sure(f: Finding) -> str:
-    """Probability and p value in words."""
-    of = {
-        "none": "that nothing is missing",
-        "name": "of exactly this",
-        "class": "of one of these",
-        "unknown": "of something unlisted",
-    }
-    out = (
-        f"{words.percent(f.p_verdict)} {of[f.verdict]}; noise alone makes as great a"
-        f" mismatch with {words.chance(f.p_global)}"
+    """What p is, and what an alarm takes."""
+    return (
+        f"noise alone makes as great a mismatch in {words.odds(f.p_global)}"
+        f" ({words.chance(f.p_global)}); an alarm needs p < {ALARM_P}"
     )
-    return out + ("; an alarm needs p < 0.005" if f.verdict == "none" else "")
 
 
 def _explanations(f: Finding) -> pd.DataFrame | None:
@@ -183,11 +180,7 @@ def _effects(f: Finding) -> pd.DataFrame | None:
 
 
 def _size(size) -> str:
-    return (
-        with_interval(*vars(size).values()).replace("-", "−")
-        if math.isfinite(size.value)
-        else "–"
-    )
+    return with_interval(*vars(size).values()) if math.isfinite(size.value) else "–"
 
 
 def _contact(f: Finding) -> pd.DataFrame | None:

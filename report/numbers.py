@@ -1,5 +1,4 @@
-"""Numbers with as many digits as their uncertainty bears, and names of columns in
-words."""
+"""Tables as text, and names of columns in words."""
 
 import math
 import re
@@ -37,23 +36,6 @@ PERCENT = {
     "box_fraction",
     "relative_error",
 }
-
-
-def digits(error: float) -> int:
-    """Decimals that an error bears: two of its digits.
-
-    >>> digits(0.021), digits(5.4)
-    (3, 1)
-    """
-    if not (math.isfinite(error) and error > 0):
-        return 4
-    return max(0, min(6, 1 - math.floor(math.log10(error))))
-
-
-def with_interval(value: float, low: float, high: float) -> str:
-    """ "0.540 (0.497 to 0.581)": decimals by the interval's width."""
-    n = digits((high - low) / 4)
-    return f"{value:.{n}f} ({low:.{n}f} to {high:.{n}f})"
 
 
 def sentence(text: str) -> str:

@@ -4,12 +4,13 @@ from itertools import combinations
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.statistics.assessment import natural_coefficients
 from benchtwin.report import draw, figures, pile_figures, side_by_side
-from benchtwin.report.numbers import cells, sentence, with_interval
+from benchtwin.report.numbers import cells, sentence
 from benchtwin.report.template import fill
 from benchtwin.twin.command import write_whole
 

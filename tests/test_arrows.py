@@ -19,7 +19,7 @@ ALLOWED = {
     "rigs": {"bench", "infer", "twin", "diagnose"},
     "calibrate": {"bench", "twin"},
     "diagnose": {"bench", "infer", "rigs", "twin"},
-    "report": {"infer", "twin", "calibrate", "diagnose"},
+    "report": {"bench", "infer", "twin", "calibrate", "diagnose"},
     "page": {"bench", "vision", "twin", "calibrate", "diagnose", "report"},
 }
 COMMANDS = {

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
@@ -37,6 +38,11 @@ class Quantity:
     quality: str = GOOD
     reason: str = ""
     sd_common: float = 0.0
+
+    @property
+    def in_words(self) -> str:
+        """ "restitution 0.540 ± 0.012"."""
+        return f"{self.name} {plus_minus(self.value, self.sd, self.unit)}"
 
     def doubt(self, *reasons: str) -> "Quantity":
         """The quantity, at best doubtful, with more reasons; unchanged where all of

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchtwin.bench.keys import Seed
+from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
@@ -43,7 +44,11 @@ def observe(
     lowest of repeated readings; progress: called with the fraction done."""
     observation = _observe(recording, options, trim, progress)
     return replace(
-        observation, notes=(*observation.notes, *seed_questions(recording.seed))
+        observation,
+        quantities=tuple(
+            q.doubt(exact_by_mistake(q.value, q.sd)) for q in observation.quantities
+        ),
+        notes=(*observation.notes, *seed_questions(recording.seed)),
     )
 
 

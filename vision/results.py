@@ -2,12 +2,13 @@
 fifty are looked through in a minute."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import stored
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
 from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
@@ -50,12 +51,7 @@ class ContactSheet:
         measured on it."""
         first = picture == next(iter(observation.pictures))
         quantities = observation.quantities if first else ()
-        lines = []
-        for q in (q for q in quantities if q.quality != FAILED):
-            sd = f" ± {q.sd:.2g}" if q.sd == q.sd else ""
-            lines.append(
-                f"{q.name} {q.value:.4g}{sd} {'' if q.unit == '1' else q.unit}"
-            )
+        lines = [q.in_words for q in quantities if q.quality != FAILED]
         self.cards.append(
             {
                 "file": file,
@@ -171,6 +167,10 @@ class Results:
         written["summary"] = as_table(self.summary)
         if self.notes:
             written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
+        written["measurements"] = _rounded(table, ["value"], table["sd"])
+        summary = written["summary"]
+        half = (summary["high"] - summary["low"]) / 2
+        written["summary"] = _rounded(summary, ("mean", "low", "high"), half)
         for name, rows in written.items():  # a folder's name need not be valid UTF-8
             rows.to_csv(
                 self.part / f"{name}.csv",
@@ -185,6 +185,17 @@ class Results:
 
     def abandon(self) -> None:
         shutil.rmtree(self.part, ignore_errors=True)
+
+
+def _rounded(
+    table: pd.DataFrame, columns: Iterable[str], sd: pd.Series
+) -> pd.DataFrame:
+    """The table with these columns as text, rounded by the sd of their row."""
+    texts = {
+        name: [stored(*pair) for pair in zip(table[name], sd, strict=True)]
+        for name in columns
+    }
+    return table.assign(**texts)
 
 
 def _is_own(path: Path) -> bool:

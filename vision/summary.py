@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import EXACT_SHARE
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -27,7 +28,8 @@ class Line:
 
     `mean` is unweighted; `low`, `high` are the 95 % interval of the mean: Student's t
     on the scatter between the repeats, the errors that all recordings of a session
-    share (`common`) added in quadrature. `scatter` is the sd between repeats (NaN for
+    share (`common`) added in quadrature; repeats that are all one number count as one.
+    `scatter` is the sd between repeats (NaN for
     one), `measuring` the rms sd of the single measurements. `doubtful` counts repeats
     of doubtful quality, `outliers` names repeats far from the others; both are in the
     mean. `not_measured` counts those that failed."""
@@ -47,6 +49,12 @@ class Line:
     doubtful: int
     not_measured: int
     outliers: tuple[str, ...]
+
+    @property
+    def all_equal(self) -> bool:
+        """Whether the repeats are one number: they then tell no more than one of
+        them."""
+        return self.n > 1 and self.scatter <= EXACT_SHARE * abs(self.mean)
 
 
 def summarise(observations: Iterable[Observation]) -> list[Line]:
@@ -142,6 +150,8 @@ def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:
     if n > 1:
         scatter = float(values.std(ddof=1))
         half_alone = stats.t.ppf(0.975, n - 1) * scatter / np.sqrt(n)
+        if scatter <= EXACT_SHARE * abs(mean) and np.isfinite(sds).any():
+            half_alone = 1.96 * float(np.sqrt(np.nanmean(sds**2)))
     elif n:
         half_alone = 1.96 * float(sds[0])
         if (readings := measured[0][0].readings) is not None:  # a mean of readings

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.bench.numbers import with_sd
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
 from rich.console import Console
@@ -102,7 +103,7 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         )
     shown.add_column("quality")
     for row in table.itertuples():
-        value, sd = _rounded(row.value, row.sd)
+        value, sd = with_sd(row.value, row.sd)
         reason = f": {row.reason}" if row.reason else ""
         shown.add_row(
             _escape(row.recording),
@@ -142,12 +143,13 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
             for part in (line.bench if several else "", line.rig, line.quantity)
             if part
         )
-        mean, half = _rounded(line.mean, (line.high - line.low) / 2)
+        mean, half = with_sd(line.mean, (line.high - line.low) / 2)
         doubts = [
             text
             for count, text in (
                 (line.doubtful, f"{line.doubtful} of {line.n} doubtful"),
                 (line.not_measured, f"{line.not_measured} not measured"),
+                (line.all_equal, f"one number {line.n} times: it counts as one"),
                 (
                     len(line.outliers),
                     f"far from the others: {', '.join(line.outliers)}",
@@ -162,7 +164,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
             str(line.n),
             *(
                 "–" if math.isnan(v) else f"{v:.2g}"
-                for v in (line.scatter, line.measuring)
+                for v in (0.0 if line.all_equal else line.scatter, line.measuring)
             ),
             _escape("; ".join(doubts)),
         )
@@ -173,13 +175,3 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
 def _escape(text: str) -> str:
     """The text with square brackets escaped, which rich takes for markup."""
     return text.replace("[", r"\[")
-
-
-def _rounded(value: float, sd: float) -> tuple[str, str]:
-    """Value and sd to two figures of the sd."""
-    if not math.isfinite(value):
-        return "–", ""
-    if not math.isfinite(sd) or sd <= 0:
-        return f"{value:.4g}", ""
-    places = max(0, 1 - math.floor(math.log10(sd)))
-    return f"{value:.{places}f}", f"{sd:.{places}f}"

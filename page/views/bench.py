@@ -5,6 +5,7 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.page.card_number import (
     FILMS,
     CardNumber,
@@ -24,7 +25,7 @@ from benchtwin.page.views.frame import (
     frame,
     tabs,
 )
-from benchtwin.page.views.numbers import in_words, with_unit
+from benchtwin.page.views.numbers import in_words
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
@@ -220,7 +221,7 @@ def _number(place: ui.column, known: CardNumber | None, words: str) -> None:
             ui.label(words).classes("soft text-sm")
             return
         if known.n:
-            value = with_unit(known.value, known.sd, known.unit)
+            value = plus_minus(known.value, known.sd, known.unit)
             repeats = f" · n = {known.n}" if known.n > 1 else ""
             ui.label(f"{in_words(known.quantity)} {value}{repeats}").classes(
                 "font-medium"

@@ -8,14 +8,16 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pandas as pd
+from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.calibrate.export import ENGINES
+from benchtwin.diagnose.words import percent
 from benchtwin.page import results
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
 from benchtwin.page.views.elements import PosteriorCloud
 from benchtwin.page.views.frame import tabs
-from benchtwin.page.views.numbers import in_words, unit_in_words, with_unit
+from benchtwin.page.views.numbers import in_words
 from benchtwin.report.numbers import words
 from nicegui import ui
 
@@ -33,12 +35,7 @@ COLUMNS = (
     "scatter",
     "far from the others",
 )
-VERDICTS = {
-    "none": "nothing is missing",
-    "name": "found",
-    "class": "found, not told apart",
-    "unknown": "something unlisted is missing",
-}
+TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 
 def panel(site: Site, bench: Path, part: str) -> None:
@@ -129,23 +126,14 @@ def _explanations(found: list[results.Explained]) -> None:
     """A bar an explanation, as long as it is probable."""
     for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
-            noise = "p < 0.0001" if one.p_noise < 1e-4 else f"p = {one.p_noise:.2g}"
-            ui.label(
-                f"{one.rig.capitalize()}: {VERDICTS.get(one.verdict, one.verdict)}"
-            ).classes("text-lg")
-            ui.label(f"Noise alone makes as great a mismatch with {noise}.").classes(
-                "soft text-sm"
+            ui.label(f"{one.rig.capitalize()}: {one.sentence}.").classes(
+                f"text-lg {TONES.get(one.tone, 'text-warning')}"
             )
             for explanation in one.explanations:
                 with ui.row().classes("items-center w-full no-wrap"):
-                    share = 100 * explanation.probability
-                    ui.label(
-                        f"{share:.0f} %"
-                        if 1 <= share < 99.5
-                        else "> 99 %"
-                        if share > 50
-                        else "< 1 %"
-                    ).classes("w-16 shrink-0 text-right")
+                    ui.label(percent(explanation.probability)).classes(
+                        "w-16 shrink-0 text-right"
+                    )
                     ui.linear_progress(
                         explanation.probability, show_value=False
                     ).classes("share").props("aria-hidden=true")
@@ -190,15 +178,15 @@ def _means(file: Path) -> None:
 
 def _mean(row) -> dict[str, str]:
     """A row of summary.csv, to the digits that its interval bears."""
-    unit = unit_in_words(str(row.unit))
+    unit = str(row.unit)
     half = (row.high - row.low) / 2
     named = (
         row.rig,
         in_words(row.quantity),
         "" if pd.isna(row.conditions) else row.conditions,
-        with_unit(row.mean, half, str(row.unit)),
+        plus_minus(row.mean, half, unit),
         str(row.n),
-        f"{row.scatter:.2g} {unit}".strip(),
+        f"{row.scatter:.2g}{with_unit(unit)}",
         "" if pd.isna(row.outliers) else row.outliers,
     )
     return dict(zip(COLUMNS, named, strict=True))

@@ -1,24 +1,21 @@
 """Rolls, from recordings to a finding."""
 
-import math
-
 import numpy as np
-from benchtwin.infer.alarm import ALARM_P as ALPHA
 from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
-from benchtwin.infer.finding import (
-    Curve,
-    DiagnosisTask,
-    Finding,
-    Parameter,
-    Sector,
-    finding_of,
-)
+from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
 from benchtwin.infer.problem import Fit, fit
 from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.model import run_motion
-from benchtwin.rigs.roll.problem import PRIORS, build, roll_problem
+from benchtwin.rigs.roll.problem import build, roll_problem
+from benchtwin.rigs.roll.readings import (
+    LEAST_READINGS,
+    no_windows,
+    ruler_problem,
+    rulers_of,
+)
+from benchtwin.rigs.roll.readings import curves_of as readings_curves
 from benchtwin.rigs.roll.session import assemble
 from benchtwin.rigs.roll.unlisted import (
     SEEN_P,
@@ -27,7 +24,6 @@ from benchtwin.rigs.roll.unlisted import (
     law_of,
     windows_of,
 )
-from scipy import stats
 
 BOTH_WAYS = (
     "the same plate run the other way: one direction alone cannot tell a slope of the"
@@ -37,7 +33,6 @@ OTHER_LENGTH = (
     "the same roll from an incline of twice the length: this separates dependence on"
     " speed from dependence on place"
 )
-LEAST_READINGS = 3  # in either direction
 
 
 def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
@@ -45,7 +40,7 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     used."""
     usable = [r for r in recordings if not r.trouble]
     if not any(len(r.x_mm) for r in usable):
-        return diagnose_readings(usable)
+        return diagnose_readings(usable, rng)
     runs, seed, notes = assemble(usable)
     scales: dict[str, float] = {}  # relative sd, by session
     for r in (r for r in usable if len(r.x_mm)):
@@ -133,112 +128,28 @@ def rolling_friction(e: Explanation) -> tuple[float, float]:
     return model.mu * (1 + e.fit.by_name["mu"]), model.mu * e.fit.sd("mu")
 
 
-def diagnose_readings(recordings) -> Finding:
-    """Slope from both directions; ValueError where incline or length are not stated."""
-    names = tuple(r.recording for r in recordings)
-    ways = {
-        s: [
-            r
-            for r in recordings
-            if (r.description["roll"].get("direction") or "+x") == s
-        ]
-        for s in ("+x", "-x")
-    }
-    values = {
-        s: np.concatenate([r.run_out_mm for r in found] or [np.zeros(0)])
-        for s, found in ways.items()
-    }
-    if min(len(v) for v in values.values()) < LEAST_READINGS:
-        note = (
-            f"run-outs alone tell nothing of what is missing; {LEAST_READINGS} readings"
-            " in either direction would tell a slope"
-        )
-        return _finding(
-            names,
-            1.0,
-            None,
-            float("nan"),
-            (note,),
-            "the same plate run the other way, or a film of the roll",
-        )
-    told = recordings[0].description["roll"]
-    if not told.get("incline_deg") or not told.get("incline_length_mm"):
+def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
+    """Finding of run-outs that were read off; ValueError where they tell nothing."""
+    rulers, notes = rulers_of(recordings)
+    follows, said = conditions_of(
+        [one.description for one in rulers], [one.session for one in rulers]
+    )
+    problem = ruler_problem(rulers)
+    friction = Contact("rolling_friction", "mu", 0.3, problem.model.mu, "run-out")
+    problem = with_conditions(problem, friction, follows)
+    if not problem.effects:
         raise ValueError(
-            "[roll] incline_deg and incline_length_mm are missing; without them"
-            " run-outs do not give a slope"
+            "run-outs alone tell nothing of what is missing;"
+            f" {LEAST_READINGS} readings in either direction would tell a slope:"
+            f" record {BOTH_WAYS}, or film the roll"
         )
-    slope, sd, p, freedom = _slope(values, told)
-    bayes = 0.5 * stats.chi2.isf(max(p, 1e-300), 1) - 0.5 * math.log1p((0.5 / sd) ** 2)
-    half = sd * float(stats.t.isf(0.025, freedom))
-    return _finding(
-        names, p, Parameter("deg", slope, slope - half, slope + half), bayes, (), None
-    )
-
-
-def _slope(
-    values: dict[str, np.ndarray], told: dict
-) -> tuple[float, float, float, float]:
-    """Slope [deg], sd, p on a level plate, degrees of freedom (Welch)."""
-    beta, way = math.radians(told["incline_deg"]), told["incline_length_mm"]
-    plus, minus = (float(values[s].mean()) for s in ("+x", "-x"))
-    share = {s: float(values[s].var(ddof=1)) / len(values[s]) for s in values}
-
-    def solve(a: float, b: float) -> float:
-        """θ of run-outs a, b: μ + θ = E/a, μ − θ = E/b, E = S (sin β − μ cos β)."""
-        half = (1 / a + 1 / b) / 2
-        mu = half * way * math.sin(beta) / (1 + half * way * math.cos(beta))
-        energy = way * (math.sin(beta) - mu * math.cos(beta))
-        return math.degrees(
-            math.asin(float(np.clip(energy * (1 / a - 1 / b) / 2, -0.5, 0.5)))
-        )
-
-    slope, step = solve(plus, minus), 1e-3
-    by_plus, by_minus = (
-        (solve(plus + step, minus) - slope) / step,
-        (solve(plus, minus + step) - slope) / step,
-    )
-    parts = by_plus**2 * share["+x"], by_minus**2 * share["-x"]
-    sd = math.sqrt(sum(parts) + PRIORS["level"] ** 2)
-    freedom = sum(parts) ** 2 / sum(
-        v**2 / (len(values[s]) - 1) for v, s in zip(parts, ("+x", "-x"), strict=True)
-    )
-    return slope, sd, float(2 * stats.t.sf(abs(slope) / sd, freedom)), freedom
-
-
-def _finding(
-    names, p: float, slope: Parameter | None, bayes: float, notes, advice: str | None
-) -> Finding:
-    """A finding with a slope, or with none."""
-    seen = slope if p < ALPHA else None
-    alarm = seen is not None
-    named = (
-        {"slope": seen} if seen and bayes > 5 and seen.low95 * seen.high95 > 0 else {}
-    )
-    verdict = "name" if named else "class" if alarm else "none"
-    sectors = (Sector("run-out", 1.0 if alarm else float("nan"), p),)
-    return Finding(
+    asked = DiagnosisTask(
         "roll",
-        names,
-        alarm,
-        p,
-        sectors,
-        None,
-        "",
-        verdict,
-        ("slope",) if alarm else (),
-        bayes if alarm else float("nan"),
-        bayes if alarm else float("nan"),
-        named,
-        None,
-        None,
-        (
-            advice
-            if not alarm
-            else (
-                None
-                if named
-                else "more run-outs in either direction, or a film of the roll"
-            )
-        ),
-        notes=tuple(notes),
+        (Alternative(problem),),
+        no_windows,
+        readings_curves,
+        {friction.name: rolling_friction},
+        advice=lambda names: "a film of the roll, which shows more than its run-out",
+        notes=(*notes, *said),
     )
+    return finding_of(asked, rng)

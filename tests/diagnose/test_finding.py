@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
+from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding, Parameter, Sector
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
@@ -35,7 +36,7 @@ USUAL = Finding(
     None,
     0.96,
     True,
-    ((("drag",), 0.96), ((), 0.003)),
+    ((("drag",), 0.96), (("drag", "plate-tilt"), 0.037), ((), 0.003)),
     {"drag": DRAG},
     {"restitution": E},
     left_out={"drag": (0.018,) * 10},
@@ -55,6 +56,7 @@ def test_json_is_plain_with_null_for_what_is_absent():
     }
     assert told["explanations"] == [
         {"effects": ["drag"], "probability": 0.96},
+        {"effects": ["drag", "plate-tilt"], "probability": 0.037},
         {"effects": [], "probability": 0.003},
     ]
     drag = {
@@ -72,80 +74,123 @@ def test_json_is_plain_with_null_for_what_is_absent():
     assert told["matters"] is True and told["p_verdict"] == 0.96
 
 
-def test_a_name_says_its_probability_its_number_and_what_it_does():
-    lead = "air drag is missing (99.7 %): 0.0180 ± 0.0020 of the weight at 2 m/s"
-    assert (
-        said() == f"{lead}; left out, restitution reads 0.79 % too low, 0.78 of its sds"
+NEVER = "; noise alone would do this in fewer than 1 of 10 000 benches"
+
+
+def test_a_name_leads_with_what_it_does_then_its_probability_and_its_number():
+    """Drag is in all but 0.3 % of what may be missing, alone in 96 %."""
+    name = (
+        "air drag is missing (99.7 %), and nothing else (96 %): 0.0180 ± 0.0020 of"
+        " the weight at 2 m/s"
     )
-    assert said(contact={}) == lead
-    assert said(matters=False) == f"found, but it moves nothing that matters: {lead}"
+    moved = "restitution reads 0.79 % too low (0.78 of its sds) because"
+    assert said() == f"{moved} {name}{NEVER}"
+    assert said(contact={}) == name + NEVER
+    quiet = f"found, but it moves nothing that matters: {name}{NEVER}"
+    assert said(matters=False) == quiet and words.tone(USUAL) == "name"
+    assert words.tone(replace(USUAL, matters=False)) == "quiet"
 
 
-def test_nothing_missing_says_how_sure_that_is():
+def test_two_effects_are_one_set_and_what_else_is_possible_is_said():
+    both = (("drag", "scale-error"), 0.78)
+    sentence = said(
+        names=("drag", "scale-error"),
+        p_verdict=0.78,
+        effects={"drag": DRAG, "scale-error": replace(DRAG, probability=0.8)},
+        contact={},
+        explanations=(both, (("drag",), 0.15), (("drag", UNSHAPED), 0.07)),
+    )
+    assert sentence == (
+        "air drag is missing and the scale is wrong (78 %), and nothing else (78 %):"
+        " drag 0.0180 ± 0.0020 of the weight at 2 m/s; scale-error 0.0180 ± 0.0020 ="
+        f" true/stated − 1; also possible: air drag is missing (15 %){NEVER}"
+    )
+
+
+def test_nothing_missing_says_how_sure_that_is_and_what_else_may_be():
     none = {
         "verdict": "none",
         "names": (),
         "p_verdict": 0.82,
-        "p_global": 0.4,
+        "p_global": 0.41,
         "matters": False,
+        "explanations": (((), 0.82), (("drag",), 0.06)),
     }
-    assert (
-        said(**none)
-        == "nothing is missing that 10 recordings show (82 %; noise alone: p = 0.4)"
+    shown = "nothing was shown to be missing in the 10 recordings"
+    noise = "noise alone would do this in"
+    assert said(**none) == f"{shown} (82 % that nothing is); {noise} 4 of 10 benches"
+    assert words.tone(replace(USUAL, **none)) == "sure"
+    doubt = none | {
+        "p_verdict": 0.34,
+        "p_global": 0.13,
+        "explanations": (((), 0.34), (("drag",), 0.3), (("drag", UNSHAPED), 0.2)),
+    }
+    assert said(**doubt) == (
+        f"{shown} (34 % that nothing is); also possible: air drag is missing (30 %),"
+        " air drag is missing and something that no known effect explains (20 %);"
+        f" {noise} 1 of 8 benches"
     )
+    assert words.tone(replace(USUAL, **doubt)) == "open"
 
 
-def test_a_class_says_what_is_certain_and_what_is_not_told_apart():
-    effects = {
-        "scale-error": EffectEstimate(0.62, "1", DRAG.size),
-        "clock-error": EffectEstimate(0.36, "1", DRAG.size),
+def test_a_class_says_each_set_with_its_own_probability():
+    of = {
+        "verdict": "class",
+        "contact": {},
+        "p_verdict": 0.98,
+        "names": ("scale-error", "clock-error"),
     }
-    apart = {"verdict": "class", "contact": {}, "p_verdict": 0.98}
-    line = (
-        "something is missing in flight: scale-error (62 %) or clock-error (36 %);"
-        " these recordings do not tell which"
+    sets = ((("scale-error",), 0.62), (("clock-error",), 0.36), ((), 0.02))
+    assert said(**of, explanations=sets) == (
+        "the scale is wrong (62 %) or the frame rate is wrong (36 %), which these"
+        f" recordings do not tell apart (98 % together){NEVER}"
     )
-    assert said(names=tuple(effects), effects=effects, **apart) == line
-    line = said(
-        names=("drag", "scale-error"), effects=effects | {"drag": DRAG}, **apart
+    alone = {"names": ("drag",), "explanations": ((("drag",), 0.7), ((), 0.3))}
+    assert said(**of | alone) == (
+        "air drag is missing (70 %), not for certain; also possible: nothing is missing"
+        f" (30 %){NEVER}"
     )
-    assert line.endswith(
-        "at 2 m/s; beside it, not settled: the scale is wrong (62 %)"
-    ) and line.startswith("air drag is missing (99.7 %)")
-    alone = said(names=("clock-error",), effects=effects, **apart)
-    assert "the likely reason, not settled: the frame rate is wrong (36 %)" in alone
 
 
 def test_what_no_known_effect_explains_says_its_law_or_when():
+    gp = "(unlisted) flight: along by t_s"
     strange = {
         "verdict": "unknown",
         "names": (),
         "contact": {},
         "effects": {},
         "p_verdict": 0.97,
+        "explanations": (((gp,), 0.9), (("drag", UNSHAPED), 0.07), ((), 0.03)),
+        "unlisted": frozenset({gp, UNSHAPED}),
     }
     line = "something is missing in flight that no known effect explains (97 %)"
-    assert said(**strange, law="a force along +x") == f"{line}: a force along +x"
-    drift = ((("restitution-follows-order",), 0.9), ((), 0.1))
-    assert said(**strange, explanations=drift).endswith(
-        "(97 %): restitution changes with the order of the recordings, and nothing"
-        " stated says why"
+    assert said(**strange, law="a force along +x") == f"{line}: a force along +x{NEVER}"
+    drift = "restitution-follows-order"
+    told = said(
+        **strange
+        | {
+            "explanations": (((drift,), 0.97), ((), 0.03)),
+            "unlisted": frozenset({drift, UNSHAPED}),
+        }
     )
-    beside = said(**strange | {"names": ("drag",), "effects": {"drag": DRAG}})
-    assert (
-        beside.startswith("air drag is missing (99.7 %)")
-        and "something else is missing in flight" in beside
+    assert told == (
+        f"{line}: restitution changes with the order of the recordings, and nothing"
+        f" stated says why{NEVER}"
     )
+    sets = ((("drag", gp), 0.97), (("drag",), 0.03))
+    beside = said(**strange | {"names": ("drag",), "explanations": sets})
+    assert beside == f"air drag is missing, and beside it {line}{NEVER}"
 
 
 def test_a_parameter_that_follows_a_condition_says_by_how_much():
     slope = EffectEstimate(0.9971, "per pct", Interval(-0.0080, -0.0092, -0.0068))
-    of = {"rig": "slide", "names": (FOLLOWS,), "contact": {}}
+    sets = (((FOLLOWS,), 0.96), ((), 0.04))
+    of = {"rig": "slide", "names": (FOLLOWS,), "contact": {}, "explanations": sets}
     line = (
-        "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct), in all"
-        " 10 slides (99.7 %)"
+        "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"
+        " (96 %), and nothing else (96 %)"
     )
-    assert said(**of, effects={FOLLOWS: slope}) == line
+    assert said(**of, effects={FOLLOWS: slope}) == line + NEVER
     assert "rises by 0.0080 ± 0.0012 per %" in said(
         **of, effects={FOLLOWS: replace(slope, size=Interval(0.0080, 0.0068, 0.0092))}
     )
@@ -154,15 +199,13 @@ def test_a_parameter_that_follows_a_condition_says_by_how_much():
         "glass": Interval(-0.02, -0.022, -0.018),
     }
     plate = EffectEstimate(0.999, "1", levels["steel"], levels)
-    line = said(
-        **of | {"names": ("static_friction-follows-plate",)},
-        effects={"static_friction-follows-plate": plate},
-    )
+    name = "static_friction-follows-plate"
+    sets = (((name,), 0.96), ((), 0.04))
+    line = said(**of | {"names": (name,), "explanations": sets}, effects={name: plate})
     each = "steel +0.0200 ± 0.0020, glass −0.0200 ± 0.0020"
-    assert (
-        line
-        == "static friction follows plate, in all 10 slides (99.9 %); beside the mean"
-        f" of all: {each}"
+    assert line == (
+        f"static friction follows plate (beside the mean of all: {each}) (96 %), and"
+        f" nothing else (96 %){NEVER}"
     )
 
 

@@ -232,15 +232,18 @@ def test_slope_is_named_with_its_sign_from_both_directions_and_hidden_in_one():
     assert one.verdict == "none" and "the other way" in one.next_record
 
 
-def test_a_small_slope_is_named_beside_scattering_friction():
+def test_a_small_slope_is_found_beside_scattering_friction():
     """On its way down each run tells its own friction from the plate's slope: 0.06°
-    beside friction that differs by as much."""
+    beside friction that differs by as much. Noise alone would do this in 1 of 500
+    benches, so a quarter is left to nothing missing, and it is no certain name."""
     steady = Bench(
         stated=BALL, common_incline=True, slope_deg=0.06, mu=0.04, noise_mm=0.03
     )
     found = diagnosed(steady, count=6)
-    assert found.verdict == "name" and found.names == ("slope",)
-    assert found.parameters["slope"].low95 < 0.06 < found.parameters["slope"].high95
+    assert found.alarm and found.names == ("slope",)
+    assert found.explanations[0][0] == ("slope",) and found.p_verdict > 0.6
+    slope = found.effects["slope"].size
+    assert 0 < slope.low95 < 0.06 < slope.high95
     assert not diagnosed(replace(steady, slope_deg=0.0), count=6).alarm
 
 
@@ -386,28 +389,56 @@ def test_tracks_that_hold_no_roll_are_refused_in_words():
         )
 
 
+def read_off(folder, lengths, mm=10.0, deg=15.0, way="+x", conditions=""):
+    """A recording of run-outs that were read off."""
+    folder.mkdir(parents=True)
+    (folder / "recording.toml").write_text(
+        f'rig = "roll"\n[roll]\nincline_deg = {deg}\nincline_length_mm = {mm}\n'
+        f'direction = "{way}"\n{conditions}'
+    )
+    (folder / "readings.csv").write_text(
+        "run_out_mm\n" + "\n".join(f"{v:.2f}" for v in lengths)
+    )
+
+
+def run_outs(rng, mu, count=10, mm=10.0, deg=15.0, slope_deg=0.0):
+    """Run-outs [mm] of runs whose friction scatters by 3 %, rising along them."""
+    beta, mu = np.radians(deg), mu * (1 + 0.03 * rng.normal(size=count))
+    return mm * (np.sin(beta) - mu * np.cos(beta)) / (mu + np.radians(slope_deg))
+
+
 def test_run_outs_read_off_tell_a_slope_only_from_both_directions(tmp_path):
-    beta = np.radians(15.0)
-    rng, both = np.random.default_rng(3), 10 * (np.sin(beta) - 0.012 * np.cos(beta))
+    rng = np.random.default_rng(3)
     for way, sign in (("+x", 1), ("-x", -1)):
-        folder = tmp_path / way
-        folder.mkdir()
-        (folder / "recording.toml").write_text(
-            'rig = "roll"\n[roll]\nincline_deg = 15\nincline_length_mm = 10\ndirection'
-            f' = "{way}"\n'
-        )
-        lengths = both / (
-            0.012 * (1 + 0.03 * rng.normal(size=10)) + sign * np.radians(0.1)
-        )
-        (folder / "readings.csv").write_text(
-            "run_out_mm\n" + "\n".join(f"{v:.2f}" for v in lengths)
-        )
+        read_off(tmp_path / way, run_outs(rng, 0.012, slope_deg=0.1 * sign), way=way)
     seen = read_rolls(tmp_path)
     found = diagnose_roll(seen, rng)
     assert found.verdict == "name" and found.names == ("slope",)
     assert found.parameters["slope"].value == pytest.approx(0.1, abs=0.04)
-    alone = diagnose_roll(seen[:1], rng)
-    assert alone.verdict == "none" and "other way" in alone.next_record
+    with pytest.raises(ValueError, match="run the other way"):
+        diagnose_roll(seen[:1], rng)
+
+
+def test_run_outs_of_each_recording_are_read_with_its_own_keys(tmp_path):
+    """From inclines of two lengths and angles, one in each direction, on a level
+    plate."""
+    rng = np.random.default_rng(5)
+    for way, mm, deg in (("+x", 10.0, 15.0), ("-x", 20.0, 12.0)):
+        read_off(tmp_path / way, run_outs(rng, 0.012, 10, mm, deg), mm, deg, way)
+    found = diagnose_roll(read_rolls(tmp_path), rng)
+    assert found.verdict == "none" and 0.5 < found.p_verdict < 0.95
+
+
+def test_run_outs_follow_a_condition_that_is_stated(tmp_path):
+    rng = np.random.default_rng(7)
+    for k, moisture in enumerate((8, 16, 10, 14, 9, 15, 12, 11)):
+        told = f"[conditions]\nmoisture_pct = {moisture}\n"
+        mu = 0.012 * (1 + 0.06 * (moisture - 12))
+        read_off(tmp_path / f"r{k}", run_outs(rng, mu), conditions=told)
+    found = diagnose_roll(read_rolls(tmp_path), rng)
+    assert found.names == ("rolling_friction-follows-moisture_pct",)
+    slope = found.effects[found.names[0]].size
+    assert slope.low95 < 0.012 * 0.06 < slope.high95
 
 
 def drawn(seed, **change):

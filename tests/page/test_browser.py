@@ -467,6 +467,8 @@ def calibrated(window, tmp_path_factory):
         "p_global": 1e-6,
         "matters": True,
         "next_record": "a drop from twice the height",
+        "sentence": "air drag is missing, and nothing else (93 %)",
+        "tone": "name",
         "explanations": [{"effects": ["drag"], "probability": 0.93}],
     }
     (left / "diagnosed" / "diagnosis.json").write_text(
@@ -683,7 +685,7 @@ def test_a_card_has_number_quality_and_original_name(window):
         return next((t for t in cards(window) if t.startswith("heap-7")), "")
 
     window.until(lambda: "good" in card(), 60)
-    angle = re.search(r"repose angle \(([\d.]+) ± ([\d.]+)\)°", card())
+    angle = re.search(r"repose angle ([\d.]+) ± ([\d.]+)°", card())
     assert angle and float(angle[1]) == pytest.approx(ANGLE, abs=0.1)
     assert "IMG_4300.png" in card()
     readings(window.folder, "drop-11", 'rig = "drop"\n[drop]\nheight_mm = 310\n')

@@ -57,6 +57,8 @@ def bench(tmp_path, calibrated) -> Path:
 def diagnosis(left: Path, **more) -> None:
     found = {
         "verdict": "class",
+        "sentence": "air drag is missing (70 %), not for certain",
+        "tone": "class",
         "p_global": 1e-7,
         "matters": True,
         "next_record": "a drop from twice the height",
@@ -79,6 +81,14 @@ def test_explanations_come_in_words_and_without_the_hopeless(bench):
         (("air drag is missing",), 0.7),
         (("air drag is missing", "the plate is tilted"), 0.2),
     ]
+    told = drop.sentence, drop.tone
+    assert told == ("air drag is missing (70 %), not for certain", "class")
+
+
+def test_a_diagnosis_of_an_older_version_says_so(bench):
+    diagnosis(bench / "results", sentence=None, tone="open")
+    (drop,) = results.explained(bench / "results")
+    assert "diagnose again" in drop.sentence
 
 
 def test_what_to_record_next_is_gathered_and_escaped_on_paper(bench):

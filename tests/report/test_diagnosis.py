@@ -120,6 +120,8 @@ def page() -> str:
                 "roll",
                 verdict="class",
                 names=("slope", "drag"),
+                p_verdict=0.98,
+                explanations=((("slope",), 0.6), (("drag",), 0.38), ((), 0.02)),
                 effects=APART,
                 left_out={},
             ),
@@ -137,12 +139,12 @@ def test_every_element_is_closed_and_nothing_is_loaded(page):
 def test_the_verdicts_stand_first(page):
     text = re.sub(r"<[^>]+>", " ", own(page).split("</style>")[1])
     first = text.index(
-        "air drag is missing (99.7 %): 0.0180 ± 0.0020 of the weight at 2 m/s; left"
-        " out, restitution reads 3.1 % too low"
+        "restitution reads 3.1 % too low (3.1 of its sds) because air drag is missing"
+        " (98 %), and nothing else (96 %): 0.0180 ± 0.0020 of the weight at 2 m/s"
     )
     second = text.index(
-        "something is missing in flight: slope (60 %) or drag (39 %); these recordings"
-        " do not tell which"
+        "the plate is not level (60 %) or air drag is missing (38 %), which these"
+        " recordings do not tell apart (98 % together)"
     )
     assert first < second < text.index("Where") and first < 400
     assert text.index(
@@ -152,8 +154,8 @@ def test_the_verdicts_stand_first(page):
         "97 % of the mismatch",
         "speed 1.5 to 2.4 m/s",
         (
-            "96 % of exactly this; noise alone makes as great a mismatch with p &lt;"
-            " 0.0001"
+            "Noise alone makes as great a mismatch in fewer than 1 of 10 000 benches (p"
+            " &lt; 0.0001); an alarm needs p &lt; 0.005"
         ),
         "0.5000 (0.4900 to 0.5100)",
         "3.1 of its sds",
@@ -247,9 +249,14 @@ def test_nothing_found_is_a_page_too():
     )
     page = own(render(diagnosis(drop=none)))
     assert (
-        "nothing is missing that 2 recordings show (82 %; noise alone: p = 0.4)" in page
+        "nothing was shown to be missing in the 2 recordings (82 % that nothing is);"
+        " noise alone would do this in 4 of 10 benches"
+        in page
         and "Record next" not in page
     )
+    assert 'class="verdict sure"' in page
+    doubtful = own(render(diagnosis(drop=replace(none, p_verdict=0.34))))
+    assert 'class="verdict open"' in doubtful and "nothing shown" in doubtful
     assert render(diagnosis()).startswith("<!doctype html>")
 
 

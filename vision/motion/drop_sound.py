@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from benchtwin.vision.measurement import (
     FAILED,
@@ -219,7 +220,7 @@ def observe_sound(recording: Recording, file: Path) -> Observation:
     shown = [
         q for q in found.quantities if q.name.startswith("restitution") and q.value > 0
     ]
-    caption = ", ".join(f"{q.name} {q.value:.4g} ± {q.sd:.2g}" for q in shown)
+    caption = ", ".join(q.in_words for q in shown)
     return replace(
         found,
         pictures={
@@ -444,8 +445,8 @@ def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
     if abs(q.value - o.value) > CONTRADICTION_SDS * np.hypot(q.sd, o.sd):
         better = min((q, o), key=lambda one: (one.quality != GOOD, one.sd))
         return better.doubt(
-            f"the pictures give {q.value:.4g} ± {q.sd:.2g}, the sound {o.value:.4g} ±"
-            f" {o.sd:.2g}"
+            f"the pictures give {plus_minus(q.value, q.sd, q.unit)}, the sound"
+            f" {plus_minus(o.value, o.sd, o.unit)}"
         )
     if q.quality != o.quality:
         return q if q.quality == GOOD else o

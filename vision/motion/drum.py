@@ -237,7 +237,7 @@ def _overlay(
     canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
     legend = [
         (
-            f"{value.name} {value.value:.2f} ± {value.sd:.2f}°  {value.quality}",
+            f"{value.in_words}  {value.quality}",
             WHITE if value.quality == GOOD else YELLOW,
         )
     ]

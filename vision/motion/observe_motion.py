@@ -456,11 +456,7 @@ def _observation(
 
 def _caption(quantities: tuple[Quantity, ...]) -> str:
     known = [q for q in quantities if np.isfinite(q.value)]
-    shown = [
-        f"{q.name} {q.value:.4g} ± {q.sd:.2g}" + (f" {q.unit}" if q.unit != "1" else "")
-        for q in known
-    ]
-    return "; ".join(shown[:2]) if shown else "nothing could be measured"
+    return "; ".join(q.in_words for q in known[:2]) or "nothing could be measured"
 
 
 def _flight_curves(drops: list[_Drop]) -> list[list[tuple[np.ndarray, np.ndarray]]]:

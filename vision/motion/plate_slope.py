@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.inertia import inertia_of_recording
 from benchtwin.vision.overlay.plot import plot
@@ -133,7 +134,7 @@ def _slope(name: str, runs: list[InclineRun]) -> Observation:
         np.zeros(len(number), bool),
         labels=("run of its direction", "acceleration [m/s²]"),
         curves=levels,
-        caption=f"{name}: slope {slope:.3f} ± {sd:.2g}° rising along +x",
+        caption=f"{name}: slope {plus_minus(slope, sd, 'deg')} rising along +x",
     )
     return Observation(
         name, "roll", (Quantity("slope", slope, sd, "deg"),), notes, {"slope": picture}

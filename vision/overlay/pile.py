@@ -64,7 +64,7 @@ def _words(found: Repose):
             one_sided and q.name.endswith(("_left", "_right"))
         ):
             yield (
-                f"{q.name} {q.value:.2f} ± {q.sd:.2f}°  {q.quality}",
+                f"{q.in_words}  {q.quality}",
                 WHITE if q.quality == GOOD else YELLOW,
             )
     yield from ((note, BLUE) for note in found.notes)
