@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchtwin.measure import batch
+from benchtwin.measure.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
-from benchtwin.vision import batch
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.observe import LEAST_WINDOW
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.results import Results
 from benchtwin.vision.summary import as_table, summarise

@@ -1,6 +1,7 @@
 """Who may import whom: bench and prove nothing of ours; infer, vision and sim only
-bench; twin both vision and sim; a rig no other rig; report the results of calibrate and
-diagnose; page what the commands call, in processes of their own."""
+bench; measure vision and the rigs; twin both measure and sim; a rig no other rig;
+report the results of calibrate and diagnose; page what the commands call, in processes
+of their own."""
 
 import ast
 from pathlib import Path
@@ -15,12 +16,13 @@ ALLOWED = {
     "vision": {"bench"},
     "sim": {"bench"},
     "prove": set(),
-    "twin": {"bench", "vision", "sim"},
-    "rigs": {"bench", "infer", "twin", "diagnose"},
+    "measure": {"bench", "vision", "rigs"},
+    "twin": {"bench", "vision", "measure", "sim"},
+    "rigs": {"bench", "infer", "vision", "twin", "diagnose"},
     "calibrate": {"twin"},
     "diagnose": {"bench", "infer", "rigs", "twin"},
     "report": {"infer", "twin", "calibrate", "diagnose"},
-    "page": {"bench", "vision", "twin", "calibrate", "diagnose", "report"},
+    "page": {"bench", "vision", "measure", "twin", "calibrate", "diagnose", "report"},
 }
 COMMANDS = {
     "calibrate/calibrate_command.py": {"report"},

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from benchtwin.measure.batch import find_all
 from benchtwin.twin.run import observe
-from benchtwin.vision.batch import find_all
 from benchtwin.vision.evidence.tables import READING_COLUMNS, read_readings
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.measurement import FAILED, MeasurementError

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from benchtwin.measure.batch import find_all, split_photos
 from benchtwin.twin.piles import SeenPile, read_piles
 from benchtwin.twin.roll_tracks import read_rolls
 from benchtwin.twin.run import observe
 from benchtwin.twin.slides import read_slides
 from benchtwin.twin.tracks import track_of
-from benchtwin.vision.batch import find_all, split_photos
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording as Recording
 

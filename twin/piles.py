@@ -70,7 +70,7 @@ def _seen(entry: Recording | MeasurementError) -> SeenPile:
 
 
 def _measured(entry: Recording) -> Repose:
-    """The photo as `vision.observe.observe` reads it: side and plate as recording.toml
+    """The photo as `measure.observe.observe` reads it: side and plate as recording.toml
     has them."""
     boxed = entry.pile.box_mm is not None and entry.pile.cylinder_mm is None
     options = PileOptions(

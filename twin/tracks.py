@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from benchtwin.vision.batch import find_all
+from benchtwin.measure.batch import find_all
+from benchtwin.measure.observe import observe
 from benchtwin.vision.evidence.tables import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -14,7 +15,6 @@ from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more

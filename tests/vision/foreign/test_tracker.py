@@ -5,7 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from benchtwin.vision import measure
+from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence.tables import read_track
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.measurement import MeasurementError

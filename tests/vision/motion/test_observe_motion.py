@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.measure.observe_motion import observe_moving
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.observe_motion import observe_moving
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.overlay.track import BAD, CROSS, on_picture
 from benchtwin.vision.recording import (
