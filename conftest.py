@@ -3,6 +3,7 @@ each other cost four times the time), and what numba compiles is compiled by one
 only."""
 
 import os
+import signal
 import tempfile
 from pathlib import Path
 
@@ -12,6 +13,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_configure(config):
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        # a shell lets what it starts in the background ignore interrupts, which tests
+        # send to themselves and to what they start
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput") and os.name == "posix":
         locks = Path(tempfile.gettempdir()) / f"benchtwin-test-locks-{os.getuid()}"
         locks.mkdir(mode=0o700, exist_ok=True)

@@ -8,6 +8,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import sphere_volume
 
 SHAPE_SD = 0.15  # relative, of C_d beside a sphere's
 SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
@@ -17,7 +19,6 @@ UNKNOWN = (
 )
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # floor on speeds
-G_M_S2 = 9.80665
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,11 @@ def air_of(description: dict) -> Air:
     mass = (
         seed["mass_g"] / 1000
         if seed.get("mass_g")
-        else seed.get("density_kg_m3", 0.0) * math.pi / 6 * diameter**3
+        else seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
     )
     reynolds = density * diameter / viscosity
     known = bool(sizes) and mass > 0
-    mass = mass or 1250 * math.pi / 6 * diameter**3
+    mass = mass or 1250 * sphere_volume(diameter)
     lift = density * math.pi * diameter**3 / 8 / 2 / mass
     speed = REFERENCE_SPEED_M_S
     force = (
@@ -80,7 +81,7 @@ def air_of(description: dict) -> Air:
     room = force / (mass * G_M_S2)
     if not stated:
         return Air(0.0, 0.0, room, reynolds, lift)
-    buoyancy = density * math.pi / 6 * diameter**3 / mass
+    buoyancy = density * sphere_volume(diameter) / mass
     known_sd = SHAPE_SD * room if known else UNKNOWN
     return Air(room if known else UNKNOWN, known_sd, room, reynolds, lift, buoyancy)
 

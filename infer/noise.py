@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from numba import njit
 from scipy.optimize import minimize
 
@@ -306,10 +307,7 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
 def outliers(innovations: np.ndarray) -> np.ndarray:
     """Which innovations (n,) lie more than OUTLIER_SD robust standard deviations
     off."""
-    return (
-        np.abs(innovations)
-        > OUTLIER_SD * 1.4826 * np.median(np.abs(innovations)) + 1e-300
-    )
+    return np.abs(innovations) > OUTLIER_SD * robust_sd(innovations) + 1e-300
 
 
 def maximum_draws(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 from benchtwin.vision.evidence.frames import open_frames
-from benchtwin.vision.evidence.tables import read_impacts, read_track
+from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
 from benchtwin.vision.measurement import (
     DOUBTFUL,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed
@@ -104,7 +105,7 @@ def drag_factor(
         0.0,
     )[0]
     return numbers | {
-        "factor": float(np.clip(share * seed.mass_kg * 9.80665 / abs(force), 0.0, 20.0))
+        "factor": float(np.clip(share * seed.mass_kg * G_M_S2 / abs(force), 0.0, 20.0))
     }
 
 
@@ -178,7 +179,7 @@ def strike(
         [_flat(rng) if flat else any_turn(rng) for flat in np.repeat(lying, copies)]
     )
     v = np.repeat(before, copies, axis=0)
-    speed = np.column_stack([v[:, 0], np.zeros(count), v[:, 1] + 9.80665 * ABOVE_S])
+    speed = np.column_stack([v[:, 0], np.zeros(count), v[:, 1] + G_M_S2 * ABOVE_S])
     turning = np.column_stack(
         [np.zeros(count), -np.nan_to_num(v[:, 2]), np.zeros(count)]
     )
@@ -219,7 +220,7 @@ def strike(
         [Every(STRIKE_S, frames)],
     )
     last = frames.columns()["velocities_m_s"][-1]
-    last = last + np.array([0.0, 0.0, 9.80665 * (STRIKE_S - ABOVE_S)])
+    last = last + np.array([0.0, 0.0, G_M_S2 * (STRIKE_S - ABOVE_S)])
     return Struck(last[:, [0, 2]].reshape(len(before), copies, 2))
 
 

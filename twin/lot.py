@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from benchtwin.sim.seed import SOYBEAN_DENSITY, Seed
 from benchtwin.sim.seed.lot import Lot
+from benchtwin.sim.seed.mesh_file import read_mesh
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.sizes import RANGE_OVER_SD_OF_100, SOYBEAN
 from benchtwin.vision.evidence.read_keys import LOT_TABLE
@@ -51,7 +52,7 @@ def seed_of_mesh(
     mass_g of the seed, or density_kg_m3; neither: soybean's density. MeasurementError
     for a mesh that cannot be used."""
     try:
-        shape = Shape.from_mesh_file(Path(file), unit)
+        shape = read_mesh(Path(file), unit)
     except ValueError as error:
         raise MeasurementError(
             str(error).replace("--unit", "[seed] shape_unit")

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.measure.batch import find_all
 from benchtwin.measure.observe import observe
-from benchtwin.vision.evidence.tables import read_impacts, read_track
+from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound

@@ -6,6 +6,7 @@ the version named here."""
 
 import math
 
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.calibrate.export.conventions import (
     damping_factor,
     effective_moduli,
@@ -121,7 +122,7 @@ def _model(c: Calibrated, pair: Pair, other: Solid, *, on_wall: bool) -> str:
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     # A constant torque acts in full at once: its stand-in gets the stiffness of the
     # tangential spring (as LIGGGHTS's epsd2 has).
-    resting = 10.0 * c.shape.mass_kg * 9.81
+    resting = 10.0 * c.shape.mass_kg * G_M_S2
     as_type_c = rolling_spring(mu_r, modulus, radius, resting)
     spring = (
         as_type_c

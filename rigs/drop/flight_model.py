@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2, drag_over_mass
+from benchtwin.bench.air import drag_over_mass
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View

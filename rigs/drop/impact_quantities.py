@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.robust import robust_sd
 from benchtwin.rigs.drop.effects.impacts import REACH, ROUGH
 from benchtwin.rigs.drop.flight_model import ROUND
 from benchtwin.rigs.drop.impacts import Impacts
@@ -239,4 +240,4 @@ def stuck(seen: ImpactQuantities, impacts: Impacts) -> ImpactQuantities:
 
 def _off_and_spread(left: np.ndarray) -> tuple[np.ndarray, float]:
     off = np.abs(left - np.median(left))
-    return off, max(1.4826 * float(np.median(off)), KICK_FLOOR)
+    return off, max(robust_sd(off), KICK_FLOOR)

@@ -5,7 +5,8 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2, air_of, stated_sizes_mm
+from benchtwin.bench.air import air_of, stated_sizes_mm
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.problem import Fit
 from benchtwin.rigs.drop.flight_model import (
     STARTS,

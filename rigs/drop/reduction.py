@@ -9,7 +9,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2, SEED_DRAG
+from benchtwin.bench.air import SEED_DRAG
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import frame_lag, whiten
 from benchtwin.infer.problem import Problem

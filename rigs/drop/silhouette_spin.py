@@ -8,6 +8,7 @@ plus an error of the size of that unevenness (free ellipsoids in any attitude: D
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.robust import difference_noise
 
 QUARTERS = 4
 WINDOWS = (0, 1, 2, 4, 8, 16, 32, 64, 128)  # half widths, in rows
@@ -115,8 +116,4 @@ def _lines(angle: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
 
 def noise_of(angle: np.ndarray) -> float:
     """sd [rad] of the angle's white noise, robust, from second differences."""
-    return (
-        1.4826 * float(np.median(np.abs(np.diff(angle, 2)))) / np.sqrt(6)
-        if len(angle) > 2
-        else 0.0
-    )
+    return difference_noise(angle, 2) if len(angle) > 2 else 0.0

@@ -4,7 +4,7 @@ effect."""
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.rigs.drop.session import LEAST_ROWS, Session
 from numpy.polynomial import legendre

@@ -4,7 +4,7 @@ laws."""
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.power_law import Family, law_of
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows

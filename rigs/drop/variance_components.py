@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from scipy import stats
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
@@ -128,11 +129,7 @@ def _robust(y: np.ndarray, design: np.ndarray, floor: float) -> np.ndarray:
             y - design @ np.linalg.lstsq(root * design, root[:, 0] * y, rcond=None)[0]
         )
         weight = 1 / np.maximum(np.abs(left), 0.1 * floor)
-    spread = (
-        1.4826
-        * float(np.median(np.abs(left)))
-        * math.sqrt(len(y) / max(len(y) - design.shape[1], 1))
-    )
+    spread = robust_sd(left) * math.sqrt(len(y) / max(len(y) - design.shape[1], 1))
     return left / (spread + floor)
 
 

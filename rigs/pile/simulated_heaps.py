@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.twin.heap_outline import outlined
@@ -58,7 +59,8 @@ def simulation_inputs(description: dict, settings: HeapSettings, mean_mm: float)
     del seed["mean_mm"]
     box = pile.get("box_mm")
     base = box[0] * box[1] if box else np.pi / 4 * pile["cylinder_mm"][0] ** 2
-    volume_mm3 = np.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
+    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
+    volume_mm3 = ellipsoid_volume(*axes_mm)
     count = PACKED * base * pile["fill_height_mm"] / volume_mm3
     if count > MOST_SEEDS:
         said = f"a heap of about {count:.0f} seeds takes too long"

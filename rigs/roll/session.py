@@ -5,7 +5,9 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2, Air, air_of, drag_shape, stated_sizes_mm
+from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S
 from benchtwin.rigs.roll.initial_path import (
@@ -188,7 +190,7 @@ def _no_spikes(x: np.ndarray) -> np.ndarray:
     half = NEIGHBOURS // 2
     off = np.abs(x - median_filter(x, NEIGHBOURS, mode="nearest"))
     step = np.median(np.abs(np.diff(x)))
-    usual = 1.4826 * np.median(off) + 1e-9
+    usual = robust_sd(off) + 1e-9
     return np.flatnonzero(off <= SPIKE_SD * usual + half * 3 * step)
 
 

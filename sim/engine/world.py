@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine import assemble
 from benchtwin.sim.engine.tiles import COLUMNS
 from benchtwin.sim.engine.walls import Wall, WallTables, tabulate
@@ -71,7 +72,7 @@ class World:
     walls: tuple[Wall, ...] = ()
     contacts: tuple[Contact, ...] = ()
     laws: tuple[Chosen, ...] = ()
-    gravity: Vector = (0.0, 0.0, -9.81)
+    gravity: Vector = (0.0, 0.0, -G_M_S2)
     domain: tuple[Vector, Vector] | None = None
     time_step_s: float | None = None
     rayleigh_fraction: float = 0.2

@@ -11,10 +11,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.world import World, contact_between
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, effective_moduli
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench
+from benchtwin.sim.rigs.bench import Bench
 
 RESTING_WEIGHTS = (
     10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight
@@ -91,7 +92,7 @@ def _rolling_spring(bench: Bench) -> tuple[float, float]:
     radius = float(np.mean([seed.radii_m.mean() for seed in lot])) / 2  # R* of two
     modulus, shear = effective_moduli(bench.grain, bench.grain)
     overlap = (
-        0.75 * RESTING_WEIGHTS * mass * GRAVITY_M_S2 / (modulus * math.sqrt(radius))
+        0.75 * RESTING_WEIGHTS * mass * G_M_S2 / (modulus * math.sqrt(radius))
     ) ** (2 / 3)
     spring = 8.0 * shear * math.sqrt(radius * overlap)
     return spring, ROLLING_DAMPING * 2.0 * math.sqrt(0.4 * mass * spring)

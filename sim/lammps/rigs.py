@@ -7,13 +7,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.lammps.alone import Alone
 from benchtwin.sim.lammps.heap import run_heap
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs import roll
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, no_watch
+from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from benchtwin.sim.rigs.drop import Drop, run_drop
 from benchtwin.sim.rigs.pile import Pile, run_pile
@@ -72,7 +73,7 @@ def _drop(
 ) -> Motion:
     """For as long as the flights would last if nothing were lost, or until the seed has
     fallen off the plate."""
-    fall_s = math.sqrt(2 * rig.height_m / GRAVITY_M_S2)
+    fall_s = math.sqrt(2 * rig.height_m / G_M_S2)
     longest_s = 0.1 + AIR_SLOWS * fall_s * (1 + 2 * rig.bounces)
     low = BELOW_M + rig.plate_m[0] * math.tan(math.radians(abs(rig.tilt_deg)))
     engine = Alone(

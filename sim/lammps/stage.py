@@ -5,11 +5,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.world import World, time_step
 from benchtwin.sim.lammps.contact import refuse_others, words
 from benchtwin.sim.lammps.walls import name_of, wall_lines
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2
 
 # neighbour lists reach so much farther than contact, of the smallest ball's radius
 SKIN = 0.4
@@ -289,7 +289,7 @@ def _end(stage: Stage) -> list[str]:
     lot = stage.world.seeds[0]
     size = float(np.mean([(6 * s.volume_m3 / np.pi) ** (1 / 3) for s in lot.shapes]))
     mass = float(np.mean([s.mass_kg for s in lot.shapes]))
-    quiet = stage.still.kinetic * mass * GRAVITY_M_S2 * size
+    quiet = stage.still.kinetic * mass * G_M_S2 * size
     window = round(stage.still.window_s / stage.step_s / look) * look
     moved = [
         "compute moved middle displace/atom",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Slide, Vector, Wall
 from benchtwin.sim.engine.world import Placed, Scattered, World
@@ -24,7 +25,6 @@ from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from benchtwin.sim.seed.sizes import Sizes
 from numpy.typing import ArrayLike
 
-GRAVITY_M_S2 = 9.80665
 # sizes in a heap: as many as callipers measured; each is meshed once for the picture
 DIFFERENT = 100
 
@@ -165,7 +165,7 @@ class Bench:
             tuple(walls),
             (self.seed_wall, self.seed_seed, *contacts),
             laws,
-            (0.0, 0.0, -GRAVITY_M_S2),
+            (0.0, 0.0, -G_M_S2),
             domain,
             rayleigh_fraction=self.rayleigh_fraction,
             pull_at_end=self.pull_at_end,

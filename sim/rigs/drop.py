@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle
@@ -10,7 +11,6 @@ from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.alone import Engine, our_engine
 from benchtwin.sim.rigs.bench import (
-    GRAVITY_M_S2,
     Bench,
     Columns,
     Frames,
@@ -230,7 +230,7 @@ def _truth(
     if not len(before) or not len(after):
         return {}
     a, b = before[-1], after[0]
-    h, g = t[b] - t[a], GRAVITY_M_S2
+    h, g = t[b] - t[a], G_M_S2
     # z_a + v_a s − g s²/2 = z_b + v_b (s − h) − g (s − h)²/2, linear in s
     s = (z[b] - z[a] - v[b] * h - g * h * h / 2) / (v[a] - v[b] - g * h)
     contact = z[a] + v[a] * s - g * s * s / 2

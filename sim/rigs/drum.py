@@ -4,6 +4,7 @@ dynamic angle of repose."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Rectangle, Turn, Wall
 from benchtwin.sim.engine.world import Placed, World
@@ -52,7 +53,7 @@ class Drum:
             raise ValueError(f"every length, speed and time must be above 0 in {self}")
         if not 0.1 <= self.fill_share <= 0.6:
             raise ValueError(f"fill_share = {self.fill_share:g}: must be 0.1 to 0.6")
-        if (2 * np.pi * self.speed_rpm / 60) ** 2 * self.drum_m[0] / 2 >= 9.81:
+        if (2 * np.pi * self.speed_rpm / 60) ** 2 * self.drum_m[0] / 2 >= G_M_S2:
             raise ValueError(
                 f"speed_rpm = {self.speed_rpm:g}: the seeds would be thrown round with"
                 " the drum"

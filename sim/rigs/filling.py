@@ -5,13 +5,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.filling import scatter
 from benchtwin.sim.engine.observe import Settled, kinetic_per_seed
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import run
 from benchtwin.sim.engine.walls import Vector
 from benchtwin.sim.engine.world import Placed, Scattered, World
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, Watch, reach
+from benchtwin.sim.rigs.bench import Bench, Watch, reach
 from benchtwin.sim.seed import Seed
 
 # volume fraction that is never exceeded by such a rain: how many seeds are enough
@@ -128,7 +129,7 @@ def settle(
     def look(world: World, state: State) -> bool:
         now = kinetic_per_seed(state)
         highest[0] = max(highest[0], now)
-        scale = float(state.masses.mean()) * GRAVITY_M_S2 * 0.006 * quiet.kinetic
+        scale = float(state.masses.mean()) * G_M_S2 * 0.006 * quiet.kinetic
         share = np.log(highest[0] / max(now, scale)) / np.log(
             max(highest[0] / scale, 2.0)
         )

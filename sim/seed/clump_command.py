@@ -10,7 +10,9 @@ from benchtwin.sim.seed import MOST_SPHERES, Seed
 from benchtwin.sim.seed.clump import spheres_for
 from benchtwin.sim.seed.clump_error import ClumpError, clump_error
 from benchtwin.sim.seed.clump_files import files
+from benchtwin.sim.seed.mesh_file import read_mesh
 from benchtwin.sim.seed.shape import Shape
+from benchtwin.sim.seed.voxels import closed_surface
 
 DONE, MISUSED = 0, 2
 USUAL_TOLERANCE = 0.03  # rms surface error over the mean radius
@@ -87,7 +89,7 @@ def read_shape(source: Path, unit: str | None, voxel_mm: float | None) -> Shape:
             raise ValueError(
                 f"--voxel-mm: {source} is no .npy array of voxels; a mesh takes --unit"
             )
-        return Shape.from_mesh_file(source, unit)
+        return read_mesh(source, unit)
     if voxel_mm is None or not voxel_mm > 0:
         raise ValueError(f"{source}: say the side of a voxel with --voxel-mm")
     try:
@@ -99,7 +101,7 @@ def read_shape(source: Path, unit: str | None, voxel_mm: float | None) -> Shape:
     if filled.ndim != 3:
         raise ValueError(f"{source}: has {filled.ndim} dimensions; voxels have 3")
     try:
-        return Shape.from_voxels(filled != 0, 1e-3 * voxel_mm)
+        return Shape(*closed_surface(filled != 0, 1e-3 * voxel_mm))
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from error
 

@@ -3,7 +3,6 @@ integrals over what it encloses."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from benchtwin.sim.seed import forms
@@ -128,22 +127,6 @@ class Shape:
         an ellipse gives the ellipsoid. V = 2/3 × area × T. ValueError for fewer than 8
         points, or an outline that a ray from the centre crosses twice."""
         return cls(*forms.over_outline(np.asarray(outline_m, float), thickness_m))
-
-    @classmethod
-    def from_mesh_file(cls, file: Path, unit: str | None) -> "Shape":
-        """An STL, PLY or OBJ file in "mm", "cm", "m" or "inch"
-        (`sim.seed.mesh_file.read_mesh`)."""
-        from benchtwin.sim.seed.mesh_file import read_mesh
-
-        return read_mesh(file, unit)
-
-    @classmethod
-    def from_voxels(cls, filled: Array, pitch_m: float) -> "Shape":
-        """The largest piece of voxels (i, j, k) of bool, cubes of side pitch_m [m]
-        (`sim.seed.voxels.closed_surface`)."""
-        from benchtwin.sim.seed.voxels import closed_surface
-
-        return cls(*closed_surface(filled, pitch_m))
 
     @cached_property
     def solid(self) -> Solid:

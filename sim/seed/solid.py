@@ -4,6 +4,7 @@ each point counted once."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.ellipsoid import ellipsoid_volume
 
 Array = np.ndarray
 
@@ -37,7 +38,7 @@ def ellipsoid(length_m: float, width_m: float, thickness_m: float) -> Solid:
     >>> round(ellipsoid(2.0, 2.0, 2.0).volume_m3, 6)
     4.18879
     """
-    volume = np.pi / 6.0 * length_m * width_m * thickness_m
+    volume = ellipsoid_volume(length_m, width_m, thickness_m)
     halves = np.array([length_m, width_m, thickness_m]) / 2.0
     return Solid(volume, np.zeros(3), np.diag(volume * halves**2 / 5.0))
 

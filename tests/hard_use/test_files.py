@@ -12,8 +12,9 @@ from benchtwin.vision.evidence import photo, read_keys, tables
 from benchtwin.vision.evidence.frames import Video
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.evidence.read_keys import read_toml
-from benchtwin.vision.evidence.tables import read_impacts, read_readings, read_track
+from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 from PIL import Image

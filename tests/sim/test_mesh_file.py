@@ -21,7 +21,7 @@ def saved(mesh, folder, name="grain.stl"):
 @pytest.mark.parametrize("kind", ["stl", "ply", "obj"])
 def test_each_format_gives_the_same_body(tmp_path, kind):
     mesh = trimesh.creation.box((8.0, 5.0, 3.0))
-    shape = Shape.from_mesh_file(saved(mesh, tmp_path, f"grain.{kind}"), "mm")
+    shape = read_mesh(saved(mesh, tmp_path, f"grain.{kind}"), "mm")
     assert shape.volume_m3 == pytest.approx(120e-9, rel=1e-6)
     assert shape.dimensions_m == pytest.approx([8e-3, 5e-3, 3e-3], rel=1e-6)
     assert shape.notes == ()
@@ -198,9 +198,8 @@ def ellipsoid_voxels(halves, pitch, centre=(0.0, 0.0, 0.0)):
 
 def test_voxels_of_an_ellipsoid():
     halves, pitch = np.array([4.36e-3, 3.42e-3, 2.99e-3]), 0.2e-3
-    shape = Shape.from_voxels(
-        ellipsoid_voxels(halves, pitch, (3e-5, 5e-5, -2e-5)), pitch
-    )
+    voxels = ellipsoid_voxels(halves, pitch, (3e-5, 5e-5, -2e-5))
+    shape = Shape(*closed_surface(voxels, pitch))
     volume = 4 / 3 * np.pi * np.prod(halves)
     # the voxels' own count scatters by about the square root of their number on the
     # surface over all: 0.2 %
@@ -215,11 +214,11 @@ def test_voxels_of_an_ellipsoid():
 
 def test_voxels_lose_dust_and_voids():
     voxels = ellipsoid_voxels(np.array([10.0, 8, 6]), 1.0)
-    clean = Shape.from_voxels(voxels, 1e-4)
+    clean = Shape(*closed_surface(voxels, 1e-4))
     voxels[1, 1, 1] = True
     middle = voxels.shape[0] // 2
     voxels[middle - 1 : middle + 1, middle, middle] = False
-    shape = Shape.from_voxels(voxels, 1e-4)
+    shape = Shape(*closed_surface(voxels, 1e-4))
     assert shape.vertices_m == pytest.approx(clean.vertices_m)
     assert shape.notes == (
         "the largest of 2 pieces was taken",

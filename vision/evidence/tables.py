@@ -58,15 +58,11 @@ class Table:
     notes: tuple[str, ...] = ()
 
 
-def read_track(path: Path) -> Table:
-    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA;
-    files of other tools are converted. Rows with a missing position or time are left
+def read_track_csv(path: Path) -> Table:
+    """Read track.csv: t_s, x_mm, y_mm (or frame, x_px, y_px) and any of TRACK_EXTRA.
+    Rows with a missing position or time are left
     out, rows out of order are sorted; both are noted. Errors: two rows of one time, a
     missing or unknown column, text in place of a number."""
-    if _of_another_tool(path):
-        from benchtwin.vision.foreign.as_evidence import foreign_track
-
-        return foreign_track(path)
     rows = _read_csv(path)
     pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(
         rows.columns
@@ -143,13 +139,9 @@ def read_gates(path: Path, rig: str) -> Table:
     return Table(rows.reset_index(drop=True), tuple(notes))
 
 
-def read_impacts(path: Path) -> Table:
+def read_impacts_csv(path: Path) -> Table:
     """Read impacts.csv: at least two rows of t_s, strictly increasing, and sd_s if
-    known; or another tool's file of them."""
-    if _of_another_tool(path):
-        from benchtwin.vision.foreign.as_evidence import foreign_impacts
-
-        return foreign_impacts(path)
+    known."""
     rows = _read_csv(path)
     _check_columns(path, rows, ("t_s",), ("sd_s",))
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
@@ -195,12 +187,6 @@ def read_readings(path: Path) -> Table:
         if rows[column].notna().sum() == 0:
             raise MeasurementError(f"{path}: {column} holds no numbers")
     return Table(rows, tuple(notes))
-
-
-def _of_another_tool(path: Path) -> bool:
-    from benchtwin.vision.foreign import tool_of
-
-    return bool(tool_of(path))
 
 
 def read_numbers(

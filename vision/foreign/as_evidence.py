@@ -1,5 +1,5 @@
-"""Converts files of other tools to the tables of track.csv or impacts.csv, with keys
-for recording.toml."""
+"""Tracks and impact times as tables, whatever tool wrote the file, with keys for
+recording.toml."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.evidence.tables import Table
-from benchtwin.vision.foreign import read_foreign
+from benchtwin.vision.evidence.tables import Table, read_impacts_csv, read_track_csv
+from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.contents import Contents, PointTrack
 from benchtwin.vision.foreign.unit_inference import fits_gravity, free_fall
 from benchtwin.vision.measurement import MeasurementError
@@ -46,7 +46,17 @@ def evidence_of(path: Path) -> Evidence:
     )
 
 
-def foreign_track(path: Path) -> Table:
+def read_track(path: Path) -> Table:
+    """A track.csv as it is; a file of another tool converted to its columns."""
+    return _foreign_track(path) if tool_of(path) else read_track_csv(path)
+
+
+def read_impacts(path: Path) -> Table:
+    """An impacts.csv as it is; a file of another tool converted to its columns."""
+    return _foreign_impacts(path) if tool_of(path) else read_impacts_csv(path)
+
+
+def _foreign_track(path: Path) -> Table:
     """The file converted to rows of track.csv, with notes on what was assumed."""
     found = read_foreign(path)
     if not found.tracks:
@@ -61,7 +71,7 @@ def foreign_track(path: Path) -> Table:
     return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
-def foreign_impacts(path: Path) -> Table:
+def _foreign_impacts(path: Path) -> Table:
     """The file converted to rows of impacts.csv."""
     runs = read_foreign(path).runs
     if len(runs) != 1:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Contents, PointTrack, require_tracks
 from benchtwin.vision.foreign.source import FRAMES, LENGTH, PIXELS, TIME
 from benchtwin.vision.measurement import MeasurementError
@@ -18,7 +19,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 _WITHOUT_UNIT = ("m", "cm", "mm", "in", "ft")
 _SLOWEST_STEP_S = 0.2  # from frame to frame; a larger step is of milliseconds
-G_M_S2 = 9.81
 TOLERANCE = 0.25  # relative, of g: perspective, an error of the scale, air
 # of g: a light ball near terminal velocity; a wrong scale or frame rate, which is
 # noticed elsewhere

@@ -30,7 +30,6 @@ from benchtwin.vision.motion.outliers import (
 )
 from benchtwin.vision.motion.split_flights import free_flights, split
 
-G_MM_S2 = 9806.65
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
 LEAST_FALL = (

@@ -9,7 +9,9 @@ bouncing seed towards the camera or away from it changes the scale."""
 import math
 
 import numpy as np
-from benchtwin.vision.motion.flight import G_MM_S2, Flights, Gravity
+from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.ellipsoid import sphere_volume
+from benchtwin.vision.motion.flight import Flights, Gravity
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -43,7 +45,7 @@ def drag_per_metre(recording: Recording, speed: float) -> float | None:
     if seed.mass_g:
         mass = seed.mass_g / 1000
     elif seed.density_kg_m3:
-        mass = seed.density_kg_m3 * math.pi / 6 * diameter**3
+        mass = seed.density_kg_m3 * sphere_volume(diameter)
     else:
         return None
     coefficient = 0.44

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -20,7 +21,6 @@ from benchtwin.vision.measurement import (
     all_failed,
     failed,
 )
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
 from benchtwin.vision.motion.rebound import HEIGHT_SD_MM
 from benchtwin.vision.recording import Recording

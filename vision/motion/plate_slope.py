@@ -11,8 +11,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.inertia import inertia_of_recording
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording

@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     GOOD,
@@ -21,7 +22,7 @@ from benchtwin.vision.measurement import (
     failed,
 )
 from benchtwin.vision.motion.drop_few_rows import FEW_ROWS, fit_few_flights, is_few
-from benchtwin.vision.motion.flight import G_MM_S2, Flights, fit_flights, fit_lateral
+from benchtwin.vision.motion.flight import Flights, fit_flights, fit_lateral
 from benchtwin.vision.motion.gravity import (
     depth_drift_sd,
     depth_drift_shifts,

@@ -14,10 +14,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.measurement import MeasurementError, Quantity, all_failed, failed
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag, whiten
 from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.track import Track

@@ -11,8 +11,8 @@ enough. Few rows do not show the onset, so there is no static friction."""
 import math
 
 import numpy as np
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.measurement import MeasurementError, Quantity, all_failed, failed
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.outliers import rows_at_rest
 from benchtwin.vision.motion.slide import (

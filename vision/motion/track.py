@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.flight import G_MM_S2
 from benchtwin.vision.motion.least_squares import fit, frame_lag
 from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.recording import Camera, Recording

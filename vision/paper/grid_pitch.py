@@ -4,6 +4,7 @@ tenth line of the paper is heavier."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.paper.grid_find import Level
 from benchtwin.vision.paper.grid_follow import Fit, GridMap
 from scipy import ndimage
@@ -169,12 +170,7 @@ def line_strengths(
         np.cumsum(count) - (count + 1) // 2
     )  # a bin's median: crossing lines, seeds and edges do not move it
     typical = dark[order][np.clip(middle, 0, len(dark) - 1)]
-    noise = (
-        1.25
-        * 1.4826
-        * float(np.median(np.abs(dark - typical[index])))
-        / np.sqrt(np.maximum(count, 1))
-    )
+    noise = 1.25 * robust_sd(dark - typical[index]) / np.sqrt(np.maximum(count, 1))
     return _fit_bells(typical, noise + 1e-6, count > 0.05 * SAMPLES / (10 * BINS))
 
 

@@ -1,10 +1,11 @@
 """Crest and toe: sticking grains steepen both, running or creeping ones round and
 lengthen."""
 
-import math
 from collections.abc import Callable
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.infer.effect import Counterpart
 from benchtwin.rigs.pile.effects.shapes import (
     HeapEffect,
@@ -46,12 +47,12 @@ def _film(
 ) -> tuple[dict, dict, dict]:
     """A film that pulls at strength 1 with the weight of a seed of mean length, ∝
     size."""
-    volume_mm3 = (
-        math.pi / 6 * seed["length_mm"] * seed["width_mm"] * seed["thickness_mm"]
-    )
+    axes_mm = (seed[f"{axis}_mm"] for axis in ("length", "width", "thickness"))
+    volume_mm3 = ellipsoid_volume(*axes_mm)
     pull = (
         strength
-        * 9.80665e-9
+        * 1e-9
+        * G_M_S2
         * volume_mm3
         * seed["density_kg_m3"]
         * (seed["mean_mm"] / seed["length_mm"]) ** 2

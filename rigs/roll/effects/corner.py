@@ -12,7 +12,7 @@ accelerates by c/(1 + (c − 1)(1 − s)) of rolling, without rolling friction."
 import math
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
 from scipy.special import ndtr
 

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.material import SOYBEAN_Q235
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench, reach
+from benchtwin.sim.rigs.bench import Bench, reach
 from benchtwin.sim.rigs.drop import Drop, run_drop
 from scenes import NO_AIR
 
@@ -24,7 +25,7 @@ def test_a_level_seed_without_air_rises_by_the_square_of_its_restitution():
     # %
     assert truth["rebound_height_mm"] == pytest.approx(0.54**2 * 310, rel=0.01)
     assert truth["impact_speed_m_s"] == pytest.approx(
-        np.sqrt(2 * GRAVITY_M_S2 * 0.310), rel=1e-3
+        np.sqrt(2 * G_M_S2 * 0.310), rel=1e-3
     )
     assert truth["restitution"] == pytest.approx(0.54, rel=0.005)
 
@@ -53,12 +54,12 @@ def test_air_takes_from_the_rebound_what_drag_takes_twice():
     d, e2 = (6 * seed.volume_m3 / np.pi) ** (1 / 3), 0.54**2
 
     def lost(speed_at_bottom):  # metres of height that drag costs along one leg
-        z = np.linspace(0, speed_at_bottom**2 / 2 / GRAVITY_M_S2, 400)
-        v = np.sqrt(speed_at_bottom**2 - 2 * GRAVITY_M_S2 * z)
+        z = np.linspace(0, speed_at_bottom**2 / 2 / G_M_S2, 400)
+        v = np.sqrt(speed_at_bottom**2 - 2 * G_M_S2 * z)
         force = [drag(0, 0, -s, 0, 0, 0, d, 1.2, 1.81e-5, 1, 0, 0, 0)[2] for s in v]
-        return np.trapezoid(force, z) / seed.mass_kg / GRAVITY_M_S2
+        return np.trapezoid(force, z) / seed.mass_kg / G_M_S2
 
-    v = np.sqrt(2 * GRAVITY_M_S2 * 0.310)
+    v = np.sqrt(2 * G_M_S2 * 0.310)
     expected = 1e3 * (e2 * lost(v) + lost(0.54 * v))
     assert still.truth["rebound_height_mm"] - windy.truth[
         "rebound_height_mm"
@@ -72,7 +73,7 @@ def test_frames_stand_at_whole_multiples_of_the_frame_time():
     t = motion.t_s[falling] - 0.01
     assert np.allclose(
         motion.positions_m[falling, 0, 2],
-        motion.positions_m[0, 0, 2] - GRAVITY_M_S2 * t**2 / 2,
+        motion.positions_m[0, 0, 2] - G_M_S2 * t**2 / 2,
         atol=1e-7,
     )
 
@@ -138,7 +139,7 @@ def test_a_plate_that_falls_to_the_right_kicks_to_the_right():
     motion = run_drop(Drop(orientation=LEVEL, tilt_deg=2.0), ball, rng())
     v, falls = motion.velocities_m_s[:, 0], motion.velocities_m_s[:, 0, 2] < 0
     after = int(np.flatnonzero(falls[:-1] & ~falls[1:])[0]) + 2
-    speed = np.sqrt(2 * GRAVITY_M_S2 * 0.310)
+    speed = np.sqrt(2 * G_M_S2 * 0.310)
     assert v[after, 0] == pytest.approx(
         1.54 * speed * np.cos(tilt) * np.sin(tilt), rel=0.01
     )

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.material import SOYBEAN_Q235
-from benchtwin.sim.rigs.bench import GRAVITY_M_S2, Bench
+from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.rigs.slide import Slide, run_slide, taped
 
 QUICK = Slide(tilt_rate_deg_s=10.0, start_deg=10.0)
@@ -33,7 +34,7 @@ def test_after_the_onset_it_slides_as_a_block_does():
     onset = np.arctan(mu)
     fine = np.linspace(onset, tilt[-1], 4000)
     step = (fine[1] - fine[0]) / rate
-    acceleration = GRAVITY_M_S2 * (np.sin(fine) - mu * np.cos(fine))
+    acceleration = G_M_S2 * (np.sin(fine) - mu * np.cos(fine))
     way = np.cumsum(np.cumsum(acceleration) * step) * step
     assert travel[-1] == pytest.approx(1e3 * way[-1], rel=0.02)
     assert travel[-1] >= 80.0

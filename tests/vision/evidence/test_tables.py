@@ -3,7 +3,11 @@ row."""
 
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.tables import read_gates, read_impacts, read_track
+from benchtwin.vision.evidence.tables import (
+    read_gates,
+    read_impacts_csv,
+    read_track_csv,
+)
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.track import make_track, track_from_table
 from benchtwin.vision.recording import Camera
@@ -19,25 +23,29 @@ GOOD = "t_s,x_mm,y_mm\n0,0,3\n0.1,0,2\n0.2,0,1\n0.3,0,0\n"
 
 
 def test_a_plain_track(tmp_path):
-    table = read_track(write(tmp_path, GOOD))
+    table = read_track_csv(write(tmp_path, GOOD))
     assert table.notes == () and len(table.rows) == 4
 
 
 @pytest.mark.parametrize(
     ("text", "name", "read"),
     [
-        ("t_s;x_mm;y_mm\n0;0;3\n0,1;0;2,5\n0,2;0;1\n", "track.csv", read_track),
-        ("t_s\tx_mm\ty_mm\n0\t0\t3\n0.1\t0\t2.5\n0.2\t0\t1\n", "track.csv", read_track),
+        ("t_s;x_mm;y_mm\n0;0;3\n0,1;0;2,5\n0,2;0;1\n", "track.csv", read_track_csv),
+        (
+            "t_s\tx_mm\ty_mm\n0\t0\t3\n0.1\t0\t2.5\n0.2\t0\t1\n",
+            "track.csv",
+            read_track_csv,
+        ),
         (
             "x_mm;t_s\n0;0\n10;0,1\n20;0,2\n30;0,3\n",
             "gates.csv",
             lambda file: read_gates(file, "roll"),
         ),
-        ("t_s\n0\n0,1\n0,2\n", "impacts.csv", read_impacts),
+        ("t_s\n0\n0,1\n0,2\n", "impacts.csv", read_impacts_csv),
         (
             "# heard by a phone; in a corner\nt_s\n0\n0.1\n0.2\n",
             "impacts.csv",
-            read_impacts,
+            read_impacts_csv,
         ),
     ],
 )
@@ -68,20 +76,20 @@ def test_semicolons_tabs_and_decimal_commas_are_read_where_they_are_plain(
 )
 def test_what_cannot_be_read_is_told_by_file_and_place(tmp_path, text, says):
     with pytest.raises(MeasurementError, match=says) as caught:
-        read_track(write(tmp_path, text))
+        read_track_csv(write(tmp_path, text))
     assert "track.csv" in str(caught.value)
 
 
 def test_an_unknown_column_names_the_nearest_known(tmp_path):
     with pytest.raises(MeasurementError, match="did you mean angle_deg"):
-        read_track(
+        read_track_csv(
             write(tmp_path, "t_s,x_mm,y_mm,agle_deg\n0,0,0,1\n0.1,0,0,1\n0.2,0,0,1\n")
         )
 
 
 def test_nan_rows_are_left_out_and_rows_put_in_order_with_notes(tmp_path):
     text = "t_s,x_mm,y_mm\n0,0,3\n0.2,0,1\n0.1,0,2\n0.25,,1\n0.3,0,0\n"
-    table = read_track(write(tmp_path, text))
+    table = read_track_csv(write(tmp_path, text))
     assert list(table.rows.t_s) == [0, 0.1, 0.2, 0.3]
     assert any("row 5" in note for note in table.notes) and any(
         "backwards" in note for note in table.notes
@@ -90,13 +98,17 @@ def test_nan_rows_are_left_out_and_rows_put_in_order_with_notes(tmp_path):
 
 def test_impacts_must_increase(tmp_path):
     assert (
-        len(read_impacts(write(tmp_path, "t_s\n0.25\n0.5\n0.62\n", "impacts.csv")).rows)
+        len(
+            read_impacts_csv(
+                write(tmp_path, "t_s\n0.25\n0.5\n0.62\n", "impacts.csv")
+            ).rows
+        )
         == 3
     )
     with pytest.raises(MeasurementError, match="does not increase at row 4"):
-        read_impacts(write(tmp_path, "t_s\n0.25\n0.5\n0.5\n", "impacts.csv"))
+        read_impacts_csv(write(tmp_path, "t_s\n0.25\n0.5\n0.5\n", "impacts.csv"))
     with pytest.raises(MeasurementError, match="interval needs two"):
-        read_impacts(write(tmp_path, "t_s\n0.25\n", "impacts.csv"))
+        read_impacts_csv(write(tmp_path, "t_s\n0.25\n", "impacts.csv"))
 
 
 GATES = "x_mm,t_s,sd_s\n0,0,0.001\n100,0.5,0.001\n300,0.9,0.001\n700,1.4,0.001\n"
@@ -181,7 +193,9 @@ def test_a_track_goes_to_a_table_and_back():
 def test_pixels_and_frames_become_millimetres_and_seconds_where_the_camera_knows(
     tmp_path,
 ):
-    rows = read_track(write(tmp_path, "frame,x_px,y_px\n10,0,3\n11,0,2\n13,0,1\n")).rows
+    rows = read_track_csv(
+        write(tmp_path, "frame,x_px,y_px\n10,0,3\n11,0,2\n13,0,1\n")
+    ).rows
     bare = track_from_table(rows, Camera())
     assert (bare.unit, bare.timed, bare.time_unit) == ("px", False, "frame")
     known = track_from_table(rows, Camera(fps=100, mm_per_px=0.5))
@@ -193,7 +207,7 @@ def test_pixels_and_frames_become_millimetres_and_seconds_where_the_camera_knows
 
 
 def test_a_gap_in_time_is_a_gap_in_frame_numbers(tmp_path):
-    rows = read_track(
+    rows = read_track_csv(
         write(tmp_path, "t_s,x_mm,y_mm\n0,0,3\n0.01,0,2\n0.02,0,2\n0.05,0,1\n")
     ).rows
     assert list(track_from_table(rows, Camera()).frame) == [0, 1, 2, 5]

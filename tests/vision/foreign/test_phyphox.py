@@ -7,8 +7,8 @@ import zipfile
 import numpy as np
 import pytest
 from benchtwin.measure.batch import measure
-from benchtwin.vision.evidence.tables import read_impacts
 from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
 from bouncing import HEIGHT_M, IMPACTS_S
 

@@ -4,8 +4,8 @@ decimals, several tracks, units, y down."""
 import numpy as np
 import pytest
 from benchtwin.measure.batch import measure
-from benchtwin.vision.evidence.tables import read_track
 from benchtwin.vision.foreign import read_foreign, tool_of
+from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
 
