@@ -5,15 +5,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.priors import stated_sd, unstated_sd
 
-STATED_RATE_SD = 0.01  # of a rate that is only stated
-STATED_START_SD_DEG, UNSTATED_START_SD_DEG = (
-    0.5,
-    30.0,
-)  # of the initial angle where there is no column
 SLIDES_SEEN = (
     3.0  # the angle is learnt from so many times the slide's duration, up to its end
 )
+TILTS_SDS = 3.0  # of its rate: a column that rises by less shows a plate that stands
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
 STAIR_SHARE, STAIR_CHI2 = (
@@ -34,21 +31,31 @@ class Tilt:
     sensor: bool  # whether an angle was recorded
     grid_deg: float = 0.0  # height of steps in the column, 0 for none
 
+    def at(self, time: np.ndarray | float) -> np.ndarray:
+        """Angle [rad] at some times."""
+        since = np.asarray(time, float) - self.origin
+        return np.polynomial.polynomial.polyval(since, self.coefficients)
+
 
 def stated_tilt(told: dict, origin: float) -> Tilt:
     """A steady rate; the initial angle is known roughly at best."""
     rate = float(told["tilt_rate_deg_s"])
     start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
     coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
-    sd = math.radians(STATED_START_SD_DEG if known else UNSTATED_START_SD_DEG)
+    sd = math.radians((stated_sd if known else unstated_sd)("start-angle"))
     return Tilt(
-        origin, coefficients, sd, STATED_RATE_SD * math.radians(rate), rate, False
+        origin,
+        coefficients,
+        sd,
+        stated_sd("tilt-rate") * math.radians(rate),
+        rate,
+        False,
     )
 
 
 def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
-    """A polynomial of degree ≤ 3 through the column's end; ValueError without
-    tilting."""
+    """A polynomial of degree ≤ 3 through the column's end; of degree 0 where no
+    tilting shows."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -70,11 +77,10 @@ def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -
     level, rate = np.sqrt(np.diag(covariance)[:2] * spread)
     full = np.zeros(4)
     full[: len(coefficients)] = coefficients
-    if not full[1] > 3 * rate:
-        raise ValueError(
-            f"the plate does not tilt: tilt_deg changes by {math.degrees(full[1]):.2g}"
-            " °/s when the block lets go"
-        )
+    if abs(full[1]) <= TILTS_SDS * rate:
+        coefficients, covariance, _ = _line(s, y, 0)
+        level = math.sqrt(covariance[0, 0] * _independent(s, y, coefficients))
+        full, rate, stair = np.array([*coefficients, 0.0, 0.0, 0.0]), 0.0, 0.0
     return Tilt(
         origin,
         full,
