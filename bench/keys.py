@@ -27,8 +27,10 @@ _TwoLengths = Annotated[tuple[_Length, _Length], _List]
 _ThreeLengths = Annotated[tuple[_Length, _Length, _Length], _List]
 _Vector = Annotated[tuple[_Finite, _Finite, _Finite], _List]
 _Pixel = Annotated[int, Field(ge=0, le=65_536)]
+_Frame = Annotated[int, Field(ge=0)]
 _Extent = Annotated[int, Field(ge=8, le=65_536)]
 _Share = Annotated[float, Field(ge=0, le=100)]
+_PlaceOfFrame = Annotated[tuple[_Frame, _Finite, _Finite], _List]
 _FourNumbers = Annotated[tuple[_Finite, _Finite, _Finite, _Finite], _List]
 
 if TYPE_CHECKING:
@@ -297,13 +299,17 @@ class Drum(Section):
 class Tracking(Section):
     """Corrections of what is followed in a film."""
 
-    left_out_frames: (
-        Annotated[tuple[Annotated[int, Field(ge=0)], ...], _List] | None
-    ) = None
+    left_out_frames: Annotated[tuple[_Frame, ...], _List] | None = None
     """Numbers of frames whose place is wrong and no fit should use."""
     follow_px: Annotated[tuple[_Finite, _Finite, _Finite], _List] | None = None
     """What to follow, where another thing was followed: frame, x, y in the picture (y
     down)."""
+    places_px: Annotated[tuple[_PlaceOfFrame, ...], _List] | None = None
+    """Places of the seed set by hand, in the stead of what is found in these frames:
+    frame, x, y of its middle in the picture (y down)."""
+    only_places: bool | None = None
+    """Yes where these places alone are the track. Absent: only where nothing else is
+    found."""
 
 
 def _checked(conditions: Any) -> Any:

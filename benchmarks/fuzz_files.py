@@ -75,8 +75,8 @@ def exported(file: Path) -> None:
 
 
 @cache
-def paper_bench() -> Bench:
-    return bench_of(SAMPLES / "soybean-paper")
+def paper_bench(trimmed: tuple[tuple[str, int], ...]) -> Bench:
+    return bench_of(SAMPLES / "soybean-paper", dict(trimmed))
 
 
 def calibrate_tables_beside(file: Path) -> bool:
@@ -90,7 +90,7 @@ def calibrate_tables_beside(file: Path) -> bool:
         few,
         mock.patch.multiple(
             from_tables,
-            bench_of=lambda folder: paper_bench(),
+            bench_of=lambda _, trimmed: paper_bench(tuple(trimmed.items())),
             naming=naming_in_our_words,
         ),
     ):

@@ -18,15 +18,17 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure import parameters
 from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
-from benchtwin.calibrate.procedure.pile_stage import RANGES
 from benchtwin.calibrate.procedure.pile_surrogate import observed
-from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.procedure.rigs import RANGES, STEEL
 from benchtwin.calibrate.procedure.simulated import (
     Prescribed,
-    State,
+    Way,
     calibrate_simulated,
+    pile_stage,
+    steel_rig,
 )
 from benchtwin.calibrate.procedure.simulator import campaign
 from benchtwin.calibrate.statistics.box import Box
@@ -45,23 +47,17 @@ def designed(
 ) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]], bool]:
     """All piles of the quick design, the box of its seed–steel parameters, what these
     were calibrated to, (value, sd), and whether its piles share packings."""
-    bench = bench_of(RUNS / "piles-00")
-    state = State(bench, QUICK, 1, Prescribed(levels=Box.of(RANGES)), {})
+    levels = Box.of(RANGES)
+    way = Way(simulate, QUICK, Prescribed(levels=levels))
+    calibrated = Calibration.of("simulated", bench_of(RUNS / "piles-00"), 1, {})
     for name in STEEL:
-        state.steel_rig(name, simulate, np.random.default_rng(1))
-    stage, levels = state.pile_stage(simulate, RANGES), Box.of(RANGES)
+        calibrated = steel_rig(calibrated, name, way, np.random.default_rng(1))
+    stage = pile_stage(calibrated, way)
     assert stage.steel is not None  # all three rigs are in the bench
-    noise, pairing, _, _ = measure_noise(stage, levels)
-    run_design(stage, levels, noise, pairing, 0.0)
-    found = {
-        f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in state.steel.values()
-    }
-    return (
-        pd.concat(stage.done, ignore_index=True),
-        stage.steel,
-        found,
-        pairing.worth_it,
-    )
+    scatter = measure_noise(stage, levels)
+    ran = run_design(stage, levels, scatter)
+    piles = pd.concat([scatter.piles, ran.piles], ignore_index=True)
+    return piles, stage.steel, stage.steel_found, scatter.pairing.worth_it
 
 
 def posterior(

@@ -28,13 +28,13 @@ from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.more_piles import add_piles
 from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
-from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import (
     observed,
     steel_box,
     two_level_pattern,
 )
-from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.procedure.rigs import RANGES, STEEL
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import log_posterior
@@ -129,15 +129,11 @@ def readings(piles: np.ndarray) -> RigReadings:
     """A bench's piles (n, columns)."""
     further = {c.removeprefix("true_"): v for c, v in zip(COLUMNS[1:], piles.T[1:])}
     return RigReadings(
-        "pile",
-        COLUMNS[0],
-        piles[:, 0],
-        np.zeros(len(piles)),
-        0.0,
-        {},
-        pd.DataFrame(),
-        (),
-        further,
+        rig="pile",
+        response=COLUMNS[0],
+        values=piles[:, 0],
+        reading_sd=np.zeros(len(piles)),
+        further=further,
     )
 
 
@@ -146,26 +142,28 @@ def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
     return two_level_pattern(np.frombuffer(shape).reshape(rows, -1), factors)
 
 
-def design(piles: Piles, found: dict, *, times: int = 1) -> tuple[PileStage, bool]:
-    """A stage that has run all piles of a quick design, so many times over, and whether
-    its piles share packings."""
+def design(
+    piles: Piles, found: dict, *, times: int = 1
+) -> tuple[PileStage, pd.DataFrame, bool]:
+    """A stage, all piles of a quick design, run so many times over, and whether they
+    share packings."""
     steel = steel_box(found, {rig.parameter: rig.limits for rig in STEEL.values()})
     assert steel is not None  # there is something found
-    fixed, levels = {n: v for n, (v, _) in found.items()}, Box.of(RANGES)
+    levels = Box.of(RANGES)
     stage = PileStage(
-        readings(np.ones((1, len(COLUMNS)))),
-        fixed,
-        {},
-        piles,
-        QUICK,
-        1,
-        RANGES,
-        levels,
-        None,
-        steel,
-        found,
+        readings=readings(np.ones((1, len(COLUMNS)))),
+        fixed={n: v for n, (v, _) in found.items()},
+        description={},
+        simulate=piles,
+        effort=QUICK,
+        seed=1,
+        ranges=RANGES,
+        levels=levels,
+        steel=steel,
+        steel_found=found,
     )
-    noise, pairing, _, _ = measure_noise(stage, levels)
+    scatter = measure_noise(stage, levels)
+    done = [scatter.piles]
     # the pattern is the same for every design: searched once
     with mock.patch.object(
         pile_runs,
@@ -173,18 +171,21 @@ def design(piles: Piles, found: dict, *, times: int = 1) -> tuple[PileStage, boo
         lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k),
     ):
         for _ in range(times):
-            run_design(stage, levels, noise, pairing, 0.0)
-    return stage, pairing.worth_it
+            done.append(run_design(stage, levels, scatter).piles)
+    return stage, pd.concat(done, ignore_index=True), scatter.pairing.worth_it
 
 
 def bench(
-    stage: PileStage, shared: bool, truth: dict, rng: np.random.Generator
+    stage: PileStage,
+    table: pd.DataFrame,
+    shared: bool,
+    truth: dict,
+    rng: np.random.Generator,
 ) -> dict:
-    """Ranks of one bench's truth in its posterior, and the seed–seed parameters' sds in
-    those of the prior."""
+    """Ranks of one bench's truth in its posterior, on the piles of the table, and the
+    seed–seed parameters' sds in those of the prior."""
     steel, found = stage.steel, stage.steel_found
     assert steel is not None
-    table = pd.concat(stage.done, ignore_index=True)
     names, ends = (
         (*RANGES, *steel.names),
         np.array([*RANGES.values(), *zip(steel.low, steel.high)]),
@@ -232,11 +233,11 @@ def study(
             n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd)
             for n, sd in STEEL_SD.items()
         }
-        stage, shared = design(piles, found)
+        stage, table, shared = design(piles, found)
         for _ in range(benches):
             truth = drawn(rng)
             of = replace(stage, readings=readings(piles.pile(truth)[None]))
-            rows.append({"design": d} | bench(of, shared, truth, rng))
+            rows.append({"design": d} | bench(of, table, shared, truth, rng))
     return pd.DataFrame(rows)
 
 
@@ -265,11 +266,12 @@ def study_more(
             at_bench = readings(
                 np.array([piles.pile(truth) for _ in range(bench_piles)])
             )
-            stage, shared = design(piles, found, times=times)
+            stage, table, shared = design(piles, found, times=times)
             stage = replace(stage, readings=at_bench, effort=replace(QUICK, more=more))
             if more:
-                add_piles(stage, Box.of(RANGES), shared=shared)
-            rows.append({"way": way, "design": d} | bench(stage, shared, truth, rng))
+                table, _ = add_piles(stage, Box.of(RANGES), table, shared=shared)
+            seen = bench(stage, table, shared, truth, rng)
+            rows.append({"way": way, "design": d} | seen)
     return pd.DataFrame(rows)
 
 

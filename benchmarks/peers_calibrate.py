@@ -177,20 +177,23 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
                 }
             )
 
-        seen = RigReadings(
-            "pile",
-            "repose_angle_deg",
-            bench.readings,
-            np.zeros(BENCH_PILES),
-            0.0,
-            {},
-            pd.DataFrame(),
-            (),
+        stage = PileStage(
+            readings=RigReadings(
+                rig="pile",
+                response="repose_angle_deg",
+                values=bench.readings,
+                reading_sd=np.zeros(BENCH_PILES),
+            ),
+            fixed={},
+            description={},
+            simulate=simulate,
+            effort=of,
+            seed=seed,
+            ranges=dict(zip(NAMES, zip(LOW, HIGH))),
         )
-        ranges = dict(zip(NAMES, zip(LOW, HIGH)))
         rng = np.random.default_rng(seed)
-        found = simulate_pile(PileStage(seen, {}, {}, simulate, of, seed, ranges), rng)
-        path = found.fit.path
+        found = simulate_pile(stage, rng)
+        path = found.path
         assert path is not None  # nothing here prescribes the levels
         nearest = path.errors.set_index("group").loc[path.group, list(NAMES)]
         yield (
@@ -199,12 +202,13 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
             LOW,
             HIGH,
         )
-        prior = Prior.uniform(found.fit.box)
+        assert found.seen is not None  # these are piles that were simulated
+        prior = Prior.uniform(found.box)
         points = prior.draw(20_000, rng)
         density = log_posterior(points, list(found.seen.observables), prior)
         weight = np.exp(density - density.max())
         draws = points[rng.choice(len(points), 4000, p=weight / weight.sum())]
-        box = found.fit.box
+        box = found.box
         limits, searched = zip(box.low, box.high), zip(LOW, HIGH)
         ends = [
             interval(x, whole, open_ends(x, limit), LEVEL)
@@ -213,7 +217,7 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
         low, high = np.array(ends).T  # as the procedure states it
         yield (
             bench.spent,
-            np.array([found.fit.optimum.point[n] for n in NAMES]),
+            np.array([found.optimum.point[n] for n in NAMES]),
             low,
             high,
         )

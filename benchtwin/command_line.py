@@ -78,6 +78,14 @@ def _keep_compiled_code() -> None:
     os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
 
 
+def _run_nothing_from_here() -> None:
+    """The folder that somebody stands in may be a bench that was sent: no process of
+    ours imports from it, and numba loads no compiled code that a .numba_config.yaml in
+    it points to."""
+    os.environ.setdefault("PYTHONSAFEPATH", "1")
+    os.environ.setdefault("NUMBA_CACHE_DIR", "")  # the default, stated
+
+
 def main() -> None:
     """The command line. A fault of ours ends it with one line and exit code 1;
     BENCHTWIN_TRACEBACK=1 shows where it arose."""
@@ -85,6 +93,7 @@ def main() -> None:
         "OPENBLAS_NUM_THREADS", "1"
     )  # matrices are small: more threads wait for each other, and take longer
     _keep_compiled_code()
+    _run_nothing_from_here()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that has no "±" shows "?"

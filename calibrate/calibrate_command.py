@@ -9,9 +9,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.calibrate.procedure.beside import beside_tables
+from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
+from benchtwin.calibrate.procedure.pairs import pairs
+from benchtwin.calibrate.procedure.pile_runs import DESIGNS
 from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
 from benchtwin.calibrate.procedure.shape_effect import verdict
+from benchtwin.calibrate.procedure.simulated import (
+    Prescribed,
+    calibrate_simulated,
+    checked_ranges,
+)
+from benchtwin.calibrate.procedure.simulator import Simulator, campaign
 from benchtwin.calibrate.result_file import write_result
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.report import write_report
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import with_interval, words
@@ -32,22 +44,10 @@ from benchtwin.twin.engine import Engine
 from rich.console import Console
 from rich.table import Table
 
-RECORDED = (
-    "twin",
-    "rendered",
-    "quick",
-    "whole_pile",
-    "design",
-    "ranges",
-    "priors",
-)  # in result.json
-OURS = {
-    "result.json",
-    "report.html",
-    "tables",
-    "runs",
-    "twin",
-}  # what a calibration leaves
+# in result.json
+RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")
+# what a calibration leaves
+OURS = {"result.json", "report.html", "tables", "runs", "twin"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Asked(CampaignOptions):
     ranks: int = 1
 
 
-def calibrate_command(asked: Asked, simulator=None) -> int:
+def calibrate_command(asked: Asked, simulator: Simulator | None = None) -> int:
     """Calibrate a bench folder; returns the exit code. simulator: instead of the
     campaign."""
 
@@ -82,21 +82,16 @@ def calibrate_command(asked: Asked, simulator=None) -> int:
     return exit_code("calibrate", asked.out, work)
 
 
-def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
+def calibrate_into(
+    asked: Asked, simulator: Simulator | None = None
+) -> tuple[Calibration, bool]:
     """Calibrate a bench folder and write the result into `asked.out`; also says whether
     its report could be drawn.
 
     Raises FileNotFoundError, FileExistsError or Misuse before anything runs; ValueError
     or RuntimeError where nothing can be calibrated; OSError where `out` cannot be
     written."""
-    check_bench(asked.bench, asked.out)
-    if "result.json" in check_out(
-        asked.out, OURS, "calibration", "result.json", asked.overwrite
-    ):
-        # tables of other rigs than this time's would stand beside the new result; runs
-        # are kept
-        shutil.rmtree(asked.out / "tables", ignore_errors=True)
-        (asked.out / "result.json").unlink()
+    _make_room(asked)
     if asked.tables and not asked.twin:
         found = calibrate_tables(asked.bench, seed=asked.rng)
     else:
@@ -104,6 +99,16 @@ def calibrate_into(asked: Asked, simulator=None) -> tuple[Calibration, bool]:
     asked.out.mkdir(parents=True, exist_ok=True)
     write_result(found, asked.out)
     return found, _reported(found, asked.out)
+
+
+def _make_room(asked: Asked) -> None:
+    """Tables of other rigs than this time's would stand beside the new result; runs are
+    kept."""
+    check_bench(asked.bench, asked.out)
+    there = check_out(asked.out, OURS, "calibration", "result.json", asked.overwrite)
+    if "result.json" in there:
+        shutil.rmtree(asked.out / "tables", ignore_errors=True)
+        (asked.out / "result.json").unlink()
 
 
 def _reported(found: Calibration, out: Path) -> bool:
@@ -117,36 +122,11 @@ def _reported(found: Calibration, out: Path) -> bool:
     return reported(lambda: write_report(found, out), kept, "calibrate")
 
 
-def _simulated(asked: Asked, simulator) -> Calibration:
+def _simulated(asked: Asked, simulator: Simulator | None) -> Calibration:
     """The procedure with simulations; the report is written anew after every rig."""
-    from benchtwin.calibrate.procedure.beside import beside_tables
-    from benchtwin.calibrate.procedure.effort import FULL, QUICK
-    from benchtwin.calibrate.procedure.pile_runs import DESIGNS
-    from benchtwin.calibrate.procedure.simulated import (
-        Prescribed,
-        calibrate_simulated,
-        checked_ranges,
-    )
-    from benchtwin.calibrate.procedure.simulator import campaign
-    from benchtwin.calibrate.statistics.box import Box
-    from benchtwin.calibrate.statistics.prior import Prior
-
-    engine = _engine(asked)
-    if asked.design not in DESIGNS:
-        raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
-    effort = replace(QUICK if asked.quick else FULL, design=asked.design)
-    effort = replace(effort, slab=None) if asked.whole_pile else effort
-    options = {
-        k: v for k, v in vars(asked).items() if k in RECORDED and v
-    } | engine.told
-    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
-    prescribed = Prescribed(ranges, priors, options=options)
-    try:
-        checked_ranges(prescribed.ranges)
-        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), prescribed.priors)
-    except ValueError as error:
-        raise Misuse(error) from None
-    printed = None
+    engine, effort = _engine(asked), _effort(asked)
+    recorded = {k: v for k, v in vars(asked).items() if k in RECORDED and v}
+    prescribed, printed = _prescribed(asked, recorded | engine.told), None
     if asked.twin:
         printed = calibrate_tables(asked.bench, seed=asked.rng)
         prescribed = _as_tabulated(prescribed, printed)
@@ -178,14 +158,9 @@ def _simulated(asked: Asked, simulator) -> Calibration:
             so_far=so_far,
         )
         if simulator is None:  # a stand-in has no twin to show
-            found = _with_pairs(found, asked.out / "twin", effort, say, engine)
-        found = replace(
-            found,
-            options={
-                **found.options,
-                "said": [*found.options.get("said", []), *converted],
-            },
-        )
+            shown, why = pairs(found, asked.out / "twin", effort, say, engine)
+            found = found.adding(pairs=shown).saying(*why)
+    found = found.saying(*converted)
     return beside_tables(found, printed) if printed else found
 
 
@@ -201,31 +176,36 @@ def _engine(asked: Asked) -> Engine:
     return engine
 
 
-def _with_pairs(
-    found: Calibration, out: Path, effort, say, engine: Engine
-) -> Calibration:
-    """With recordings of the bench beside their twins; a rig that cannot be shown says
-    why."""
-    from benchtwin.calibrate.procedure.pairs import pairs
-
-    shown, why = pairs(found, out, effort, say, engine)
-    options = {**found.options, "said": [*found.options.get("said", []), *why]}
-    return replace(found, more={**found.more, "pairs": shown}, options=options)
+def _effort(asked: Asked) -> Effort:
+    if asked.design not in DESIGNS:
+        raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
+    effort = replace(QUICK if asked.quick else FULL, design=asked.design)
+    return replace(effort, slab=None) if asked.whole_pile else effort
 
 
-def _as_tabulated(prescribed, printed: Calibration):
+def _prescribed(asked: Asked, options: dict) -> Prescribed:
+    """Ranges and priors as typed; Misuse where they do not fit."""
+    ranges, priors = _pairs(asked.ranges, "--range"), _pairs(asked.priors, "--prior")
+    try:
+        checked_ranges(ranges)
+        Prior(Box.of(dict.fromkeys(PARAMETERS, (0.0, 1.0))), priors)
+    except ValueError as error:
+        raise Misuse(error) from None
+    return Prescribed(ranges=ranges, priors=priors, options=options)
+
+
+def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
     """The tables' own values, path, design and published optimum."""
-    values = {n: tuple(fit.rows[fit.rig.parameter]) for n, fit in printed.steel.items()}
-    trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
-    prescribed = replace(prescribed, values=values, trimmed=trimmed)
-    if printed.pile is None:
-        return prescribed
-    pile = printed.pile
-    path = (
-        pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"])
-        if pile.path is not None
-        else None
+    prescribed = replace(
+        prescribed,
+        values={n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()},
+        trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()},
     )
+    if (pile := printed.pile) is None:
+        return prescribed
+    path = None
+    if pile.path is not None:
+        path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"])
     return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
 
 
@@ -267,15 +247,13 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
     console = result_console()
     show_parameters(console, parameters(c).to_dict("records"))
-    refused = [
-        f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()
-    ]  # columns and keys as the files have them
+    # columns and keys as the files have them
+    refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
+    shape = verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     lines = [
         *(line for line in c.findings if line not in c.refused.values()),
-        *c.flags,
-        *c.options.get("said", []),
+        *(*c.flags, *c.options.get("said", []), *shape),
     ]
-    lines += verdict(c.more["shape_effect"]) if "shape_effect" in c.more else []
     lines += [
         f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
         for r in c.not_following.itertuples()
@@ -290,9 +268,6 @@ def show_parameters(console: Console, rows: list[dict]) -> None:
     for heading in ("parameter", "value (95 % interval)", ""):
         shown.add_column(heading)
     for row in rows:
-        shown.add_row(
-            name(row["parameter"]),
-            with_interval(row["value"], row["low"], row["high"]),
-            row["status"],
-        )
+        interval = with_interval(row["value"], row["low"], row["high"])
+        shown.add_row(name(row["parameter"]), interval, row["status"])
     console.print(shown)

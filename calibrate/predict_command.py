@@ -6,14 +6,8 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from benchtwin.calibrate.prediction.beside import (
-    Comparison,
-    Measured,
-    compare,
-    described_by,
-    measured,
-    recordings,
-)
+from benchtwin.calibrate.prediction import beside
+from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.picture import picture
 from benchtwin.calibrate.prediction.posterior import Kept, read_posterior
 from benchtwin.calibrate.prediction.predict import (
@@ -44,6 +38,8 @@ from rich.table import Table
 
 # what a prediction leaves in its folder
 OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"}
+INTERVAL = "95 %: low to high of a single packing, mean_low to mean_high of their mean"
+COLUMNS = ("one packing, 95 %", "mean of many, 95 %", "sd by parameters", "by packing")
 
 
 @dataclass(frozen=True)
@@ -85,12 +81,11 @@ def predict_into(
     Raises FileNotFoundError, FileExistsError and ValueError before anything runs;
     RuntimeError where the runs stop."""
     _check(asked)
-    kept = read_posterior(asked.calibrated)
-    beside = recordings(asked.beside, asked.rig) if asked.beside else []
-    base, description = _described(
-        asked, kept, described_by(beside, asked.rig) if beside else {}
-    )
-    seen = measured(beside, asked.rig, description) if beside else None
+    rig, kept = asked.rig, read_posterior(asked.calibrated)
+    recorded = beside.recordings(asked.beside, rig) if asked.beside else []
+    built = beside.described_by(recorded, rig) if recorded else {}
+    base, description = _described(asked, kept, built)
+    seen = beside.measured(recorded, rig, description) if recorded else None
     with ExitStack() as stack:
         show = stack.enter_context(progress_line(asked.quiet))
         simulate = simulator or stack.enter_context(
@@ -100,11 +95,11 @@ def predict_into(
                 rendered=asked.rendered,
                 workers=asked.workers,
                 scheduler=asked.scheduler,
-                progress=lambda state: show(f"{asked.rig}: {state}"),
+                progress=lambda state: show(f"{rig}: {state}"),
             )
         )
         found = predict(
-            asked.rig,
+            rig,
             kept,
             description,
             simulate,
@@ -113,7 +108,7 @@ def predict_into(
             seed=asked.rng,
             measured=asked.rendered,
         )
-    compared = compare(found, seen) if seen is not None else []
+    compared = beside.compare(found, seen) if seen is not None else []
     _write(asked, found, seen, compared, description)
     return found, seen, compared
 
@@ -129,7 +124,7 @@ def _check(asked: Asked) -> None:
     check_out(asked.out, OURS, "prediction", "prediction.json", asked.overwrite)
 
 
-def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
+def _described(asked: Asked, kept: Kept, built: dict) -> tuple[dict, dict]:
     """Fields of `Parameters` that are no contact parameters, and the rig's description:
     the calibration's seeds, and the rig of --from, else of the recordings beside it;
     --set changes either. ValueError for what does not fit."""
@@ -137,7 +132,7 @@ def _described(asked: Asked, kept: Kept, beside: dict) -> tuple[dict, dict]:
     if of is not None and of != RIG_OF[asked.rig]:
         raise Misuse(f"{asked.like} describes a {of}, not a {asked.rig}")
     default = CYLINDER if asked.rig == "cylinder" else {}
-    start = merge(merge(default, kept.described), own if asked.like else beside)
+    start = merge(merge(default, kept.described), own if asked.like else built)
     plain = Parameters(rolling_convention=kept.rolling)
     parameters, description = assigned(plain, start, list(asked.settings))
     given = [n for n in PARAMETERS if getattr(parameters, n) != getattr(plain, n)]
@@ -157,18 +152,14 @@ def _write(
     description: dict,
 ) -> None:
     table, out = rows(found), asked.out
-    quantities = {
-        row.pop("quantity"): row for row in table.drop(columns="rig").to_dict("records")
-    }
+    quantities = table.drop(columns="rig").set_index("quantity")
     content = {
         "schema": 1,
         "rig": found.rig,
         "described": description,
         "unit": "deg",
-        "interval": (
-            "95 %: low to high of a single packing, mean_low to mean_high of their mean"
-        ),
-        "quantities": quantities,
+        "interval": INTERVAL,
+        "quantities": quantities.to_dict("index"),
         "beside": [asdict(c) for c in compared],
         "recordings": list(seen.recordings) if seen else [],
         "calibrated": str(asked.calibrated),
@@ -196,12 +187,7 @@ def _show(
     """The prediction in the terminal, and where to look."""
     console, shown = result_console(), Table(box=None, pad_edge=False)
     shown.add_column(found.rig)
-    for heading in (
-        "one packing, 95 %",
-        "mean of many, 95 %",
-        "sd by parameters",
-        "by packing",
-    ):
+    for heading in COLUMNS:
         shown.add_column(heading, justify="right")
     for r in rows(found).itertuples():
         shown.add_row(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import write_whole
@@ -16,7 +17,7 @@ from benchtwin.twin.result_sections import materials_and_shape
 from benchtwin.twin.versions import versions
 
 SCHEMA = 1
-CURVE_POINTS = 101
+CURVE_POINTS = 101  # of a curve as it is drawn: no corners at the width of a page
 CONVENTIONS = {
     "rolling": "edem",
     "rolling_means": (
@@ -42,9 +43,8 @@ def write_result(c: Calibration, out: Path) -> None:
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
-        write_whole(
-            tables / f"{name}.csv", table.to_csv(index=False, float_format="%.9g")
-        )
+        text = table.to_csv(index=False, float_format="%.9g")
+        write_whole(tables / f"{name}.csv", text)
     shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
     plain = _plain(content(c) | shown)
     text = json.dumps(plain, indent=1, ensure_ascii=False, allow_nan=False)
@@ -54,20 +54,19 @@ def write_result(c: Calibration, out: Path) -> None:
 def _beside(p: Pair, out: Path) -> dict:
     """Which recording is shown beside which run of the twin, as a folder below
     `out`."""
-    inside = p.folder.resolve().is_relative_to(out.resolve())
-    twin = p.folder.resolve().relative_to(out.resolve()) if inside else p.folder
-    return {
-        "rig": p.rig,
-        "recording": p.recording,
-        "alike": "crest" not in p.x_name,
-        "twin": twin.as_posix(),
-    }
+    at, inside = p.folder.resolve(), p.folder.resolve().is_relative_to(out.resolve())
+    twin = (at.relative_to(out.resolve()) if inside else p.folder).as_posix()
+    alike = "crest" not in p.x_name
+    return {"rig": p.rig, "recording": p.recording, "alike": alike, "twin": twin}
 
 
 def content(c: Calibration) -> dict:
     """result.json as plain values."""
     materials, shape = materials_and_shape(c.bench.seed, Parameters())
     found = {row.pop("parameter"): row for row in parameters(c).to_dict("records")}
+    fits: dict[str, SteelFit | PileFit] = {**c.steel}
+    fits |= {"pile": c.pile} if c.pile else {}
+    checked = {n: f.verification for n, f in fits.items() if f.verification}
     return {
         "schema": SCHEMA,
         "mode": c.mode,
@@ -78,46 +77,29 @@ def content(c: Calibration) -> dict:
         "bench": {
             "folder": str(c.bench.folder),
             "provenance": list(c.bench.provenance),
-            "means": (
-                {n: _mean(f) for n, f in c.steel.items()}
-                | ({"pile": _mean(c.pile)} if c.pile else {})
-            ),
+            "means": {n: asdict(f.bench) | {"sd": f.bench.sd} for n, f in fits.items()},
             "sha256": c.bench.hashes,
             "described": c.bench.seed,
         },
-        "verification": {n: asdict(v) for n, v in _verifications(c).items()},
+        "verification": {n: asdict(v) for n, v in checked.items()},
         "pile": _pile(c),
         "not_calibrated": c.refused,
         "unreadable": {name: why for name, _, why in c.bench.trouble},
         "findings": list(c.findings),
         "printed_but_does_not_follow": c.not_following.to_dict("records"),
         "contradictions": list(c.flags),
-        "notes": (
-            {n: list(f.notes) for n, f in c.steel.items()}
-            | ({"pile": list(c.pile.notes)} if c.pile else {})
-        ),
+        "notes": {n: list(f.notes) for n, f in fits.items()},
         "options": c.options,
         "random_seed": c.seed,
         "versions": versions(),
     }
 
 
-def _mean(fit) -> dict:
-    return asdict(fit.bench) | {"sd": fit.bench.sd}
-
-
-def _verifications(c: Calibration) -> dict:
-    found = {n: f.verification for n, f in c.steel.items()} | (
-        {"pile": c.pile.verification} if c.pile else {}
-    )
-    return {n: v for n, v in found.items() if v is not None}
-
-
 def _pile(c: Calibration) -> dict | None:
     """What one angle leaves open."""
     if c.pile is None:
         return None
-    o = c.pile.optimum
+    o, path = c.pile.optimum, c.pile.path
     out = {
         "optimum": o.point,
         "predicted_deg": o.predicted,
@@ -126,22 +108,18 @@ def _pile(c: Calibration) -> dict | None:
         "boundary": o.boundary,
         "nearest_the_centre": c.pile.central.point,
         "solutions": c.pile.sheet.statement,
-        "path_meets_bench_at": (
-            c.pile.path.crossing if c.pile.path is not None else None
-        ),
+        "path_meets_bench_at": path.crossing if path is not None else None,
     }
-    if c.joint is not None:
-        tension = c.joint.posterior.tension
-        out["observables"] = tension[
-            tension["observable"].str.startswith("pile: ")
-        ].to_dict("records")
-    if c.joint is not None and len(c.joint.directions):
-        out["directions"] = c.joint.directions[
-            ["sd_ratio", "resolved", "statement"]
-        ].to_dict("records")
-        out["measure_next"] = (
-            c.joint.narrowing.iloc[0]["candidate"] if len(c.joint.narrowing) else None
-        )
+    if (joint := c.joint) is None:
+        return out
+    tension = joint.posterior.tension
+    of_pile = tension["observable"].str.startswith("pile: ")
+    out["observables"] = tension[of_pile].to_dict("records")
+    if len(joint.directions):
+        shown = joint.directions[["sd_ratio", "resolved", "statement"]]
+        out["directions"] = shown.to_dict("records")
+        best = joint.narrowing["candidate"].iloc[0] if len(joint.narrowing) else None
+        out["measure_next"] = best
     return out
 
 
@@ -153,18 +131,14 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
     ]
     out = {"parameters": flat, "printed": c.checks}
     for name, r in c.bench.rigs.items():
-        out[f"{name}_bench"] = pd.DataFrame(
-            {r.response: r.values, "reading_sd": r.reading_sd}
-        )
+        read = {r.response: r.values, "reading_sd": r.reading_sd}
+        out[f"{name}_bench"] = pd.DataFrame(read)
         out[f"{name}_recordings"] = r.recordings
     for name, fit in c.steel.items():
-        out |= {
-            f"{name}_simulated": fit.rows,
-            f"{name}_answers": fit.answers,
-            f"{name}_curve": curve(fit),
-        }
-    if c.pile is not None:
-        p = c.pile
+        out[f"{name}_simulated"] = fit.rows
+        out[f"{name}_answers"] = fit.answers
+        out[f"{name}_curve"] = curve(fit)
+    if (p := c.pile) is not None:
         out |= {
             "pile_design": p.design,
             "pile_coefficients": p.coefficients,
@@ -177,35 +151,27 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         }
         out |= {"pile_path": p.path.errors} if p.path is not None else {}
         out |= {"pile_replicates": p.plan.table} if p.plan is not None else {}
-    if c.joint is not None:
-        out |= {
-            "posterior": c.joint.posterior.draws,
-            "posterior_summary": c.joint.table,
-            "tension": c.joint.posterior.tension,
-        }
-        out |= (
-            {"directions": c.joint.directions, "narrowing": c.joint.narrowing}
-            if len(c.joint.directions)
-            else {}
-        )
+    if (joint := c.joint) is not None:
+        out["posterior"] = joint.posterior.draws
+        out["posterior_summary"] = joint.table
+        out["tension"] = joint.posterior.tension
+        if len(joint.directions):
+            out |= {"directions": joint.directions, "narrowing": joint.narrowing}
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}
 
 
 def curve(fit: SteelFit) -> pd.DataFrame:
     """Both curves of a rig with their standard errors, for drawing."""
     x = np.linspace(fit.polynomial.low, fit.polynomial.high, CURVE_POINTS)
-    table = pd.DataFrame(
-        {
-            fit.rig.parameter: x,
-            "polynomial": fit.polynomial.mean(x),
-            "se": np.sqrt(fit.polynomial.variance(x)),
-        }
-    )
-    if fit.monotone is not None:
-        table = table.assign(
-            monotone=fit.monotone.mean(x), monotone_se=np.sqrt(fit.monotone.variance(x))
-        )
-    return table
+    table = {fit.rig.parameter: x}
+    curves = {"polynomial": fit.polynomial, "monotone": fit.monotone}
+    for name, line in curves.items():
+        if line is not None:
+            table[name] = line.mean(x)
+            table["se" if name == "polynomial" else f"{name}_se"] = np.sqrt(
+                line.variance(x)
+            )
+    return pd.DataFrame(table)
 
 
 def _plain(value):

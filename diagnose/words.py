@@ -37,6 +37,8 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
+    if rig not in PLURALS:
+        return None
     return importlib.import_module(f"benchtwin.rigs.{rig}.effects").EFFECTS.get(name)
 
 

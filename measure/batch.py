@@ -18,8 +18,10 @@ MOST_NAMED = 8  # files in one note
 
 def split_photos(recording: Recording) -> list[Recording]:
     """A pile recording of several photos as a recording for each photo, named
-    recording/photo."""
-    if recording.evidence != "photos" or len(recording.files) < 2:
+    recording/photo; what may be a film stays whole."""
+    if recording.evidence != "photos" or recording.rig is None:
+        return [recording]
+    if len(recording.files) < 2:
         return [recording]
     return [
         replace(recording, id=f"{recording.id}/{file.stem}", files=(file,))

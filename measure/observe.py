@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchtwin.bench.keys import Seed
+from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
@@ -60,7 +61,7 @@ def _observe(
     if recording.rig is None:
         raise MeasurementError(
             f"{recording.toml}: rig is missing; it should be drop, slide, roll, pile or"
-            " drum"
+            f" drum{_series_in_words(recording)}"
         )
     if recording.rig == "pile":
         return observe_pile(recording, options)
@@ -78,6 +79,20 @@ def _observe(
     return observe_moving(recording, progress)
 
 
+def _series_in_words(recording: Recording) -> str:
+    """What speaks for a film or photos, where the pictures may be either."""
+    if recording.evidence != "photos":
+        return ""
+    judged = film_or_photos({p.name: p for p in recording.files})
+    return f". Its pictures may be photos of piles, or one film: {judged.why}"
+
+
+def _split_in_words(recording: Recording) -> str:
+    if recording.evidence != "frames":
+        return ""
+    return '; photos of different piles lie in the recording\'s folder, not in "frames"'
+
+
 def observe_pile(
     recording: Recording, options: PileOptions | None = None
 ) -> Observation:
@@ -88,7 +103,7 @@ def observe_pile(
     if recording.evidence != "photos":
         raise MeasurementError(
             f"{recording.path}: a pile is measured on photos, not on"
-            f" {recording.evidence}"
+            f" {recording.evidence}{_split_in_words(recording)}"
         )
     image = read_photo(recording.files[0])
     options = options or PileOptions()

@@ -25,6 +25,7 @@ from benchtwin.vision.motion.drop_sound import (
 )
 from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
 from benchtwin.vision.motion.impacts import measure_impacts
+from benchtwin.vision.motion.places import places_of
 from benchtwin.vision.motion.rebound import (
     QUANTITIES,
     Rebound,
@@ -180,6 +181,8 @@ def _observe_frames(recording: Recording, progress) -> Observation:
             progress=progress,
             at=recording.track.follow_px,
             area_px=area,
+            places=places_of(recording.track),
+            only_places=bool(recording.track.only_places),
         )
     tracked = replace(tracked, track=_corrected(tracked.track, recording))
     recording, notes = _with_scale(recording, tracked)
@@ -286,6 +289,11 @@ def _slide_in_frames(
 def _roll_in_frames(
     recording: Recording, tracked: TrackedSeed, notes: list[str]
 ) -> Observation:
+    if not np.isfinite(tracked.size):
+        raise MeasurementError(
+            f"{recording.toml}: [seed] length_mm, width_mm and [camera] mm_per_px are"
+            " needed where all places are set by hand: how high the seed's middle rolls"
+        )
     along = roll_path(tracked.track, tracked.size, recording)
     scale = recording.camera.mm_per_px or 1.0
     track = to_mm(along.track, recording.camera.mm_per_px)
@@ -448,7 +456,7 @@ def _draw_drop(
         curves.append((x, height - 1 - y))
         marks.append((x[0], height - 1 - y[0]))
     lines = []
-    if len(marks) > 1:
+    if len(marks) > 1 and np.isfinite(tracked.size):
         column, row = marks[1]
         low, wide = row + tracked.size / 2, 3 * tracked.size
         slope = np.tan(turn)

@@ -1,17 +1,25 @@
-"""`benchtwin page`: finds a free port, prints the address, opens the browser."""
+"""`benchtwin page`: finds a free port, prints an address, opens the browser."""
 
+import os
+import shutil
 import socket
 import sys
+import tempfile
 import threading
 import webbrowser
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
-from benchtwin.page.folder import Folder
-from benchtwin.page.guard import new_token
+from benchtwin.page.folder import INCOMING, Folder
+from benchtwin.page.guard import Entrance, forwarding
+from benchtwin.page.private import private_folder
 from benchtwin.page.server import application
 
 STOPPED, MISUSED = 0, 2
 LOOPBACK = "127.0.0.1"
+ANSWERS_AFTER_S = 0.8  # the server is up by then
+OPENS_WITHIN_S = 60.0  # a browser that has not by then is not awaited any more
 
 
 def page_command(folder: Path, port: int, browser: bool) -> int:
@@ -29,29 +37,83 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
         )
         print(f"benchtwin page: {where}: {error.strerror or error}", file=sys.stderr)
         return MISUSED
-    port, token = listener.getsockname()[1], new_token()
-    address = f"http://{LOOPBACK}:{port}/?token={token}"
-    print(
-        f"benchtwin page on {folder.resolve()}\nOpen in a browser (only on this"
-        f" machine):  {address}\nCtrl+C ends it.",
-        flush=True,
-    )
-    serve(folder, listener, token, address if browser else "")
+    try:
+        private_folder()
+    except (OSError, RuntimeError) as error:
+        print(
+            f"benchtwin page: no folder for its own keys: {error}. Set XDG_STATE_HOME"
+            " to a folder that you may write to",
+            file=sys.stderr,
+        )
+        return MISUSED
+    entrance = Entrance()
+    site = f"http://{LOOPBACK}:{listener.getsockname()[1]}/"
+
+    def tell(words: str) -> None:
+        """Print an address; when it has been used, the next one."""
+        key = entrance.new_key(lambda: tell("For another browser:"))
+        with suppress(OSError):  # the terminal was closed
+            print(f"{words}  {site}?token={key}", flush=True)
+
+    print(f"benchtwin page on {folder.resolve()}")
+    tell("Open in a browser (only on this machine, once):")
+    print("Ctrl+C ends it.", flush=True)
+    serve(folder, listener, entrance, site if browser else "")
     return STOPPED
 
 
-def serve(folder: Path, listener: socket.socket, token: str, address: str) -> None:
-    """Serve until interrupted; address: opened in the browser once the server answers,
-    "" for none."""
+def serve(
+    folder: Path, listener: socket.socket, entrance: Entrance, opened: str
+) -> None:
+    """Serve until interrupted; opened: the address that the browser opens once the
+    server answers, "" for none."""
     import uvicorn
 
-    port = listener.getsockname()[1]
     config = uvicorn.Config(
-        application(Folder(folder.resolve()), port, token),
+        application(Folder(folder.resolve()), listener.getsockname()[1], entrance),
         log_level="error",
         timeout_graceful_shutdown=1,
     )
     server = uvicorn.Server(config)
-    if address:
-        threading.Timer(0.8, webbrowser.open, [address]).start()
-    server.run(sockets=[listener])
+    remove = open_browser(folder.resolve(), entrance, opened) if opened else None
+    try:
+        server.run(sockets=[listener])
+    finally:
+        if remove:
+            remove()
+
+
+def open_browser(folder: Path, entrance: Entrance, site: str) -> Callable[[], None]:
+    """Open the page by a file that only this user can read, for command lines can be
+    read by all. It is removed when it was used, or after OPENS_WITHIN_S; returns what
+    removes it."""
+    place = _folder_of_ours_alone(folder)
+
+    def remove() -> None:
+        entrance.void(key)
+        shutil.rmtree(place, ignore_errors=True)
+
+    key = entrance.new_key(remove)
+    file = place / "open.html"
+    file.write_text(forwarding(f"{site}?token={key}"), encoding="utf8")
+    for after_s, what in (
+        (ANSWERS_AFTER_S, lambda: webbrowser.open(file.as_uri())),
+        (OPENS_WITHIN_S, remove),
+    ):
+        timer = threading.Timer(after_s, what)
+        timer.daemon = True
+        timer.start()
+    return remove
+
+
+def _folder_of_ours_alone(folder: Path) -> Path:
+    """A new folder that only this user can look into. In the folder that is open, for
+    browsers in a sandbox see no hidden folder of the user's; else in the private one.
+    """
+    with suppress(OSError):
+        (folder / INCOMING).mkdir(exist_ok=True)
+        made = Path(tempfile.mkdtemp(prefix="open-", dir=folder / INCOMING))
+        if not made.stat().st_mode & 0o077 and made.stat().st_uid == os.getuid():
+            return made
+        made.rmdir()  # a drive that knows no owners
+    return Path(tempfile.mkdtemp(prefix="open-", dir=private_folder()))

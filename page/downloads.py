@@ -3,13 +3,14 @@ printable list of what to record next."""
 
 import html
 import io
+import os
 import secrets
 import zipfile
 from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.calibrate.export import ENGINES, cards, read_result
-from benchtwin.page.folder import INCOMING, RESULTS, Folder, Refused
+from benchtwin.page.folder import INCOMING, RESULTS, RUNS, Folder, Refused
 from benchtwin.page.results import CALIBRATED, ToRecord
 from benchtwin.vision.recording import RESULTS_MARK
 
@@ -17,8 +18,9 @@ MOST_AT_ONCE = 4  # older packages are thrown away
 
 
 def packed_bench(bench: Path, folder: Folder) -> Path:
-    """The zip file, in the folder for passing things: all but links and hidden files,
-    and the cards of what is calibrated."""
+    """The zip file, in the folder for passing things: all but links, hidden files and
+    the records of runs, and the cards of what is calibrated. Refused, in words, where
+    it cannot be written."""
     place = folder.root / INCOMING
     place.mkdir(exist_ok=True)
     for old in sorted(place.glob("zip-*"), key=lambda p: p.stat().st_mtime)[
@@ -26,25 +28,36 @@ def packed_bench(bench: Path, folder: Folder) -> Path:
     ]:
         old.unlink(missing_ok=True)
     out = place / f"zip-{secrets.token_hex(8)}"
-    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as pack:
-        for path in sorted(bench.rglob("*")):
-            inside = path.relative_to(bench)
-            hidden = (
-                any(part.startswith(".") for part in inside.parts)
-                and inside.parts[-1] != RESULTS_MARK
-            )
-            if path.is_file() and not path.is_symlink() and not hidden:
-                pack.write(path, Path(bench.name) / inside)
-        for engine in (
-            ENGINES if (bench / RESULTS / CALIBRATED / "result.json").is_file() else ()
-        ):
-            with suppress(Refused):  # a result that lacks a parameter has no cards
-                for name, text in card_files(bench / RESULTS, engine).items():
-                    pack.writestr(
-                        f"{bench.name}/{RESULTS}/{CALIBRATED}/export/{engine}/{name}",
-                        text,
-                    )
+    try:
+        with zipfile.ZipFile(
+            out, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False
+        ) as pack:
+            _pack(bench, pack)
+    except OSError as error:
+        out.unlink(missing_ok=True)
+        raise Refused(f"the zip cannot be written: {error.strerror}") from error
     return out
+
+
+def _pack(bench: Path, pack: zipfile.ZipFile) -> None:
+    for at, folders, files in os.walk(bench):
+        inside = Path(at).relative_to(bench)
+        folders[:] = sorted(
+            f
+            for f in folders
+            if not f.startswith(".") and inside / f != Path(RESULTS, RUNS)
+        )
+        for name in sorted(files):
+            path = Path(at) / name
+            hidden = name.startswith(".") and name != RESULTS_MARK
+            if path.is_file() and not path.is_symlink() and not hidden:
+                pack.write(path, Path(bench.name) / inside / name)
+    result = bench / RESULTS / CALIBRATED / "result.json"
+    for engine in ENGINES if result.is_file() and not result.is_symlink() else ():
+        with suppress(Refused):  # a result that lacks a parameter has no cards
+            for name, text in card_files(bench / RESULTS, engine).items():
+                where = f"{RESULTS}/{CALIBRATED}/export/{engine}/{name}"
+                pack.writestr(f"{bench.name}/{where}", text)
 
 
 def card_files(results: Path, engine: str) -> dict[str, str]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from benchtwin.vision.recording import RESULTS_MARK as MARK
 
 RESULTS = "results"  # in a bench: what commands left
+RUNS = "runs"  # in the results: the records of runs, which stay where they were made
 INCOMING = ".incoming"  # files on their way, of this page or of one that was killed
 LONGEST_NAME = 100  # characters, each four bytes at most
 
@@ -75,14 +76,71 @@ class Folder:
     def results(self, bench: Path) -> Path:
         """Where commands leave what they found, made if need be and marked as no
         recording."""
-        folder = bench / RESULTS
-        folder.mkdir(exist_ok=True)
-        (folder / MARK).touch()
+        folder = real_folder(bench / RESULTS)
+        mark = folder / MARK
+        if not (mark.is_symlink() or mark.exists()):
+            mark.touch()
         return folder
 
+    def links_out(self, place: Path) -> list[Path]:
+        """The links at `place` or below, and below what they lead to, that lead out of
+        the folder. Hidden files, which nothing reads, count in results only."""
+        root, out, seen = Path(os.path.realpath(self.root)), [], set()
+        pending = [(place, RESULTS in place.parts)]
+        while pending:
+            path, hidden = pending.pop()
+            real = Path(os.path.realpath(path))
+            if not real.is_relative_to(root):
+                out.append(path)
+            elif real.is_dir() and real not in seen:
+                seen.add(real)
+                pending += _links_and_folders(path, hidden)
+        return sorted(out)
+
+    def refuse_links(self, place: Path) -> None:
+        """Refused, with its name, where a link at `place` or below leads out."""
+        if out := self.links_out(place):
+            raise Refused(self.refused_link(out[0]))
+
+    def refused_link(self, link: Path) -> str:
+        """Why a link that leads out is not followed, and what to do."""
+        return (
+            f"{self.name_of(link)} is a link out of this folder, which is not followed."
+            " Put the file itself there, or remove the link"
+        )
+
     def clear_incoming(self) -> None:
-        """Throw away what a page that was killed had not finished copying."""
-        shutil.rmtree(self.root / INCOMING, ignore_errors=True)
+        """Throw away what a page that was killed had not finished copying, or whatever
+        came with the folder under that name."""
+        place = self.root / INCOMING
+        if place.is_symlink() or place.is_file():
+            place.unlink()
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def real_folder(path: Path) -> Path:
+    """The folder, made if need be; Refused where a link or a file stands there."""
+    if path.is_symlink() or (path.exists() and not path.is_dir()):
+        raise Refused(
+            f"{path.parent.name}/{path.name} is to be a folder of its own, and is a"
+            " link or a file: move it away"
+        )
+    path.mkdir(exist_ok=True)
+    return path
+
+
+def _links_and_folders(folder: Path, hidden: bool) -> list[tuple[Path, bool]]:
+    """What in a folder may lead somewhere, and whether hidden files count there."""
+    try:
+        with os.scandir(folder) as entries:
+            return [
+                (Path(e.path), hidden or e.name == RESULTS)
+                for e in entries
+                if (hidden or not e.name.startswith("."))
+                and (e.is_symlink() or e.is_dir())
+            ]
+    except OSError:  # nothing that may not be looked into is read either
+        return []
 
 
 def _no_part(part: str) -> bool:
@@ -95,11 +153,15 @@ def _no_part(part: str) -> bool:
 
 
 def read_json(path: Path) -> dict:
-    """A JSON file's content; nothing where it cannot be read."""
-    try:
-        return json.loads(path.read_text(encoding="utf8"))
-    except (OSError, json.JSONDecodeError):
+    """A JSON file's content; nothing where it is a link, or cannot be read as one
+    object."""
+    if path.is_symlink() or not path.is_file():
         return {}
+    try:
+        told = json.loads(path.read_text(encoding="utf8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return told if isinstance(told, dict) else {}
 
 
 def clean_name(name: str) -> str:

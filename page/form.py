@@ -30,6 +30,7 @@ UNITS = {
 }
 COMMON_SECTIONS = ("seed", "camera")  # sections that every rig has
 SIMULATED = "simulated"  # in a help text: measuring does without it
+UNKNOWN, TAKE_AWAY = "?", "empty the field to take it away"
 NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
 
 
@@ -58,6 +59,8 @@ class Field:
         cannot be one."""
         if text is None or (isinstance(text, str) and not text.strip()):
             return None
+        if self.help == TAKE_AWAY:
+            raise Refused(f"{self.key} is not known: {TAKE_AWAY}")
         if self.kind in ("yes", "choice"):
             return text
         if self.kind == "text":
@@ -84,8 +87,9 @@ class Section:
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml;
     defaults: the bench.toml."""
+    rig = rig if rig in RIGS else None  # whatever a file says
     more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
-    wanted = [*COMMON_SECTIONS, *([rig] if rig in RIGS else []), *more, "air"]
+    wanted = [*COMMON_SECTIONS, *([rig] if rig else []), *more, "air"]
     top = tuple(
         _field("", key, info, content, defaults)
         for key, info in Keys.model_fields.items()
@@ -95,7 +99,7 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     for name in wanted:
         model = _section(Keys.model_fields[name])
         assert model is not None
-        inside, above = content.get(name, {}), defaults.get(name, {})
+        inside, above = table(content, name), table(defaults, name)
         fields = tuple(
             _field(name, key, info, inside, above)
             for key, info in model.model_fields.items()
@@ -103,7 +107,37 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
         sections.append(
             Section(name, name.capitalize(), (model.__doc__ or "").strip(), fields)
         )
+    if wrong := _unknown(content):
+        sections.insert(0, Section(UNKNOWN, "Not known", TAKE_AWAY, wrong))
     return sections
+
+
+def table(content: dict, name: str) -> dict:
+    """The table of this name; an empty one where something else stands there."""
+    found = content.get(name)
+    return found if isinstance(found, dict) else {}
+
+
+def _unknown(content: dict) -> tuple[Field, ...]:
+    """What no key is called, and what is no table where one should stand."""
+    known = Keys.model_fields
+    places = [
+        ("", key, value)
+        for key, value in content.items()
+        if key not in known or (_tabular(key) and not isinstance(value, dict))
+    ]
+    for name in known:
+        if model := _section(known[name]):
+            inside = table(content, name).items()
+            places += [(name, k, v) for k, v in inside if k not in model.model_fields]
+    return tuple(
+        Field(section, key, "text", "", "", TAKE_AWAY, (), repr(value), None)
+        for section, key, value in places
+    )
+
+
+def _tabular(key: str) -> bool:
+    return _section(Keys.model_fields[key]) is not None or key == "conditions"
 
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:

@@ -4,13 +4,15 @@ checked here first.
 The server listens on the loopback address only. That alone does not keep out other web
 pages open in the same browser, so each request must also name this host (against DNS
 rebinding), come from this page if it says where from (against requests of other sites)
-and carry the token that the address printed at the start holds; a cookie keeps it
-afterwards."""
+and carry the cookie of this server. A browser gets it for the key in an address, which
+is void from then on."""
 
 import hmac
+import html
 import secrets
+from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs, urlencode
+from urllib.parse import parse_qs, quote, urlencode
 
 HEADERS = (
     (b"x-content-type-options", b"nosniff"),
@@ -20,16 +22,37 @@ HEADERS = (
 )
 
 
-def new_token() -> str:
-    """A random token that no other page can guess."""
-    return secrets.token_urlsafe(24)
+class Entrance:
+    """The keys of one server: the cookie that every browser holds that is in, and keys
+    that let one browser in, once."""
+
+    def __init__(self) -> None:
+        self.cookie = secrets.token_urlsafe(24)
+        self._keys: dict[str, Callable[[], None]] = {}
+
+    def new_key(self, used: Callable[[], None] = lambda: None) -> str:
+        """A key that nobody can guess; `used` is called when it has let somebody in."""
+        key = secrets.token_urlsafe(24)
+        self._keys[key] = used
+        return key
+
+    def void(self, key: str) -> None:
+        """Have a key let nobody in any more."""
+        self._keys.pop(key, None)
+
+    def admits(self, key: str) -> bool:
+        """Whether this key lets somebody in; the next time it does not."""
+        used = self._keys.pop(key, None)
+        if used:
+            used()
+        return used is not None
 
 
 class Guard:
     """ASGI middleware round the whole application, its socket included."""
 
-    def __init__(self, app, port: int, token: str):
-        self.app, self.token = app, token
+    def __init__(self, app, port: int, entrance: Entrance):
+        self.app, self.entrance = app, entrance
         self.hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
         self.origins = {f"http://{host}" for host in self.hosts}
         self.cookie = f"benchtwin_{port}"  # cookies know no ports
@@ -48,45 +71,54 @@ class Guard:
                 send,
                 "This page answers only to its own address on this machine.",
             )
-        if self._same(self._from_cookie(headers.get(b"cookie", ""))):
+        if self._is_in(headers.get(b"cookie", "")):
             return await self.app(scope, receive, _with_headers(send))
         query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
         if (
             scope["type"] == "http"
             and scope["method"] == "GET"
-            and self._same(query.pop("token", [""])[0])
+            and self.entrance.admits(query.pop("token", [""])[0])
         ):
             return await self._let_in(scope, send, query)
         await _refuse(
             scope,
             receive,
             send,
-            "Open the address that benchtwin page printed: it holds the key to this"
-            " page.",
+            "Open the address that benchtwin page printed last: it holds the key to"
+            " this page. An address lets one browser in, once.",
         )
 
-    def _same(self, token: str) -> bool:
-        return hmac.compare_digest(token.encode(), self.token.encode())
-
-    def _from_cookie(self, header: str) -> str:
+    def _is_in(self, header: str) -> bool:
         try:
             found = SimpleCookie(header).get(self.cookie)
         except CookieError:
-            return ""
-        return found.value if found else ""
+            return False
+        held = found.value if found else ""
+        return hmac.compare_digest(held.encode(), self.entrance.cookie.encode())
 
     async def _let_in(self, scope, send, query: dict) -> None:
-        """Keep the token in a cookie and out of the address from now on."""
+        """Hand out the cookie, and go on to the address without the key. The page does
+        that, not a redirect: a strict cookie is not sent along with a redirect of an
+        address that was opened from elsewhere, as from a file."""
         rest = urlencode(query, doseq=True)
-        cookie = f"{self.cookie}={self.token}; Path=/; HttpOnly; SameSite=Strict"
-        where = (scope["path"] + (f"?{rest}" if rest else "")).lstrip("/")
+        where = "/" + quote(scope["path"].lstrip("/")) + (f"?{rest}" if rest else "")
+        cookie = f"{self.cookie}={self.entrance.cookie}; Path=/; HttpOnly"
         headers = [
-            (b"location", b"/" + where.encode()),
-            (b"set-cookie", cookie.encode()),
+            (b"content-type", b"text/html; charset=utf-8"),
+            (b"cache-control", b"no-store"),
+            (b"set-cookie", f"{cookie}; SameSite=Strict".encode()),
             *HEADERS,
         ]
-        await send({"type": "http.response.start", "status": 303, "headers": headers})
-        await send({"type": "http.response.body", "body": b""})
+        await send({"type": "http.response.start", "status": 200, "headers": headers})
+        await send({"type": "http.response.body", "body": forwarding(where).encode()})
+
+
+def forwarding(address: str) -> str:
+    """A page that opens another address at once."""
+    return (
+        '<!doctype html><html lang="en"><title>benchtwin</title><meta'
+        f' http-equiv="refresh" content="0;url={html.escape(address)}">'
+    )
 
 
 async def _refuse(scope, receive, send, words: str) -> None:

@@ -40,7 +40,6 @@ def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
     """Measure the recording's first photo with these options."""
     file = recording.files[0]
     changed = file.stat().st_mtime_ns
-    image = photo(file, changed)
 
     def find(cut: np.ndarray) -> Region | None:
         key = (file, changed, options.roi)
@@ -51,10 +50,11 @@ def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
         return _regions[key]
 
     try:
+        image = photo(file, changed)
         return _overlay(
             measure_repose(image, recording.camera, options, find=find), image
         )
-    except MeasurementError as error:
+    except (MeasurementError, OSError, MemoryError) as error:
         return PileOverlay(
             roi=list(options.roi) if options.roi else None,
             base=list(options.baseline) if options.baseline else None,

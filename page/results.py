@@ -10,6 +10,7 @@ from benchtwin.diagnose.words import missing
 from benchtwin.page.folder import read_json
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
+from benchtwin.report.numbers import with_interval
 
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
 SETTLES, SHOWS_MORE = (
@@ -52,6 +53,19 @@ class ToRecord:
 
 
 @dataclass(frozen=True)
+class Calibrated:
+    """A contact parameter as the last calibration left it, in words."""
+
+    name: str
+    value: str
+    status: str
+
+    @property
+    def known(self) -> bool:
+        return self.status == "calibrated"
+
+
+@dataclass(frozen=True)
 class Cloud:
     """Draws of a posterior (n, k) with the names of their columns."""
 
@@ -84,6 +98,19 @@ def explained(results: Path) -> list[Explained]:
             )
         )
     return out
+
+
+def calibrated(results: Path) -> list[Calibrated]:
+    """The parameters of the last calibration with their 95 % intervals."""
+    stated = read_json(results / CALIBRATED / "result.json").get("parameters", {})
+    return [
+        Calibrated(
+            in_words(key),
+            with_interval(one["value"], one["low"], one["high"]),
+            one["status"],
+        )
+        for key, one in stated.items()
+    ]
 
 
 def posterior(results: Path) -> Cloud | None:

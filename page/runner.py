@@ -1,12 +1,14 @@
 """One run of a command, in a process that outlives the page.
 
-    python -m benchtwin.page.runner FOLDER
+    python -m benchtwin.page.runner ROOT FOLDER LOCK
 
-FOLDER/job.json says what to run; beside it this keeps log.txt (what the command
-printed) and state.json (its last line of progress, its exit code). The command runs on
-a terminal of its own, so that it shows its progress as to a person. An interrupt
-(SIGINT, SIGTERM) is handed to the command, which stops where it can go on. When it has
-ended, the next run in the queue is started."""
+ROOT is the folder that the page is open on; FOLDER the run's, whose job.json says which
+command; LOCK the number of the open lock that this process inherits. Beside job.json
+this keeps log.txt (what the command printed) and state.json (its last line of progress,
+its exit code). The command runs on a terminal of its own, so that it shows its progress
+as to a person. Where job.json says that it is to stop, and at SIGINT and SIGTERM, the
+command is interrupted, and stops where it can go on. When it has ended, the next run in
+the queue is started."""
 
 import json
 import os
@@ -17,25 +19,43 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
-from benchtwin.page.folder import Folder, write_whole
-from benchtwin.page.runs import advance
+from benchtwin.page import runs
+from benchtwin.page.folder import Folder, Refused, write_whole
 
 SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
 CONTROLS = re.compile(
     rf"\x1b\[[0-9;?]*[A-Za-z]|\x1b\][^\x07]*\x07|[\x00-\x08\x0b-\x1f]|{SPINNER}"
 )
 BARS = re.compile(r"[━╸╺─]{4,}")
-EVERY_S = 0.3  # state.json is written at most so often
+EVERY_S = 0.3  # state.json is written, and job.json looked at, at most so often
+AGAIN_S = 15.0  # a command that has not stopped is interrupted again after that
 WIDTH = "160"
+MISUSED = 2
 
 
-def main(folder: Path) -> int:
-    """Run what job.json says; returns the command's exit code."""
-    arguments = json.loads((folder / "job.json").read_text(encoding="utf8"))[
-        "arguments"
-    ]
+def main(root: Path, place: Path, lock: int) -> int:
+    """Run what job.json asks for; returns the command's exit code."""
+    folder, bench = Folder(root), place.parents[2]
+    job, log = runs.read_job(place), Log(place)
+    try:
+        if job is None or not runs.is_ours(job, place):
+            raise Refused("this run was not asked for here")
+        folder.refuse_links(bench)
+        code = _run(runs.command_line(job, bench), place, log, lock)
+    except Refused as error:
+        code = MISUSED
+        log.add(f"{error}\n")
+    log.finish(code)
+    if bench.is_dir():
+        runs.ended(bench, folder, lock)
+    return code
+
+
+def _run(command: list[str], place: Path, log: "Log", lock: int) -> int:
     terminal, its_end = pty.openpty()
     environment = {
         **os.environ,
@@ -45,39 +65,37 @@ def main(folder: Path) -> int:
         "NO_COLOR": "1",
     }
     child = subprocess.Popen(
-        arguments,
+        command,
         stdin=subprocess.DEVNULL,
         stdout=its_end,
         stderr=its_end,
         env=environment,
         start_new_session=True,
+        pass_fds=[lock],  # as long as the command works, nothing else begins
     )
     os.close(its_end)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: child.send_signal(signal.SIGINT))
-    state = State(folder, child.pid)
-    state.write()
-    with (folder / "log.txt").open("a", encoding="utf8") as log:
-        for text in _output(terminal):
-            state.add(text, log)
-    code = child.wait()
-    state.finish(code)
-    if (bench := folder.parents[2]).is_dir():
-        advance(
-            bench, Folder(bench)
-        )  # what waits is not to wait for a page to be opened
-    return code
+    interrupted = 0.0
+    for text in _output(terminal):
+        if log.add(text) and time.time() - interrupted > AGAIN_S and _is_stopped(place):
+            child.send_signal(signal.SIGINT)
+            interrupted = time.time()
+    return child.wait()
 
 
-class State:
-    """What state.json says: pid, when it began, the last line of progress, when it
-    ended and how."""
+def _is_stopped(place: Path) -> bool:
+    job = runs.read_job(place)
+    return job is not None and job.stopped and runs.is_ours(job, place)
 
-    def __init__(self, folder: Path, child: int):
-        self.file = folder / "state.json"
+
+class Log:
+    """log.txt and state.json: when it began, the last line of progress, when it ended
+    and how. A disk that is full does not end the command."""
+
+    def __init__(self, place: Path):
+        self.place = place
         self.content: dict = {
-            "pid": os.getpid(),
-            "child": child,
             "started": time.time(),
             "progress": "",
             "code": None,
@@ -85,37 +103,45 @@ class State:
         }
         self.written, self.rest = 0.0, ""
 
-    def add(self, text: str, log) -> None:
-        """Whole lines go into the log; a line that the terminal overwrites is
-        progress."""
+    def add(self, text: str) -> bool:
+        """Whole lines go into the log; a line that the terminal overwrites is progress.
+        Returns whether state.json was due, and so written."""
         *lines, self.rest = (self.rest + text).split("\n")
+        kept = ""
         for line in lines:
             last = CONTROLS.sub("", line.rstrip("\r").rpartition("\r")[2]).rstrip()
             if last and not BARS.search(last):
-                log.write(last + "\n")
+                kept += last + "\n"
             elif last:
                 self.content["progress"] = BARS.sub(" ", last)
         if shown := CONTROLS.sub(
             "", self.rest.rstrip("\r").rpartition("\r")[2]
         ).strip():
             self.content["progress"] = re.sub(r"\s{2,}", "  ", BARS.sub(" ", shown))
-        log.flush()
-        if time.time() - self.written > EVERY_S:
-            self.write()
+        with (
+            suppress(OSError),
+            (self.place / "log.txt").open("a", encoding="utf8") as log,
+        ):
+            log.write(kept)
+        due = time.time() - self.written > EVERY_S
+        if due:
+            self._write()
+        return due
 
     def finish(self, code: int) -> None:
         self.content |= {"code": code, "ended": time.time(), "progress": ""}
-        self.write()
+        self._write()
 
-    def write(self) -> None:
-        write_whole(self.file, json.dumps(self.content).encode())
+    def _write(self) -> None:
+        with suppress(OSError):
+            write_whole(self.place / "state.json", json.dumps(self.content).encode())
         self.written = time.time()
 
 
-def _output(terminal: int):
-    """What the command prints, until it has ended."""
+def _output(terminal: int) -> Iterator[str]:
+    """What the command prints, until it has ended; now and then nothing."""
     while True:
-        ready, _, _ = select.select([terminal], [], [], 1.0)
+        ready, _, _ = select.select([terminal], [], [], EVERY_S)
         if not ready:
             yield ""
             continue
@@ -129,4 +155,4 @@ def _output(terminal: int):
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))

@@ -4,24 +4,22 @@ the guard."""
 import asyncio
 import math
 import re
+import secrets
 import shutil
-from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import quote
 
 from benchtwin.page import pictures
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
 from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
-from benchtwin.page.guard import Guard
-from benchtwin.page.measuring import measure_recording
+from benchtwin.page.guard import Entrance, Guard
+from benchtwin.page.private import lock_name, take_part
 from benchtwin.page.results import next_recordings
+from benchtwin.page.site import Site
 from benchtwin.page.sound_impacts import waveform
-from benchtwin.page.upload import ReceivedFile, check, place_files
-from benchtwin.vision.evidence.sound import Sound
-from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.motion.drop_sound import read_onsets, sound_of
-from benchtwin.vision.motion.onsets import Onsets
-from benchtwin.vision.recording import Recording, read_recording
+from benchtwin.page.upload import Placed, ReceivedFile, check, place_files
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.drop_sound import sound_of
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import (
     FileResponse,
@@ -45,73 +43,15 @@ SCRIPTS = "sandbox allow-scripts"
 NO_SCRIPTS = (
     "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
 )
-KEPT_OBSERVATIONS = 40
 
 
-@dataclass
-class Site:
-    """What all pages share: the folder, and what was measured or decoded since the
-    start."""
-
-    folder: Folder
-    observations: dict[tuple, Observation] = field(default_factory=dict)
-    films: dict[Path, pictures.Film] = field(default_factory=dict)
-    sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
-    batches: dict[str, list[ReceivedFile]] = field(default_factory=dict)
-
-    def recording(self, name: str) -> Recording:
-        """The recording of this name; Refused, in words, where it cannot be read or is
-        gone."""
-        path = self.folder.inside(name)
-        if not path.exists():
-            raise Refused(f"{name}: no longer there. Was the folder moved?")
-        try:
-            return read_recording(path)
-        except MeasurementError as error:
-            raise Refused(str(error)) from error
-
-    def seen(self, recording: Recording) -> Observation:
-        """What measuring finds, remembered until the recording changes."""
-        stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
-        key = (
-            recording.path,
-            *(
-                p.stat().st_mtime_ns if p.exists() else 0
-                for p in (*recording.files[:1], *stated)
-            ),
-        )
-        if key not in self.observations:
-            if len(self.observations) >= KEPT_OBSERVATIONS:
-                self.observations.pop(next(iter(self.observations)))
-            self.observations[key] = measure_recording(recording)
-        return self.observations[key]
-
-    def film(self, recording: Recording) -> pictures.Film:
-        if recording.path not in self.films:
-            kept = dict(
-                [*self.films.items()][-1:]
-            )  # two are open at a time: a recording and its twin
-            self.films = kept | {recording.path: pictures.Film(recording)}
-        return self.films[recording.path]
-
-    def sound(self, recording: Recording) -> tuple[Sound, Onsets]:
-        """A drop's sound and all that is sudden in it; MeasurementError where it has
-        none."""
-        file = sound_of(recording)
-        if file is None:
-            raise MeasurementError(f"{recording.id} has no sound")
-        key = (file, file.stat().st_mtime_ns, recording.camera.fps, recording.rig)
-        if key not in self.sounds:
-            self.sounds = {key: read_onsets(file, recording)}  # one at a time
-        return self.sounds[key]
-
-
-def application(folder: Folder, port: int, token: str) -> Guard:
+def application(folder: Folder, port: int, entrance: Entrance) -> Guard:
     """The whole server for one folder."""
     from benchtwin.page.views import pages
     from nicegui import ui
 
-    folder.clear_incoming()
+    # two pages on one folder: the second leaves alone what the first is receiving
+    take_part(lock_name(folder.root, "incoming"), alone=folder.clear_incoming)
     site = Site(folder)
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     app.exception_handler(Refused)(_refused)
@@ -126,7 +66,7 @@ def application(folder: Folder, port: int, token: str) -> Guard:
         reconnect_timeout=60.0,
         show_welcome_message=False,
     )
-    return Guard(app, port, token)
+    return Guard(app, port, entrance)
 
 
 async def _refused(_: Request, error: Exception) -> Response:
@@ -152,39 +92,33 @@ def _files(app: FastAPI, site: Site) -> None:
         check(name, int(request.headers.get("content-length", 0)), folder)
         place = folder.root / INCOMING / batch
         place.mkdir(parents=True, exist_ok=True)
-        file = place / f"{len(site.batches.setdefault(batch, [])):06d}"
+        file = place / secrets.token_hex(8)
         try:
             await _receive(request, file, name, folder)
         except OSError as error:
             file.unlink(missing_ok=True)
             raise Refused(f"{name}: cannot be written: {error.strerror}") from error
-        site.batches[batch].append(ReceivedFile(name, file))
+        except BaseException:  # refused, or the copy was cut off
+            file.unlink(missing_ok=True)
+            raise
+        site.batches.setdefault(batch, []).append(ReceivedFile(name, file))
         return Response(status_code=204)
 
     @app.post("/sort/{batch}")
     async def sort(batch: str, bench: str) -> Response:
         arrived = site.batches.pop(batch, [])
-        refused: list[str] = []
-        made: list[Path] = []
         try:
-            made = await asyncio.to_thread(
+            placed = await asyncio.to_thread(
                 place_files, arrived, folder.inside(bench), folder
             )
         except (Refused, OSError) as error:
-            refused.append(str(error))
+            placed = Placed([], [str(error)])
         finally:
             if re.fullmatch(r"[0-9a-f-]{36}", batch):
                 shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
-        where = (
-            f"/recording?r={quote(folder.name_of(made[0]))}" if len(made) == 1 else None
-        )
-        return JSONResponse(
-            {
-                "refused": refused,
-                "open": where,
-                "made": [folder.name_of(p) for p in made],
-            }
-        )
+        made = [folder.name_of(p) for p in placed.made]
+        where = f"/recording?r={quote(made[0])}" if len(made) == 1 else None
+        return JSONResponse({"refused": placed.refused, "open": where, "made": made})
 
     @app.get("/left/{name:path}")
     async def left(name: str) -> Response:
@@ -214,6 +148,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/cards")
     async def engine_cards(bench: str, engine: str) -> Response:
         path = folder.inside(bench)
+        folder.refuse_links(path / RESULTS)
         files = await asyncio.to_thread(card_files, path / RESULTS, engine)
         name = quote(f"{path.name}-{engine}.zip")
         headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
@@ -222,6 +157,7 @@ def _files(app: FastAPI, site: Site) -> None:
     @app.get("/next")
     async def to_record(bench: str) -> Response:
         path = folder.inside(bench)
+        folder.refuse_links(path / RESULTS)
         return HTMLResponse(
             sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS))
         )
@@ -240,44 +176,43 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
             out.write(chunk)
     check(name, size, folder)
     if not size:
-        file.unlink()
         raise Refused(f"{name}: the file is empty (0 bytes)")
 
 
 def _pictures(app: FastAPI, site: Site) -> None:
     folder = site.folder
 
-    def jpeg(data: bytes) -> Response:
-        return Response(
-            data,
-            media_type="image/jpeg",
-            headers={"cache-control": "private, max-age=3600"},
-        )
+    def jpeg(data: bytes, version: str = "") -> Response:
+        # without a version another recording may have the name when it is asked again
+        kept = "max-age=3600" if version else "no-cache"
+        headers = {"cache-control": f"private, {kept}"}
+        return Response(data, media_type="image/jpeg", headers=headers)
 
     @app.get("/thumb")
-    async def thumb(r: str) -> Response:
+    async def thumb(r: str, v: str = "") -> Response:
         try:
             data = await asyncio.to_thread(pictures.thumbnail, site.recording(r))
-        except (MeasurementError, OSError, StopIteration) as error:
+        except (MeasurementError, OSError) as error:
             raise Refused(str(error)) from error
-        return jpeg(data) if data else Response(status_code=404)
+        return jpeg(data, v) if data else Response(status_code=404)
 
     @app.get("/photo")
-    async def whole(r: str) -> Response:
+    async def whole(r: str, v: str = "") -> Response:
         file = site.recording(r).files[0]
         try:
             image = await asyncio.to_thread(
                 pictures.photo, file, file.stat().st_mtime_ns
             )
-        except MeasurementError as error:
+        except (MeasurementError, OSError) as error:
             raise Refused(str(error)) from error
-        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0])
+        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0], v)
 
     @app.get("/frame")
-    async def frame(r: str, i: int) -> Response:
+    async def frame(r: str, i: int, v: str = "") -> Response:
         try:
-            return jpeg(await asyncio.to_thread(site.film(site.recording(r)).frame, i))
-        except (IndexError, MeasurementError) as error:
+            film = await asyncio.to_thread(site.film, r)
+            return jpeg(await asyncio.to_thread(film.frame, i), v)
+        except (MeasurementError, OSError) as error:
             raise Refused(f"frame {i} cannot be read: {error}") from error
 
     @app.get("/wave")

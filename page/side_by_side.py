@@ -46,12 +46,12 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
         for which in ("old", "new"):
             twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
             found.append(BenchTwinPair(f"Diagnosis: {name}, {which} twin", path, twin))
-    inside = folder.root.resolve()
     return [
         b
         for b in found
         if (b.twin / "recording.toml").is_file()
-        and b.twin.resolve().is_relative_to(inside)
+        and not folder.links_out(b.twin)
+        and not folder.links_out(b.recording)
     ]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import tomlkit
 from benchtwin.page.folder import Refused, write_whole
-from benchtwin.vision.evidence.read_keys import validate
+from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
 from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
@@ -31,37 +31,69 @@ class Keys:
 
 def read(path: Path) -> Keys:
     """The file as it is now; Refused where it is not valid TOML."""
-    text = path.read_text(encoding="utf-8-sig") if path.is_file() else ""
-    return Keys(path, _version(text), _parsed(text, path).unwrap())
+    text = text_of(path)
+    return Keys(path, _version(text), parsed(text, path).unwrap())
+
+
+def text_of(path: Path) -> str:
+    """The file's text, "" where there is none; Refused where it is no file of keys."""
+    if not path.is_file():
+        return ""
+    if path.stat().st_size > MOST_BYTES:
+        raise Refused(f"{path.name}: too large for a file of keys")
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise Refused(f"{path.name}: not UTF-8 text (byte {error.start})") from error
+
+
+def any_text(path: Path) -> str:
+    """What can be shown of a file, whatever it holds."""
+    return path.read_bytes()[:MOST_BYTES].decode("utf8", "replace")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Replace the whole file; Refused where the text is not TOML."""
+    parsed(text, path)
+    write_whole(path, text.encode("utf8"))
 
 
 def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     """Write the changes into the file; Refused where it has changed since `keys` was
-    read, or would not be valid."""
-    text = keys.path.read_text(encoding="utf-8-sig") if keys.path.is_file() else ""
+    read, or where something in it would be wrong that was not."""
+    text = text_of(keys.path)
     if _version(text) != keys.version:
         raise Refused(
             f"{keys.path.name} was changed meanwhile, elsewhere. Reload the page; what"
             " you changed here is not saved"
         )
-    document = _parsed(text, keys.path)
+    document = parsed(text, keys.path)
+    wrong = _wrong(document, keys.path)
     for (section, key), value in changes.items():
         _set(document, section, key, value, by_hand)
+    if now := [line for line in _wrong(document, keys.path) if line not in wrong]:
+        raise Refused("\n".join(now))
     written = tomlkit.dumps(document)
-    try:
-        validate(document.unwrap(), Path(keys.path.name))
-    except MeasurementError as error:
-        raise Refused(str(error)) from error
     write_whole(keys.path, written.encode("utf8"))
     return Keys(keys.path, _version(written), document.unwrap())
+
+
+def _wrong(document: tomlkit.TOMLDocument, path: Path) -> list[str]:
+    """What is wrong with the keys, a line each."""
+    try:
+        validate(document.unwrap(), Path(path.name))
+    except MeasurementError as error:
+        return str(error).splitlines()
+    return []
 
 
 def _set(
     document: tomlkit.TOMLDocument, section: str, key: str, value: Any, by_hand: bool
 ) -> None:
-    if section and section not in document:
+    if section and not isinstance(document.get(section), dict):  # absent, or no table
         if value is None:
             return
+        document.pop(section, None)
         document[section] = tomlkit.table()
     place = document[section] if section else document
     if value is None:
@@ -85,10 +117,13 @@ def _set(
     place[key] = item
 
 
-def _parsed(text: str, path: Path) -> tomlkit.TOMLDocument:
+def parsed(text: str, path: Path) -> tomlkit.TOMLDocument:
+    """The text as keys with their comments; Refused where it is not valid TOML."""
     try:
         return tomlkit.parse(text)
-    except TOMLKitError as error:
+    except RecursionError as error:
+        raise Refused(f"{path.name}: brackets within brackets, too deep") from error
+    except (TOMLKitError, ValueError) as error:
         raise Refused(f"{path.name}: not valid TOML: {error}") from error
 
 

@@ -1,17 +1,23 @@
 """Sorts files dropped on the page into recordings of a bench; each recording is made
 whole or not at all."""
 
-import re
+import itertools
 import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchtwin.page.folder import Folder, Refused, clean_name, whole_folder
+from benchtwin.vision.evidence.film_or_photos import (
+    FILM,
+    PHOTOS,
+    film_or_photos,
+    numbered_runs,
+)
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
 from benchtwin.vision.foreign import SUFFIXES as TOOL_SUFFIXES
-from benchtwin.vision.recording import TABLES, VIDEO_SUFFIXES
+from benchtwin.vision.recording import TABLES, VIDEO_SUFFIXES, Recording
 
 PHOTO, VIDEO, SOUND, TABLE, KEYS = "photo", "video", "sound", "table", "keys"
 KINDS = {  # suffix → what it is and how large one may be [bytes]
@@ -21,7 +27,7 @@ KINDS = {  # suffix → what it is and how large one may be [bytes]
     **dict.fromkeys(VIDEO_SUFFIXES, (VIDEO, 2_000_000_000)),
     ".toml": (KEYS, 30_000),
 }
-LEAST_FRAMES = 12  # numbered pictures of one name are a film from this many on
+BROUGHT = "# brought as: "  # in a recording.toml: how a file was called that is renamed
 SPARE_BYTES = 100_000_000  # left free on the disk
 
 
@@ -36,12 +42,20 @@ class ReceivedFile:
 
 @dataclass(frozen=True)
 class NewRecording:
-    """Files of one recording: its folder, file names in it → files, and the rig if the
-    kind of file tells it."""
+    """Files of one recording: its folder, file names in it → files as they arrived, and
+    the rig if the kind of file tells it."""
 
     folder: str
-    files: dict[str, Path]
+    files: dict[str, ReceivedFile]
     rig: str | None
+
+
+@dataclass(frozen=True)
+class Placed:
+    """Folders of the recordings that were made, and in words what could not be."""
+
+    made: list[Path]
+    refused: list[str]
 
 
 def check(name: str, size: int, folder: Folder) -> None:
@@ -62,117 +76,127 @@ def check(name: str, size: int, folder: Folder) -> None:
         )
 
 
-def place_files(
-    arrived: Iterable[ReceivedFile], bench: Path, folder: Folder
-) -> list[Path]:
-    """Move the files into recordings of `bench`; returns their folders. Refused where a
-    group cannot be placed: those before it are placed, nothing is replaced."""
-    arrived = list(arrived)
-    made = []
+def place_files(arrived: Iterable[ReceivedFile], bench: Path, folder: Folder) -> Placed:
+    """Move the files into recordings of `bench`; nothing is replaced, and what cannot
+    be placed keeps nothing else from its place."""
+    arrived, made, refused = list(arrived), [], []
     for keys in [a for a in arrived if Path(a.name).name == "bench.toml"]:
-        if (bench / "bench.toml").exists():
-            raise Refused("bench.toml exists already; nothing was replaced")
-        keys.path.rename(bench / "bench.toml")
         arrived.remove(keys)
+        if (bench / "bench.toml").exists():
+            refused.append("bench.toml exists already; it was not replaced")
+        else:
+            keys.path.rename(bench / "bench.toml")
     for group in groups(arrived):
-        target = _free(bench, group.folder)
-        with whole_folder(target, folder.root) as part:
-            for name, file in group.files.items():
-                (part / name).parent.mkdir(exist_ok=True)
-                file.rename(part / name)
-            if not (part / "recording.toml").exists():
-                rig = (
-                    f'rig = "{group.rig}"\n'
-                    if group.rig
-                    else '# rig = "drop"             # drop, slide, roll or pile\n'
-                )
-                (part / "recording.toml").write_text(rig, encoding="utf8")
-        made.append(target)
-    return made
+        try:
+            target = _free(bench, group.folder)
+            with whole_folder(target, folder.root) as part:
+                _fill(part, group)
+            made.append(target)
+        except (Refused, OSError) as error:
+            refused.append(f"{group.folder}: {getattr(error, 'strerror', '') or error}")
+    return Placed(made, refused)
+
+
+def _fill(part: Path, group: NewRecording) -> None:
+    for name, file in group.files.items():
+        (part / name).parent.mkdir(exist_ok=True)
+        file.path.rename(part / name)
+    if (part / "recording.toml").exists():
+        return
+    rig = '# rig = "drop"             # drop, slide, roll or pile\n'
+    if group.rig:
+        rig = f'rig = "{group.rig}"\n'
+    renamed = [
+        file.name.rpartition("/")[2]
+        for name, file in group.files.items()
+        if file.name.rpartition("/")[2] != Path(name).name
+    ]
+    brought = "".join(f"{BROUGHT}{name}\n" for name in renamed)
+    (part / "recording.toml").write_text(rig + brought, encoding="utf8")
+
+
+def brought_as(recording: Recording) -> str:
+    """How a file was called that was renamed when it was brought; "" where none was."""
+    if not recording.toml.is_file():
+        return ""
+    text = recording.toml.read_text(encoding="utf-8-sig", errors="replace")
+    lines = [
+        x.removeprefix(BROUGHT) for x in text.splitlines() if x.startswith(BROUGHT)
+    ]
+    return ", ".join(lines)
 
 
 def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:
-    """What belongs together: a dropped folder, numbered pictures of one name, else each
-    file alone (a film and its sound or table of the same name together)."""
+    """What belongs together: a dropped folder, the frames of a film, else each file
+    alone (a film and its sound or table of the same name together)."""
     out: list[NewRecording] = []
     folders: dict[str, list[ReceivedFile]] = {}
     for file in arrived:
         folders.setdefault(file.name.rpartition("/")[0], []).append(file)
-    for name, files in folders.items():
-        if name and any(_is_evidence(f) for f in files):
-            out.append(_dropped_folder(name, files, folders))
-        elif not name.endswith("/frames") or name.rpartition("/")[0] not in folders:
+    frames = {n.rpartition("/")[0]: n for n in folders if Path(n).name == "frames"}
+    for name in {**folders, **frames}:
+        files = folders.get(name, [])
+        if name in frames or any(_is_evidence(f, loose=not name) for f in files):
+            film = _named(folders[frames[name]]) if name in frames else {}
+            inside = _named(files) | {f"frames/{n}": f for n, f in film.items()}
+            out.append(NewRecording(clean_name(name or "film"), inside, None))
+        elif name not in frames.values():
             out += _loose(files)
     return out
 
 
-def _is_evidence(file: ReceivedFile) -> bool:
+def _is_evidence(file: ReceivedFile, *, loose: bool) -> bool:
+    """Whether this file makes those beside it one recording."""
     name = file.name.rpartition("/")[2]
-    return name in (*TABLES, "recording.toml") or Path(name).suffix.lower() in (
-        *VIDEO_SUFFIXES,
-        *SOUND_SUFFIXES,
+    return name == "recording.toml" or (
+        not loose
+        and (
+            name in TABLES
+            or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
+        )
     )
 
 
-def _dropped_folder(
-    name: str, files: list[ReceivedFile], folders: dict[str, list[ReceivedFile]]
-) -> NewRecording:
-    inside = {clean_name(f.name): f.path for f in files}
-    inside |= {
-        f"frames/{clean_name(f.name)}": f.path
-        for f in folders.get(f"{name}/frames", [])
-    }
-    return NewRecording(clean_name(name), inside, None)
+def _named(files: Iterable[ReceivedFile]) -> dict[str, ReceivedFile]:
+    """The files by names that can stand in a folder, each of its own."""
+    out: dict[str, ReceivedFile] = {}
+    for file in files:
+        name = clean_name(file.name)
+        stem, suffix = Path(name).stem, Path(name).suffix
+        others = (f"{stem}-{n}{suffix}" for n in itertools.count(2))
+        out[next(n for n in itertools.chain([name], others) if n not in out)] = file
+    return out
 
 
 def _loose(files: list[ReceivedFile]) -> list[NewRecording]:
-    out, films = [], _films(files)
-    for stem, frames in films.items():
-        out.append(
-            NewRecording(
-                stem or "film",
-                {f"frames/{clean_name(f.name)}": f.path for f in frames},
-                None,
-            )
-        )
-    taken = {id(f) for frames in films.values() for f in frames}
-    named: dict[str, dict[str, Path]] = {}
-    for file in (f for f in files if id(f) not in taken):
-        name = clean_name(file.name)
-        kind = KINDS[Path(name).suffix.lower()][0]
-        if kind == PHOTO:
-            out.append(NewRecording("pile", {name: file.path}, "pile"))
-        elif name.lower().endswith(".csv"):
-            named.setdefault(Path(name).stem, {})[_table_name(name, file.path)] = (
-                file.path
-            )
+    out: list[NewRecording] = []
+    left = _named(files)
+    for stem, names in numbered_runs(left).items():
+        kind = film_or_photos({name: left[name].path for name in names}).kind
+        if kind != PHOTOS:  # where both fit, the recording's page asks
+            within = "frames/" if kind == FILM else ""
+            run = {f"{within}{name}": left.pop(name) for name in names}
+            out.append(NewRecording(stem.strip("-_ ") or "film", run, None))
+    named: dict[str, dict[str, ReceivedFile]] = {}
+    for name, file in left.items():
+        if KINDS[Path(name).suffix.lower()][0] == PHOTO:
+            out.append(NewRecording("pile", {name: file}, "pile"))
         else:
-            named.setdefault(Path(name).stem, {})[name] = file.path
+            table = name.lower().endswith(".csv")
+            known = _table_name(name, file.path) if table else name
+            named.setdefault(Path(name).stem, {})[known] = file
     return out + [
         NewRecording(stem, inside, _rig_of(inside)) for stem, inside in named.items()
     ]
 
 
-def _rig_of(inside: dict[str, Path]) -> str | None:
+def _rig_of(inside: Iterable[str]) -> str | None:
     """What is heard and not seen is a drop."""
     return (
         "drop"
         if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside)
         else None
     )
-
-
-def _films(files: list[ReceivedFile]) -> dict[str, list[ReceivedFile]]:
-    """Pictures whose names differ in their number only, LEAST_FRAMES or more, by the
-    rest of the name."""
-    runs: dict[str, list[ReceivedFile]] = {}
-    for file in files:
-        name = Path(clean_name(file.name))
-        if name.suffix.lower() in PHOTO_SUFFIXES and (
-            number := re.fullmatch(r"(.*?)[-_ ]?(\d{2,})", name.stem)
-        ):
-            runs.setdefault(number[1], []).append(file)
-    return {stem: run for stem, run in runs.items() if len(run) >= LEAST_FRAMES}
 
 
 def _table_name(name: str, path: Path) -> str:

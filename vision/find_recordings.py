@@ -3,6 +3,13 @@
 import os
 from pathlib import Path
 
+from benchtwin.vision.evidence.film_or_photos import (
+    FILM,
+    PHOTOS,
+    Judgement,
+    film_or_photos,
+    numbered_runs,
+)
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError
@@ -72,6 +79,9 @@ def find_recordings(
         for p in closed
     ]
     found += _loose_files(path, defaults)
+    if _is_named_bench(path):
+        loose = [*videos_in(path), *sounds_in(path)]
+        found += [_attempt(bare_recording, p) for p in loose]
     if not found:
         what = "no recording.toml, no photo, no video, no sound, no track.csv"
         found = [
@@ -175,6 +185,31 @@ def _is_bench(folder: Path, visited: set[Path]) -> bool:
 
 
 def _loose_files(folder: Path, defaults: dict) -> list[Recording | MeasurementError]:
-    """A recording for each photo and each file of another tool in a folder."""
-    tools = [_attempt(tool_recording, p, defaults) for p in tool_files_in(folder)]
-    return [_attempt(bare_recording, p) for p in photos_in(folder)] + tools
+    """A recording for each photo and each file of another tool in a folder; for the
+    frames of a film that fill it, one."""
+    photos, tools = photos_in(folder), tool_files_in(folder)
+    found: list[Recording | MeasurementError] = []
+    for stem, names in numbered_runs(p.name for p in photos).items():
+        judged = film_or_photos({name: folder / name for name in names})
+        if judged.kind == PHOTOS:
+            continue
+        if len(names) == len(photos) and not tools and not _is_named_bench(folder):
+            return [_attempt(read_recording, folder, defaults)]
+        photos = [p for p in photos if p.name not in names]
+        found.append(MeasurementError(_series_in_words(folder, names, judged), stem))
+    found += [_attempt(bare_recording, p) for p in photos]
+    return found + [_attempt(tool_recording, p, defaults) for p in tools]
+
+
+def _is_named_bench(folder: Path) -> bool:
+    return (folder / "bench.toml").is_file()
+
+
+def _series_in_words(folder: Path, names: list[str], judged: Judgement) -> str:
+    """What to do with a film's frames, or what may be such, among other files."""
+    first, last = names[0], names[-1]
+    be = "are one film" if judged.kind == FILM else "may be one film or as many photos"
+    return (
+        f"{folder}: {first} to {last}, {len(names)} pictures, {be} ({judged.why}); put"
+        " them into a folder of their own, with a recording.toml that says the rig"
+    )

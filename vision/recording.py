@@ -8,7 +8,7 @@ my-bench/drop-01/frames/…       exactly one kind of evidence, looked for in th
                                 of EVIDENCE
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,13 @@ from benchtwin.bench.keys import (
     Seed,
     Slide,
     Tracking,
+)
+from benchtwin.vision.evidence.film_or_photos import (
+    FILM,
+    LEAST_FRAMES,
+    PHOTOS,
+    Judgement,
+    film_or_photos,
 )
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
@@ -149,7 +156,9 @@ def _recording(
             merge(evidence.keys, stated),
         )
     else:
-        kind, rig = evidence, "pile" if evidence == "photos" else None
+        kind, rig = evidence, None
+        if kind == "photos" and _series(files).kind == PHOTOS:
+            rig = "pile"
     fields = validate(
         stated, (path if path.is_dir() else path.parent) / "recording.toml"
     )
@@ -300,6 +309,11 @@ def tool_files_in(folder: Path) -> list[Path]:
     )
 
 
+def _series(photos: Sequence[Path]) -> Judgement:
+    """Whether these pictures of one folder are a film, photos, or may be either."""
+    return film_or_photos({p.name: p for p in photos})
+
+
 def _only(folder: Path, what: str, files: list[Path]) -> Path:
     """The one file in a list; MeasurementError where there are several."""
     if len(files) > 1:
@@ -329,8 +343,10 @@ def _find_evidence(
         return "sound", (_only(folder, "sounds", sounds),)
     if tools := tool_files_in(folder):
         return evidence_of(_only(folder, "files of other tools", tools)), tuple(tools)
-    if photos := photos_in(folder):
-        return "photos", tuple(photos)
+    if photos := tuple(photos_in(folder)):
+        many = len(photos) >= LEAST_FRAMES
+        filmed = _series(photos).kind == FILM if rig is None else rig != "pile"
+        return "frames" if many and filmed else "photos", photos
     raise MeasurementError(
         f"{folder}: no evidence ({', '.join(TABLES)}, frames/, a video, a sound or"
         " photos)"

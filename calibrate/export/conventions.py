@@ -9,19 +9,15 @@ R_1 and R_2 act on one sphere each, R* = R_1 R_2 / (R_1 + R_2) on both alike."""
 import math
 from dataclasses import dataclass
 
-GIVEN = {
-    "edem": "own",
-    "type_a": "effective",
-    "type_c": "effective",
-}  # a result's convention → its length
-# R*, which a wall leaves at R (Ai et al. 2011; LAMMPS, LIGGGHTS, MercuryDPM, EDEM RVD
-# and type C)
-# (R_1 + R_2)/2 (YADE); at a wall it depends on what radius the wall is given
+from benchtwin.bench.constants import G_M_S2
+
+# a result's convention → its length
+GIVEN = {"edem": "own", "type_a": "effective", "type_c": "effective"}
+# own: R_i, each body's own centre-to-contact distance (EDEM standard); effective: R*,
+# which a wall leaves at R (Ai et al. 2011; LAMMPS, LIGGGHTS, MercuryDPM, EDEM RVD and
+# type C); mean: (R_1 + R_2)/2 (YADE), at a wall whatever radius that is given
 ARM = {
-    (
-        "own",
-        False,
-    ): 1.0,  # R_i: each body's own centre-to-contact distance (EDEM standard)
+    ("own", False): 1.0,
     ("own", True): 1.0,
     ("effective", False): 0.5,
     ("effective", True): 1.0,
@@ -98,10 +94,15 @@ def damping_factor(e: float) -> float:
     >>> round(damping_factor(0.5), 6)
     0.393363
     """
-    return (
-        -2.0 * math.sqrt(5.0 / 6.0) * math.log(e) / math.hypot(math.log(e), math.pi)
-        + 0.0
-    )  # not −0 for e = 1
+    log = math.log(e)
+    share = -2.0 * math.sqrt(5.0 / 6.0) * log / math.hypot(log, math.pi)
+    return share + 0.0  # not −0 for e = 1
+
+
+def resting_force(mass_kg: float) -> float:
+    """Ten seeds' weight [N], as in a heap: the load at which a spring that grows with
+    the load is given as one number."""
+    return 10.0 * mass_kg * G_M_S2
 
 
 def overlap(modulus_pa: float, radius_m: float, force_n: float) -> float:
@@ -135,7 +136,6 @@ def rolling_spring(
     >>> round(rolling_spring(0.1, 1e7, 1e-3, 1e-2), 1)
     40.9
     """
-    normal = (
-        2.0 * modulus_pa * math.sqrt(radius_m * overlap(modulus_pa, radius_m, force_n))
-    )
+    depth = overlap(modulus_pa, radius_m, force_n)
+    normal = 2.0 * modulus_pa * math.sqrt(radius_m * depth)
     return 2.25 * normal * mu_star**2

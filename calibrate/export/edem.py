@@ -4,12 +4,7 @@ to paste.
 Read: Altair EDEM help, Creator Tree – Bulk Material, Hertz–Mindlin (no slip), Standard,
 RVD and Type C rolling friction, Add Multi-Sphere Particles."""
 
-from benchtwin.calibrate.export.header import (
-    MEANING,
-    digits,
-    header,
-    shared_damping_note,
-)
+from benchtwin.calibrate.export.header import MEANING, SHARED_DAMPING, digits, header
 from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "Altair EDEM 2022 to 2025"
@@ -17,6 +12,12 @@ CREEP = (
     "benchtwin holds a seed at rest by rolling friction. Where a code applies the"
     " torque with its full size in every step, piles creep, the faster the longer the"
     " step: compare a pile's angle at two steps, 20 % and 5 % of the Rayleigh time."
+)
+UNITS = "set the units of EDEM's fields to those named here (Tools > Options > Units)."
+SPHERES = (
+    "the spheres stand in seed.spheres.tsv about the centre of mass along the principal"
+    " axes, as EDEM wants them; let it calculate the properties and compare mass and"
+    " moments with those below."
 )
 MODELS = {
     "edem": "Standard Rolling Friction",
@@ -36,50 +37,31 @@ def card(calibrated: Calibrated) -> str:
         ),
         "elasticity": "EDEM asks for the shear modulus (or Young's: both stand below)",
     }
-    notes = [
-        shared_damping_note(),
-        *([CREEP] if c.rolling == "edem" else []),
-        "set the units of EDEM's fields to those named here (Tools > Options > Units).",
-        (
-            "the spheres stand in seed.spheres.tsv about the centre of mass along the"
-            " principal axes, as EDEM wants them; let it calculate the properties and"
-            " compare mass and moments with those below."
-        ),
-    ]
+    creep = [CREEP] if c.rolling == "edem" else []
+    notes = [SHARED_DAMPING, *creep, UNITS, SPHERES]
     physics = f"Hertz-Mindlin (no slip) + {model}"
-    a, b, d = c.shape.inertia_kg_m2
-    return (
-        header(c, "#", VERSION, how, notes)
-        + "\n"
-        + "\n".join(
-            [
-                *_material("Bulk Material", c.seed),
-                *_interaction(c.seed, c.seed, c.on_seed),
-                *_interaction(c.seed, c.wall, c.on_wall),
-                *_material("Equipment Material", c.wall),
-                "[Physics]",
-                f"Particle to Particle | {physics} | -",
-                f"Particle to Geometry | {physics} | -",
-                f"[Particle: {c.seed.name}, multi-sphere]",
-                f"Number of spheres | {len(c.shape.balls_m)} | -",
-                f"Mass | {digits(c.shape.mass_kg)} | kg",
-                *(
-                    f"Moment of inertia {axis} | {digits(v)} | kg m2"
-                    for axis, v in zip("XYZ", (a, b, d))
-                ),
-            ]
-        )
-        + "\n"
-    )
+    lines = [
+        *_material("Bulk Material", c.seed),
+        *_interaction(c.seed, c.seed, c.on_seed),
+        *_interaction(c.seed, c.wall, c.on_wall),
+        *_material("Equipment Material", c.wall),
+        "[Physics]",
+        f"Particle to Particle | {physics} | -",
+        f"Particle to Geometry | {physics} | -",
+        f"[Particle: {c.seed.name}, multi-sphere]",
+        f"Number of spheres | {len(c.shape.balls_m)} | -",
+        f"Mass | {digits(c.shape.mass_kg)} | kg",
+    ]
+    for axis, moment in zip("XYZ", c.shape.inertia_kg_m2):
+        lines.append(f"Moment of inertia {axis} | {digits(moment)} | kg m2")
+    return "\n".join([header(c, "#", VERSION, how, notes), *lines]) + "\n"
 
 
 def spheres(calibrated: Calibrated) -> str:
     """The seed's balls for the sphere table: radius and position [m], tabs between."""
     rows = ["\t".join(("Radius", "Position X", "Position Y", "Position Z"))]
-    rows += [
-        "\t".join(digits(v) for v in (r, x, y, z))
-        for x, y, z, r in calibrated.shape.balls_m
-    ]
+    for x, y, z, r in calibrated.shape.balls_m:
+        rows.append("\t".join(map(digits, (r, x, y, z))))
     return "\n".join(rows) + "\n"
 
 

@@ -4,7 +4,7 @@ converted."""
 import math
 import textwrap
 
-from benchtwin.calibrate.export.conventions import GIVEN
+from benchtwin.calibrate.export.conventions import GIVEN, Solid
 from benchtwin.calibrate.export.result import Calibrated, Number, Pair
 
 MEANING = {
@@ -15,23 +15,23 @@ MEANING = {
     "type_a": "type A (Ai et al. 2011): torque mu_r F_n R* against relative rolling",
     "type_c": "type C (Ai et al. 2011): elastic-plastic torque, at most mu_r F_n R*",
 }
+# what benchtwin does with a seed that lands on several balls
+SHARED_DAMPING = (
+    "benchtwin shares the damping among the balls of a seed that touch at once, so"
+    " that e comes out as entered; an engine that damps each with the whole seed's"
+    " mass gives less (e 0.54 as 0.42 with two balls, benchtwin's docs/engine.md)."
+)
+WIDTH = 116  # characters of a line that an editor beside another still shows whole
 
 
 def header(
-    calibrated: Calibrated,
-    mark: str,
-    version: str,
-    how: dict[str, str],
-    notes: list[str],
+    c: Calibrated, mark: str, version: str, how: dict[str, str], notes: list[str]
 ) -> str:
     """The comment. mark: what its lines start with; how: `restitution`, … → what was
     done to the number; notes: sentences."""
-    c = calibrated
     lines = [
-        (
-            f"Contact parameters of {c.seed.name}, calibrated by benchtwin; written for"
-            f" {version}."
-        ),
+        f"Contact parameters of {c.seed.name}, calibrated by benchtwin; written for"
+        f" {version}.",
         f"Source: {c.source}",
         "Units: SI (m, kg, s, Pa, rad) unless a name says otherwise.",
         "",
@@ -47,10 +47,8 @@ def header(
     # A line that ends in & or \\ goes on in the next one, in LAMMPS and in C++, comment
     # or not.
     safe = [line.replace("&", "and").replace("\\", "/") for line in lines]
-    return (
-        "\n".join(f"{mark} {part}".rstrip() for line in safe for part in _wrapped(line))
-        + "\n"
-    )
+    parts = [f"{mark} {part}".rstrip() for line in safe for part in _wrapped(line)]
+    return "\n".join(parts) + "\n"
 
 
 def length_note(calibrated: Calibrated, length: str) -> str:
@@ -68,22 +66,12 @@ def length_note(calibrated: Calibrated, length: str) -> str:
     )
     if calibrated_with == "R*":
         return note
-    share = max(
-        (math.hypot(*ball[:3]) + ball[3]) / ball[3] for ball in calibrated.shape.balls_m
-    )
+    balls = calibrated.shape.balls_m
+    share = max((math.hypot(*ball[:3]) + ball[3]) / ball[3] for ball in balls)
     return (
         f"{note} In a seed of several balls R_i runs from the seed's centre of mass,"
         f" this engine's length is of the ball touched: up to {share:.2f} times less"
         " (at the seed's tip)."
-    )
-
-
-def shared_damping_note() -> str:
-    """What benchtwin does with a seed that lands on several balls."""
-    return (
-        "benchtwin shares the damping among the balls of a seed that touch at once, so"
-        " that e comes out as entered; an engine that damps each with the whole seed's"
-        " mass gives less (e 0.54 as 0.42 with two balls, benchtwin's docs/engine.md)."
     )
 
 
@@ -93,16 +81,11 @@ def digits(value: float) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """The line in pieces of 116 characters, the later ones two further in."""
-    indent = line[: len(line) - len(line.lstrip())]
+    """The line in pieces of WIDTH characters, the later ones two further in."""
     text = line.lstrip()
-    return textwrap.wrap(
-        text,
-        116,
-        initial_indent=indent,
-        subsequent_indent=indent + "  ",
-        break_long_words=False,
-    ) or [""]
+    indent = line[: len(line) - len(text)]
+    wide = textwrap.TextWrapper(WIDTH, indent, indent + "  ", break_long_words=False)
+    return wide.wrap(text) or [""]
 
 
 def _pair_lines(who: str, pair: Pair) -> list[str]:
@@ -116,7 +99,7 @@ def _text(number: Number) -> str:
     return f"{number.value:.6g} [{number.low:.6g}, {number.high:.6g}]"
 
 
-def _solid_line(solid) -> str:
+def _solid_line(solid: Solid) -> str:
     return (
         f"  {solid.name}: density {solid.density_kg_m3:.6g} kg/m3, shear modulus G"
         f" {solid.shear_modulus_pa:.6g} Pa, Poisson's ratio {solid.poisson_ratio:.6g},"

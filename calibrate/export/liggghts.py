@@ -5,10 +5,10 @@ Read: LIGGGHTS-PUBLIC manual, gran model hertz, tangential history, rolling_fric
 and epsd2, fix property/global, fix particletemplate/multisphere."""
 
 from benchtwin.calibrate.export.header import (
+    SHARED_DAMPING,
     digits,
     header,
     length_note,
-    shared_damping_note,
 )
 from benchtwin.calibrate.export.result import Calibrated
 
@@ -39,19 +39,13 @@ def contact(calibrated: Calibrated) -> str:
             " pair itself"
         ),
     }
+    e, mu = (
+        (getattr(c.on_seed, kind).value, getattr(c.on_wall, kind).value)
+        for kind in ("restitution", "static_friction")
+    )
     rows = [
-        (
-            "restitution",
-            "coefficientRestitution",
-            c.on_seed.restitution.value,
-            c.on_wall.restitution.value,
-        ),
-        (
-            "friction",
-            "coefficientFriction",
-            c.on_seed.static_friction.value,
-            c.on_wall.static_friction.value,
-        ),
+        ("restitution", "coefficientRestitution", *e),
+        ("friction", "coefficientFriction", *mu),
         ("rolling", "coefficientRollingFriction", mu_seed, mu_wall),
     ]
     young, poisson = (
@@ -85,9 +79,8 @@ def contact(calibrated: Calibrated) -> str:
 def spheres(calibrated: Calibrated) -> str:
     """The seed's balls, a line each: x y z r [m]. No comment: LIGGGHTS reads numbers
     only."""
-    return "".join(
-        " ".join(digits(v) for v in ball) + "\n" for ball in calibrated.shape.balls_m
-    )
+    rows = (" ".join(map(digits, ball)) for ball in calibrated.shape.balls_m)
+    return "".join(f"{row}\n" for row in rows)
 
 
 def _table(seed: float, wall: float) -> str:
@@ -125,6 +118,6 @@ def _notes(c: Calibrated) -> list[str]:
             " serves both; exchange the word in pair_style and fix wall/gran."
         ),
         length_note(c, "R*"),
-        shared_damping_note(),
+        SHARED_DAMPING,
     ]
     return notes

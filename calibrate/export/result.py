@@ -48,7 +48,7 @@ class Shape:
         return sum(ball[3] for ball in self.balls_m) / len(self.balls_m)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Calibrated:
     """All that a card is written from. on_wall, on_seed: seed against wall and seed;
     rolling: "edem", "type_a" or "type_c"."""
@@ -70,14 +70,14 @@ class Calibrated:
     @property
     def rolling_with_r_star(self) -> str:
         """Both conversions to an engine that takes R*, in words."""
-        texts = []
-        for where, pair, on_wall in (
-            ("seed on seed", self.on_seed, False),
-            ("on wall", self.on_wall, True),
-        ):
-            made = self.rolling_friction("effective", on_wall=on_wall)
-            texts.append(f"{where} {pair.rolling_friction.value:.6g} -> {made:.6g}")
-        return ", ".join(texts)
+        seed, wall = self.on_seed.rolling_friction, self.on_wall.rolling_friction
+        on_seed, on_wall = (
+            self.rolling_friction("effective", on_wall=at) for at in (False, True)
+        )
+        return (
+            f"seed on seed {seed.value:.6g} -> {on_seed:.6g}, on wall"
+            f" {wall.value:.6g} -> {on_wall:.6g}"
+        )
 
 
 # what a value may be: above the first (or equal, for frictions), up to the second
@@ -108,34 +108,29 @@ def read_result(folder: Path) -> Calibrated:
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: not readable as JSON: {error}") from error
     # The hash says which result a card came from after both have been copied elsewhere.
-    return calibrated_from(
-        content, str(file), f"{file} (sha256 {hashlib.sha256(raw).hexdigest()[:12]})"
-    )
+    digest = hashlib.sha256(raw).hexdigest()[:12]
+    return calibrated_from(content, str(file), f"{file} (sha256 {digest})")
 
 
 def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:
     """`Calibrated` of a result's content; errors name `file`."""
     seed, wall = (_solid(content, who, file) for who in ("seed", "wall"))
-    rolling = _take(content, "conventions.rolling", file, f"one of {', '.join(GIVEN)}")
+    one_of = f"one of {', '.join(GIVEN)}"
+    rolling = _take(content, "conventions.rolling", file, one_of)
     if rolling not in GIVEN:
-        raise ValueError(
-            f"{file}: conventions.rolling = {rolling!r}: must be one of"
-            f" {', '.join(GIVEN)}"
-        )
-    pair = {
-        prefix: Pair(
-            *(_parameter(content, prefix + name, name, file) for name in NUMBERS)
-        )
+        raise ValueError(f"{file}: conventions.rolling = {rolling!r}: must be {one_of}")
+    on_wall, on_seed = (
+        Pair(*(_parameter(content, prefix + name, name, file) for name in NUMBERS))
         for prefix in ("", "seed_")
-    }
+    )
     return Calibrated(
-        pair[""],
-        pair["seed_"],
-        seed,
-        wall,
-        rolling,
-        _shape(content, seed.density_kg_m3, file),
-        source or file,
+        on_wall=on_wall,
+        on_seed=on_seed,
+        seed=seed,
+        wall=wall,
+        rolling=rolling,
+        shape=_shape(content, seed.density_kg_m3, file),
+        source=source or file,
     )
 
 
@@ -148,21 +143,15 @@ def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
     value = _number(content, f"{where}.value", file, holds)
     if not low <= value <= high or (kind == "restitution" and value == 0.0):
         raise ValueError(f"{file}: {where}.value = {value:g}: must be {holds}")
-    ends = [
-        _number(
-            content,
-            f"{where}.{end}",
-            file,
-            f"the {end} end of the value's interval, a number",
-        )
-        for end in ("low", "high")
-    ]
-    if not ends[0] <= value <= ends[1]:
+    of = "end of the value's interval, a number"
+    least = _number(content, f"{where}.low", file, f"the low {of}")
+    most = _number(content, f"{where}.high", file, f"the high {of}")
+    if not least <= value <= most:
         raise ValueError(
-            f"{file}: {where}: the interval {ends[0]:g} to {ends[1]:g} does not hold"
-            f" the value {value:g}"
+            f"{file}: {where}: the interval {least:g} to {most:g} does not hold the"
+            f" value {value:g}"
         )
-    return Number(value, *ends)
+    return Number(value, least, most)
 
 
 def _solid(content: Any, who: str, file: str) -> Solid:
@@ -183,6 +172,7 @@ def _solid(content: Any, who: str, file: str) -> Solid:
 
 
 def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
+    # imported here: it brings the simulation, which listing the engines need not load
     from benchtwin.twin.result_sections import weighed
 
     length, width, thickness = (
@@ -191,25 +181,18 @@ def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     )
     holds = "the seed's balls, a list of [x, y, z, r] in mm"
     rows = _take(content, "seed_shape.spheres", file, holds)
-    whole = (
-        isinstance(rows, list)
-        and rows
-        and all(isinstance(row, list) and len(row) == 4 for row in rows)
-    )
-    if not whole or not all(_is_number(v) for row in rows for v in row):
+    listed = isinstance(rows, list) and rows
+    if not listed or not all(isinstance(row, list) and len(row) == 4 for row in rows):
         raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
+    if not all(_is_number(v) for row in rows for v in row):
+        raise ValueError(f"{file}: seed_shape.spheres: must be {holds}")
+    metres = [[1e-3 * v for v in row] for row in rows]
     try:
-        balls, mass, (ix, iy, iz) = weighed(
-            [[1e-3 * v for v in row] for row in rows], density_kg_m3
-        )
+        found, mass, (ix, iy, iz) = weighed(metres, density_kg_m3)
     except ValueError as error:
         raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
-    return Shape(
-        (length, width, thickness),
-        tuple((x, y, z, r) for x, y, z, r in balls),
-        mass,
-        (ix, iy, iz),
-    )
+    balls = tuple((x, y, z, r) for x, y, z, r in found)
+    return Shape((length, width, thickness), balls, mass, (ix, iy, iz))
 
 
 def _take(content: Any, path: str, file: str, holds: str) -> Any:
@@ -230,8 +213,6 @@ def _number(content: Any, path: str, file: str, holds: str) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    return (
-        isinstance(value, int | float)
-        and not isinstance(value, bool)
-        and abs(value) <= sys.float_info.max
-    )
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max

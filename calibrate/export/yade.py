@@ -7,7 +7,11 @@ BodyContainer.appendClumped."""
 
 import math
 
-from benchtwin.calibrate.export.conventions import effective_moduli, rolling_spring
+from benchtwin.calibrate.export.conventions import (
+    effective_moduli,
+    resting_force,
+    rolling_spring,
+)
 from benchtwin.calibrate.export.header import digits, header, length_note
 from benchtwin.calibrate.export.result import Calibrated, Pair, Solid
 
@@ -141,10 +145,8 @@ def _spring(c: Calibrated, *, on_wall: bool) -> float:
     radius = c.shape.mean_radius_m * (1.0 if on_wall else 0.5)
     mu_star = c.rolling_friction("effective", on_wall=on_wall)
     modulus, _ = effective_moduli(c.seed, other)
-    return (
-        rolling_spring(mu_star, modulus, radius, 10.0 * c.shape.mass_kg * 9.81)
-        * radius**2
-    )
+    resting = resting_force(c.shape.mass_kg)
+    return rolling_spring(mu_star, modulus, radius, resting) * radius**2
 
 
 def _material(solid: Solid, pair: Pair, label: str) -> str:
@@ -160,7 +162,7 @@ def _material(solid: Solid, pair: Pair, label: str) -> str:
 def _matches(c: Calibrated, kind: str) -> str:
     """MatchMaker's triples; friction as an angle."""
     values = [getattr(pair, kind).value for pair in (c.on_seed, c.on_wall)]
-    seed, wall = (
-        digits(math.atan(v) if kind == "static_friction" else v) for v in values
-    )
+    if kind == "static_friction":
+        values = [math.atan(v) for v in values]
+    seed, wall = map(digits, values)
     return f"((SEED, SEED, {seed}), (SEED, WALL, {wall}))"

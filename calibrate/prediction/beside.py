@@ -13,12 +13,10 @@ from benchtwin.twin.job import Job
 from benchtwin.twin.scene import rig_of, section_of
 from scipy import stats
 
-APART_P = (
-    0.01  # two-sided F test: the recordings scatter more than the simulated packings do
-)
+APART_P = 0.01  # F test: the recordings scatter more than the simulated packings do
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
     """values: {quantity: (n,) readings [deg]}; reading_sd, shared_sd: of single
     readings and of all of them together [deg]; recordings: their names; notes: what was
@@ -31,7 +29,7 @@ class Measured:
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Comparison:
     """One quantity: n readings with their mean [deg]; predicted mean and low, high:
     where the mean of so many recordings is expected, 95 %; z: difference over that
@@ -50,28 +48,20 @@ class Comparison:
 def recordings(folder: Path, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read
     at all. FileNotFoundError without a folder; ValueError where there is none."""
-    found = [
-        s
-        for s in read_bench(folder, RIG_OF[rig])
-        if not s.rig
-        or rig != "cylinder"
-        or "cylinder_mm" in s.description.get("pile", {})
-    ]
+    found, what = read_bench(folder, RIG_OF[rig]), rig
+    if rig == "cylinder":
+        what = "pile whose [pile] states cylinder_mm"
+        piles = [s.description.get("pile", {}) for s in found]
+        found = [s for s, p in zip(found, piles) if not s.rig or "cylinder_mm" in p]
     if not any(s.rig for s in found):
-        what = "pile whose [pile] states cylinder_mm" if rig == "cylinder" else rig
-        raise ValueError(
-            f"{folder}: no recording of a {what}"
-            + "".join(f"; {s.trouble}" for s in found)
-        )
+        trouble = "".join(f"; {s.trouble}" for s in found)
+        raise ValueError(f"{folder}: no recording of a {what}{trouble}")
     return found
 
 
 def measured(found: list[RecordingReadings], rig: str, description: dict) -> Measured:
     """Readings of the recordings whose rig is the very one that `description`
-    describes; others are named and left out.
-
-    ValueError where none is left.
-    """
+    describes; others are named and left out. ValueError where none is left."""
     notes, taken = [], []
     for seen in found:
         if seen.trouble:
@@ -87,32 +77,24 @@ def measured(found: list[RecordingReadings], rig: str, description: dict) -> Mea
         raise ValueError(
             f"no recording of the predicted {rig} could be measured: {'; '.join(notes)}"
         )
-    values = {
-        q: np.concatenate([_readings(s, q) for s in taken]) for q in QUANTITIES[rig]
-    }
-    own = float(np.sqrt(np.mean(np.concatenate([s.reading_sd for s in taken]) ** 2)))
+    read = [{**s.further, s.response: s.readings} for s in taken]
+    nothing, own = np.zeros(0), np.concatenate([s.reading_sd for s in taken])
     return Measured(
-        values,
-        own,
-        max(s.shared_sd for s in taken),
-        tuple(s.recording for s in taken),
-        tuple(notes),
-    )
-
-
-def _readings(seen: RecordingReadings, quantity: str) -> np.ndarray:
-    return (
-        seen.readings
-        if seen.response == quantity
-        else seen.further.get(quantity, np.zeros(0))
+        values={
+            q: np.concatenate([r.get(q, nothing) for r in read])
+            for q in QUANTITIES[rig]
+        },
+        reading_sd=float(np.sqrt(np.mean(own**2))),
+        shared_sd=max(s.shared_sd for s in taken),
+        recordings=tuple(s.recording for s in taken),
+        notes=tuple(notes),
     )
 
 
 def _built(rig: str, description: dict) -> str:
     """The rig with everything that is not stated at its default, as text."""
-    return ", ".join(
-        f"{k} {v}" for k, v in _whole(rig, description.get(RIG_OF[rig], {})).items()
-    )
+    whole = _whole(rig, description.get(RIG_OF[rig], {}))
+    return ", ".join(f"{k} {v}" for k, v in whole.items())
 
 
 def _whole(rig: str, section: dict) -> dict:
@@ -140,32 +122,29 @@ def _compared(found: Prediction, seen: Measured, quantity: str) -> Comparison:
     count with their own scatter."""
     p, values = found.of[quantity], seen.values[quantity]
     n, mean = values.size, float(values.mean())
-    packings = found.runs.loc[found.runs["kind"].eq(MEAN), quantity].dropna()
-    errors = seen.shared_sd**2 + seen.reading_sd**2 / n
-    note = ""
-    if (
-        n > 1
-        and stats.f.sf(
-            values.var(ddof=1) / (packings.var(ddof=1) + seen.reading_sd**2),
-            n - 1,
-            len(packings) - 1,
-        )
-        < APART_P
-    ):
-        errors += max(0.0, float(values.var(ddof=1)) - p.packing_sd**2) / n
-        note = (
-            f"; the recordings scatter by {values.std(ddof=1):.1f}°, more than"
-            " packings do"
-        )
+    errors, note = seen.shared_sd**2 + seen.reading_sd**2 / n, ""
+    if n > 1:
+        runs = found.runs.loc[found.runs["kind"].eq(MEAN), quantity].dropna()
+        variance = values.var(ddof=1)
+        ratio = variance / (runs.var(ddof=1) + seen.reading_sd**2)
+        if stats.f.sf(ratio, n - 1, len(runs) - 1) < APART_P:
+            errors += max(0.0, float(variance) - p.packing_sd**2) / n
+            sd = f"{np.sqrt(variance):.1f}°"
+            note = f"; the recordings scatter by {sd}, more than packings do"
     half = float(np.hypot(p.half_width(n), NORMAL_95 * np.sqrt(errors)))
-    z = (mean - p.mean) / (half / NORMAL_95)
-    name = QUANTITIES[found.rig][quantity]
-    inside = (
-        "lies within"
-        if abs(mean - p.mean) <= half
-        else f"lies {'above' if z > 0 else 'below'}"
-    )
+    low, high, z = p.mean - half, p.mean + half, (mean - p.mean) / (half / NORMAL_95)
+    where = "within" if abs(mean - p.mean) <= half else "above" if z > 0 else "below"
     many = f"the mean of {n} recordings" if n > 1 else "one recording"
-    expected = f"the predicted {p.mean - half:.1f} to {p.mean + half:.1f}°"
-    said = f"{name}: {many}, {mean:.1f}°, {inside} {expected} (z = {z:+.1f}){note}"
-    return Comparison(quantity, mean, n, p.mean, p.mean - half, p.mean + half, z, said)
+    return Comparison(
+        quantity=quantity,
+        measured=mean,
+        n=n,
+        predicted=p.mean,
+        low=low,
+        high=high,
+        z=z,
+        said=(
+            f"{QUANTITIES[found.rig][quantity]}: {many}, {mean:.1f}°, lies {where} the"
+            f" predicted {low:.1f} to {high:.1f}° (z = {z:+.1f}){note}"
+        ),
+    )

@@ -7,8 +7,14 @@ import numpy as np
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
 
+# px: the picture, what names and ends need beside the axis, a quantity, the title
 WIDTH, LEFT, RIGHT, ROW, TOP = 760, 150, 20, 110, 40
 BLUE, LIGHT, GREY, RED = "#1f5fa8", "#c7d9f0", "#9ca3af", "#b3261e"
+KEY = (
+    "Grey: runs at drawn parameters. Light: 95 % of single packings; dark: of their"
+    " mean."
+)
+RED_KEY = " Red: recordings, and their mean."
 STYLE = "font-family:system-ui,sans-serif;font-size:13px;fill:#222"
 
 
@@ -21,44 +27,23 @@ def picture(
     runs; red: recordings and their mean."""
     said = [c.said for c in compared or []]
     height = TOP + ROW * len(found.of) + 22 * len(said) + 40
+    size, title = f"0 0 {WIDTH} {height}", f"Predicted {escape(found.rig)}: degrees"
     parts = [
-        (
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}"'
-            f' style="{STYLE}">'
-        ),
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" style="{STYLE}">',
         f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
-        (
-            f'<text x="12" y="24" style="font-size:16px">Predicted {escape(found.rig)}:'
-            " degrees</text>"
-        ),
+        f'<text x="12" y="24" style="font-size:16px">{title}</text>',
     ]
     for k, quantity in enumerate(found.of):
-        parts += _row(
-            found,
-            quantity,
-            TOP + ROW * k,
-            None if seen is None else seen.values[quantity],
-        )
-    below = TOP + ROW * len(found.of)
-    key = (
-        "Grey: runs at drawn parameters. Light: 95 % of single packings; dark: of their"
-        " mean."
-    )
-    lines = [
-        key + (" Red: recordings, and their mean." if seen is not None else ""),
-        *said,
-    ]
-    parts += [
-        f'<text x="12" y="{below + 20 + 22 * k}">{escape(line)}</text>'
-        for k, line in enumerate(lines)
-    ]
+        red = np.zeros(0) if seen is None else seen.values[quantity]
+        parts += _row(found, quantity, TOP + ROW * k, red)
+    below, key = TOP + ROW * len(found.of), KEY if seen is None else KEY + RED_KEY
+    for k, line in enumerate([key, *said]):
+        parts.append(f'<text x="12" y="{below + 20 + 22 * k}">{escape(line)}</text>')
     return "\n".join([*parts, "</svg>"]) + "\n"
 
 
-def _row(
-    found: Prediction, quantity: str, top: float, measured: np.ndarray | None
-) -> list[str]:
-    p, red = found.of[quantity], np.zeros(0) if measured is None else measured
+def _row(found: Prediction, quantity: str, top: float, red: np.ndarray) -> list[str]:
+    p = found.of[quantity]
     one, many = p.half_width(), p.half_width(np.inf)
     runs = found.runs.loc[found.runs["kind"] == DRAWN, quantity].dropna().to_numpy()
     shown = np.concatenate([runs, [p.mean - one, p.mean + one], red])
@@ -84,18 +69,14 @@ def _row(
         )
 
     name, axis = QUANTITIES[found.rig][quantity], top + 76
-    parts = [
-        f'<text x="12" y="{top + 52}">{name}</text>',
-        bar(one, LIGHT),
-        bar(many, BLUE),
-    ]
+    parts = [f'<text x="12" y="{top + 52}">{name}</text>']
+    parts += [bar(one, LIGHT), bar(many, BLUE)]
     parts += [dot(v, top + 28, f'fill="{GREY}"') for v in runs]
     parts.append(upright(p.mean, top + 36, top + 58, '"#111" stroke-width="2"'))
     parts += [dot(v, top + 66, f'fill="none" stroke="{RED}"') for v in red]
     if red.size:
-        parts.append(
-            upright(float(red.mean()), top + 36, top + 72, f'"{RED}" stroke-width="2"')
-        )
+        look = f'"{RED}" stroke-width="2"'
+        parts.append(upright(float(red.mean()), top + 36, top + 72, look))
     for value in np.arange(low, high + 1e-9, max(1, round((high - low) / 8))):
         parts.append(upright(value, axis, axis + 5, '"#222"'))
         parts.append(

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import PARAMETERS, SEED_FACTORS
-from benchtwin.calibrate.procedure.simulated import ASSUMED
+from benchtwin.calibrate.procedure.rigs import ASSUMED, PARAMETERS, SEED_FACTORS
 from benchtwin.twin.bench_folder import read_numbers
+
+LIMITS = (0.0, 5.0)  # of a contact parameter: beyond them it is another column
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,9 +29,8 @@ class Kept:
         there are not so many."""
         if n > len(self.draws):
             raise ValueError(f"--draws {n}: the calibration keeps {len(self.draws)}")
-        return self.draws.iloc[
-            np.random.default_rng(seed).permutation(len(self.draws))[:n]
-        ].reset_index(drop=True)
+        order = np.random.default_rng(seed).permutation(len(self.draws))
+        return self.draws.iloc[order[:n]].reset_index(drop=True)
 
 
 def read_posterior(folder: Path) -> Kept:
@@ -44,12 +44,8 @@ def read_posterior(folder: Path) -> Kept:
         )
     try:
         content = json.loads(file.read_text(encoding="utf8"))
-        rolling, pile, mode = (
-            content["conventions"]["rolling"],
-            content["pile"],
-            content["mode"],
-        )
-        bench, refused = content["bench"], content["not_calibrated"]
+        rolling, mode = content["conventions"]["rolling"], content["mode"]
+        pile, bench, refused = (content[k] for k in ("pile", "bench", "not_calibrated"))
         options = dict(content["options"])
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{file}: not a calibration's result: {error!r}") from error
@@ -89,9 +85,7 @@ def _draws(file: Path) -> tuple[pd.DataFrame, dict[str, float]]:
             f"{file}: not there; it should hold draws from the posterior, a column a"
             " parameter"
         )
-    limits = dict.fromkeys(PARAMETERS, (0.0, 5.0))
-    draws = read_numbers(
-        file, {n: limits[n] for n in SEED_FACTORS}, {n: limits[n] for n in ASSUMED}
-    )
+    needed, optional = (dict.fromkeys(n, LIMITS) for n in (SEED_FACTORS, ASSUMED))
+    draws = read_numbers(file, needed, optional)
     assumed = {n: v for n, v in ASSUMED.items() if n not in draws}
     return draws.assign(**assumed)[list(PARAMETERS)], assumed

@@ -16,14 +16,11 @@ QUANTITIES = {
     },
     "drum": {"flowing_angle_deg": "flowing angle"},
 }
-RIG_OF = {
-    "cylinder": "pile",
-    "drum": "drum",
-}  # what the rig is called in a recording.toml
+# what the rig is called in a recording.toml
+RIG_OF = {"cylinder": "pile", "drum": "drum"}
 DRAWN, MEAN = "posterior draw", "posterior mean"
-LEAST_USABLE = (
-    0.75  # share of the runs: with fewer, those that failed could decide the answer
-)
+# share of the runs: with fewer, those that failed could decide the answer
+LEAST_USABLE = 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +67,10 @@ def predict(
         notes += [line for line in lost if line not in notes]
         runs[quantity] = table[column].where(there).astype(float)
         good = runs[there]
-        of[quantity] = predictive(
-            good.loc[good["kind"] == DRAWN, quantity],
-            good.loc[good["kind"] == MEAN, quantity],
-        )
-    return Prediction(
-        rig,
-        of,
-        runs.assign(**{n: table[n] for n in ("seconds", "key") if n in table}),
-        tuple(notes),
-    )
+        angles = (good.loc[good["kind"] == k, quantity] for k in (DRAWN, MEAN))
+        of[quantity] = predictive(*angles)
+    told = {n: table[n] for n in ("seconds", "key") if n in table}
+    return Prediction(rig, of, runs.assign(**told), tuple(notes))
 
 
 def rows(found: Prediction) -> pd.DataFrame:
@@ -88,18 +79,9 @@ def rows(found: Prediction) -> pd.DataFrame:
     table = []
     for quantity, p in found.of.items():
         one, many = p.half_width(), p.half_width(float("inf"))
-        ends = {
-            "low": p.mean - one,
-            "high": p.mean + one,
-            "mean_low": p.mean - many,
-            "mean_high": p.mean + many,
-        }
-        parts = {
-            "parameter_sd": p.parameter_sd,
-            "packing_sd": p.packing_sd,
-            "draws": p.n,
-        }
-        table.append(
-            {"rig": found.rig, "quantity": quantity, "mean": p.mean, **ends, **parts}
-        )
+        row = {"rig": found.rig, "quantity": quantity, "mean": p.mean}
+        row |= {"low": p.mean - one, "high": p.mean + one}
+        row |= {"mean_low": p.mean - many, "mean_high": p.mean + many}
+        row |= {"parameter_sd": p.parameter_sd, "packing_sd": p.packing_sd}
+        table.append(row | {"draws": p.n})
     return pd.DataFrame(table)

@@ -1,7 +1,7 @@
 """What the bench says, rig by rig: readings of all recordings pooled; contradictions
 named, what is left out with its reason."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,22 +11,17 @@ from benchtwin.calibrate.statistics.bench import (
     BenchMean,
     agreement,
     bench_mean,
-    one_reading,
+    pooled_mean,
 )
 from benchtwin.twin.bench_folder import WEIGHED, RecordingReadings, hashes, read_bench
 from scipy import stats
 
-PER_RECORDING = {
-    "baseline_px",
-    "direction",
-    "photo_s",
-    "start_deg",
-    *WEIGHED,
-}  # not what makes a rig another rig
+# not what makes a rig another rig
+PER_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}
 LOT = ("length_mm", "width_mm", "thickness_mm")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RigReadings:
     """All readings of one rig.
 
@@ -40,35 +35,22 @@ class RigReadings:
     response: str
     values: np.ndarray
     reading_sd: np.ndarray
-    shared_sd: float
-    description: dict
-    recordings: pd.DataFrame
-    notes: tuple[str, ...]
+    shared_sd: float = 0.0
+    description: dict = field(default_factory=dict)
+    recordings: pd.DataFrame = field(default_factory=pd.DataFrame)
+    notes: tuple[str, ...] = ()
     further: dict[str, np.ndarray] = field(default_factory=dict)
     trimmed: int = 0
 
     def mean(self, *, other: tuple[float, float] | None = None) -> BenchMean:
         """The bench's mean. other: (sd, df) of single simulated runs, which stands in
-        for the scatter of a single reading.
-
-        Raises ValueError as `bench_mean`.
-        """
+        for the scatter of a single reading. Raises ValueError as `bench_mean`."""
+        name = f"{self.rig}: {self.response}"
+        errors = {"reading_sd": self.reading_sd, "shared_sd": self.shared_sd}
         if self.values.size == 1 and other is not None and other[0] > 0:
-            sd = float(np.hypot(other[0], self.reading_sd[0]))
-            return one_reading(
-                self.values[0],
-                name=self.response,
-                scatter_sd=sd,
-                df=max(other[1], 1.0),
-                shared_sd=self.shared_sd,
-            )
-        return bench_mean(
-            self.values,
-            name=f"{self.rig}: {self.response}",
-            reading_sd=self.reading_sd,
-            shared_sd=self.shared_sd,
-            trimmed=self.trimmed,
-        )
+            sd, df = other
+            return pooled_mean(self.values, name=name, scatter_sd=sd, df=df, **errors)
+        return bench_mean(self.values, name=name, trimmed=self.trimmed, **errors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,49 +67,35 @@ class Bench:
     provenance: tuple[str, ...]
 
 
-def bench_of(folder: Path) -> Bench:
-    """Read and pool a bench folder. FileNotFoundError where there is none; ValueError
+def bench_of(folder: Path, trimmed: dict[str, int] | None = None) -> Bench:
+    """Read and pool a bench folder. trimmed: how many highest and lowest readings of
+    each rig were left out before. FileNotFoundError where there is none; ValueError
     where nothing in it can be read."""
     seen = read_bench(folder)
     trouble = tuple((s.recording, s.rig, s.trouble) for s in seen if s.trouble)
     rigs = {
-        rig: _pooled(rig, [s for s in seen if s.rig == rig])
-        for rig in ("drop", "slide", "roll", "pile")
+        rig: _pooled(
+            rig, [s for s in seen if s.rig == rig], (trimmed or {}).get(rig, 0)
+        )
+        for rig in (*STEEL, "pile")
         if any(s.rig == rig and s.readings.size for s in seen)
     }
     if not rigs:
-        raise ValueError(
-            f"{folder}: nothing could be measured: "
-            + "; ".join(why for *_, why in trouble)
-        )
+        why = "; ".join(why for *_, why in trouble)
+        raise ValueError(f"{folder}: nothing could be measured: {why}")
     provenance = tuple(sorted({s.provenance for s in seen if s.provenance}))
     return Bench(Path(folder), rigs, _lot(seen), trouble, hashes(folder), provenance)
 
 
-def trimmed_before(bench: Bench, rigs: dict[str, int]) -> Bench:
-    """The bench, told how many highest and lowest readings of each rig were left out
-    before: {rig: number}."""
-    return replace(
-        bench,
-        rigs={n: replace(r, trimmed=rigs.get(n, 0)) for n, r in bench.rigs.items()},
-    )
-
-
 def missing(bench: Bench) -> dict[str, str]:
     """Rigs without a reading, with what that costs and why."""
-    asked = {
-        **{n: r.parameter for n, r in STEEL.items()},
-        "pile": "the seed–seed parameters",
-    }
-    why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in asked}
+    costs = {n: f"{rig.parameter} is" for n, rig in STEEL.items()}
+    costs["pile"] = "the seed–seed parameters are"
+    why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in costs}
     return {
-        n: (
-            f"no {n} recording was measured, so {what} not calibrated"
-            + (f": {why[n]}" if why[n] else "")
-        )
-        for n, what in (
-            (n, f"{w} {'are' if n == 'pile' else 'is'}") for n, w in asked.items()
-        )
+        n: f"no {n} recording was measured, so {cost} not calibrated"
+        + (f": {why[n]}" if why[n] else "")
+        for n, cost in costs.items()
         if n not in bench.rigs
     }
 
@@ -142,85 +110,68 @@ def contradictory(bench: Bench) -> list[str]:
     ]
 
 
-def _pooled(rig: str, seen: list[RecordingReadings]) -> RigReadings:
+def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReadings:
     """Recordings of one rig as one set of readings; those of a differently built rig
     are left out and named."""
-    usable = [s for s in seen if s.readings.size]
-    by_signature: dict[str, list[RecordingReadings]] = {}
-    for s in usable:
-        by_signature.setdefault(_signature(s), []).append(s)
-    pooled = max(
-        by_signature.values(), key=lambda group: sum(s.readings.size for s in group)
-    )
+    groups: dict[str, list[RecordingReadings]] = {}
+    for s in seen:
+        if s.readings.size:
+            groups.setdefault(_signature(s), []).append(s)
+    pooled = max(groups.values(), key=lambda group: sum(s.readings.size for s in group))
     notes = [f"{s.recording}: {s.trouble}" for s in seen if s.trouble]
-    for group in by_signature.values():
+    for signature, group in groups.items():
         if group is not pooled:
             names = ", ".join(s.recording for s in group)
             notes.append(
                 f"{names}: another {rig} than {pooled[0].recording}"
-                f" ({_signature(group[0]) or 'nothing stated'}); left out"
+                f" ({signature or 'nothing stated'}); left out"
             )
     notes += [f"{s.recording}: {s.doubt}" for s in pooled if s.doubt]
-    values = np.concatenate([s.readings for s in pooled])
-    reading_sd = np.concatenate([s.reading_sd for s in pooled])
-    table = pd.DataFrame([_row(s) for s in seen])
-    notes += _contradictions(pooled)
-    shared = float(max(s.shared_sd for s in pooled))
-    columns = dict.fromkeys(column for s in pooled for column in s.further)
-    further = {
-        c: np.concatenate([s.further[c] for s in pooled if c in s.further])
-        for c in columns
-    }
+    further = dict.fromkeys(column for s in pooled for column in s.further)
     return RigReadings(
-        rig,
-        pooled[0].response,
-        values,
-        reading_sd,
-        shared,
-        _rig_description(pooled[0]),
-        table,
-        tuple(notes),
-        further,
+        rig=rig,
+        response=pooled[0].response,
+        values=np.concatenate([s.readings for s in pooled]),
+        reading_sd=np.concatenate([s.reading_sd for s in pooled]),
+        shared_sd=float(max(s.shared_sd for s in pooled)),
+        description=_rig_description(pooled[0]),
+        recordings=pd.DataFrame([_row(s) for s in seen]),
+        notes=(*notes, *_contradictions(pooled)),
+        further={
+            c: np.concatenate([s.further[c] for s in pooled if c in s.further])
+            for c in further
+        },
+        trimmed=trimmed,
     )
+
+
+def _section(s: RecordingReadings) -> dict:
+    """The rig's own section, without what is a single recording's."""
+    section = s.description.get(s.rig, {})
+    return {k: v for k, v in section.items() if k not in PER_RECORDING}
 
 
 def _signature(s: RecordingReadings) -> str:
     """What tells two rigs of one kind apart."""
-    section = {
-        k: v for k, v in s.description.get(s.rig, {}).items() if k not in PER_RECORDING
-    }
-    return ", ".join(f"{k} = {v}" for k, v in sorted(section.items()))
+    return ", ".join(f"{k} = {v}" for k, v in sorted(_section(s).items()))
 
 
 def _rig_description(s: RecordingReadings) -> dict:
     """The rig's section, and how many seeds were taped together, for a simulation; the
     camera of the bench has no part in it."""
-    section = {
-        k: v for k, v in s.description.get(s.rig, {}).items() if k not in PER_RECORDING
-    }
-    count = (
-        {"seed": {"count": s.description["seed"]["count"]}}
-        if "count" in s.description.get("seed", {})
-        else {}
-    )
-    return {s.rig: section, **count} if section else count
+    section, seed = _section(s), s.description.get("seed", {})
+    count = {"seed": {"count": seed["count"]}} if "count" in seed else {}
+    return ({s.rig: section} if section else {}) | count
 
 
 def _row(s: RecordingReadings) -> dict:
     n = s.readings.size
-    scatter = (
-        float(s.readings.std(ddof=1))
-        if n > 1
-        else float(s.reading_sd[0])
-        if n
-        else float("nan")
-    )
-    mean = float(s.readings.mean()) if n else float("nan")
+    own = float(s.reading_sd[0]) if n else np.nan
     return {
         "recording": s.recording,
         "n": n,
-        "mean": mean,
-        "sd": scatter,
+        "mean": float(s.readings.mean()) if n else np.nan,
+        "sd": float(s.readings.std(ddof=1)) if n > 1 else own,
         "doubt": s.doubt,
         "trouble": s.trouble,
     }
@@ -235,20 +186,16 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     spread = float(np.sqrt(np.mean([r.var(ddof=1) for r in several])))
     if len(pooled) < 2 or spread == 0:
         return []
-    sds = [
-        np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) / np.sqrt(s.readings.size)
-        for s in pooled
-    ]
+    own = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) for s in pooled]
     found = agreement(
-        [s.recording for s in pooled], [s.readings.mean() for s in pooled], sds
+        [s.recording for s in pooled],
+        [s.readings.mean() for s in pooled],
+        [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)],
     )
     return [
-        f"{label}: {value:.4g} contradicts the other recordings ({others:.4g},"
-        f" {abs(z):.1f} standard deviations apart)"
-        for label, value, _, others, z, contradicts in found.itertuples(
-            index=False, name=None
-        )
-        if contradicts
+        f"{r.name}: {r.value:.4g} contradicts the other recordings ({r.others:.4g},"
+        f" {abs(r.z):.1f} standard deviations apart)"
+        for r in found[found["contradicts"]].itertuples()
     ]
 
 
@@ -275,19 +222,14 @@ def _lot(seen: list[RecordingReadings]) -> dict:
     """[seed] and [air]: of a recording that states ranges, else the mean of what
     recordings state of single seeds."""
     sections = [s.description.get("seed", {}) for s in seen]
-    air: dict = next(
-        (s.description["air"] for s in seen if s.description.get("air")), {}
-    )
+    airs = [s.description["air"] for s in seen if s.description.get("air")]
     whole = next((x for x in sections if "length_range_mm" in x), None)
     if whole is None:
         sized = [x for x in sections if all(k in x for k in LOT)]
-        whole = dict(sized[0]) if sized else next((x for x in sections if x), {})
-        whole = whole | {
-            k: float(f"{np.mean([x[k] for x in sized]):.6g}") for k in LOT if sized
-        }
-    lot = {
-        k: v
-        for k, v in whole.items()
-        if k != "count" and not (k == "mass_g" and "density_kg_m3" in whole)
-    }
-    return {name: section for name, section in (("seed", lot), ("air", air)) if section}
+        whole = dict(next((x for x in [*sized, *sections] if x), {}))
+        for k in LOT if sized else ():
+            whole[k] = float(f"{np.mean([x[k] for x in sized]):.6g}")
+    known = {"count"} | ({"mass_g"} if "density_kg_m3" in whole else set())
+    lot = {k: v for k, v in whole.items() if k not in known}
+    found = {"seed": lot, "air": airs[0] if airs else {}}
+    return {name: section for name, section in found.items() if section}

@@ -23,37 +23,24 @@ def beside_tables(c: Calibration, printed: Calibration) -> Calibration:
     at, unit, on_the_tables, simulated (mean), sd of single runs, runs. beside_tables, a
     row a quantity: item, printed, on_the_tables (recomputed from them), simulated.
     Printed values and flags are the tabulated one's."""
-    runs = pd.DataFrame(
-        [*_steel_runs(c, printed), *_pile_runs(c, printed)], columns=RUNS
+    runs = [*_steel_runs(c, printed), *_pile_runs(c, printed)]
+    beside = c.adding(
+        runs_beside_tables=pd.DataFrame(runs, columns=RUNS),
+        beside_tables=_quantities(c, printed),
     )
-    more = {
-        **c.more,
-        "runs_beside_tables": runs,
-        "beside_tables": _quantities(c, printed),
-    }
-    return replace(
-        c, more=more, title=printed.title, checks=printed.checks, flags=printed.flags
-    )
+    told = {"title": printed.title, "checks": printed.checks, "flags": printed.flags}
+    return replace(beside, **told)
 
 
 def _steel_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
     for name in (n for n in printed.steel if n in c.steel):
-        rig, ours = (
-            printed.steel[name].rig,
-            c.steel[name].rows.set_index(c.steel[name].rig.parameter),
-        )
-        for value, tabulated in (
-            printed.steel[name]
-            .rows[[rig.parameter, rig.response]]
-            .itertuples(index=False, name=None)
-        ):
+        rig, theirs = printed.steel[name].rig, printed.steel[name].rows
+        ours = c.steel[name].rows.set_index(rig.parameter)
+        for value, tabulated in zip(theirs[rig.parameter], theirs[rig.response]):
             if value in ours.index:
-                row = ours.loc[value]
-                at, found = (
-                    f"{rig.parameter} = {value:g}",
-                    (row[rig.response], row[rig.sd]),
-                )
-                yield name, at, rig.unit, tabulated, *found, int(row["repeats"])
+                row, at = ours.loc[value], f"{rig.parameter} = {value:g}"
+                found = row[rig.response], row[rig.sd], int(row["repeats"])
+                yield name, at, rig.unit, tabulated, *found
 
 
 def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
@@ -61,89 +48,53 @@ def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
     mean."""
     if c.pile is None or printed.pile is None:
         return
+    piles = (c.pile, printed.pile)
     if c.pile.path is not None and printed.pile.path is not None:
-        ours = c.pile.path.errors.set_index("group")[PILE_RESPONSE]
-        for group, tabulated in printed.pile.path.errors.set_index("group")[
-            PILE_RESPONSE
-        ].items():
+        paths = (c.pile.path.errors, printed.pile.path.errors)
+        ours, theirs = (p.set_index("group")[PILE_RESPONSE] for p in paths)
+        n = c.options["effort"]["path"]
+        for group, tabulated in theirs.items():
             if group in ours.index:
-                yield (
-                    "path",
-                    f"group {group:g}",
-                    "deg",
-                    tabulated,
-                    ours[group],
-                    float("nan"),
-                    c.options["effort"]["path"],
-                )
-    ours, theirs = (
-        _points(p.design, list(printed.pile.box.names)) for p in (c.pile, printed.pile)
-    )
+                found = ours[group], float("nan"), n
+                yield "path", f"group {group:g}", "deg", tabulated, *found
+    ours, theirs = (_points(p.design, list(printed.pile.box.names)) for p in piles)
     for at, row in theirs.iterrows():
         if at in ours.index:
-            where = ", ".join(f"{v:g}" for v in at)
-            yield (
-                "design",
-                where,
-                "deg",
-                row["mean"],
-                ours.loc[at, "mean"],
-                ours.loc[at, "std"],
-                int(ours.loc[at, "count"]),
-            )
+            where, found = ", ".join(f"{v:g}" for v in at), ours.loc[at]
+            runs = found["mean"], found["std"], int(found["count"])
+            yield "design", where, "deg", row["mean"], *runs
 
 
 def _points(design: pd.DataFrame, factors: list[str]) -> pd.DataFrame:
     """Mean, sd and number of the runs of every point, indexed by its factors."""
-    return design.groupby([design[f].round(9) for f in factors])[PILE_RESPONSE].agg(
-        ["mean", "std", "count"]
-    )
+    at = [design[f].round(9) for f in factors]
+    return design.groupby(at)[PILE_RESPONSE].agg(["mean", "std", "count"])
 
 
 def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
     folder = Path(printed.options["tables"])
     publication = published(folder / "published.toml")
-    ours = [
-        check_steel(c.steel[n], c.bench.rigs[n], publication.get(n, {}))
-        for n in c.steel
-        if n in printed.steel
-    ]
-    rows = [
-        (f"{n}: parameter", printed.steel[n].inverse.value, c.steel[n].inverse.value)
-        for n in printed.steel
-        if n in c.steel
-    ]
+    ours, rows = [], []
+    for n in (n for n in c.steel if n in printed.steel):
+        ours.append(check_steel(c.steel[n], c.bench.rigs[n], publication.get(n, {})))
+        values = printed.steel[n].inverse.value, c.steel[n].inverse.value
+        rows.append((f"{n}: parameter", *values))
     if c.pile is not None and printed.pile is not None:
-        ours.append(
-            check_pile(
-                c.pile, publication.get("pile", {}), levels_table(folder / "levels.csv")
-            )[0]
-        )
-        rows += [
-            (
-                f"pile: optimum, {f}",
-                printed.pile.optimum.point[f],
-                c.pile.optimum.point[f],
-            )
-            for f in c.pile.box.names
-        ]
+        levels = levels_table(folder / "levels.csv")
+        ours.append(check_pile(c.pile, publication.get("pile", {}), levels)[0])
+        points = printed.pile.optimum.point, c.pile.optimum.point
+        for f in c.pile.box.names:
+            rows.append((f"pile: optimum, {f}", *(point[f] for point in points)))
         if c.pile.path is not None and printed.pile.path is not None:
-            rows.append(
-                (
-                    "pile: nearest group of the path",
-                    printed.pile.path.group,
-                    c.pile.path.group,
-                )
-            )
+            groups = printed.pile.path.group, c.pile.path.group
+            rows.append(("pile: nearest group of the path", *groups))
     answers = pd.DataFrame(rows, columns=["item", "on_the_tables", "simulated"])
-    simulated = pd.concat(ours)[["item", "recomputed"]].rename(
-        columns={"recomputed": "simulated"}
+    again = pd.concat(ours)[["item", "recomputed"]].drop_duplicates("item")
+    both = (
+        printed.checks[["item", "printed", "recomputed"]]
+        .rename(columns={"recomputed": "on_the_tables"})
+        .merge(again.rename(columns={"recomputed": "simulated"}), on="item")
     )
-    stated = printed.checks[["item", "printed", "recomputed"]].rename(
-        columns={"recomputed": "on_the_tables"}
-    )
-    both = stated.merge(simulated.drop_duplicates("item"), on="item", how="inner")
-    whole = pd.concat(
-        [answers[~answers["item"].isin(both["item"])], both], ignore_index=True
-    )
+    answers = answers[~answers["item"].isin(both["item"])]
+    whole = pd.concat([answers, both], ignore_index=True)
     return whole[["item", "printed", "on_the_tables", "simulated"]]

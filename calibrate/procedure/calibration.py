@@ -1,66 +1,104 @@
 """All that a calibration found, and its parameters as one table."""
 
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
+import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.bench import Bench
-from benchtwin.calibrate.procedure.joint import Joint
-from benchtwin.calibrate.procedure.pile import PileFit, weak
+from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
+from benchtwin.calibrate.procedure.joint import LEVEL, Joint, fit_joint
+from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
 
-LEVEL = 0.95
 # share of its prior's sd that a bench must take away for a parameter to count as
-# resolved
-NARROWED_LEAST = 0.5
-COLUMNS = [
-    "parameter",
-    "value",
-    "low",
-    "high",
-    "level",
-    "unit",
-    "status",
-    "source",
-    "budget",
-]
+# resolved, and to be said to be narrowed at all
+NARROWED_LEAST, NARROWED_SOMEWHAT = 0.5, 0.05
+COLUMNS = ["parameter", "value", "low", "high", "level", "unit", "status"]
+COLUMNS += ["source", "budget"]
 FOLLOWS = ["item", "printed", "recomputed", "follows"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Calibration:
-    """mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks:
-    printed values beside recomputed ones; flags: contradictions in a publication, as
-    sentences; findings: what a diagnosis should look at; options: how it was run; seed:
-    of all randomness; finished: False in a report that is written while simulations
-    still run; more: further tables, and the pairs shown."""
+    """What is known of a bench: handed on from rig to rig, each of which returns it
+    with what it found; never changed.
+
+    mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed
+    values beside recomputed ones; flags: contradictions in a publication, as sentences;
+    findings: what a diagnosis should look at; options: how it was run; seed: of all
+    randomness; finished: False in a report that is written while simulations still run;
+    more: further tables, and the pairs shown."""
 
     mode: str
     bench: Bench
-    steel: dict[str, SteelFit]
-    pile: PileFit | None
-    joint: Joint | None
-    refused: dict[str, str]
-    findings: tuple[str, ...]
-    options: dict
-    seed: int
+    steel: dict[str, SteelFit] = field(default_factory=dict)
+    pile: PileFit | None = None
+    joint: Joint | None = None
+    refused: dict[str, str] = field(default_factory=dict)
+    findings: tuple[str, ...] = ()
+    options: dict = field(default_factory=dict)
+    seed: int = 1
     checks: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=FOLLOWS))
     flags: tuple[str, ...] = ()
     finished: bool = True
     title: str = ""
     more: dict = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, mode: str, bench: Bench, seed: int, options: dict) -> Self:
+        """A bench of which nothing but its readings is known yet."""
+        return cls(
+            mode=mode,
+            bench=bench,
+            seed=seed,
+            refused=missing(bench),
+            findings=tuple(contradictory(bench)),
+            options=options,
+            finished=False,
+        )
+
+    def with_steel(self, name: str, fit: SteelFit) -> Self:
+        """With what a seed–steel rig gave."""
+        return replace(self, steel={**self.steel, name: fit})
+
+    def with_pile(self, pile: PileFit) -> Self:
+        """With what the pile gave."""
+        return replace(self, pile=pile, findings=(*self.findings, *pile.findings))
+
+    def checked(self, checks: pd.DataFrame, flags: list[str]) -> Self:
+        """With printed values beside recomputed ones, and contradictions."""
+        both = [t for t in (self.checks, checks) if len(t)] or [self.checks]
+        table = pd.concat(both, ignore_index=True)
+        return replace(self, checks=table, flags=(*self.flags, *flags))
+
+    def without(self, rig: str, why: Exception) -> Self:
+        """A rig gave nothing, and why."""
+        return replace(self, refused={**self.refused, rig: str(why)})
+
+    def saying(self, *notes: str) -> Self:
+        """With sentences for the reader behind those that are said already."""
+        said = [*self.options.get("said", []), *notes]
+        return replace(self, options={**self.options, "said": said})
+
+    def adding(self, **more: object) -> Self:
+        """With further tables."""
+        return replace(self, more={**self.more, **more})
+
+    def joined(self, rng: np.random.Generator, **options: Any) -> Self:
+        """Finished: with the posterior of all parameters together (`fit_joint`).
+        ValueError where no rig gave anything."""
+        if not self.steel and self.pile is None:
+            why = "; ".join(f"{rig}: {reason}" for rig, reason in self.refused.items())
+            folder = self.bench.folder
+            raise ValueError(f"{folder}: nothing could be calibrated: {why}")
+        joint = fit_joint(self.steel, self.pile, rng=rng, **options)
+        return replace(self, joint=joint, finished=True)
+
     @property
     def not_following(self) -> pd.DataFrame:
         """Rows of `checks` whose printed value does not follow from the tables."""
         return self.checks[~self.checks["follows"].to_numpy(bool)]
-
-
-def nothing_calibrated(folder: Path, refused: dict[str, str]) -> ValueError:
-    """The error of a bench folder of which no rig could be calibrated."""
-    why = "; ".join(f"{rig}: {reason}" for rig, reason in refused.items())
-    return ValueError(f"{folder}: nothing could be calibrated: {why}")
 
 
 def parameters(c: Calibration) -> pd.DataFrame:
@@ -83,17 +121,8 @@ def _steel_row(fit: SteelFit) -> tuple:
     status = bounded(i.low, i.high, i.open_ends)
     if fit.verification is not None and not fit.verification.agrees:
         status = "doubtful: its verification disagrees with the bench"
-    return (
-        rig.parameter,
-        i.value,
-        i.low,
-        i.high,
-        i.level,
-        "1",
-        status,
-        source,
-        dict(i.budget),
-    )
+    values = (i.value, i.low, i.high, i.level)
+    return rig.parameter, *values, "1", status, source, dict(i.budget)
 
 
 def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
@@ -104,23 +133,21 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     An end that the posterior does not exclude, or at which the optimum stands, is open.
     An optimum outside the interval widens it to itself: any point of the sheet fits as
     well."""
-    value, draws = pile.optimum.point[name], joint.posterior.draws[name]
-    j = pile.box.names.index(name)
-    ends = open_ends(draws, (float(pile.box.low[j]), float(pile.box.high[j])))
-    hidden = weak(pile.surface)
-    if hidden and pile.informative:
+    posterior = joint.posterior
+    value, draws = pile.optimum.point[name], posterior.draws[name]
+    ends = open_ends(draws, pile.box.range(name))
+    if pile.weak and pile.informative:
         value = float(draws.median())
     elif name in pile.optimum.boundary:
         ends |= {pile.optimum.boundary[name]}
     low, high = interval(draws, _searched(pile, name), ends, LEVEL)
     low, high = min(low, value), max(high, value)
-    prior_sd = joint.posterior.prior.sd[list(joint.posterior.draws.columns).index(name)]
-    status = _seed_status(
-        pile, 1.0 - float(draws.std() / prior_sd), low, high, ends, hidden
-    )
+    prior_sd = posterior.prior.sd[list(posterior.draws.columns).index(name)]
+    narrowed = 1.0 - float(draws.std() / prior_sd)
+    status = _seed_status(pile, narrowed, low, high, ends)
     mean = f"{pile.bench.value:.4g} ± {pile.bench.sd:.2g}°"
     source = f"pile: repose angle {mean}, one point of a sheet that fits"
-    names = joint.posterior.tension["observable"]
+    names = posterior.tension["observable"]
     also = [n.removeprefix("pile: ") for n in names if n.startswith("pile: ")][1:]
     source += f"; with {', '.join(also)}" if also else ""
     budget = _seed_budget(pile, name, float(draws.var()))
@@ -128,35 +155,27 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
 
 
 def _seed_status(
-    pile: PileFit,
-    narrowed: float,
-    low: float,
-    high: float,
-    ends: frozenset[str],
-    hidden: bool,
+    pile: PileFit, narrowed: float, low: float, high: float, ends: frozenset[str]
 ) -> str:
     """narrowed: the share of its prior's sd that the pile takes away from the
     parameter."""
     if narrowed < NARROWED_LEAST or len(ends) == 2:
-        says_something = narrowed >= 0.05
         by = (
             f"narrows it by {100 * narrowed:.0f} %"
-            if says_something
+            if narrowed >= NARROWED_SOMEWHAT
             else "says nothing of it"
         )
         return (
             f"not resolved: the pile {by}; it may be anything from {low:.3g} to"
             f" {high:.3g}"
         )
-    if not hidden:
+    if not pile.weak:
         return bounded(low, high, ends)
     if not pile.informative:
         return "not calibrated: the scatter between packings hides the pile's angle"
     on = " and ".join(of.rsplit("_", 1)[0].replace("_", " ") for of in pile.informative)
-    return (
-        f"{bounded(low, high, ends, f' on {on}')}; the scatter between packings hides"
-        " the angle"
-    )
+    said = bounded(low, high, ends, f" on {on}")
+    return f"{said}; the scatter between packings hides the angle"
 
 
 def bounded(low: float, high: float, ends: frozenset[str], on: str = "") -> str:
@@ -180,29 +199,22 @@ def _searched(pile: PileFit, name: str) -> tuple[float, float]:
     """The range that was simulated: all of the path, or the box where there was
     none."""
     if pile.path is None:
-        j = pile.box.names.index(name)
-        return float(pile.box.low[j]), float(pile.box.high[j])
+        return pile.box.range(name)
     return float(pile.path.errors[name].min()), float(pile.path.errors[name].max())
 
 
 def _seed_budget(pile: PileFit, name: str, variance: float) -> dict[str, float]:
     """Shares of a seed–seed parameter's variance: what it can move on the sheet at no
     cost, and the angle's own errors."""
-    sheet = pile.sheet.table
-    free = (
-        min(1.0, float(sheet[name].var()) / variance)
-        if len(sheet) > 2 and variance > 0
-        else 0.0
-    )
-    s = pile.surface
-    fit = float(s.variance(pile.optimum.coded)[0]) - s.lack_sd**2
+    sheet, s = pile.sheet.table, pile.surface
+    several = len(sheet) > 2 and variance > 0
+    free = min(1.0, float(sheet[name].var()) / variance) if several else 0.0
     parts = {
         "bench scatter": pile.bench.scatter_sd**2,
         "measuring": pile.bench.shared_sd**2,
-        "surface": fit,
+        "surface": float(s.variance(pile.optimum.coded)[0]) - s.lack_sd**2,
         "lack of fit": s.lack_sd**2,
     }
     total = sum(parts.values()) or 1.0
-    return {"free on the sheet": free} | {
-        k: (1 - free) * v / total for k, v in parts.items()
-    }
+    of_angle = {k: (1 - free) * v / total for k, v in parts.items()}
+    return {"free on the sheet": free} | of_angle

@@ -10,35 +10,29 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.bench import (
-    Bench,
-    bench_of,
-    contradictory,
-    missing,
-    trimmed_before,
-)
-from benchtwin.calibrate.procedure.calibration import (
-    FOLLOWS,
-    Calibration,
-    nothing_calibrated,
-)
-from benchtwin.calibrate.procedure.joint import fit_joint
+from benchtwin.calibrate.procedure.bench import RigReadings, bench_of
+from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
 from benchtwin.calibrate.procedure.published import check_pile, check_steel
 from benchtwin.calibrate.procedure.published_keys import checked
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL
-from benchtwin.calibrate.procedure.steel import SteelFit, fit_beyond, fit_steel
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL, Rig
+from benchtwin.calibrate.procedure.steel import (
+    ANSWERS,
+    SteelFit,
+    answer_row,
+    fit_beyond,
+    fit_steel,
+)
 from benchtwin.calibrate.procedure.tables import (
-    LETTERS,
-    box_of,
     design_table,
+    levels_box,
     levels_table,
     naming,
     path_table,
     steel_table,
 )
 from benchtwin.calibrate.statistics.ascent import choose_centre
-from benchtwin.calibrate.statistics.inversion import OutsideRange
+from benchtwin.calibrate.statistics.inversion import Inverse, OutsideRange
 from benchtwin.calibrate.statistics.replicates import Noise, packing_noise
 
 
@@ -53,52 +47,48 @@ def calibrate_tables(folder: Path, *, seed: int = 1) -> Calibration:
             f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv,"
             " design.csv, levels.csv in it"
         )
-    file = tables / "published.toml"
-    printed = published(file)
-    bench = trimmed_before(bench_of(folder), trimmed(printed))
+    printed = published(tables / "published.toml")
+    bench = bench_of(folder, trimmed(printed))
     rng = np.random.default_rng(seed)
-    steel, refused, checks, flags = {}, missing(bench), [], []
-    for name in STEEL:
-        if name in bench.rigs:
-            try:
-                steel[name] = _steel(bench, tables, name, printed.get(name, {}), rng)
-            except (OutsideRange, ValueError, FileNotFoundError) as error:
-                refused[name] = str(error)
-                continue
-            with naming(file):
-                checks.append(
-                    check_steel(steel[name], bench.rigs[name], printed.get(name, {}))
-                )
-            flags += _outside(steel[name])
-    pile = None
+    found = Calibration.of("tables", bench, seed, {"tables": str(tables)})
+    found = replace(found, title=printed.get("title", ""))
+    for name in (n for n in STEEL if n in bench.rigs):
+        found = _steel_rig(found, tables, name, printed.get(name, {}), rng)
     if "pile" in bench.rigs:
-        try:
-            pile = _pile(bench, tables, printed.get("pile", {}), rng)
-            with naming(file):
-                table, more = check_pile(
-                    pile, printed.get("pile", {}), levels_table(tables / "levels.csv")
-                )
-            checks.append(table)
-            flags += more
-        except (ValueError, FileNotFoundError) as error:
-            refused["pile"] = str(error)
-    if not steel and pile is None:
-        raise nothing_calibrated(folder, refused)
-    none = pd.DataFrame(columns=FOLLOWS)
-    return Calibration(
-        mode="tables",
-        bench=bench,
-        steel=steel,
-        pile=pile,
-        joint=fit_joint(steel, pile, rng=rng),
-        refused=refused,
-        findings=(*contradictory(bench), *(pile.findings if pile else ())),
-        options={"tables": str(tables)},
-        seed=seed,
-        checks=pd.concat([t for t in checks if len(t)] or [none], ignore_index=True),
-        flags=tuple(flags),
-        title=printed.get("title", ""),
-    )
+        found = _pile_rig(found, tables, printed.get("pile", {}), rng)
+    return found.joined(rng)
+
+
+def _steel_rig(
+    found: Calibration,
+    tables: Path,
+    name: str,
+    printed: dict,
+    rng: np.random.Generator,
+) -> Calibration:
+    """With a seed–steel rig's table fitted, and what was printed of it checked."""
+    readings = found.bench.rigs[name]
+    try:
+        fit = _steel(STEEL[name], readings, tables / f"{name}.csv", printed, rng)
+    except (ValueError, FileNotFoundError) as error:
+        return found.without(name, error)
+    with naming(tables / "published.toml"):
+        checks = check_steel(fit, readings, printed)
+    return found.with_steel(name, fit).checked(checks, _outside(fit))
+
+
+def _pile_rig(
+    found: Calibration, tables: Path, printed: dict, rng: np.random.Generator
+) -> Calibration:
+    """With the pile's tables fitted, and what was printed of them checked."""
+    try:
+        pile = _pile(found.bench.rigs["pile"], tables, printed, rng)
+        found = found.with_pile(pile)
+        with naming(tables / "published.toml"):
+            levels = levels_table(tables / "levels.csv")
+            return found.checked(*check_pile(pile, printed, levels))
+    except (ValueError, FileNotFoundError) as error:
+        return found.without("pile", error)
 
 
 def published(file: Path) -> dict:
@@ -123,47 +113,31 @@ def trimmed(printed: dict) -> dict[str, int]:
 
 
 def _steel(
-    bench: Bench, tables: Path, name: str, printed: dict, rng: np.random.Generator
+    rig: Rig,
+    readings: RigReadings,
+    file: Path,
+    printed: dict,
+    rng: np.random.Generator,
 ) -> SteelFit:
     """As the paper fits it, unweighted; the monotone curve weighs rows by their printed
     sds."""
-    rig, readings = STEEL[name], bench.rigs[name]
-    mean, file = readings.mean(), tables / f"{name}.csv"
-    rows = steel_table(file, rig)
+    mean, rows, stated = readings.mean(), steel_table(file, rig), readings.description
     if rig.sd in rows and "repeats" in printed:
         rows = rows.assign(repeats=printed["repeats"])
     elif rig.sd in rows:
         rows = rows.drop(columns=rig.sd)
     with naming(file):
-        fit = fit_steel(
-            rig, rows, mean, rng=rng, description=readings.description, weighted=False
-        )
+        fit = fit_steel(rig, rows, mean, rng=rng, description=stated, weighted=False)
     if fit.by == "polynomial":
         return fit
+    beyond: Inverse | OutsideRange
     try:
         beyond = fit_beyond(rig, rows, fit.bench)
-        row = (
-            "polynomial, a little beyond its rows",
-            beyond.value,
-            beyond.low,
-            beyond.high,
-            "; ".join(beyond.notes),
-        )
     except OutsideRange as error:
-        row = (
-            "polynomial, a little beyond its rows",
-            np.nan,
-            np.nan,
-            np.nan,
-            str(error),
-        )
-    return replace(
-        fit,
-        answers=pd.concat(
-            [fit.answers, pd.DataFrame([row], columns=fit.answers.columns)],
-            ignore_index=True,
-        ),
-    )
+        beyond = error
+    row = answer_row("polynomial, a little beyond its rows", beyond)
+    more = pd.DataFrame([row], columns=ANSWERS)
+    return replace(fit, answers=pd.concat([fit.answers, more], ignore_index=True))
 
 
 def _outside(fit: SteelFit) -> list[str]:
@@ -171,33 +145,24 @@ def _outside(fit: SteelFit) -> list[str]:
     its end."""
     if fit.by == "polynomial":
         return []
-    ends = [
-        float(fit.polynomial.mean(x)[0])
-        for x in (fit.polynomial.low, fit.polynomial.high)
-    ]
-    near = int(np.argmin([abs(e - fit.bench.value) for e in ends]))
-    x = (fit.polynomial.low, fit.polynomial.high)[near]
+    x = np.array([fit.polynomial.low, fit.polynomial.high])
+    ends = fit.polynomial.mean(x)
+    near = int(np.argmin(abs(ends - fit.bench.value)))
     return [
         f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end"
-        f" {fit.rig.parameter} = {x:g}, the bench's mean is {fit.bench.value:.4g}"
-        f" {fit.rig.unit}: it has no answer within its own rows; the {fit.by} answers"
-        f" {fit.inverse.value:.4f}"
+        f" {fit.rig.parameter} = {x[near]:g}, the bench's mean is"
+        f" {fit.bench.value:.4g} {fit.rig.unit}: it has no answer within its own rows;"
+        f" the {fit.by} answers {fit.inverse.value:.4f}"
     ]
 
 
 def _pile(
-    bench: Bench, tables: Path, printed: dict, rng: np.random.Generator
+    readings: RigReadings, tables: Path, printed: dict, rng: np.random.Generator
 ) -> PileFit:
-    box = box_of(levels_table(tables / "levels.csv"), tables / "levels.csv")
-    factors, file = box.names, tables / "design.csv"
-    coded = design_table(file)
-    design = pd.DataFrame(
-        np.round(box.natural(coded[list(LETTERS)]), 12), columns=list(factors)
-    )
-    design = design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
-    notes, noise = [], _noise(design, factors)
-    readings = bench.rigs["pile"]
-    other = (noise.sd, float(noise.df)) if noise else None
+    """As the paper fits it: unweighted, every pile on a packing of its own."""
+    box, file = levels_box(tables / "levels.csv"), tables / "design.csv"
+    design = design_table(file, box)
+    notes, noise = [], _noise(design, box.names)
     if readings.values.size == 1:
         if noise is None:
             raise ValueError(
@@ -208,33 +173,24 @@ def _pile(
             "one bench pile: its scatter is taken to be that of the simulated piles at"
             f" the centre, {noise.sd:.2g}° on {noise.df} degrees of freedom"
         )
-    mean = readings.mean(other=other)
-    path = None
-    if (tables / "path.csv").is_file():
-        steps = path_table(tables / "path.csv")
-        with naming(tables / "path.csv"):
+    mean = readings.mean(other=(noise.sd, float(noise.df)) if noise else None)
+    path, walked, sd = None, tables / "path.csv", noise.sd if noise else 0.0
+    if walked.is_file():
+        steps = path_table(walked)
+        with naming(walked):
             path = choose_centre(
-                steps,
-                PILE_RESPONSE,
-                mean.value,
-                factors,
-                noise_sd=noise.sd if noise else 0.0,
+                steps, PILE_RESPONSE, mean.value, box.names, noise_sd=sd
             )
     with naming(file):
         fit = fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"))
-        return replace(fit, path=path, noise=noise, notes=(*notes, *fit.notes))
+    return replace(fit, path=path, noise=noise, notes=(*notes, *fit.notes))
 
 
 def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:
     """Scatter of piles with the same parameters, from points that were run more than
     once."""
+    point = design[list(factors)].astype(str).agg(" ".join, axis=1)
     try:
-        return packing_noise(
-            design.assign(
-                point=design[list(factors)].astype(str).agg(" ".join, axis=1)
-            ),
-            PILE_RESPONSE,
-            point="point",
-        )
+        return packing_noise(design.assign(point=point), PILE_RESPONSE, point="point")
     except ValueError:
         return None

@@ -1,14 +1,12 @@
 """What all recordings together say of all parameters: posterior, resolved directions,
 what else to measure."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, SEED_FACTORS
+from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import (
@@ -21,20 +19,14 @@ from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.calibrate.statistics.resolution import Candidate, directions, narrowing
 from benchtwin.calibrate.statistics.sampling import sample
 from benchtwin.calibrate.statistics.shrinkage import shrink
+from numpy.typing import ArrayLike
 
-GRID_CELLS = (
-    40_001  # of a single parameter: fine beside any interval, and quicker than a chain
-)
-ON_SEED = {
-    "seed_restitution": "drop of seed on a bed of seeds",
-    "seed_static_friction": "slide of seeds on a plate of seeds",
-    "seed_rolling_friction": "roll of a seed on a plate of seeds",
-}
-ON_STEEL = {
-    "seed_restitution": "drop",
-    "seed_static_friction": "slide",
-    "seed_rolling_friction": "roll",
-}
+# of a single parameter: fine beside any interval, and quicker than a chain
+GRID_CELLS = 40_001
+LEVEL = 0.95
+# relative noise of a rig with seeds in the steel's place where it was not calibrated on
+# steel, and the least, in the parameter's range
+UNKNOWN_NOISE, LEAST_NOISE = 0.1, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +37,7 @@ class DirectReading:
     box: Box
     df: float = np.inf
 
-    def evaluate(self, natural) -> tuple[np.ndarray, np.ndarray]:
+    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Mean and variance (n,) at natural points (n, 1)."""
         x = np.asarray(natural, dtype=float)[:, 0]
         return x, np.zeros_like(x)
@@ -60,9 +52,9 @@ class Joint:
 
     posterior: Posterior
     table: pd.DataFrame
-    directions: pd.DataFrame
-    narrowing: pd.DataFrame
-    notes: tuple[str, ...]
+    directions: pd.DataFrame = field(default_factory=pd.DataFrame)
+    narrowing: pd.DataFrame = field(default_factory=pd.DataFrame)
+    notes: tuple[str, ...] = ()
 
 
 def fit_joint(
@@ -70,64 +62,64 @@ def fit_joint(
     pile: PileFit | None,
     *,
     rng: np.random.Generator,
-    level: float = 0.95,
     priors: dict[str, tuple[float, float]] | None = None,
-    candidates: Sequence[Candidate] = (),
     ess: int = 1000,
-    seen: PileObservables | None = None,
 ) -> Joint | None:
     """Posterior over all fitted parameters; None where nothing was fitted.
 
-    seen: what stands for the piles, by default the angle's surface over the seed–seed
-    parameters alone; priors: {parameter: (mean, sd)} of normal ones, else uniform over
-    what was simulated; candidates: further observables of the piles; to them come drop,
-    slide and roll of seed on seed, measured as well as on steel."""
+    The piles stand in it by what they showed (`PileFit.seen`), else by the angle's
+    surface over the seed–seed parameters alone. priors: {parameter: (mean, sd)} of
+    normal ones, else uniform over what was simulated; ess: effective draws. Narrowing
+    weighs what else the piles show, and drop, slide and roll of seed on seed, measured
+    as well as on steel."""
     observables = [
         Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench)
         for n, f in steel.items()
     ]
-    ranges = {
-        f.rig.parameter: (f.surrogate.low, f.surrogate.high) for f in steel.values()
-    }
-    correlation = None
-    if pile is not None:
-        ranges |= {
-            n: (float(a), float(b))
-            for n, a, b in zip(pile.box.names, pile.box.low, pile.box.high)
-        }
-        angle = Observable(f"pile: {PILE_RESPONSE}", shrink(pile.surface), pile.bench)
-        of_pile = seen.observables if seen is not None else (angle,)
-        correlation = seen.correlation if seen is not None else None
-        observables += of_pile
-        ranges = {n: _shared_range(n, ends, of_pile) for n, ends in ranges.items()}
+    of_pile, correlation = _of_pile(pile)
+    observables += of_pile
     if not observables:
         return None
+    curves = {f.rig.parameter: f.surrogate for f in steel.values()}
+    ranges = {n: (curve.low, curve.high) for n, curve in curves.items()}
+    if pile is not None:
+        ranges |= {n: pile.box.range(n) for n in pile.box.names}
+        ranges = {n: _shared_range(n, ends, of_pile) for n, ends in ranges.items()}
     known = {n: v for n, v in (priors or {}).items() if n in ranges}
-    posterior = _joint_posterior(
-        observables, Prior(Box.of(ranges), known), rng, ess, correlation
-    )
-    sequential = {f.rig.parameter: f.inverse.value for f in steel.values()} | (
-        pile.optimum.point if pile else {}
-    )
-    table = summary(posterior, level)
+    prior = Prior(Box.of(ranges), known)
+    posterior = _joint_posterior(observables, prior, rng, ess, correlation)
+    sequential = {f.rig.parameter: f.inverse.value for f in steel.values()}
+    sequential |= pile.optimum.point if pile is not None else {}
+    table = summary(posterior, LEVEL)
     table.insert(1, "sequential", [sequential[n] for n in table["factor"]])
-    notes = [posterior.note] if posterior.note else []
+    notes = (posterior.note,) if posterior.note else ()
     if pile is None:
-        return Joint(posterior, table, pd.DataFrame(), pd.DataFrame(), tuple(notes))
+        return Joint(posterior, table, notes=notes)
     seeds = _seed_marginal(posterior)
-    to_measure = narrowing(seeds, [*candidates, *_seed_rig_candidates(steel, pile)])
-    return Joint(posterior, table, directions(seeds), to_measure, tuple(notes))
+    to_measure = [*pile.candidates, *_seed_rig_candidates(steel, pile)]
+    further = narrowing(seeds, to_measure)
+    return Joint(posterior, table, directions(seeds), further, notes)
+
+
+def _of_pile(
+    pile: PileFit | None,
+) -> tuple[tuple[Observable, ...], pd.DataFrame | None]:
+    """What the piles say in the posterior, and how its errors are correlated."""
+    if pile is None:
+        return (), None
+    if pile.seen is not None:
+        return pile.seen.observables, pile.seen.correlation
+    surface = shrink(pile.surface)
+    return (Observable(f"pile: {PILE_RESPONSE}", surface, pile.bench),), None
 
 
 def _shared_range(
     name: str, ends: tuple[float, float], observables: tuple[Observable, ...]
 ) -> tuple[float, float]:
     """The part of a parameter's range that all surfaces cover which know it."""
-    for box in (o.surrogate.box for o in observables):
-        if name in box.names:
-            low, high = _range(box, name)
-            ends = (max(ends[0], low), min(ends[1], high))
-    return ends
+    boxes = [o.surrogate.box for o in observables]
+    lows, highs = zip(ends, *(b.range(name) for b in boxes if name in b.names))
+    return max(lows), min(highs)
 
 
 def _correlation_of(
@@ -155,35 +147,28 @@ def _joint_posterior(
     parts = []
     for names in _blocks(observables, prior):
         inside = [o for o in observables if set(o.surrogate.box.names) <= names]
-        part = _prior_of(prior, names)
+        part = prior.of(names)
         if len(names) == 1:
             parts.append(on_grid(inside, part, rng=rng, cells=GRID_CELLS))
         else:
             shared = _correlation_of(inside, correlation)
             parts.append(sample(inside, part, rng=rng, ess=ess, correlation=shared))
     n = min(len(p.draws) for p in parts)
-    picked = [rng.permutation(len(p.draws))[:n] for p in parts]
+    picked = [(p, rng.permutation(len(p.draws))[:n]) for p in parts]
     draws = pd.concat(
-        [p.draws.iloc[i].reset_index(drop=True) for p, i in zip(parts, picked)], axis=1
+        [p.draws.iloc[i].reset_index(drop=True) for p, i in picked], axis=1
     )
-    order = list(prior.box.names)
-    quality = pd.DataFrame(
-        {
-            "r_hat": np.concatenate([p.r_hat for p in parts]),
-            "ess": np.concatenate([p.ess for p in parts]),
-        },
-        index=list(draws.columns),
-    ).loc[order]
-    log_density = np.sum([p.log_density[i] for p, i in zip(parts, picked)], axis=0)
+    columns, order = list(draws.columns), list(prior.box.names)
+    at = [columns.index(name) for name in order]
     return Posterior(
-        prior,
-        draws[order],
-        log_density,
-        quality["r_hat"].to_numpy(),
-        quality["ess"].to_numpy(),
-        all(p.converged for p in parts),
-        pd.concat([p.tension for p in parts], ignore_index=True),
-        "; ".join(p.note for p in parts if p.note),
+        prior=prior,
+        draws=draws[order],
+        log_density=np.sum([p.log_density[i] for p, i in picked], axis=0),
+        r_hat=np.concatenate([p.r_hat for p in parts])[at],
+        ess=np.concatenate([p.ess for p in parts])[at],
+        converged=all(p.converged for p in parts),
+        tension=pd.concat([p.tension for p in parts], ignore_index=True),
+        note="; ".join(p.note for p in parts if p.note),
     )
 
 
@@ -197,47 +182,26 @@ def _blocks(observables: list[Observable], prior: Prior) -> list[set[str]]:
     return sorted(blocks, key=lambda b: min(prior.box.names.index(n) for n in b))
 
 
-def _prior_of(prior: Prior, names: set[str]) -> Prior:
-    """The prior of some of the parameters, which are independent."""
-    keep = [i for i, n in enumerate(prior.box.names) if n in names]
-    box = Box(
-        tuple(prior.box.names[i] for i in keep),
-        prior.box.low[keep],
-        prior.box.high[keep],
-    )
-    return Prior(box, {n: v for n, v in prior.given.items() if n in names})
-
-
 def _seed_marginal(posterior: Posterior) -> Posterior:
     """The posterior of the seed–seed parameters alone."""
-    prior = _prior_of(posterior.prior, set(SEED_FACTORS))
+    prior = posterior.prior.of({rig.seed for rig in STEEL.values()})
     names = list(prior.box.names)
     keep = [list(posterior.draws.columns).index(n) for n in names]
     r_hat, ess = posterior.r_hat[keep], posterior.ess[keep]
-    return replace(
-        posterior, prior=prior, draws=posterior.draws[names], r_hat=r_hat, ess=ess
-    )
+    draws = posterior.draws[names]
+    return replace(posterior, prior=prior, draws=draws, r_hat=r_hat, ess=ess)
 
 
 def _seed_rig_candidates(steel: dict[str, SteelFit], pile: PileFit) -> list[Candidate]:
-    """The three rigs with seeds in the steel's place: noise as the same rig has on
-    steel, relative to the parameter."""
-    found = []
-    for name in pile.box.names:
-        fit, (low, high) = steel.get(ON_STEEL.get(name, "")), _range(pile.box, name)
-        relative = (
-            fit.inverse.sd / abs(fit.inverse.value)
-            if fit is not None and fit.inverse.value
-            else 0.1
-        )
-        noise = float(max(relative * (low + high) / 2, 1e-3 * (high - low)))
-        reading = DirectReading(Box.of({name: (low, high)}))
-        found.append(
-            Candidate(f"{ON_SEED.get(name, name)} (± {noise:.2g})", reading, noise)
-        )
+    """The rigs with seeds in the steel's place: noise as the same rig has on steel,
+    relative to the parameter."""
+    found, rigs = [], {rig.seed: rig for rig in STEEL.values()}
+    for rig in (rigs[name] for name in pile.box.names):
+        low, high = pile.box.range(rig.seed)
+        relative = UNKNOWN_NOISE
+        if (fit := steel.get(rig.name)) is not None and fit.inverse.value:
+            relative = fit.inverse.sd / abs(fit.inverse.value)
+        noise = float(max(relative * (low + high) / 2, LEAST_NOISE * (high - low)))
+        reading = DirectReading(Box.of({rig.seed: (low, high)}))
+        found.append(Candidate(f"{rig.on_seed} (± {noise:.2g})", reading, noise))
     return found
-
-
-def _range(box: Box, name: str) -> tuple[float, float]:
-    i = box.names.index(name)
-    return float(box.low[i]), float(box.high[i])

@@ -16,32 +16,29 @@ from benchtwin.calibrate.statistics.information import (
 from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface
 
-BATCH = 4  # piles chosen and simulated at a time
-WAIT, LEAST_GAIN = (
-    2,
-    0.03,
-)  # stop when the intervals are not this share narrower than so many batches before
-CORNERS, INSIDE, LIKELY = 150, 150, 100  # candidates
-DRAWS = 200  # points of the posterior over which information is averaged
+BATCH = 4  # piles chosen and simulated at a time: what a small machine runs at once
+# stop when the intervals are not this share narrower than so many batches before: less
+# is not worth the time of eight piles
+WAIT, LEAST_GAIN = 2, 0.03
+# candidates, and points of the posterior over which information is averaged: some
+# hundreds, so that choosing takes moments where a pile takes minutes
+CORNERS, INSIDE, LIKELY, DRAWS = 150, 150, 100, 200
 PACKINGS = 500  # first packing number: none that the design has
 
 
-def add_piles(stage: PileStage, box: Box, *, shared: bool) -> list[str]:
-    """Simulate up to `stage.effort.more` piles, which `stage.done` then holds too; a
-    note of how many, and what they did."""
+def add_piles(
+    stage: PileStage, box: Box, done: pd.DataFrame, *, shared: bool
+) -> tuple[pd.DataFrame, list[str]]:
+    """Simulate up to `stage.effort.more` piles beyond those done; all of them, and a
+    note of how many were added and what they did."""
     rng = np.random.default_rng([stage.seed, PACKINGS])
     prior, widths, added = _prior(stage, box), [], 0
     while True:
         seen = observed(
-            pd.concat(stage.done, ignore_index=True),
-            stage.readings,
-            box,
-            stage.steel,
-            alike=stage.alike,
-            shared=shared,
+            done, stage.readings, box, stage.steel, alike=stage.alike, shared=shared
         )
         if not seen.observables:
-            return []
+            return done, []
         posterior = weighted(seen.observables, prior, seen.correlation.to_numpy(), rng)
         widths.append(_width(posterior, box))
         settled = (
@@ -50,16 +47,17 @@ def add_piles(stage: PileStage, box: Box, *, shared: bool) -> list[str]:
         if settled or added >= stage.effort.more:
             break
         points = next_piles(posterior, seen, min(BATCH, stage.effort.more - added), rng)
-        stage.piles(points, PACKINGS + added + np.arange(len(points)))
+        _, new = stage.piles(points, PACKINGS + added + np.arange(len(points)))
+        done = pd.concat([done, new], ignore_index=True)
         added += len(points)
     if not added:
-        return []
+        return done, []
     ended = (
         "then they shrank no more"
         if settled
         else "they were still shrinking when no more were allowed"
     )
-    return [
+    return done, [
         f"{added} piles more than the design's, where they tell most: seed–seed"
         f" intervals came to {widths[-1] / widths[0]:.0%} of their width; {ended}"
     ]
@@ -78,9 +76,8 @@ def next_piles(
     surfaces = [
         (cast(ShrinkageSurface, o.surrogate), o.bench.sd) for o in seen.observables
     ]
-    chosen = most_informative(
-        candidates, posterior.draw(DRAWS, rng), surfaces, names, count
-    )
+    drawn = posterior.draw(DRAWS, rng)
+    chosen = most_informative(candidates, drawn, surfaces, names, count)
     rounded = np.clip(np.vectorize(lambda v: float(f"{v:.6g}"))(chosen), low, high)
     return pd.DataFrame(rounded, columns=list(names))
 
@@ -88,13 +85,9 @@ def next_piles(
 def _prior(stage: PileStage, box: Box) -> Prior:
     """Seed–seed parameters uniform over the design's box, seed–steel ones as their own
     rigs found them."""
-    if stage.steel is None:
-        return Prior.uniform(box)
-    s = stage.steel
-    wide = Box((*box.names, *s.names), np.r_[box.low, s.low], np.r_[box.high, s.high])
-    return Prior(
-        wide, {n: v for n, v in stage.steel_found.items() if n in s.names and v[1] > 0}
-    )
+    own = stage.steel.names if stage.steel is not None else ()
+    found = {n: v for n, v in stage.steel_found.items() if n in own and v[1] > 0}
+    return Prior(box.with_factors(stage.steel), found)
 
 
 def _width(posterior: Weighted, box: Box) -> float:

@@ -13,7 +13,9 @@ from benchtwin.twin.engine import OWN, Engine
 from benchtwin.twin.job import Job, described
 from benchtwin.twin.pair import Pair, Recording, pair, recordings
 
-WIDTH_PX = 1600
+# a picture wide enough to see single seeds; its margin beside the plate; and the height
+# of its middle in widths of the plate: half as high as wide, it begins below the plate
+WIDTH_PX, MARGIN_MM, MIDDLE = 1600, 20, 0.22
 
 
 def pairs(
@@ -52,18 +54,12 @@ def _nearest(
 ) -> Recording | None:
     """The recording, with something to show, whose reading lies nearest the mean."""
     readings = c.bench.rigs[rig]
-    table = readings.recordings.dropna(subset=["mean"])
-    table = table[
-        [
-            name in entries and entries[name].evidence != "readings.csv"
-            for name in table["recording"]
-        ]
-    ]
+    table = readings.recordings.dropna(subset=["mean"]).set_index("recording")["mean"]
+    shown = {n for n, r in entries.items() if r.evidence != "readings.csv"}
+    table = table[table.index.isin(shown)]
     if table.empty:
         return None
-    return entries[
-        table.loc[(table["mean"] - readings.values.mean()).abs().idxmin(), "recording"]
-    ]
+    return entries[(table - readings.values.mean()).abs().idxmin()]
 
 
 def _pair(
@@ -78,32 +74,19 @@ def _pair(
     the calibration."""
     _, stated = described(recording.toml) if recording.toml.is_file() else (None, {})
     rig = recording.need_rig()
-    section = stated.get(rig, {})
-    same_rig = True
+    lot = {name: stated.get(name, {}) for name in ("seed", "air")}
+    if rig == "pile" or not lot["seed"]:
+        lot |= {k: v for k, v in c.bench.seed.items() if k in lot}
+    section, said = stated.get(rig, {}), ()
+    camera = {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
     if rig == "pile":
-        section, said = pile_description(
-            section or c.bench.rigs["pile"].description.get("pile", {}), effort
-        )
-        section, same_rig = (
-            {k: v for k, v in section.items() if k not in PER_RECORDING},
-            not said,
-        )
-    camera = (
-        _whole_plate(section)
-        if rig == "pile"
-        else {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
-    )
-    description = {
-        rig: section,
-        "seed": stated.get("seed", {}),
-        "camera": camera,
-        "air": stated.get("air", {}),
-    }
-    if rig == "pile" or not description["seed"]:
-        description |= {k: v for k, v in c.bench.seed.items() if k in ("seed", "air")}
+        of_bench = c.bench.rigs["pile"].description.get("pile", {})
+        section, said = pile_description(section or of_bench, effort)
+        section = {k: v for k, v in section.items() if k not in PER_RECORDING}
+        camera = _whole_plate(section)
+    description = {rig: section, "seed": lot["seed"], "camera": camera} | lot
     job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
-    folder = out / job.key
-    return pair(recording, job.run(folder), alike=same_rig)
+    return pair(recording, job.run(out / job.key), alike=not said)
 
 
 def _whole_plate(pile: dict) -> dict:
@@ -112,10 +95,9 @@ def _whole_plate(pile: dict) -> dict:
     if pile.get("cylinder_mm") or "plate_mm" not in pile:
         return {}
     plate = float(pile["plate_mm"][0])
-    scale = (plate + 20) / WIDTH_PX
     return {
         "width_px": WIDTH_PX,
         "height_px": WIDTH_PX // 2,
-        "mm_per_px": scale,
-        "target_mm": [plate / 2, 0.0, 0.22 * plate],
+        "mm_per_px": (plate + MARGIN_MM) / WIDTH_PX,
+        "target_mm": [plate / 2, 0.0, MIDDLE * plate],
     }

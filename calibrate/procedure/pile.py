@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
 from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
 from benchtwin.calibrate.statistics.anova import anova_table, contributions
 from benchtwin.calibrate.statistics.ascent import Centre
@@ -24,10 +25,13 @@ from benchtwin.calibrate.statistics.residuals import (
     normality,
     residual_table,
 )
+from benchtwin.calibrate.statistics.resolution import Candidate
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 
+ALPHA = 0.05  # the paper's level
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PileFit:
     """The seed–seed parameters that a pile leaves possible.
 
@@ -36,7 +40,8 @@ class PileFit:
     optimum: the point that is reported, central: the one nearest to the box's centre;
     sheet: all points that give the bench's angle; verification: repeats at the optimum;
     informative: what else of the bench's piles shows, beyond packing noise, what the
-    parameters do (`filled_mass_g` …)."""
+    parameters do (`filled_mass_g` …); seen: what stands for the piles in the posterior,
+    None for the angle's surface alone; candidates: what else the same piles show."""
 
     bench: BenchMean
     box: Box
@@ -59,6 +64,13 @@ class PileFit:
     plan: Plan | None = None
     verification: Verification | None = None
     informative: tuple[str, ...] = ()
+    seen: PileObservables | None = None
+    candidates: tuple[Candidate, ...] = ()
+
+    @property
+    def weak(self) -> bool:
+        """Whether the runs do not show that the factors do anything at all."""
+        return not model_p(self.anova) < ALPHA
 
     @property
     def findings(self) -> list[str]:
@@ -99,7 +111,7 @@ def fit_pile(
         optimum=taken,
         central=central,
         sheet=solution_set(surface, bench.value, rng=rng, band_sd=bench.sd),
-        notes=tuple(_notes(surface, taken, bench)),
+        notes=tuple(_notes(surface, taken, bench, model_p(table))),
     )
 
 
@@ -110,13 +122,14 @@ def _normality(surface: Surface) -> Normality | None:
         return None
 
 
-def weak(surface: Surface, alpha: float = 0.05) -> bool:
-    """Whether the runs do not show that the factors do anything at all."""
-    return not anova_table(surface)["p"].iloc[0] < alpha
+def model_p(anova: pd.DataFrame) -> float:
+    """p of the whole surface against its residual."""
+    return float(anova["p"].iloc[0])
 
 
-def _notes(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
-    """Notes: where the optimum stands, lack of fit."""
+def _notes(surface: Surface, taken: Optimum, bench: BenchMean, p: float) -> list[str]:
+    """Where the optimum stands, whether packing noise hides the surface, whose p is
+    given, and lack of fit."""
     notes = [taken.statement]
     if taken.outcome != "reached":
         low, high = taken.reachable
@@ -124,8 +137,7 @@ def _notes(surface: Surface, taken: Optimum, bench: BenchMean) -> list[str]:
             f"finding for diagnosis: the bench's {bench.value:.4g}° lies outside"
             f" {low:.4g} to {high:.4g}°, all that the box gives"
         )
-    if weak(surface):
-        p = anova_table(surface)["p"].iloc[0]
+    if not p < ALPHA:
         notes.append(
             "packing noise hides what the parameters do (the whole surface has p ="
             f" {p:.2g}): more piles a point are needed"

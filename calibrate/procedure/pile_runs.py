@@ -11,7 +11,6 @@ from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import (
     NOT_OBSERVABLES,
-    PileObservables,
     angles_at,
     candidates,
     informative,
@@ -20,6 +19,7 @@ from benchtwin.calibrate.procedure.pile_surrogate import (
 )
 from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
 from benchtwin.calibrate.procedure.simulator import usable
+from benchtwin.calibrate.procedure.steel import disagreement
 from benchtwin.calibrate.statistics.ascent import Centre, choose_centre, equal_steps
 from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean, verify
 from benchtwin.calibrate.statistics.box import Box
@@ -32,75 +32,88 @@ from benchtwin.calibrate.statistics.replicates import (
     packing_noise,
     plan,
 )
-from benchtwin.calibrate.statistics.resolution import Candidate
 from scipy import stats
 
+# groups of the path (the paper's) and the most it is lengthened to; beyond twice its
+# length the factors stand at their limits
 STEPS, MOST_STEPS = 6, 14
-MOST_EFFECT = 5.0  # in packing noise
+MOST_EFFECT = 5.0  # in packing noise: found by any design
+MOST_CORRELATION = 0.95  # of runs on one packing that replicates are planned with
 DESIGNS = {"box-behnken": box_behnken, "central-composite": central_composite}
 # groups on either side of the centre that a design may span: all of the path where
 # packing noise asks for it
 WIDEST = 5
+USABLE = 0.8  # share of a design's runs: with fewer it is another design
+# first packing numbers of the design and of the verification: none that were seen
+DESIGN_PACKINGS, VERIFICATION_PACKINGS = 100, 1000
 
 
-@dataclass(frozen=True, eq=False)
-class PileResult:
-    """fit: what the paper's way makes of the piles; seen: what stands for them in the
-    posterior; candidates: what else they show."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Scatter:
+    """How far piles scatter. noise: of one pile; pairing: what common packings save;
+    middle: the two points it was measured at with their mean angles, the path's middle
+    groups; piles: what was simulated; notes."""
 
-    fit: PileFit
-    seen: PileObservables
-    candidates: list[Candidate]
+    noise: Noise
+    pairing: Pairing
+    middle: pd.DataFrame
+    piles: pd.DataFrame
+    notes: list[str]
 
-
-def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileResult:
-    """The whole of it. ValueError, SimulationFailed."""
-    box = stage.levels or Box.of(stage.ranges)
-    noise, pairing, middle, notes = measure_noise(stage, box)
-    bench = _bench(stage, noise)
-    if stage.readings.values.size == 1:
-        notes.append(
-            "one bench pile: its scatter is taken to be that of the simulated piles,"
-            f" {noise.sd:.2g}°"
+    def plan(self, box: Box, reach: float, effort: Effort) -> Plan:
+        """Replicates so that a third of the path's change over the box, an even share
+        of three factors, is found."""
+        noise = self.noise
+        coded = _design(box, effort)[[f"{n}_coded" for n in box.names]].to_numpy()
+        # beyond MOST_EFFECT the power is not computed well
+        effect = min(abs(reach) / len(box.names) or noise.sd, MOST_EFFECT * noise.sd)
+        shared = min(self.pairing.correlation, MOST_CORRELATION)
+        return plan(
+            coded,
+            effect,
+            noise,
+            wanted=effort.power,
+            most=effort.most,
+            correlation=shared if self.pairing.worth_it else 0.0,
         )
-    notes += too_scattered(stage.readings.values, noise)
-    path: Centre | None = None
-    reach = 0.0
+
+
+def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
+    """Noise, path, design, further piles, fit, verification. ValueError,
+    SimulationFailed."""
+    box = stage.levels or Box.of(stage.ranges)
+    scatter = measure_noise(stage, box)
+    bench, shared = _bench(stage, scatter.noise), scatter.pairing.worth_it
+    notes = [*scatter.notes, *too_scattered(stage.readings.values, scatter.noise)]
+    path, reach = None, 0.0
+    walked: list[pd.DataFrame] = []
     if stage.levels is None:
-        path, steps = climb(stage, bench, noise, middle)
-        box, reach = box_around(path, steps, noise, stage, pairing)
+        path, steps, walked = climb(stage, bench, scatter)
+        box, reach = box_around(path, steps, scatter, stage)
     elif stage.path is not None:
-        path = walk(stage, stage.path, bench, noise)
-    design, chosen, more = run_design(stage, box, noise, pairing, reach)
-    notes += more + add_piles(stage, box, shared=pairing.worth_it)
-    packing = "packing" if pairing.worth_it else None
-    piles = pd.concat(stage.done, ignore_index=True)
-    seen = observed(
-        piles,
-        stage.readings,
-        box,
-        stage.steel,
-        alike=stage.alike,
-        shared=pairing.worth_it,
-    )
-    at = (
-        {n: stage.fixed[n] for n in stage.steel.names}
-        if stage.steel is not None
-        else {}
-    )
-    design = design.assign(**{PILE_RESPONSE: angles_at(design, seen, stage.steel, at)})
+        path, walked = walk(stage, stage.path, bench, scatter.noise)
+    ran = run_design(stage, box, scatter, reach)
+    done = pd.concat([scatter.piles, *walked, ran.piles], ignore_index=True)
+    done, more = add_piles(stage, box, done, shared=shared)
+    packing, steel = "packing" if shared else None, stage.steel
+    seen = observed(done, stage.readings, box, steel, alike=stage.alike, shared=shared)
+    angles = angles_at(ran.design, seen, steel, stage.fixed)
+    design = ran.design.assign(**{PILE_RESPONSE: angles})
     fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing)
+    further = candidates(design, box, packing, stage.readings.values.size, seen)
+    said = dict.fromkeys((*notes, *ran.notes, *more, *seen.notes))
     fit = replace(
         fit,
-        notes=(*dict.fromkeys((*notes, *seen.notes)), *fit.notes),
+        notes=(*said, *fit.notes),
         path=path,
-        noise=noise,
-        pairing=pairing,
-        plan=chosen,
+        noise=scatter.noise,
+        pairing=scatter.pairing,
+        plan=ran.plan,
         informative=informative(design, box, packing, seen),
+        seen=seen,
+        candidates=further,
     )
-    further = candidates(design, box, packing, stage.readings.values.size, seen.used)
-    return PileResult(_verified(stage, fit), seen, further)
+    return _verified(stage, fit)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -118,32 +131,29 @@ def _bench(stage: PileStage, noise: Noise) -> BenchMean:
     )
 
 
-def measure_noise(
-    stage: PileStage, box: Box
-) -> tuple[Noise, Pairing, pd.DataFrame, list[str]]:
+def measure_noise(stage: PileStage, box: Box) -> Scatter:
     """Packing noise at two points, on the same packings: how far one pile scatters, and
-    what common packings save; also the two points with their mean angles, which are the
-    path's middle groups."""
+    what common packings save."""
+    n = stage.effort.noise
     middle = equal_steps(box, STEPS).iloc[[STEPS // 2 - 1, STEPS // 2]]
-    points = middle.loc[np.repeat(middle.index, stage.effort.noise)]
-    packings = np.tile(np.arange(stage.effort.noise), 2)
-    table = stage.piles(points, packings).assign(
-        point=np.repeat(["a", "b"], stage.effort.noise), packing=packings
-    )
+    packings, point = np.tile(np.arange(n), 2), np.repeat(["a", "b"], n)
+    table, piles = stage.piles(middle.loc[np.repeat(middle.index, n)], packings)
     there, notes = usable(table, PILE_RESPONSE)
-    noise = packing_noise(table[there], PILE_RESPONSE, point="point")
+    runs = table.assign(point=point, packing=packings)[there]
+    noise = packing_noise(runs, PILE_RESPONSE, point="point")
     try:
-        pairing = common_packing(
-            table[there], PILE_RESPONSE, point="point", packing="packing"
-        )
+        pairing = common_packing(runs, PILE_RESPONSE, point="point", packing="packing")
     except ValueError:
         pairing = Pairing(0.0, -1.0, 1.0, 1.0, False)
-    mean = table[there].groupby("point")[PILE_RESPONSE].mean()
-    return (
-        noise,
-        pairing,
-        middle.assign(**{PILE_RESPONSE: mean.reindex(["a", "b"]).to_numpy()}).dropna(),
-        notes,
+    mean = runs.groupby("point")[PILE_RESPONSE].mean().reindex(["a", "b"])
+    middle = middle.assign(**{PILE_RESPONSE: mean.to_numpy()}).dropna()
+    if stage.readings.values.size == 1:
+        notes.append(
+            "one bench pile: its scatter is taken to be that of the simulated piles,"
+            f" {noise.sd:.2g}°"
+        )
+    return Scatter(
+        noise=noise, pairing=pairing, middle=middle, piles=piles, notes=notes
     )
 
 
@@ -163,58 +173,59 @@ def too_scattered(values: np.ndarray, noise: Noise, alpha: float = 0.001) -> lis
 
 
 def climb(
-    stage: PileStage, bench: BenchMean, noise: Noise, seen: pd.DataFrame
-) -> tuple[Centre, pd.DataFrame]:
+    stage: PileStage, bench: BenchMean, scatter: Scatter
+) -> tuple[Centre, pd.DataFrame, list[pd.DataFrame]]:
     """The path of steepest ascent, lengthened until it brackets the bench's angle or a
-    factor comes to its limit.
-
-    seen: its groups whose angles are known already.
-    """
-    steps = equal_steps(Box.of(stage.ranges), STEPS)
-    new = _walked(stage, steps[~steps["group"].isin(seen["group"])])
-    done = pd.concat([seen, new]).sort_values("group", ignore_index=True)
-    factors, sd = tuple(stage.ranges), noise.sd / np.sqrt(stage.effort.path)
-    while len(done) < MOST_STEPS:
-        centre = choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd)
-        if (
-            done[PILE_RESPONSE].min() <= bench.value <= done[PILE_RESPONSE].max()
-            and centre.group not in done["group"].iloc[[0, -1]].tolist()
+    factor comes to its limit: its centre, its groups, the piles run for it."""
+    steps, middle = equal_steps(Box.of(stage.ranges), STEPS), scatter.middle
+    more, done, piles = steps[~steps["group"].isin(middle["group"])], middle, []
+    while True:
+        walked, new = _walked(stage, more)
+        piles.append(new)
+        done = pd.concat([done, walked]).sort_values("group", ignore_index=True)
+        centre = _centre(stage, done, bench, scatter.noise)
+        angle, group = done[PILE_RESPONSE], done["group"]
+        inside = angle.min() <= bench.value <= angle.max()
+        if len(done) >= MOST_STEPS or (
+            inside and centre.group not in group.iloc[[0, -1]].tolist()
         ):
             break
-        more = _next_steps(done, factors, below=centre.group == done["group"].iloc[0])
+        below = centre.group == group.iloc[0]
+        more = _next_steps(done, tuple(stage.ranges), below=below)
         if more.empty:
             break
-        done = pd.concat([done, _walked(stage, more)]).sort_values(
-            "group", ignore_index=True
-        )
-    return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd), done
+    return centre, done, piles
 
 
 def walk(
     stage: PileStage, path: pd.DataFrame, bench: BenchMean, noise: Noise
+) -> tuple[Centre, list[pd.DataFrame]]:
+    """A prescribed path as it is, not lengthened: of its groups, simulated, the one
+    nearest to the bench; and the piles run for it."""
+    done, piles = _walked(stage, path)
+    return _centre(stage, done, bench, noise), [piles]
+
+
+def _centre(
+    stage: PileStage, done: pd.DataFrame, bench: BenchMean, noise: Noise
 ) -> Centre:
-    """A prescribed path as it is, not lengthened: its groups simulated, the one nearest
-    to the bench."""
-    done, sd = _walked(stage, path), noise.sd / np.sqrt(stage.effort.path)
-    return choose_centre(
-        done, PILE_RESPONSE, bench.value, tuple(stage.ranges), noise_sd=sd
-    )
+    sd, factors = noise.sd / np.sqrt(stage.effort.path), tuple(stage.ranges)
+    return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd)
 
 
-def _walked(stage: PileStage, steps: pd.DataFrame) -> pd.DataFrame:
-    """The steps with the mean of their piles; those that gave none are left out."""
+def _walked(stage: PileStage, steps: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The steps with the mean of their piles, those that gave none left out; and the
+    piles."""
     n = stage.effort.path
-    table = stage.piles(
-        steps.loc[np.repeat(steps.index, n)], np.tile(np.arange(n), len(steps))
-    )
+    points, packings = steps.loc[np.repeat(steps.index, n)], np.arange(n)
+    table, piles = stage.piles(points, np.tile(packings, len(steps)))
     there, _ = usable(table, PILE_RESPONSE)
-    mean = (
-        table[PILE_RESPONSE]
-        .where(there)
-        .groupby(np.repeat(np.arange(len(steps)), n))
-        .mean()
+    angle, group = (
+        table[PILE_RESPONSE].where(there),
+        np.repeat(np.arange(len(steps)), n),
     )
-    return steps.assign(**{PILE_RESPONSE: mean.to_numpy()}).dropna(subset=PILE_RESPONSE)
+    mean = angle.groupby(group).mean().to_numpy()
+    return steps.assign(**{PILE_RESPONSE: mean}).dropna(subset=PILE_RESPONSE), piles
 
 
 def _next_steps(
@@ -237,100 +248,80 @@ def _next_steps(
 
 
 def box_around(
-    path: Centre, done: pd.DataFrame, noise: Noise, stage: PileStage, pairing: Pairing
+    path: Centre, done: pd.DataFrame, scatter: Scatter, stage: PileStage
 ) -> tuple[Box, float]:
     """The design's box, and the angle's change over it: the path's neighbouring groups
     as −1 and +1, as the paper takes them, or groups farther off when packing noise
     would hide the main effects over so little."""
-    factors, groups = list(stage.ranges), done["group"].to_numpy()
-    slope = np.polyfit(groups, done[PILE_RESPONSE], 1)[0]
-    at = int(np.clip(np.flatnonzero(groups == path.group)[0], 1, len(groups) - 2))
+    groups, points = done["group"].to_numpy(), done[list(stage.ranges)].to_numpy(float)
+    slope, last = np.polyfit(groups, done[PILE_RESPONSE], 1)[0], len(groups) - 1
+    at = int(np.clip(np.flatnonzero(groups == path.group)[0], 1, last - 1))
     for wide in range(1, WIDEST + 1):
-        low, high = max(0, at - wide), min(len(groups) - 1, at + wide)
-        while (
-            low > 0 and (done.iloc[low][factors] >= done.iloc[high][factors]).any()
-        ):  # a factor that stands at its limit in both
+        low, high = max(0, at - wide), min(last, at + wide)
+        # a factor that stands at its limit in both
+        while low > 0 and (points[low] >= points[high]).any():
             low -= 1
-        ends = done.iloc[[low, high]]
-        box = Box(
-            tuple(factors),
-            ends.iloc[0][factors].to_numpy(float),
-            ends.iloc[1][factors].to_numpy(float),
-        )
+        box = Box(tuple(stage.ranges), points[low], points[high])
         reach = float(slope * (groups[high] - groups[low]))
-        if _plan(box, reach, noise, pairing, stage.effort).reached or (
-            low == 0 and high == len(groups) - 1
-        ):
+        enough = scatter.plan(box, reach, stage.effort).reached
+        if enough or (low, high) == (0, last):
             break
     return box, reach
-
-
-def _plan(
-    box: Box, reach: float, noise: Noise, pairing: Pairing, effort: Effort
-) -> Plan:
-    """Replicates so that a third of the path's change over the box, an even share of
-    three factors, is found."""
-    coded = _design(box, effort)[[f"{n}_coded" for n in box.names]].to_numpy()
-    # an effect of many times the noise is found by any design, and beyond that the
-    # power is not computed well
-    effect = min(abs(reach) / len(box.names) or noise.sd, MOST_EFFECT * noise.sd)
-    correlation = min(pairing.correlation, 0.95) if pairing.worth_it else 0.0
-    return plan(
-        coded,
-        effect,
-        noise,
-        wanted=effort.power,
-        most=effort.most,
-        correlation=correlation,
-    )
 
 
 def _design(box: Box, effort: Effort) -> pd.DataFrame:
     return DESIGNS[effort.design](box, centre_points=effort.centre)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DesignRun:
+    """A design's runs: design, a row a run, with what was read of it; plan: of its
+    replicates; piles: what was simulated; notes."""
+
+    design: pd.DataFrame
+    plan: Plan
+    piles: pd.DataFrame
+    notes: list[str]
+
+
 def run_design(
-    stage: PileStage, box: Box, noise: Noise, pairing: Pairing, reach: float
-) -> tuple[pd.DataFrame, Plan, list[str]]:
-    """The design's runs with their angles.
+    stage: PileStage, box: Box, scatter: Scatter, reach: float = 0.0
+) -> DesignRun:
+    """The design's runs with their angles. reach: the angle's change over the box, 0
+    where no path told it.
 
     Where common packings help, the points of a block share one, another one for every
     block and replicate: what a packing does cancels within a block and averages out
     between them. Else, and at the centre, every run has a packing of its own."""
-    chosen = _plan(box, reach or 4 * noise.sd, noise, pairing, stage.effort)
+    chosen = scatter.plan(box, reach or 4 * scatter.noise.sd, stage.effort)
     once = _design(box, stage.effort)
-    outer = once[once["point"] != "centre"]
+    outer, centre = (once[once["point"].eq("centre") == at] for at in (False, True))
     blocks = int(outer["block"].max()) + 1
     parts = [
         outer.assign(packing=outer["block"] + r * blocks, replicate=r + 1)
         for r in range(chosen.replicates)
     ]
-    centre = once[once["point"] == "centre"]
-    design = pd.concat(
-        [*parts, centre.assign(packing=np.arange(len(centre)), replicate=1)],
-        ignore_index=True,
-    )
-    if not pairing.worth_it:
+    parts.append(centre.assign(packing=np.arange(len(centre)), replicate=1))
+    design = pd.concat(parts, ignore_index=True)
+    if not scatter.pairing.worth_it:
         design["packing"] = np.arange(len(design))
-    if stage.steel is not None:
-        coded = two_level_pattern(
-            design[[f"{n}_coded" for n in box.names]].to_numpy(), len(stage.steel.names)
-        )
-        design[list(stage.steel.names)] = np.vectorize(lambda v: float(f"{v:.9g}"))(
-            stage.steel.natural(coded)
-        )
-    table = stage.piles(
-        design, 100 + design["packing"]
-    )  # packings of their own: the noise's have been seen
-    there, notes = usable(table, PILE_RESPONSE, least=0.8)
-    extra = [
+    if (steel := stage.steel) is not None:
+        outside = design[[f"{n}_coded" for n in box.names]].to_numpy()
+        natural = steel.natural(two_level_pattern(outside, len(steel.names)))
+        rounded = np.vectorize(lambda v: float(f"{v:.9g}"))(natural)
+        design[list(steel.names)] = rounded
+    table, piles = stage.piles(design, DESIGN_PACKINGS + design["packing"].to_numpy())
+    there, notes = usable(table, PILE_RESPONSE, least=USABLE)
+    seen = [
         c
         for c in table.columns
         if c not in NOT_OBSERVABLES and table[c].dtype.kind == "f"
     ]
-    read = table[list(dict.fromkeys([PILE_RESPONSE, *extra]))]
+    read = table[list(dict.fromkeys([PILE_RESPONSE, *seen]))]
     design = pd.concat([design.drop(columns="block"), read], axis=1)[there]
-    return design.reset_index(drop=True), chosen, notes
+    return DesignRun(
+        design=design.reset_index(drop=True), plan=chosen, piles=piles, notes=notes
+    )
 
 
 def _verified(stage: PileStage, fit: PileFit) -> PileFit:
@@ -338,17 +329,12 @@ def _verified(stage: PileStage, fit: PileFit) -> PileFit:
     n = stage.effort.piles
     if n < 2:
         return fit
-    point = {**stage.fixed, **fit.optimum.point}
-    table = stage.piles(pd.DataFrame([point] * n), 1000 + np.arange(n), keep=False)
+    points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * n)
+    table, _ = stage.piles(points, VERIFICATION_PACKINGS + np.arange(n))
     there, notes = usable(table, PILE_RESPONSE)
-    if there.sum() < 2:
-        return replace(fit, notes=(*fit.notes, *notes))
-    found = verify(
-        table.loc[there, PILE_RESPONSE].to_numpy(float), fit.bench, name="pile"
-    )
-    if not found.agrees:
-        notes.append(
-            f"verification disagrees: {found.simulated:.4g}° simulated,"
-            f" {found.bench:.4g}° at the bench (p = {found.p:.2g})"
-        )
+    found = None
+    if there.sum() >= 2:
+        angles = table.loc[there, PILE_RESPONSE].to_numpy(float)
+        found = verify(angles, fit.bench, name="pile")
+        notes += disagreement(found, "°")
     return replace(fit, verification=found, notes=(*fit.notes, *notes))

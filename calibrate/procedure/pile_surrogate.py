@@ -21,15 +21,16 @@ from benchtwin.calibrate.statistics.resolution import Candidate
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 
-STEEL_HALF_RANGE = (
-    0.25  # of a seed–steel parameter: how far to either side it varies at least
-)
-SPARE_DF = (
-    4  # residual degrees of freedom below which the seed–steel terms are left out
-)
-PATTERNS = 2000
-MOST_CORRELATION = 0.99
-SIGNIFICANT_P = 0.05
+# of a seed–steel parameter: how far to either side it varies at least, so that what it
+# does to a pile shows beside packing noise; and at least so many of its own sds
+STEEL_HALF_RANGE, STEEL_SDS = 0.25, 4
+# residual degrees of freedom below which the seed–steel terms are left out: on fewer
+# the noise is hardly known (t at 95 % is 3.2 on three, 2.8 on four)
+SPARE_DF = 4
+PATTERNS = 2000  # drawn and compared: a choice of time against a little information
+MOST_CORRELATION = 0.99  # so that no two observables count as one and the same
+SIGNIFICANT_P = 0.05  # the paper's level
+LEAST_DIFFERENT = 8  # values of a column, below which it is a count or a constant
 NOT_OBSERVABLES = {
     "true_repose_angle_deg",
     "true_centroid_angle_deg",
@@ -43,7 +44,7 @@ NOT_OBSERVABLES = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PileObservables:
     """observables of the bench's piles with their surfaces, the angle first;
     correlation between their errors, by name; used: columns they come from; notes;
@@ -63,12 +64,10 @@ def steel_box(
     sd)}. None without any."""
     ranges = {}
     for name, (value, sd) in found.items():
-        half = max(STEEL_HALF_RANGE * value, 4 * sd)
-        low, high = (
-            max(limits[name][0], value - half),
-            min(limits[name][1], value + half),
-        )
-        ranges[name] = (float(f"{low:.3g}"), float(f"{high:.3g}"))
+        half = max(STEEL_HALF_RANGE * value, STEEL_SDS * sd)
+        low, high = limits[name]
+        ends = max(low, value - half), min(high, value + half)
+        ranges[name] = (float(f"{ends[0]:.3g}"), float(f"{ends[1]:.3g}"))
     return Box.of(ranges) if ranges else None
 
 
@@ -105,48 +104,27 @@ def observed(
     alike: whether the bench's piles are the simulated ones' like, so that their scatter
     may be pooled; shared: whether piles of one packing scatter together; where a few
     pairs do not show it, a fitted share would be chance."""
-    names = box.names if steel is None else (*box.names, *steel.names)
-    wide = (
-        box
-        if steel is None
-        else Box(names, np.r_[box.low, steel.low], np.r_[box.high, steel.high])
-    )
+    wide = box.with_factors(steel)
     inside = (abs(box.coded(box.points(piles))) <= 1 + 1e-9).all(axis=1)
-    piles, notes, found, errors, used, angle = (
-        piles[inside].reset_index(drop=True),
-        [],
-        [],
-        {},
-        [],
-        None,
-    )
+    piles, packing = piles[inside], "packing" if shared else None
+    read = {PILE_RESPONSE: readings.values, **readings.further}
     weighed = [column for column in readings.further if column.endswith("_mass_g")]
+    notes: list[str] = []
     if weighed and not alike:
         notes.append(
             f"not used in the posterior: {' and '.join(weighed)}, weighed of the pile"
             " as described, not of the slice"
         )
-    for column, values in {PILE_RESPONSE: readings.values, **readings.further}.items():
-        if column in weighed and not alike:
+        read = {c: v for c, v in read.items() if c not in weighed}
+    found, errors, used, angle = [], {}, [], None
+    for column, values in read.items():
+        source = column if _there(piles, column) else f"true_{column}"
+        if source not in piles or piles[source].nunique() < LEAST_DIFFERENT:
             continue
-        source = (
-            column
-            if column in piles and piles[column].notna().any()
-            else f"true_{column}"
-        )
-        if source not in piles or piles[source].nunique() < 8:
-            continue
-        there = piles[piles[source].notna()].reset_index(drop=True)
-        least_squares, note = _surface(
-            there, source, wide, len(box.names), "packing" if shared else None
-        )
-        surface = shrink(least_squares)
-        angle = least_squares if column == PILE_RESPONSE else angle
-        reading_sd, shared_sd = (
-            (readings.reading_sd, readings.shared_sd)
-            if column == PILE_RESPONSE
-            else (np.zeros(1), 0.0)
-        )
+        there = piles[piles[source].notna()]
+        least_squares, note = _surface(there, source, wide, len(box.names), packing)
+        surface, own = shrink(least_squares), column == PILE_RESPONSE
+        angle = least_squares if own else angle
         try:
             mean = pooled_mean(
                 values,
@@ -154,8 +132,8 @@ def observed(
                 scatter_sd=surface.noise_sd,
                 df=surface.noise_df,
                 pooled=alike,
-                reading_sd=reading_sd,
-                shared_sd=shared_sd,
+                reading_sd=readings.reading_sd if own else 0.0,
+                shared_sd=readings.shared_sd if own else 0.0,
             )
         except ValueError as error:
             notes.append(f"not used in the posterior: {error}")
@@ -165,12 +143,16 @@ def observed(
         errors[f"pile: {column}"] = pd.Series(surface.residuals)
         used.append(source)
     return PileObservables(
-        tuple(found),
-        _correlation(errors),
-        tuple(used),
-        tuple(dict.fromkeys(notes)),
-        angle,
+        observables=tuple(found),
+        correlation=_correlation(errors),
+        used=tuple(used),
+        notes=tuple(dict.fromkeys(notes)),
+        angle=angle,
     )
+
+
+def _there(piles: pd.DataFrame, column: str) -> bool:
+    return column in piles and bool(piles[column].notna().any())
 
 
 def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
@@ -214,25 +196,19 @@ def angles_at(
     surface = seen.angle
     if steel is None or surface is None:
         return angle
-    coded = (
-        steel.points(design) - np.array([at[n] for n in steel.names])
-    ) / steel.half_width
+    there = np.array([at[n] for n in steel.names])
+    coded = (steel.points(design) - there) / steel.half_width
     p = coefficients(surface)["p"].to_numpy()
     for j, name in enumerate(steel.names):
         term = tuple(int(n == name) for n in surface.box.names)
-        if term in surface.terms and p[surface.terms.index(term)] < SIGNIFICANT_P:
-            angle -= (
-                float(surface.coefficients[surface.terms.index(term)]) * coded[:, j]
-            )
+        k = surface.terms.index(term) if term in surface.terms else None
+        if k is not None and p[k] < SIGNIFICANT_P:
+            angle -= float(surface.coefficients[k]) * coded[:, j]
     return angle
 
 
 def informative(
-    design: pd.DataFrame,
-    box: Box,
-    packing: str | None,
-    seen: PileObservables,
-    alpha: float = 0.05,
+    design: pd.DataFrame, box: Box, packing: str | None, seen: PileObservables
 ) -> tuple[str, ...]:
     """What, besides the angle, shows beyond packing noise that the parameters do
     something to a pile: by their main effects, for which a quick design has runs to
@@ -241,12 +217,8 @@ def informative(
     for column in seen.used:
         if column == PILE_RESPONSE or design[column].isna().any():
             continue
-        if (
-            anova_table(
-                fit_surface(design, column, box, terms="linear", packing=packing)
-            )["p"].iloc[0]
-            < alpha
-        ):
+        linear = fit_surface(design, column, box, terms="linear", packing=packing)
+        if anova_table(linear)["p"].iloc[0] < SIGNIFICANT_P:
             out.append(column.removeprefix("true_"))
     return tuple(out)
 
@@ -256,31 +228,21 @@ def candidates(
     box: Box,
     packing: str | None,
     piles: int,
-    without: tuple[str, ...] = (),
-) -> list[Candidate]:
+    seen: PileObservables,
+) -> tuple[Candidate, ...]:
     """What else the same piles show, as observables to measure: their scatter is the
     simulated piles', over as many piles."""
+    known = {PILE_RESPONSE, *seen.used, *box.names, *NOT_OBSERVABLES}
     out = []
     for column in design.columns:
-        if (
-            column in NOT_OBSERVABLES
-            or column in (PILE_RESPONSE, *without, *box.names)
-            or design[column].dtype.kind != "f"
-        ):
+        if column in known or column.endswith("_coded") or "_sd" in column:
             continue
-        if (
-            column.endswith("_coded")
-            or "_sd" in column
-            or design[column].isna().any()
-            or design[column].nunique() < 8
-        ):
+        values = design[column]
+        whole = values.dtype.kind == "f" and not values.isna().any()
+        if not whole or values.nunique() < LEAST_DIFFERENT:
             continue
         surface = fit_surface(design, column, box, packing=packing)
-        out.append(
-            Candidate(
-                column.removeprefix("true_").replace("_", " "),
-                surface,
-                surface.noise_sd / np.sqrt(max(piles, 1)),
-            )
-        )
-    return out
+        name = column.removeprefix("true_").replace("_", " ")
+        sd = surface.noise_sd / np.sqrt(max(piles, 1))
+        out.append(Candidate(name, surface, sd))
+    return tuple(out)

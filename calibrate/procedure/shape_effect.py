@@ -11,9 +11,15 @@ from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin.lot import other_seeds
 
 LEAST = 2  # runs of either kind, below which a difference has no error
+CLEAR = 2  # standard deviations of a difference, beyond which it is one
+STEP = 0.05  # of the curve's range: over which its slope at the answer is taken
+SEEDS = {
+    "typical seed": "the lot's typical seed alone",
+    "ellipsoids": "ellipsoids of the lot's sizes",
+}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Question:
     """One rig to run. description: sections of its recording.toml, with the lot;
     values: all contact parameters; runs: of each kind of seed; slope: d response / d
@@ -22,11 +28,11 @@ class Question:
     rig: str
     response: str
     unit: str
-    parameter: str
+    parameter: str = ""
     description: dict
     values: dict[str, float]
     runs: int
-    slope: float | None
+    slope: float | None = None
 
 
 def shape_effect(
@@ -40,29 +46,24 @@ def shape_effect(
     errors are independent."""
     rows = []
     for q in questions:
-        kinds = {"lot": q.description} | {
-            name: q.description | {"seed": section}
-            for name, section in other_seeds(q.description["seed"]).items()
-        }
+        others = other_seeds(q.description["seed"])
+        kinds = {n: q.description | {"seed": seed} for n, seed in others.items()}
+        kinds = {"lot": q.description} | kinds
         runs = [
             Run(q.rig, q.values, seed_numbers(seed, "shape", q.rig, k), description)
             for description in kinds.values()
             for k in range(q.runs)
         ]
         table = simulate(runs).reset_index(drop=True)
-        answered = (
-            table[q.response].to_numpy(float)
-            if q.response in table
-            else np.full(len(table), np.nan)
-        )
-        found = np.split(answered, len(kinds))
-        rows += _rows(q, dict(zip(kinds, found)))
+        nothing = pd.Series(np.nan, index=table.index)
+        answered = table.get(q.response, nothing).to_numpy(float)
+        rows += _rows(q, dict(zip(kinds, np.split(answered, len(kinds)))))
     return pd.DataFrame(rows)
 
 
 def _rows(q: Question, found: dict[str, np.ndarray]) -> list[dict]:
     kept = {name: values[np.isfinite(values)] for name, values in found.items()}
-    rows = []
+    lot, rows = kept["lot"], []
     for name, values in kept.items():
         row = {
             "rig": q.rig,
@@ -70,25 +71,17 @@ def _rows(q: Question, found: dict[str, np.ndarray]) -> list[dict]:
             "response": q.response,
             "unit": q.unit,
             "runs": len(values),
-        }
-        row |= {
             "mean": float(values.mean()) if len(values) else np.nan,
             "parameter": q.parameter,
         }
-        if name != "lot" and min(len(values), len(kept["lot"])) >= LEAST:
-            off = float(values.mean() - kept["lot"].mean())
-            sd = float(
-                np.sqrt(
-                    values.var(ddof=1) / len(values)
-                    + kept["lot"].var(ddof=1) / len(kept["lot"])
-                )
-            )
+        if name != "lot" and min(len(values), len(lot)) >= LEAST:
+            off = float(values.mean() - lot.mean())
+            variance = values.var(ddof=1) / len(values) + lot.var(ddof=1) / len(lot)
+            sd = float(np.sqrt(variance))
             row |= {"difference": off, "difference_sd": sd}
             if q.slope:
-                row |= {
-                    "parameter_shift": -off / q.slope,
-                    "parameter_shift_sd": abs(sd / q.slope),
-                }
+                shift, its_sd = -off / q.slope, abs(sd / q.slope)
+                row |= {"parameter_shift": shift, "parameter_shift_sd": its_sd}
         rows.append(row)
     return rows
 
@@ -98,27 +91,33 @@ def steel_question(
 ) -> Question:
     """What to ask of a seed–steel rig: the slope is that of the curve that answered, at
     the answer."""
-    rig, at = fit.rig, fit.inverse.value
-    width = 0.05 * max(fit.surrogate.high - fit.surrogate.low, 1e-9)
-    ends = np.clip([at - width, at + width], fit.surrogate.low, fit.surrogate.high)
-    low, high = (float(v) for v in fit.surrogate.mean(ends))
-    slope = (high - low) / float(np.ptp(ends)) if np.ptp(ends) > 0 else None
+    rig, at, curve = fit.rig, fit.inverse.value, fit.surrogate
+    width = STEP * max(curve.high - curve.low, 1e-9)
+    ends = np.clip([at - width, at + width], curve.low, curve.high)
+    low, high = (float(v) for v in curve.mean(ends))
     return Question(
-        rig.name,
-        rig.response,
-        rig.unit,
-        rig.parameter,
-        description,
-        {**fixed, rig.parameter: at},
-        runs,
-        slope,
+        rig=rig.name,
+        response=rig.response,
+        unit=rig.unit,
+        parameter=rig.parameter,
+        description=description,
+        values={**fixed, rig.parameter: at},
+        runs=runs,
+        slope=(high - low) / float(np.ptp(ends)) if np.ptp(ends) > 0 else None,
     )
 
 
 def pile_question(description: dict, values: dict[str, float], runs: int) -> Question:
     """What to ask of the pile: by how much its angle moves; three parameters share it,
     so none is said to shift."""
-    return Question("pile", PILE_RESPONSE, "deg", "", description, values, runs, None)
+    return Question(
+        rig="pile",
+        response=PILE_RESPONSE,
+        unit="deg",
+        description=description,
+        values=values,
+        runs=runs,
+    )
 
 
 def verdict(table: pd.DataFrame) -> list[str]:
@@ -128,17 +127,12 @@ def verdict(table: pd.DataFrame) -> list[str]:
     if "difference" not in table:
         return sentences
     for row in table[table["difference"].notna()].itertuples():
-        clear = abs(row.difference) > 2 * row.difference_sd
-        size = f"{row.difference:+.2g} ± {row.difference_sd:.1g} {row.unit}"
-        text = (
-            f"{row.rig}: with {SEEDS[row.seeds]} the"
-            f" {row.response.rsplit('_', 1)[0].replace('_', ' ')} "
-        )
-        text += (
-            f"differs by {size}"
-            if clear
-            else f"is the same within {2 * row.difference_sd:.1g} {row.unit}"
-        )
+        off, sd = row.difference, row.difference_sd
+        clear, same = abs(off) > CLEAR * sd, f"{CLEAR * sd:.1g} {row.unit}"
+        size = f"differs by {off:+.2g} ± {sd:.1g} {row.unit}"
+        read = row.response.rsplit("_", 1)[0].replace("_", " ")
+        text = f"{row.rig}: with {SEEDS[row.seeds]} the {read} "
+        text += size if clear else f"is the same within {same}"
         shift = getattr(row, "parameter_shift", np.nan)
         if clear and np.isfinite(shift):
             text += (
@@ -147,9 +141,3 @@ def verdict(table: pd.DataFrame) -> list[str]:
             )
         sentences.append(text)
     return sentences
-
-
-SEEDS = {
-    "typical seed": "the lot's typical seed alone",
-    "ellipsoids": "ellipsoids of the lot's sizes",
-}

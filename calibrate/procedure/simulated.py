@@ -2,32 +2,24 @@
 ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.bench import (
-    Bench,
-    bench_of,
-    contradictory,
-    missing,
-    trimmed_before,
-)
-from benchtwin.calibrate.procedure.calibration import Calibration, nothing_calibrated
+from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import FULL, Effort, pile_description
-from benchtwin.calibrate.procedure.joint import Joint, fit_joint
-from benchtwin.calibrate.procedure.pile_runs import PileResult, simulate_pile
-from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.procedure.pile_runs import simulate_pile
+from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import steel_box
-from benchtwin.calibrate.procedure.rigs import SEED_LIMITS, STEEL
+from benchtwin.calibrate.procedure.rigs import ASSUMED, RANGES, SEED_LIMITS, STEEL
 from benchtwin.calibrate.procedure.shape_effect import (
     pile_question,
     shape_effect,
     steel_question,
 )
 from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
-from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.procedure.steel_runs import (
     SteelStage,
     Unreachable,
@@ -36,11 +28,8 @@ from benchtwin.calibrate.procedure.steel_runs import (
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.twin.parameters import said_of
 
-# the paper's, of a rig that gives none
-ASSUMED = {"restitution": 0.54, "static_friction": 0.34, "rolling_friction": 0.01}
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Prescribed:
     """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter:
     (mean, sd)}; values: where a seed–steel rig is simulated, by rig; path, levels: the
@@ -60,6 +49,15 @@ class Prescribed:
     options: dict = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Way:
+    """How a calibration simulates: the same for all of its rigs."""
+
+    simulate: Simulator
+    effort: Effort
+    prescribed: Prescribed
+
+
 def calibrate_simulated(
     folder: Path,
     simulate: Simulator,
@@ -75,27 +73,26 @@ def calibrate_simulated(
     say: told what begins; so_far: given the calibration after every rig. Raises
     FileNotFoundError, ValueError where nothing can be calibrated (a range with low ≥
     high included), and what the simulator raises."""
-    prescribed = prescribed or Prescribed()
-    ranges = checked_ranges(prescribed.ranges)
+    way = Way(simulate, effort, prescribed or Prescribed())
+    checked_ranges(way.prescribed.ranges)
     say("measuring the bench's recordings")
-    bench = trimmed_before(bench_of(folder), prescribed.trimmed)
+    bench = bench_of(folder, way.prescribed.trimmed)
+    options = {**way.prescribed.options, "effort": asdict(effort)}
+    found = Calibration.of("simulated", bench, seed, options).saying(*effort.notes())
     rng = np.random.default_rng(seed)
-    state = State(bench, effort, seed, prescribed, missing(bench))
-    for name in STEEL:
-        if name in bench.rigs:
-            say(f"{name}: {STEEL[name].parameter}")
-            state.steel_rig(name, simulate, rng)
-            so_far(state.calibration(rng, finished=False))
+    for name in (n for n in STEEL if n in bench.rigs):
+        say(f"{name}: {STEEL[name].parameter}")
+        found = steel_rig(found, name, way, rng)
+        so_far(_noted(found))
     if "pile" in bench.rigs:
         say("pile: seed on seed")
-        state.pile_rig(simulate, ranges, rng)
-    if not state.steel and state.pile is None:
-        raise nothing_calibrated(folder, state.refused)
-    if bench.seed.get("seed", {}).get("lot"):
+        found = pile_rig(found, way, rng)
+    if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
         say("does the seeds' shape matter?")
-        state.compare_shapes(simulate)
+        found = compare_shapes(found, way)
     say("all recordings together")
-    return state.calibration(rng, finished=True)
+    draws, priors = effort.draws, way.prescribed.priors
+    return _noted(found.joined(rng, priors=priors, ess=draws))
 
 
 def checked_ranges(
@@ -119,167 +116,116 @@ def checked_ranges(
     return ranges
 
 
-class State:
-    """What is known so far."""
-
-    def __init__(
-        self,
-        bench: Bench,
-        effort: Effort,
-        seed: int,
-        prescribed: Prescribed,
-        refused: dict[str, str],
-    ) -> None:
-        self.bench, self.effort, self.seed, self.prescribed = (
-            bench,
-            effort,
-            seed,
-            prescribed,
+def steel_rig(
+    found: Calibration, name: str, way: Way, rng: np.random.Generator
+) -> Calibration:
+    """One rig, simulated with the parameters that those before it found."""
+    readings, rigs = found.bench.rigs[name], list(STEEL)
+    stage = SteelStage(
+        rig=STEEL[name],
+        readings=readings,
+        fixed=steel_parameters(found, rigs[: rigs.index(name)]),
+        description=_described(found, readings.description),
+        simulate=way.simulate,
+        effort=way.effort,
+        seed=found.seed,
+        values=way.prescribed.values.get(name),
+    )
+    try:
+        return found.with_steel(name, simulate_steel(stage, rng))
+    except Unreachable as error:
+        return replace(
+            found.without(name, error), findings=(*found.findings, str(error))
         )
-        self.steel: dict[str, SteelFit] = {}
-        self.pile: PileResult | None = None
-        self.refused, self.findings = refused, contradictory(bench)
-        self.notes = list(effort.notes())
-        self.shape: pd.DataFrame | None = None
+    except (ValueError, SimulationFailed) as error:
+        return found.without(name, error)
 
-    def steel_rig(
-        self, name: str, simulate: Simulator, rng: np.random.Generator
-    ) -> None:
-        """One rig, with the parameters that those before it found."""
-        readings = self.bench.rigs[name]
-        before = list(STEEL)[: list(STEEL).index(name)]
-        stage = SteelStage(
-            STEEL[name],
-            readings,
-            self._steel_parameters(before),
-            self._description(readings.description),
-            simulate,
-            self.effort,
-            self.seed,
-            self.prescribed.values.get(name),
-        )
-        try:
-            self.steel[name] = simulate_steel(stage, rng)
-        except (ValueError, SimulationFailed) as error:
-            self.refused[name] = str(error)
-            if isinstance(error, Unreachable):
-                self.findings.append(str(error))
 
-    def pile_stage(self, simulate: Simulator, ranges: dict) -> PileStage:
-        """What the pile's simulations need: all seed–steel parameters, and their
-        ranges."""
-        description, notes = self._pile_description()
-        self.notes += notes
-        found = {
-            f.rig.parameter: (f.inverse.value, f.inverse.sd)
-            for f in self.steel.values()
-        }
-        limits = {rig.parameter: rig.limits for rig in STEEL.values()}
-        p = self.prescribed
-        return PileStage(
-            self.bench.rigs["pile"],
-            self._steel_parameters(STEEL),
-            description,
-            simulate,
-            self.effort,
-            self.seed,
-            ranges,
-            p.levels,
-            p.near,
-            p.steel or steel_box(found, limits),
-            found,
-            alike=not notes,
-            path=p.path,
-        )
+def pile_stage(found: Calibration, way: Way) -> PileStage:
+    """What the pile's simulations need: all seed–steel parameters, and their ranges."""
+    description, notes = _pile_described(found, way.effort)
+    fits, prescribed = found.steel.values(), way.prescribed
+    steel = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in fits}
+    limits = {rig.parameter: rig.limits for rig in STEEL.values()}
+    return PileStage(
+        readings=found.bench.rigs["pile"],
+        fixed=steel_parameters(found),
+        description=description,
+        simulate=way.simulate,
+        effort=way.effort,
+        seed=found.seed,
+        ranges=checked_ranges(prescribed.ranges),
+        levels=prescribed.levels,
+        near=prescribed.near,
+        steel=prescribed.steel or steel_box(steel, limits),
+        steel_found=steel,
+        path=prescribed.path,
+        notes=notes,
+    )
 
-    def pile_rig(
-        self, simulate: Simulator, ranges: dict, rng: np.random.Generator
-    ) -> None:
-        """The pile."""
-        try:
-            self.pile = simulate_pile(self.pile_stage(simulate, ranges), rng)
-        except (ValueError, SimulationFailed) as error:
-            self.refused["pile"] = str(error)
 
-    def compare_shapes(self, simulate: Simulator) -> None:
-        """What simpler seeds than the lot's would have given, where the rigs are
-        simulated as they are."""
-        fixed = self._steel_parameters(STEEL)
-        stated = {
-            name: self._description(rig.description)
-            for name, rig in self.bench.rigs.items()
-        }
-        questions = [
-            steel_question(fit, stated[name], fixed, self.effort.verify)
-            for name, fit in self.steel.items()
-        ]
-        if self.pile is not None:
-            values = fixed | self.pile.fit.optimum.point
-            questions.append(
-                pile_question(self._pile_description()[0], values, self.effort.piles)
-            )
-        self.shape = shape_effect(questions, simulate, self.seed)
+def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibration:
+    """The pile, simulated with what the seed–steel rigs found."""
+    stage = pile_stage(found, way)
+    found = found.saying(*stage.notes)
+    try:
+        return found.with_pile(simulate_pile(stage, rng))
+    except (ValueError, SimulationFailed) as error:
+        return found.without("pile", error)
 
-    def _steel_parameters(self, rigs: Iterable[str]) -> dict[str, float]:
-        """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
-        found = {f.rig.parameter: f.inverse.value for f in self.steel.values()}
-        return {
-            n: found.get(n, ASSUMED[n]) for n in (STEEL[rig].parameter for rig in rigs)
-        }
 
-    def _description(self, rig: dict) -> dict:
-        """The lot's seed and air, with the rig's section."""
-        seed = self.bench.seed.get("seed", {}) | rig.get("seed", {})
-        air = {"air": self.bench.seed["air"]} if "air" in self.bench.seed else {}
-        return {**rig, **({"seed": seed} if seed else {}), **air}
-
-    def _pile_description(self) -> tuple[dict, tuple[str, ...]]:
-        """Sections of the pile that is simulated, and notes where it is not the bench's
-        own."""
-        stated = self.bench.rigs["pile"].description
-        section, notes = pile_description(stated.get("pile", {}), self.effort)
-        return self._description({**stated, "pile": section}), notes
-
-    def _joint(self, rng: np.random.Generator) -> Joint | None:
-        priors, draws = self.prescribed.priors, self.effort.draws
-        if self.pile is None:
-            return fit_joint(self.steel, None, rng=rng, priors=priors, ess=draws)
-        fit, seen, candidates = self.pile.fit, self.pile.seen, self.pile.candidates
-        return fit_joint(
-            self.steel,
+def compare_shapes(found: Calibration, way: Way) -> Calibration:
+    """What simpler seeds than the lot's would have given, where the rigs are simulated
+    as they are."""
+    fixed, effort = steel_parameters(found), way.effort
+    questions = [
+        steel_question(
             fit,
-            rng=rng,
-            priors=priors,
-            ess=draws,
-            seen=seen,
-            candidates=candidates,
+            _described(found, found.bench.rigs[name].description),
+            fixed,
+            effort.verify,
         )
+        for name, fit in found.steel.items()
+    ]
+    if found.pile is not None:
+        described, _ = _pile_described(found, effort)
+        values = fixed | found.pile.optimum.point
+        questions.append(pile_question(described, values, effort.piles))
+    table = shape_effect(questions, way.simulate, found.seed)
+    return found.adding(shape_effect=table)
 
-    def calibration(self, rng: np.random.Generator, *, finished: bool) -> Calibration:
-        """What is known, joined."""
-        pile = self.pile.fit if self.pile else None
-        used = {rig.parameter: n for n, rig in STEEL.items() if n in self.refused}
-        assumed = [
-            f"{parameter} = {ASSUMED[parameter]:g} was assumed, because {rig} was not"
-            " calibrated"
-            for parameter, rig in used.items()
-            if self.steel or self.pile
-        ]
-        notes = [*self.notes, *assumed, *said_of(self.bench.seed.get("seed", {}))]
-        return Calibration(
-            mode="simulated",
-            bench=self.bench,
-            steel=dict(self.steel),
-            pile=pile,
-            joint=self._joint(rng) if finished else None,
-            refused=dict(self.refused),
-            findings=(*self.findings, *(pile.findings if pile else ())),
-            options={
-                **self.prescribed.options,
-                "effort": asdict(self.effort),
-                "said": notes,
-            },
-            seed=self.seed,
-            finished=finished,
-            more={} if self.shape is None else {"shape_effect": self.shape},
-        )
+
+def steel_parameters(
+    found: Calibration, rigs: Iterable[str] = tuple(STEEL)
+) -> dict[str, float]:
+    """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
+    values = {f.rig.parameter: f.inverse.value for f in found.steel.values()}
+    names = (STEEL[rig].parameter for rig in rigs)
+    return {n: values.get(n, ASSUMED[n]) for n in names}
+
+
+def _described(found: Calibration, rig: dict) -> dict:
+    """The lot's seed and air, with the rig's section."""
+    lot = found.bench.seed
+    seed = lot.get("seed", {}) | rig.get("seed", {})
+    air = {"air": lot["air"]} if "air" in lot else {}
+    return {**rig, **({"seed": seed} if seed else {}), **air}
+
+
+def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str, ...]]:
+    """Sections of the pile that is simulated, and notes where it is not the bench's
+    own."""
+    stated = found.bench.rigs["pile"].description
+    section, notes = pile_description(stated.get("pile", {}), effort)
+    return _described(found, {**stated, "pile": section}), notes
+
+
+def _noted(found: Calibration) -> Calibration:
+    """With what was assumed: for rigs that gave nothing, and of the lot."""
+    assumed = [
+        f"{rig.parameter} = {rig.assumed:g} was assumed, because {name} was not"
+        " calibrated"
+        for name, rig in STEEL.items()
+        if name in found.refused and (found.steel or found.pile)
+    ]
+    return found.saying(*assumed, *said_of(found.bench.seed.get("seed", {})))

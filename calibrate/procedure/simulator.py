@@ -8,12 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.calibrate.procedure.rigs import ASSUMED, Rig
 from benchtwin.twin.engine import OWN, Engine
 
 MANY = 10_000  # jobs: as many workers as there are cores
 # how far below the expected onset a slide's tilting begins: nothing happens before
 BELOW_DEG = 1.5
+CONVERTED_ALIKE = (
+    "these numbers are the first run's; others are converted in the same way"
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ def campaign(
     rendered: bool = False,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Callable = lambda told: None,
+    progress: Callable[[object], None] = lambda told: None,
     engine: Engine = OWN,
     say: Callable[[str], None] = lambda text: None,
 ) -> Iterator[Simulator]:
@@ -55,45 +58,31 @@ def campaign(
 
     Without a scheduler, local workers are started with the first run that the store has
     not, and stay for all that follow: they load their compiled kernels once."""
+    # imported here: dask and the compiled engine, which `--help` must not wait for
     from benchtwin.twin import Parameters
     from benchtwin.twin.campaign import read_campaign, run_campaign
     from benchtwin.twin.campaign.cluster import connected, workers_for
     from benchtwin.twin.job import Job
 
+    def job(r: Run) -> Job:
+        parameters = Parameters(**(base or {}) | rounded(r.values))
+        return Job(r.rig, parameters, _begun(r), r.rng, rendered, engine)
+
     with ExitStack() as stack:
-        address, said = scheduler, list[str]()
+        address, told = scheduler, False
 
         def simulate(runs: Sequence[Run]) -> pd.DataFrame:
-            nonlocal address
-            jobs = [
-                Job(
-                    r.rig,
-                    Parameters(**(base or {}) | rounded(r.values)),
-                    _begun(r),
-                    r.rng,
-                    rendered,
-                    engine,
-                )
-                for r in runs
-            ]
-            if jobs and not said and (converted := jobs[0].converted()):
-                said.extend(
-                    [
-                        *converted,
-                        (
-                            "these numbers are the first run's; others are converted in"
-                            " the same way"
-                        ),
-                    ]
-                )
-                for line in said:
+            nonlocal address, told
+            jobs = [job(r) for r in runs]
+            if jobs and not told and (converted := jobs[0].converted()):
+                told = True
+                for line in (*converted, CONVERTED_ALIKE):
                     say(line)
-            if address is None and read_campaign(jobs, store).counts()["done"] < len(
-                jobs
-            ):
-                address = stack.enter_context(
-                    connected(MANY, workers or workers_for(engine.ranks), None)
-                ).client.scheduler.address
+            done = read_campaign(jobs, store).counts()["done"] if not address else 0
+            if not address and done < len(jobs):
+                many = workers or workers_for(engine.ranks)
+                cluster = stack.enter_context(connected(MANY, many, None))
+                address = cluster.client.scheduler.address
             return run_campaign(
                 jobs, store, scheduler=address, progress=progress, keep="photos"
             ).table
@@ -111,14 +100,11 @@ def _begun(run: Run) -> dict:
     gives."""
     if run.rig != "slide" or "start_deg" in run.description.get("slide", {}):
         return run.description
-    onset = float(np.degrees(np.arctan(run.values.get("static_friction", 0.34))))
+    friction = run.values.get("static_friction", ASSUMED["static_friction"])
+    onset = float(np.degrees(np.arctan(friction)))
     start = float(np.floor(max(0.0, onset - BELOW_DEG)))
-    return run.description | {
-        "slide": (
-            run.description.get("slide", {})
-            | ({"start_deg": start} if start > 0 else {})
-        )
-    }
+    begun = {"start_deg": start} if start > 0 else {}
+    return run.description | {"slide": run.description.get("slide", {}) | begun}
 
 
 def usable(
@@ -128,9 +114,8 @@ def usable(
 
     Raises SimulationFailed when fewer than the share `least` have one, naming a failure
     and how to run it alone."""
-    there = table["status"].eq("done") & (
-        table[response].notna() if response in table else False
-    )
+    there = table["status"].eq("done")
+    there &= table[response].notna() if response in table else False
     notes = []
     if not there.all():
         first = table[~there].iloc[0]
@@ -144,7 +129,7 @@ def usable(
     return there, notes
 
 
-def seed_numbers(seed: int, *words) -> tuple[int, ...]:
+def seed_numbers(seed: int, *words: object) -> tuple[int, ...]:
     """Seed numbers of a run, from what it is: another stage, value or repeat has
     others, whatever was run before.
 
@@ -156,14 +141,11 @@ def seed_numbers(seed: int, *words) -> tuple[int, ...]:
     return (seed, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little"))
 
 
-def steel_rows(table: pd.DataFrame, rig: str, values: np.ndarray) -> pd.DataFrame:
+def steel_rows(table: pd.DataFrame, rig: Rig, values: np.ndarray) -> pd.DataFrame:
     """A row a value: parameter, mean response, sd of single runs, repeats; from one row
-    a run."""
-    of = STEEL[rig]
-    by = pd.DataFrame(
-        {of.parameter: values, of.response: table[of.response].to_numpy(float)}
-    ).groupby(of.parameter)[of.response]
-    rows = pd.DataFrame(
-        {of.response: by.mean(), of.sd: by.std(ddof=1), "repeats": by.count()}
-    ).reset_index()
-    return rows[rows["repeats"] >= 2].reset_index(drop=True)
+    a run. Values with fewer than two runs have no sd and are left out."""
+    runs = {rig.parameter: values, rig.response: table[rig.response].to_numpy(float)}
+    by = pd.DataFrame(runs).groupby(rig.parameter)[rig.response]
+    rows = {rig.response: by.mean(), rig.sd: by.std(ddof=1), "repeats": by.count()}
+    found = pd.DataFrame(rows).reset_index()
+    return found[found["repeats"] >= 2].reset_index(drop=True)

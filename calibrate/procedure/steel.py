@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import Rig, direct
+from benchtwin.calibrate.procedure.rigs import Rig
 from benchtwin.calibrate.statistics.bench import BenchMean, Verification
 from benchtwin.calibrate.statistics.curves import (
     Monotone,
@@ -15,12 +15,14 @@ from benchtwin.calibrate.statistics.curves import (
 )
 from benchtwin.calibrate.statistics.inversion import Inverse, OutsideRange, invert
 
-# of the simulated range: how far its end the polynomial is followed when nothing else
-# answers
+# of the simulated range: how far past its end the polynomial is followed when nothing
+# else answers, where its error is still about that of its last row
 BEYOND = 0.05
+FEWEST_ROWS = 4  # of a monotone curve: its error comes from rows with two neighbours
+ANSWERS = ["curve", "value", "low", "high", "note"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SteelFit:
     """One seed–steel parameter.
 
@@ -39,18 +41,15 @@ class SteelFit:
     by: str
     answers: pd.DataFrame
     direct: float | None
-    verification: Verification | None
     notes: tuple[str, ...]
+    verification: Verification | None = None
 
     @property
     def surrogate(self) -> Polynomial | Monotone:
         """The curve that stands for the rig in the posterior: the one that answers
         within its rows."""
-        return (
-            self.monotone
-            if self.by != "polynomial" and self.monotone is not None
-            else self.polynomial
-        )
+        within = self.by != "polynomial" and self.monotone is not None
+        return self.monotone if within else self.polynomial
 
 
 def fit_steel(
@@ -67,99 +66,99 @@ def fit_steel(
     weighted: rows count by their own scatter; False as the paper does. Raises
     OutsideRange when the bench's mean lies beyond what was simulated on both curves and
     just beyond; ValueError as the curves."""
-    sd = rig.sd if rig.sd in rows else None
-    repeats = "repeats" if "repeats" in rows else None
-    weights = (sd, repeats) if weighted else (None, None)
-    polynomial = fit_polynomial(
-        rows, rig.parameter, rig.response, rig.degree, sd=weights[0], repeats=weights[1]
-    )
-    several = rows[rig.parameter].nunique() >= 4
-    monotone = (
-        fit_monotone(rows, rig.parameter, rig.response, rng=rng, sd=sd, repeats=repeats)
-        if several
-        else None
-    )
-    answers, refused, notes = _answers(polynomial, monotone, bench)
-    by, inverse = _choose(answers, polynomial, refused)
+    x, y = rig.parameter, rig.response
+    scatter: dict[str, str] = {}
+    if rig.sd in rows:
+        scatter["sd"] = rig.sd
+    if "repeats" in rows:
+        scatter["repeats"] = "repeats"
+    weighing = scatter if weighted else {}
+    polynomial = fit_polynomial(rows, x, y, rig.degree, **weighing)
+    monotone = None
+    if rows[x].nunique() >= FEWEST_ROWS:
+        monotone = fit_monotone(rows, x, y, rng=rng, **scatter)
+    curves = {"polynomial": polynomial, "monotone curve": monotone}
+    answers, refused = _answers(curves, bench)
+    if not answers:
+        raise refused["polynomial"]
+    by, inverse = next(iter(answers.items()))
+    notes = _disagreement(answers)
     if by != "polynomial":
         notes.append(
             f"the answer comes from the {by}, because the polynomial refuses:"
             f" {refused['polynomial']}"
         )
-    notes += inverse.notes
-    table = pd.DataFrame(
-        [(n, a.value, a.low, a.high, "; ".join(a.notes)) for n, a in answers.items()]
-        + [(n, np.nan, np.nan, np.nan, str(e)) for n, e in refused.items()],
-        columns=["curve", "value", "low", "high", "note"],
-    )
-    plain = direct(rig.name, bench.value, description or {})
     return SteelFit(
-        rig,
-        bench,
-        rows,
-        polynomial,
-        monotone,
-        inverse,
-        by,
-        table,
-        plain,
-        None,
-        tuple(notes),
+        rig=rig,
+        bench=bench,
+        rows=rows,
+        polynomial=polynomial,
+        monotone=monotone,
+        inverse=inverse,
+        by=by,
+        answers=pd.DataFrame(
+            [answer_row(n, a) for n, a in (answers | refused).items()], columns=ANSWERS
+        ),
+        direct=rig.direct(bench.value, description or {}),
+        notes=(*notes, *inverse.notes),
     )
 
 
-def _answers(polynomial: Polynomial, monotone: Monotone | None, bench: BenchMean):
-    """Inverses by curve, refusals by curve, and a note where both answer and
-    disagree."""
+def _answers(
+    curves: dict[str, Polynomial | Monotone | None], bench: BenchMean
+) -> tuple[dict[str, Inverse], dict[str, OutsideRange]]:
+    """Inverses by curve, and refusals by curve."""
     answers: dict[str, Inverse] = {}
     refused: dict[str, OutsideRange] = {}
-    for name, curve in (("polynomial", polynomial), ("monotone curve", monotone)):
+    for name, curve in curves.items():
         if curve is None:
             continue
         try:
             answers[name] = invert(curve, bench)
         except OutsideRange as error:
             refused[name] = error
-    notes = []
-    if len(answers) == 2:
-        a, b = answers["polynomial"], answers["monotone curve"]
-        if not a.low <= b.value <= a.high:
-            notes.append(
-                f"the curves disagree: polynomial {a.value:.4g}, monotone"
-                f" {b.value:.4g}; the degree may not suit the rows"
-            )
-    return answers, refused, notes
+    return answers, refused
 
 
-def _choose(
-    answers: dict[str, Inverse],
-    polynomial: Polynomial,
-    refused: dict[str, OutsideRange],
-) -> tuple[str, Inverse]:
-    for name in ("polynomial", "monotone curve"):
-        if name in answers:
-            return name, answers[name]
-    raise refused["polynomial"]
+def answer_row(curve: str, found: Inverse | OutsideRange) -> tuple:
+    """What a curve answers or why it refuses, in the columns ANSWERS."""
+    if isinstance(found, OutsideRange):
+        return curve, np.nan, np.nan, np.nan, str(found)
+    return curve, found.value, found.low, found.high, "; ".join(found.notes)
+
+
+def _disagreement(answers: dict[str, Inverse]) -> list[str]:
+    """A note where both curves answer and differ by more than the first's interval."""
+    if len(answers) < 2:
+        return []
+    a, b = answers.values()
+    if a.low <= b.value <= a.high:
+        return []
+    return [
+        f"the curves disagree: polynomial {a.value:.4g}, monotone {b.value:.4g}; the"
+        " degree may not suit the rows"
+    ]
 
 
 def fit_beyond(rig: Rig, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
     """The unweighted polynomial followed a little beyond its rows; raises OutsideRange
     when that does not reach either."""
-    return invert(
-        fit_polynomial(rows, rig.parameter, rig.response, rig.degree),
-        bench,
-        beyond=BEYOND,
+    curve = fit_polynomial(rows, rig.parameter, rig.response, rig.degree)
+    return invert(curve, bench, beyond=BEYOND)
+
+
+def disagreement(found: Verification, unit: str = "") -> tuple[str, ...]:
+    """A note where repeats at the answer disagree with the bench."""
+    if found.agrees:
+        return ()
+    return (
+        f"verification disagrees: {found.simulated:.4g}{unit} simulated,"
+        f" {found.bench:.4g}{unit} at the bench (p = {found.p:.2g})",
     )
 
 
-def verified(fit: SteelFit, verification: Verification) -> SteelFit:
-    """The fit with its verification, and a note where it disagrees with the bench."""
-    notes = fit.notes
-    if not verification.agrees:
-        notes += (
-            (
-                f"verification disagrees: {verification.simulated:.4g} simulated,"
-                f" {verification.bench:.4g} at the bench (p = {verification.p:.2g})"
-            ),
-        )
-    return replace(fit, verification=verification, notes=notes)
+def verified(fit: SteelFit, found: Verification, notes: list[str]) -> SteelFit:
+    """The fit with its verification, a note where it disagrees with the bench, and
+    those of its runs."""
+    said = (*fit.notes, *disagreement(found), *notes)
+    return replace(fit, verification=found, notes=said)

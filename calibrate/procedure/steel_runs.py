@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
-from benchtwin.calibrate.procedure.rigs import Rig, direct
+from benchtwin.calibrate.procedure.rigs import Rig
 from benchtwin.calibrate.procedure.simulator import (
     Run,
     Simulator,
@@ -16,18 +16,21 @@ from benchtwin.calibrate.procedure.simulator import (
     usable,
 )
 from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel, verified
-from benchtwin.calibrate.statistics.bench import BenchMean, verify
+from benchtwin.calibrate.statistics.bench import verify
 from benchtwin.calibrate.statistics.inversion import OutsideRange
+from numpy.typing import ArrayLike
 
+# times that a range is extended: each at most doubles it, so that five can make it 32
+# times as wide
 EXTENSIONS = 5
+# of them, those that only widen an interval which the range's end cuts off
+WIDENINGS = 2
+# half widths of the first range, and how far towards zero one step may go, as shares of
+# its middle or its low end: far enough to see a slope, and never past zero
+FIRST_HALF, NEARER = 0.25, 0.4
 # of the variance from the curve's shape, above which the range is narrowed around the
 # answer
 SHAPE_SHARE = 0.25
-DEFAULT_CENTRE = {
-    "drop": 0.5,
-    "slide": 0.35,
-    "roll": 0.02,
-}  # where a range begins when the readings say nothing
 
 
 class Unreachable(ValueError):
@@ -35,7 +38,7 @@ class Unreachable(ValueError):
     diagnosis."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SteelStage:
     """What one rig's simulations need. fixed: parameters found before; description:
     sections of the recordings; seed: of the run; values: where to simulate, None to
@@ -50,28 +53,36 @@ class SteelStage:
     seed: int
     values: tuple[float, ...] | None = None
 
-    def runs(self, values, repeats: int, what: str) -> list[Run]:
-        """Repeats of every value, each with a generator of its own; rolls alternately
-        to either side."""
+    def runs(self, values: ArrayLike, repeats: int, what: str) -> list[Run]:
+        """Repeats of every value, each with a generator of its own; where a rig has two
+        ways, alternately to either side."""
+        name, parameter = self.rig.name, self.rig.parameter
         return [
             Run(
-                self.rig.name,
-                {**self.fixed, self.rig.parameter: float(v)},
-                seed_numbers(self.seed, self.rig.name, what, float(v), k),
+                name,
+                {**self.fixed, parameter: float(v)},
+                seed_numbers(self.seed, name, what, float(v), k),
                 self._way(k),
             )
-            for v in values
+            for v in np.asarray(values)
             for k in range(repeats)
         ]
 
     def _way(self, k: int) -> dict:
-        if self.rig.name != "roll":
+        if not self.rig.both_ways:
             return self.description
-        return self.description | {
-            "roll": (
-                self.description.get("roll", {}) | {"direction": ("+x", "-x")[k % 2]}
-            )
-        }
+        section = self.description.get(self.rig.name, {})
+        way = section | {"direction": ("+x", "-x")[k % 2]}
+        return self.description | {self.rig.name: way}
+
+    def fit(self, rows: pd.DataFrame, rng: np.random.Generator) -> SteelFit:
+        """The rows fitted at the bench's mean; a single reading scatters as single
+        simulated runs do. Raises as `fit_steel`."""
+        own = rows["repeats"] - 1
+        sd = float(np.sqrt((own * rows[self.rig.sd] ** 2).sum() / own.sum()))
+        bench = self.readings.mean(other=(sd, float(own.sum())))
+        stated = self.readings.description
+        return fit_steel(self.rig, rows, bench, rng=rng, description=stated)
 
 
 def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
@@ -80,20 +91,14 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
     if stage.readings.values.size > 1:
         # readings that cannot be used are refused before anything is simulated
         stage.readings.mean()
-    values, rows, notes = (
-        np.array(stage.values or first_values(stage)),
-        pd.DataFrame(),
-        [],
-    )
+    rows, notes = pd.DataFrame(), []
+    values = np.array(stage.values or first_values(stage))
     for attempt in range(EXTENSIONS + 1):
         rows, more = _simulated(stage, values, rows)
         notes += more
-        bench = _bench(stage, rows)
         try:
-            fit = fit_steel(
-                stage.rig, rows, bench, rng=rng, description=stage.readings.description
-            )
-            beyond = _beyond_interval(fit) if attempt < 2 else None
+            fit = stage.fit(rows, rng)
+            beyond = _beyond_interval(fit) if attempt < WIDENINGS else None
         except OutsideRange as error:
             fit, beyond = None, error
         if beyond is None:
@@ -108,17 +113,16 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
     if fit is None:
         raise Unreachable(_unreachable(stage, str(beyond)))
     fit, more = _narrowed(stage, fit, rows, rng)
-    fit = replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
-    return _verified(stage, fit)
+    return _verified(
+        stage, replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
+    )
 
 
 def first_values(stage: SteelStage) -> np.ndarray:
     """Where to begin: about the parameter that Eqs. 1–3 give for the bench's mean."""
     rig, middle = stage.rig, float(stage.readings.values.mean())
-    centre = (
-        direct(rig.name, middle, stage.readings.description) or DEFAULT_CENTRE[rig.name]
-    )
-    half = max(min(rig.step, 0.4 * centre), 0.25 * centre)
+    centre = rig.direct(middle, stage.readings.description) or rig.first
+    half = max(min(rig.step, NEARER * centre), FIRST_HALF * centre)
     low, high = max(rig.limits[0], centre - half), min(rig.limits[1], centre + half)
     return _three_digits(np.linspace(low, high, stage.effort.levels))
 
@@ -135,22 +139,9 @@ def _simulated(
     table = stage.simulate(runs)
     there, notes = usable(table, stage.rig.response)
     at = np.array([r.values[stage.rig.parameter] for r in runs])
-    rows = pd.concat(
-        [before, steel_rows(table[there], stage.rig.name, at[there.to_numpy()])]
-    )
-    return (
-        rows.drop_duplicates(stage.rig.parameter).sort_values(
-            stage.rig.parameter, ignore_index=True
-        ),
-        notes,
-    )
-
-
-def _bench(stage: SteelStage, rows: pd.DataFrame) -> BenchMean:
-    """The bench's mean; a single reading scatters as single simulated runs do."""
-    own = rows["repeats"] - 1
-    sd = float(np.sqrt((own * rows[stage.rig.sd] ** 2).sum() / own.sum()))
-    return stage.readings.mean(other=(sd, float(own.sum())))
+    new = steel_rows(table[there], stage.rig, at[there.to_numpy()])
+    rows = pd.concat([before, new]).drop_duplicates(stage.rig.parameter)
+    return rows.sort_values(stage.rig.parameter, ignore_index=True), notes
 
 
 def _beyond_interval(fit: SteelFit) -> OutsideRange | None:
@@ -158,12 +149,11 @@ def _beyond_interval(fit: SteelFit) -> OutsideRange | None:
     to go on."""
     i = fit.inverse
     reach = max(i.high - i.low, 4 * i.sd)
-    if i.open_ends:
-        side = "low" if i.low <= fit.rows[fit.rig.parameter].min() else "high"
-        return OutsideRange(
-            "", side, i.value - reach if side == "low" else i.value + reach
-        )
-    return None
+    if not i.open_ends:
+        return None
+    if i.low <= fit.rows[fit.rig.parameter].min():
+        return OutsideRange("", "low", i.value - reach)
+    return OutsideRange("", "high", i.value + reach)
 
 
 def _next_values(
@@ -177,8 +167,8 @@ def _next_values(
     # a straight guess may fall far off a curve: not farther than one range at a time
     reach = min(1.5 * abs(guess - end) + 0.1 * np.ptp(x), np.ptp(x))
     target = float(np.clip(end + step * reach, *rig.limits))
-    if target <= 0.4 * end:
-        target = max(rig.limits[0], 0.4 * end)
+    if target <= NEARER * end:
+        target = max(rig.limits[0], NEARER * end)
     if abs(target - end) < 1e-3 * np.ptp(x):
         return np.zeros(0)
     new = _three_digits(np.linspace(end, target, max(3, levels // 2) + 1)[1:])
@@ -207,38 +197,23 @@ def _narrowed(
     low, high = np.clip(
         [fit.inverse.value - half, fit.inverse.value + half], *stage.rig.limits
     )
-    close, notes = _simulated(
-        stage,
-        _three_digits(np.linspace(low, high, stage.effort.levels)),
-        pd.DataFrame(),
-    )
+    values = _three_digits(np.linspace(low, high, stage.effort.levels))
+    close, notes = _simulated(stage, values, pd.DataFrame())
     try:
-        again = fit_steel(
-            stage.rig,
-            close,
-            _bench(stage, close),
-            rng=rng,
-            description=stage.readings.description,
-        )
-    except (OutsideRange, ValueError):
+        again = stage.fit(close, rng)
+    except ValueError:  # OutsideRange too
         return fit, notes
-    return again, [
-        *notes,
-        (
-            f"narrowed to {low:.3g} … {high:.3g}, because the curve does not follow the"
-            " whole range"
-        ),
-    ]
+    notes.append(
+        f"narrowed to {low:.3g} … {high:.3g}, because the curve does not follow the"
+        " whole range"
+    )
+    return again, notes
 
 
 def _verified(stage: SteelStage, fit: SteelFit) -> SteelFit:
     """Repeats at the answer, beside the bench."""
-    table = stage.simulate(
-        stage.runs([fit.inverse.value], stage.effort.verify, "verification")
-    )
+    runs = stage.runs([fit.inverse.value], stage.effort.verify, "verification")
+    table = stage.simulate(runs)
     there, notes = usable(table, stage.rig.response)
     values = table.loc[there, stage.rig.response].to_numpy(float)
-    return replace(
-        verified(fit, verify(values, fit.bench, name=stage.rig.name)),
-        notes=(*fit.notes, *notes),
-    )
+    return verified(fit, verify(values, fit.bench, name=stage.rig.name), notes)

@@ -17,14 +17,12 @@ from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.inversion import OutsideRange
 from benchtwin.twin.bench_folder import read_numbers
 
-LETTERS = (
-    "A",
-    "B",
-    "C",
-)  # the factors of design.csv, in the order of the columns of levels.csv
+# the factors of design.csv, in the order of the columns of levels.csv
+LETTERS = ("A", "B", "C")
+# what a reading can be at all: up to 100 m, up to the vertical
 READING = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 CODED = (-2.0, 2.0)  # axial points of a rotatable design stand at 1.68
-ANY = (-1e9, 1e9)
+ANY = (-1e9, 1e9)  # whatever is a number
 SEEDS = {name: (0.0, SEED_LIMITS[name][1]) for name in SEED_FACTORS}
 
 
@@ -58,30 +56,28 @@ def levels_table(file: Path) -> pd.DataFrame:
     return levels
 
 
-def box_of(levels: pd.DataFrame, file: Path) -> Box:
-    """The box that the levels −1 and 1 span."""
-    by = levels.set_index("coded")
+def levels_box(file: Path) -> Box:
+    """The box that the levels −1 and 1 of levels.csv span."""
+    by = levels_table(file).set_index("coded")
     with naming(file):
-        return Box(
-            tuple(by.columns), by.loc[-1].to_numpy(float), by.loc[1].to_numpy(float)
-        )
+        return Box(tuple(by.columns), *by.loc[[-1, 1]].to_numpy(float))
 
 
-def design_table(file: Path) -> pd.DataFrame:
-    """design.csv, a row a pile: A, B, C coded, and its angle."""
-    return _numbers(
-        file, {**dict.fromkeys(LETTERS, CODED), PILE_RESPONSE: READING["deg"]}
-    )
+def design_table(file: Path, box: Box) -> pd.DataFrame:
+    """design.csv, a row a pile, A, B, C coded: its factors in natural units, to twelve
+    digits, and its angle."""
+    columns = dict.fromkeys(LETTERS, CODED) | {PILE_RESPONSE: READING["deg"]}
+    coded = _numbers(file, columns)
+    natural = np.round(box.natural(coded[list(LETTERS)]), 12)
+    design = pd.DataFrame(natural, columns=list(box.names))
+    return design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
 
 
 def path_table(file: Path) -> pd.DataFrame:
     """path.csv, a row a group of the steepest ascent: its number (else 1 …), factors,
     angle, the error printed if it is."""
-    path = _numbers(
-        file,
-        {**SEEDS, PILE_RESPONSE: READING["deg"]},
-        {"group": ANY, "relative_error_percent": ANY},
-    )
+    optional = {"group": ANY, "relative_error_percent": ANY}
+    path = _numbers(file, {**SEEDS, PILE_RESPONSE: READING["deg"]}, optional)
     if "group" not in path:
         path.insert(0, "group", np.arange(1, len(path) + 1))
     if len(part := path.index[path["group"] % 1 != 0]):

@@ -23,14 +23,8 @@ def anova_table(surface: Surface) -> pd.DataFrame:
     ]
     for j, term in enumerate(surface.terms):
         if any(term):
-            rows.append(
-                (
-                    polynomial.name(term),
-                    surface.coefficients[j] ** 2 / surface.inverse[j, j],
-                    1,
-                    "residual",
-                )
-            )
+            ss = surface.coefficients[j] ** 2 / surface.inverse[j, j]
+            rows.append((polynomial.name(term), ss, 1, "residual"))
     rows.append(("Residual", surface.residual_ss, surface.residual_df, None))
     lack_df = surface.residual_df - surface.pure_df
     rows.append(("Lack of fit", surface.residual_ss - surface.pure_ss, lack_df, "pure"))
@@ -41,10 +35,7 @@ def anova_table(surface: Surface) -> pd.DataFrame:
         "pure": (surface.pure_ss, surface.pure_df),
     }
     return pd.DataFrame(
-        [
-            _row(source, ss, df, against.get(error or ""))
-            for source, ss, df, error in rows
-        ]
+        [_row(name, ss, df, against.get(error or "")) for name, ss, df, error in rows]
     )
 
 
@@ -79,11 +70,5 @@ def contributions(anova: pd.DataFrame, factors: int) -> pd.DataFrame:
     for a in letters:
         pairs = sum(delta.get("".join(sorted(a + b)), 0.0) for b in letters if b != a)
         own, square = delta.get(a, 0.0), delta.get(f"{a}²", 0.0)
-        rows.append(
-            {
-                "factor": a,
-                "by_formula": own + pairs / 2 + square,
-                "as_paper": own + pairs,
-            }
-        )
-    return pd.DataFrame(rows)
+        rows.append((a, own + pairs / 2 + square, own + pairs))
+    return pd.DataFrame(rows, columns=["factor", "by_formula", "as_paper"])

@@ -19,9 +19,8 @@ def equal_steps(box: Box, steps: int) -> pd.DataFrame:
     if steps < 3:
         raise ValueError(f"steps: at least 3, not {steps}")
     path = np.linspace(box.low, box.high, steps)
-    table = pd.DataFrame(path, columns=list(box.names)).map(
-        lambda v: float(f"{v:.12g}")
-    )
+    table = pd.DataFrame(path, columns=list(box.names))
+    table = table.map(lambda v: float(f"{v:.12g}"))
     table.insert(0, "group", np.arange(1, steps + 1))
     return table
 
@@ -70,7 +69,7 @@ def choose_centre(
         raise ValueError(f"path: at least 3 groups, not {len(path)}")
     error = relative_error(values[:, 0], bench)
     errors = path.assign(relative_error=error)
-    group = path["group"].to_numpy() if "group" in path else np.arange(1, len(path) + 1)
+    group = _groups(path)
     best = int(np.argmin(error))
     notes = []
     if best in (0, len(path) - 1):
@@ -96,20 +95,16 @@ def choose_centre(
         )
     middle = int(np.clip(best, 1, len(path) - 2))
     rows = slice(middle - 1, middle + 2)
-    levels = pd.DataFrame(
-        {
-            "coded": [-1, 0, 1],
-            "group": group[rows],
-            **{f: path[f].to_numpy()[rows] for f in factors},
-        }
-    )
-    return Centre(
-        int(group[best]),
-        levels,
-        errors,
-        tuple(notes),
-        crossing(path, response, bench, factors),
-    )
+    levels = {f: path[f].to_numpy()[rows] for f in factors}
+    levels = {"coded": [-1, 0, 1], "group": group[rows], **levels}
+    meets = crossing(path, response, bench, factors)
+    return Centre(int(group[best]), pd.DataFrame(levels), errors, tuple(notes), meets)
+
+
+def _groups(path: pd.DataFrame) -> np.ndarray:
+    """The groups' numbers, 1 … where the path does not state them."""
+    numbered = "group" in path
+    return path["group"].to_numpy() if numbered else np.arange(1, len(path) + 1)
 
 
 def crossing(
@@ -119,10 +114,7 @@ def crossing(
     groups; None where that is outside the path.
 
     A first answer, before any design. Packing noise moves the line less than any one
-    group.
-
-    Valid for a path of equal steps over which the response bends little.
-    """
+    group. Valid for a path of equal steps over which the response bends little."""
     steps = np.arange(len(path), dtype=float)
     slope, start = np.polyfit(steps, numbers(path, [response])[:, 0], 1)
     at = (bench - start) / slope if slope else np.nan
@@ -146,7 +138,7 @@ def check_published(
     published; said_centre: the group the text names."""
     factors = tuple(c for c in levels.columns if c != "coded")
     centre = choose_centre(path, response, bench, factors)
-    group = path["group"].to_numpy() if "group" in path else np.arange(1, len(path) + 1)
+    group = _groups(path)
     on_path = numbers(path, factors)
     used = [
         np.flatnonzero(np.isclose(on_path, row, rtol=1e-6, atol=1e-9).all(axis=1))

@@ -36,9 +36,8 @@ def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:
 def natural_coefficients(surface: Surface) -> pd.Series:
     """Coefficients of the same surface in natural units, indexed by term; lower-order
     terms appear where a reduced model needs them."""
-    found = polynomial.natural_coefficients(
-        surface.box, surface.terms, surface.coefficients
-    )
+    box, terms, coded = surface.box, surface.terms, surface.coefficients
+    found = polynomial.natural_coefficients(box, terms, coded)
     ordered = sorted(found, key=lambda t: (sum(t), max(t, default=0), [-e for e in t]))
     return pd.Series({polynomial.name(t): found[t] for t in ordered})
 
@@ -70,14 +69,8 @@ def response_grid(
     natural = np.tile([place[n] for n in box.names], (steps**2, 1))
     natural[:, i], natural[:, j] = grid[0].ravel(), grid[1].ravel()
     mean, variance = surface.evaluate(natural)
-    return pd.DataFrame(
-        {
-            across: natural[:, i],
-            along: natural[:, j],
-            "predicted": mean,
-            "se": np.sqrt(variance),
-        }
-    )
+    table = {across: natural[:, i], along: natural[:, j]}
+    return pd.DataFrame(table | {"predicted": mean, "se": np.sqrt(variance)})
 
 
 @dataclass(frozen=True)
@@ -105,20 +98,16 @@ def quality(surface: Surface) -> Quality:
     y, predicted = surface.response, surface.mean(surface.points)
     n, p = len(y), len(surface.terms)
     total, free = total_ss(surface), 1 - leverage(surface)
-    press = (
-        float(np.sum((residuals(surface) / free) ** 2))
-        if (free > 1e-9).all()
-        else np.nan
-    )
+    decided = not (free > 1e-9).all()  # a run alone decides its own prediction
+    press = np.nan if decided else float(np.sum((residuals(surface) / free) ** 2))
     sd, mean = float(np.sqrt(surface.residual_ms)), float(y.mean())
+    reach = float(np.ptp(predicted))
     return Quality(
         r2=1 - surface.residual_ss / total,
         r2_adjusted=1 - surface.residual_ms / (total / (n - 1)),
         r2_predicted=1 - press / total,
         press=press,
-        adequate_precision=(
-            float(np.ptp(predicted) / (sd * np.sqrt(p / n))) if sd else np.inf
-        ),
+        adequate_precision=float(reach / (sd * np.sqrt(p / n))) if sd else np.inf,
         mean=mean,
         sd=sd,
         cv_percent=100 * sd / abs(mean) if mean else np.nan,

@@ -50,10 +50,8 @@ def bench_mean(
     if x.ndim != 1 or x.size < 2:
         raise ValueError(f"{name}: {x.size} reading has no scatter; give at least two")
     if not np.isfinite(x).all():
-        raise ValueError(
-            f"{name}: reading {int(np.flatnonzero(~np.isfinite(x))[0]) + 1} is not"
-            " finite"
-        )
+        first = int(np.argmin(np.isfinite(x))) + 1
+        raise ValueError(f"{name}: reading {first} is not finite")
     if (own < 0).any() or shared_sd < 0 or trimmed < 0:
         raise ValueError(
             f"{name}: reading_sd, shared_sd and trimmed must not be negative"
@@ -67,13 +65,8 @@ def bench_mean(
     full = x.size + 2 * trimmed
     winsorised = np.concatenate([x, np.repeat([x.min(), x.max()], trimmed)])
     scatter = winsorised.std(ddof=1) / (x.size / full * np.sqrt(full))
-    return BenchMean(
-        float(x.mean()),
-        float(max(scatter, measured / np.sqrt(x.size))),
-        x.size - 1.0,
-        float(shared_sd),
-        x.size,
-    )
+    sd = float(max(scatter, measured / np.sqrt(x.size)))
+    return BenchMean(float(x.mean()), sd, x.size - 1.0, float(shared_sd), x.size)
 
 
 def one_reading(
@@ -112,28 +105,20 @@ def pooled_mean(
     x = np.asarray(readings, dtype=float)
     if x.size == 1:
         own = float(np.max(np.asarray(reading_sd, dtype=float)))
-        return one_reading(
-            x[0],
-            name=name,
-            scatter_sd=float(np.hypot(scatter_sd, own)),
-            df=max(df, 1.0),
-            shared_sd=shared_sd,
-        )
+        sd, df = float(np.hypot(scatter_sd, own)), max(df, 1.0)
+        return one_reading(x[0], name=name, scatter_sd=sd, df=df, shared_sd=shared_sd)
     if x.size and np.isfinite(x).all() and pooled:
         variance = float(x.var(ddof=1))
         p = stats.f.sf(variance / scatter_sd**2, x.size - 1, df)
         if alpha / 2 <= p <= 1 - alpha / 2:
             free = x.size - 1 + df
-            both = np.sqrt(
-                ((x.size - 1) * variance + df * scatter_sd**2) / free / x.size
-            )
-            return BenchMean(
-                float(x.mean()), float(both), float(free), float(shared_sd), x.size
-            )
+            both = ((x.size - 1) * variance + df * scatter_sd**2) / free
+            sd = float(np.sqrt(both / x.size))
+            return BenchMean(float(x.mean()), sd, float(free), float(shared_sd), x.size)
     return bench_mean(x, name=name, reading_sd=reading_sd, shared_sd=shared_sd)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Verification:
     """Simulated repeats at the calibrated parameters beside the bench (the paper's
     relative errors).
@@ -173,13 +158,13 @@ def verify(
     p = float(2 * stats.t.sf(abs(t), df))
     error = abs(difference / bench.value)
     return Verification(
-        float(y.mean()),
-        float(np.sqrt(own)),
-        bench.value,
-        error,
-        float(t),
-        p,
-        p >= alpha,
+        simulated=float(y.mean()),
+        sd=float(np.sqrt(own)),
+        bench=bench.value,
+        relative_error=error,
+        t=float(t),
+        p=p,
+        agrees=p >= alpha,
     )
 
 
@@ -203,7 +188,8 @@ def agreement(
     limit = stats.norm.ppf(1 - alpha / (2 * y.size))
     aside = np.zeros(y.size, dtype=bool)
     while True:
-        weight = np.where(aside, 0.0, w).sum() - np.where(aside, 0.0, w)
+        kept = np.where(aside, 0.0, w)
+        weight = kept.sum() - kept
         others = (np.sum(w[~aside] * y[~aside]) - np.where(aside, 0.0, w * y)) / weight
         z = (y - others) / np.sqrt(s**2 + 1 / weight)
         farthest = int(np.argmax(np.where(aside, 0.0, abs(z))))

@@ -37,6 +37,5 @@ def interval(
     """
     tail = (1 - level) / 2 if not ends else 1 - level
     low, high = (float(v) for v in np.quantile(draws, [tail, 1 - tail]))
-    return searched[0] if "low" in ends else low, searched[
-        1
-    ] if "high" in ends else high
+    low = searched[0] if "low" in ends else low
+    return low, searched[1] if "high" in ends else high

@@ -37,14 +37,11 @@ class Box:
         if len(set(self.names)) < len(self.names):
             raise ValueError(f"factor names must differ: {', '.join(self.names)}")
         for name, low, high in zip(self.names, self.low, self.high):
+            here = f"here are {low:g} and {high:g}"
             if not np.isfinite([low, high]).all():
-                raise ValueError(
-                    f"{name}: limits must be finite; here are {low:g} and {high:g}"
-                )
+                raise ValueError(f"{name}: limits must be finite; {here}")
             if low >= high:
-                raise ValueError(
-                    f"{name}: low must be below high; here are {low:g} and {high:g}"
-                )
+                raise ValueError(f"{name}: low must be below high; {here}")
 
     @classmethod
     def of(cls, ranges: Mapping[str, tuple[float, float]]) -> "Box":
@@ -53,11 +50,8 @@ class Box:
         >>> Box.of({"restitution": (0.55, 0.65)}).natural([[0.5]])
         array([[0.625]])
         """
-        return cls(
-            tuple(ranges),
-            np.array([r[0] for r in ranges.values()]),
-            np.array([r[1] for r in ranges.values()]),
-        )
+        low, high = np.array(list(ranges.values()), dtype=float).reshape(-1, 2).T
+        return cls(tuple(ranges), low, high)
 
     @property
     def centre(self) -> np.ndarray:
@@ -66,6 +60,18 @@ class Box:
     @property
     def half_width(self) -> np.ndarray:
         return (self.high - self.low) / 2
+
+    def range(self, name: str) -> tuple[float, float]:
+        """A factor's low and high."""
+        i = self.names.index(name)
+        return float(self.low[i]), float(self.high[i])
+
+    def with_factors(self, other: "Box | None") -> "Box":
+        """This box with another's factors behind its own."""
+        if other is None:
+            return self
+        low, high = np.r_[self.low, other.low], np.r_[self.high, other.high]
+        return Box((*self.names, *other.names), low, high)
 
     def coded(self, natural: ArrayLike) -> np.ndarray:
         """Natural (…, k) → coded (…, k)."""

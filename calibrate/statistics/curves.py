@@ -24,6 +24,7 @@ class Curve(ABC):
     """A surrogate of one parameter."""
 
     x_name: str
+    y_name: str
     low: float
     high: float
     df: float
@@ -36,6 +37,10 @@ class Curve(ABC):
     def variance(self, x: ArrayLike) -> np.ndarray:
         """Variance (n,) of `mean`."""
 
+    @abstractmethod
+    def simulation_variance(self, x: float, variance: float) -> float:
+        """The part of its variance at x that single runs' scatter makes."""
+
     @property
     def box(self) -> Box:
         return Box((self.x_name,), np.array([self.low]), np.array([self.high]))
@@ -46,15 +51,15 @@ class Curve(ABC):
         return self.mean(x), self.variance(x)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Polynomial(Curve):
     """y = Σ c_i x^(degree − i).
 
     coefficients: highest power first, in natural units (what the paper prints); scaled,
     covariance: ascending in u = (x − middle)/half range, (degree + 1); inflation:
     factor on the simulation's own variance because the rows scatter about the curve
-    more than their sds say, 1 if not; absolute: whether the rows angles_at sds; r2: of
-    the (weighted) fit; df: of the variance."""
+    more than their sds say, 1 if not; absolute: whether the rows bring sds; r2: of the
+    (weighted) fit; df: of the variance."""
 
     x_name: str
     y_name: str
@@ -68,10 +73,9 @@ class Polynomial(Curve):
     r2: float
     df: float
 
-    def _u(self, x) -> np.ndarray:
-        return (
-            np.atleast_1d(np.asarray(x, dtype=float)) - (self.low + self.high) / 2
-        ) / ((self.high - self.low) / 2)
+    def _u(self, x: ArrayLike) -> np.ndarray:
+        x = np.atleast_1d(np.asarray(x, dtype=float))
+        return (x - (self.low + self.high) / 2) / ((self.high - self.low) / 2)
 
     def mean(self, x: ArrayLike) -> np.ndarray:
         return np.polynomial.polynomial.polyval(self._u(x), self.scaled)
@@ -80,6 +84,10 @@ class Polynomial(Curve):
         """Variance of the mean curve at x."""
         basis = np.vander(self._u(x), len(self.scaled), increasing=True)
         return np.einsum("ij,jk,ik->i", basis, self.covariance, basis)
+
+    def simulation_variance(self, x: float, variance: float) -> float:
+        """Without what the rows scatter more than their sds say."""
+        return variance / self.inflation if self.absolute else 0.0
 
 
 def fit_polynomial(
@@ -107,10 +115,7 @@ def fit_polynomial(
             f"{x}: degree {degree} needs at least {degree + 1} different values; here"
             f" are {np.unique(xs).size}"
         )
-    if np.ptp(ys) == 0:
-        raise ValueError(
-            f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it"
-        )
+    _acts(x, y, ys)
     variance, row_df = _row_variance(table, y, sd, repeats)
     spare = xs.size - degree - 1
     if variance is None and spare < 1:
@@ -124,17 +129,14 @@ def fit_polynomial(
     basis = np.vander(u, degree + 1, increasing=True) * np.sqrt(w)[:, None]
     inverse = np.linalg.inv(basis.T @ basis)
     scaled = inverse @ basis.T @ (ys * np.sqrt(w))
-    residual = float(
-        np.sum(w * (ys - np.polynomial.polynomial.polyval(u, scaled)) ** 2)
-    )
+    off = ys - np.polynomial.polynomial.polyval(u, scaled)
+    residual = float(np.sum(w * off**2))
     total = float(np.sum(w * (ys - np.sum(w * ys) / w.sum()) ** 2))
     ratio = residual / spare if spare else 1.0
     inflation = ratio if variance is None else max(1.0, ratio)
-    in_x = (
-        np.polynomial.Polynomial(scaled, domain=[low, high], window=[-1, 1])
-        .convert(domain=[-1, 1], window=[-1, 1])
-        .coef
-    )
+    unit = [-1, 1]
+    in_u = np.polynomial.Polynomial(scaled, domain=[low, high], window=unit)
+    in_x = in_u.convert(domain=unit, window=unit).coef
     in_x = np.pad(in_x, (0, degree + 1 - in_x.size))
     return Polynomial(
         x_name=x,
@@ -151,7 +153,7 @@ def fit_polynomial(
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Monotone(Curve):
     """A curve that only rises or only falls, smooth between its rows, free of any
     formula.
@@ -172,9 +174,8 @@ class Monotone(Curve):
     df: float
 
     def mean(self, x: ArrayLike) -> np.ndarray:
-        return PchipInterpolator(self.x, self.y)(
-            np.atleast_1d(np.asarray(x, dtype=float))
-        )
+        x = np.atleast_1d(np.asarray(x, dtype=float))
+        return PchipInterpolator(self.x, self.y)(x)
 
     def variance(self, x: ArrayLike) -> np.ndarray:
         """Variance of the curve at x: scatter of the redrawn curves, and (PCHIP −
@@ -182,6 +183,10 @@ class Monotone(Curve):
         x = np.atleast_1d(np.asarray(x, dtype=float))
         scatter = PchipInterpolator(self.x, self.draws, axis=1)(x).var(axis=0)
         return scatter + (self.mean(x) - np.interp(x, self.x, self.y)) ** 2 / 3
+
+    def simulation_variance(self, x: float, variance: float) -> float:
+        """That of the rows on either side."""
+        return min(variance, float(np.interp(x, self.x, self.row_sd**2)))
 
 
 def fit_monotone(
@@ -203,10 +208,7 @@ def fit_monotone(
     rather than narrow. Rises or falls as the rows' rank correlation says. Raises
     ValueError: columns missing, fewer than 4 different x, y all equal."""
     xs, ys = numbers(table, [x, y]).T
-    if np.ptp(ys) == 0:
-        raise ValueError(
-            f"{y}: all {ys.size} values equal {ys[0]:g}; {x} does not act on it"
-        )
+    _acts(x, y, ys)
     variance, df = _row_variance(table, y, sd, repeats)
     nodes, index = np.unique(xs, return_inverse=True)
     if nodes.size < 4:
@@ -222,23 +224,28 @@ def fit_monotone(
     else:
         row_variance = 1 / weight
     sign = 1.0 if stats.spearmanr(nodes, raw).statistic >= 0 else -1.0
-    weight_of_row = (
-        1 / row_variance if row_variance.all() else np.ones_like(row_variance)
-    )
-    level = sign * isotonic(sign * raw, weight_of_row)
+    known = bool(row_variance.all())
+    of_row = 1 / row_variance if known else np.ones_like(row_variance)
+    level = sign * isotonic(sign * raw, of_row)
     noise = rng.standard_normal((draws, nodes.size)) * np.sqrt(row_variance)
-    redrawn = sign * isotonic(sign * (level + noise), weight_of_row)
     return Monotone(
-        x,
-        y,
-        float(nodes[0]),
-        float(nodes[-1]),
-        nodes,
-        level,
-        np.sqrt(row_variance),
-        redrawn,
-        df,
+        x_name=x,
+        y_name=y,
+        low=float(nodes[0]),
+        high=float(nodes[-1]),
+        x=nodes,
+        y=level,
+        row_sd=np.sqrt(row_variance),
+        draws=sign * isotonic(sign * (level + noise), of_row),
+        df=df,
     )
+
+
+def _acts(x: str, y: str, values: np.ndarray) -> None:
+    if np.ptp(values) == 0:
+        raise ValueError(
+            f"{y}: all {values.size} values equal {values[0]:g}; {x} does not act on it"
+        )
 
 
 def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:
@@ -251,15 +258,13 @@ def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:
     """
     n = w.size
     weight = np.concatenate([[0.0], np.cumsum(w)])
-    total = np.concatenate(
-        [np.zeros((*y.shape[:-1], 1)), np.cumsum(w * y, axis=-1)], axis=-1
-    )
+    start = np.zeros((*y.shape[:-1], 1))
+    total = np.concatenate([start, np.cumsum(w * y, axis=-1)], axis=-1)
     j, k = np.triu_indices(n)
     mean = np.full((*y.shape[:-1], n, n), np.inf)
     mean[..., j, k] = (total[..., k + 1] - total[..., j]) / (weight[k + 1] - weight[j])
-    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[
-        ..., ::-1
-    ]  # [j, i]: min over k ≥ i
+    # [j, i]: min over k ≥ i
+    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[..., ::-1]
     least = np.where(np.triu(np.ones((n, n), dtype=bool)), least, -np.inf)
     return least.max(axis=-2)
 

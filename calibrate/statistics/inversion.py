@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.calibrate.statistics.bench import BenchMean
-from benchtwin.calibrate.statistics.curves import Curve, Monotone, Polynomial
+from benchtwin.calibrate.statistics.curves import Curve, Monotone
+from numpy.typing import ArrayLike
 from scipy import stats
 
 GRID = 2001  # steps of 1/2000 of the range, roots interpolated between them
@@ -25,7 +26,7 @@ class OutsideRange(ValueError):
         self.side, self.about = side, about
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Inverse:
     """A parameter with its uncertainty.
 
@@ -72,8 +73,8 @@ def invert(
     branches = _branches(y)
     root, branch = _choose(roots, branches, x)
     notes = _ambiguity(curve, roots, root, branches, x)
-    sd, budget, df = _budget(curve, bench, root)
     low, high, ends = _interval(curve, bench, level, root, x[branch], y[branch])
+    sd, budget, df = _budget(curve, bench, root)
     if not curve.low <= root <= curve.high:
         notes.append(
             f"{curve.x_name} {root:.4g} lies outside the simulated range {curve.low:g}"
@@ -86,32 +87,26 @@ def invert(
             " branch"
         )
     return Inverse(
-        curve.x_name,
-        root,
-        sd,
-        low,
-        high,
-        level,
-        df,
-        budget,
-        tuple(roots),
-        frozenset(ends),
-        tuple(notes),
+        name=curve.x_name,
+        value=root,
+        sd=sd,
+        low=low,
+        high=high,
+        level=level,
+        df=df,
+        budget=budget,
+        roots=tuple(roots),
+        open_ends=frozenset(ends),
+        notes=tuple(notes),
     )
 
 
 def _roots(x: np.ndarray, g: np.ndarray) -> list[float]:
     """Where g changes sign, interpolated."""
     at = np.flatnonzero((g[:-1] * g[1:] < 0) | (g[:-1] == 0))
-    found = [
-        (
-            float(x[i] - g[i] * (x[i + 1] - x[i]) / (g[i + 1] - g[i]))
-            if g[i + 1] != g[i]
-            else float(x[i])
-        )
-        for i in at
-    ]
-    return found + ([float(x[-1])] if g[-1] == 0 else [])
+    step = np.where(g[at + 1] != g[at], g[at + 1] - g[at], 1.0)
+    found = x[at] - g[at] * (x[at + 1] - x[at]) / step
+    return [*map(float, found), *([float(x[-1])] if g[-1] == 0 else [])]
 
 
 def _branches(y: np.ndarray) -> list[slice]:
@@ -119,15 +114,10 @@ def _branches(y: np.ndarray) -> list[slice]:
     first; if none does, the whole grid."""
     trend = np.sign(y[-1] - y[0]) or 1.0
     along = np.concatenate([[False], np.diff(y) * trend > 0, [False]])
-    starts, ends = (
-        np.flatnonzero(along[1:] & ~along[:-1]),
-        np.flatnonzero(~along[1:] & along[:-1]),
-    )
-    found = sorted(
-        (slice(int(s), int(e) + 1) for s, e in zip(starts, ends)),
-        key=lambda b: b.start - b.stop,
-    )
-    return found or [slice(0, y.size)]
+    starts = np.flatnonzero(along[1:] & ~along[:-1])
+    ends = np.flatnonzero(~along[1:] & along[:-1])
+    found = [slice(int(s), int(e) + 1) for s, e in zip(starts, ends)]
+    return sorted(found, key=lambda b: b.start - b.stop) or [slice(0, y.size)]
 
 
 def _choose(
@@ -141,7 +131,7 @@ def _choose(
 
 
 def _ambiguity(
-    curve, roots: list[float], root: float, branches: list[slice], x: np.ndarray
+    curve: Curve, roots: list[float], root: float, branches: list[slice], x: np.ndarray
 ) -> list[str]:
     notes = []
     others = [f"{r:.4g}" for r in roots if r != root]
@@ -160,7 +150,9 @@ def _ambiguity(
     return notes
 
 
-def _outside(curve, bench: BenchMean, x: np.ndarray, y: np.ndarray) -> OutsideRange:
+def _outside(
+    curve: Curve, bench: BenchMean, x: np.ndarray, y: np.ndarray
+) -> OutsideRange:
     """Say which way to extend: towards the end of the range that lies nearer to the
     bench's mean, by the overall slope."""
     rising = y[-1] >= y[0]
@@ -177,32 +169,28 @@ def _outside(curve, bench: BenchMean, x: np.ndarray, y: np.ndarray) -> OutsideRa
     )
 
 
-def _parts(curve, bench: BenchMean, x) -> tuple[np.ndarray, np.ndarray]:
+def _parts(
+    curve: Curve, bench: BenchMean, x: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
     """Total variance at x and its Welch–Satterthwaite degrees of freedom."""
     fit = curve.variance(x)
     total = bench.scatter_sd**2 + bench.shared_sd**2 + fit
-    spread = bench.scatter_sd**4 / bench.df + (
-        fit**2 / curve.df if np.isfinite(curve.df) else 0 * fit
-    )
-    return total, np.divide(
-        total**2, spread, out=np.full_like(total, np.inf), where=spread > 0
-    )
+    spread = bench.scatter_sd**4 / bench.df + fit**2 / curve.df
+    df = np.full_like(total, np.inf)
+    return total, np.divide(total**2, spread, out=df, where=spread > 0)
 
 
 def _budget(
-    curve, bench: BenchMean, root: float
+    curve: Curve, bench: BenchMean, root: float
 ) -> tuple[float, dict[str, float], float]:
+    """sd at the root, parts of sd² by source, degrees of freedom."""
     step = (curve.high - curve.low) / (GRID - 1)
     inside = np.clip(root, curve.low + step, curve.high - step)
-    slope = float(
-        (curve.mean(inside + step) - curve.mean(inside - step))[0] / (2 * step)
-    )
+    rise = curve.mean(inside + step) - curve.mean(inside - step)
+    slope = float(rise[0] / (2 * step))
     totals, df = _parts(curve, bench, root)
     fit = float(curve.variance(root)[0])
-    if isinstance(curve, Polynomial):
-        simulation = fit / curve.inflation if curve.absolute else 0.0
-    else:
-        simulation = min(fit, float(np.interp(root, curve.x, curve.row_sd**2)))
+    simulation = curve.simulation_variance(root, fit)
     parts = {
         "bench scatter": bench.scatter_sd**2,
         "measuring": bench.shared_sd**2,
@@ -215,7 +203,12 @@ def _budget(
 
 
 def _interval(
-    curve, bench: BenchMean, level: float, root: float, x: np.ndarray, y: np.ndarray
+    curve: Curve,
+    bench: BenchMean,
+    level: float,
+    root: float,
+    x: np.ndarray,
+    y: np.ndarray,
 ) -> tuple[float, float, set[str]]:
     """Ends of the stretch around the root that agrees with the bench, and those at
     which the branch ended first."""
@@ -233,9 +226,8 @@ def _interval(
         inner = at - step
         if excess[inner] > 0:  # an error smaller than a grid step
             return root
-        return float(
-            x[at] + (x[inner] - x[at]) * excess[at] / (excess[at] - excess[inner])
-        )
+        fall = excess[at] - excess[inner]
+        return float(x[at] + (x[inner] - x[at]) * excess[at] / fall)
 
     low, high = end(-1, here - 1), end(1, here)
     return min(low, root), max(high, root), open_ends

@@ -14,17 +14,19 @@ from scipy import stats
 from scipy.optimize import minimize
 
 EDGE = 1e-3  # coded distance from ±1 within which a factor stands at its limit
+SAMPLED, STARTS = 64, 6  # points of the sheet, and how many a search begins from
+HIT = 1e-6  # of the target: what SLSQP comes to
+BAND = 20_000  # points of the box: its share within the band is then good to 0.4 %
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum:
     """A point of the box and how it stands to the target.
 
     outcome: "reached", "target below all" or "target above all" (then the point comes
     nearest); point: {factor: natural}; coded: (k,); predicted, se: response and its
-    standard error there; gap: predicted − target; boundary: {factor: "low" | "high"} at
-    a limit; reachable: smallest and largest response in the box; statement: this in
-    words."""
+    standard error there; boundary: {factor: "low" | "high"} at a limit; reachable:
+    smallest and largest response in the box; statement: this in words."""
 
     outcome: str
     point: dict[str, float]
@@ -32,10 +34,14 @@ class Optimum:
     predicted: float
     se: float
     target: float
-    gap: float
     boundary: dict[str, str]
     reachable: tuple[float, float]
     statement: str
+
+    @property
+    def gap(self) -> float:
+        """How far the response misses the target."""
+        return self.predicted - self.target
 
 
 def optimum(
@@ -53,8 +59,10 @@ def optimum(
     low, high = (_extreme(surface, sign) for sign in (1, -1))
     ends = surface.mean([low, high])
     if target <= ends[0] or target >= ends[1]:
-        return _stand(surface, low if target <= ends[0] else high, target, ends)
-    return _stand(surface, _nearest(surface, target, start, low, high), target, ends)
+        at = low if target <= ends[0] else high
+    else:
+        at = _nearest(surface, target, start, (low, high))
+    return _stand(surface, at, target, ends)
 
 
 def stand(surface: Surface, point: dict[str, float], target: float) -> Optimum:
@@ -64,12 +72,8 @@ def stand(surface: Surface, point: dict[str, float], target: float) -> Optimum:
     if (abs(coded) > 1 + EDGE).any():
         worst = surface.names[int(np.argmax(abs(coded)))]
         raise ValueError(f"{worst}: {point[worst]:g} lies outside the box")
-    return _stand(
-        surface,
-        coded,
-        target,
-        surface.mean([_extreme(surface, 1), _extreme(surface, -1)]),
-    )
+    ends = surface.mean([_extreme(surface, sign) for sign in (1, -1)])
+    return _stand(surface, coded, target, ends)
 
 
 def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
@@ -82,57 +86,43 @@ def _coded(surface: Surface, point: dict[str, float]) -> np.ndarray:
 def _stand(
     surface: Surface, coded: np.ndarray, target: float, ends: np.ndarray
 ) -> Optimum:
-    reachable = (float(ends[0]), float(ends[1]))
-    predicted, se = (
-        float(surface.mean(coded)[0]),
-        float(np.sqrt(surface.variance(coded)[0])),
-    )
-    outcome = (
-        "target below all"
-        if target < reachable[0]
-        else "target above all"
-        if target > reachable[1]
-        else "reached"
-    )
+    least, most = (float(v) for v in ends)
+    predicted = float(surface.mean(coded)[0])
+    se = float(np.sqrt(surface.variance(coded)[0]))
+    outcome = "reached"
+    if not least <= target <= most:
+        outcome = f"target {'below' if target < least else 'above'} all"
     edge = {
         n: "high" if z > 0 else "low"
         for n, z in zip(surface.names, coded)
         if abs(z) > 1 - EDGE
     }
-    point = {
-        n: float(f"{v:.9g}") for n, v in zip(surface.names, surface.box.natural(coded))
-    }
-    reach = f"{reachable[0]:.4g} to {reachable[1]:.4g}"
     words = [
         f"the reported point gives {surface.response_name} {predicted:.4g} ± {se:.2g},"
         f" the bench {target:.4g}"
     ]
+    free = len(surface.names) - 1
     if outcome != "reached":
         words.append(
-            f"no parameters of the box give it (it reaches {reach}): a finding about"
-            " the model, or the box is too small"
+            f"no parameters of the box give it (it reaches {least:.4g} to {most:.4g}):"
+            " a finding about the model, or the box is too small"
         )
-    elif len(surface.names) > 1:
-        words.append(
-            f"a whole set of points, of {len(surface.names) - 1} dimensions, gives the"
-            " same"
-        )
+    elif free:
+        words.append(f"a whole set of points, of {free} dimensions, gives the same")
     if edge:
-        words.append(
-            "it lies at the edge of what was simulated: "
-            + ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
-        )
+        limits = ", ".join(f"{n} at its {side} limit" for n, side in edge.items())
+        words.append(f"it lies at the edge of what was simulated: {limits}")
+    natural = zip(surface.names, surface.box.natural(coded))
     return Optimum(
-        outcome,
-        point,
-        coded,
-        predicted,
-        se,
-        target,
-        predicted - target,
-        edge,
-        reachable,
-        "; ".join(words),
+        outcome=outcome,
+        point={n: float(f"{v:.9g}") for n, v in natural},
+        coded=coded,
+        predicted=predicted,
+        se=se,
+        target=target,
+        boundary=edge,
+        reachable=(least, most),
+        statement="; ".join(words),
     )
 
 
@@ -155,26 +145,20 @@ def _extreme(surface: Surface, sign: int) -> np.ndarray:
 
 
 def _nearest(
-    surface: Surface,
-    target: float,
-    start: np.ndarray,
-    low: np.ndarray,
-    high: np.ndarray,
+    surface: Surface, target: float, start: np.ndarray, ends: tuple[np.ndarray, ...]
 ) -> np.ndarray:
     """Solution nearest to `start`: SLSQP from solutions on the straight lines start–low
     and start–high and on a coarse sample."""
-    sheet = _sheet(
-        surface, target, 64, np.random.default_rng(0)
-    )  # starting points only: the answer does not depend on the draw
+    # starting points only: the answer does not depend on the draw
+    sheet = _sheet(surface, target, SAMPLED, np.random.default_rng(0))
     # the line from the lowest to the highest point must cross the target, whatever the
     # sample missed
+    low, high = ends
     at = np.linspace(0, 1, 2001)[:, None] * (high - low) + low
     crossing = at[np.argmin(abs(surface.mean(at) - target))]
-    starts = np.vstack(
-        [crossing, sheet[np.argsort(np.sum((sheet - start) ** 2, axis=1))[:6]]]
-    )
+    near = np.argsort(np.sum((sheet - start) ** 2, axis=1))[:STARTS]
     best, distance = crossing, np.inf
-    for z in starts:
+    for z in np.vstack([crossing, sheet[near]]):
         found = minimize(
             lambda z: np.sum((z - start) ** 2),
             z,
@@ -188,11 +172,9 @@ def _nearest(
                 "jac": surface.gradient,
             },
         )
-        if (
-            found.success
-            and abs(surface.mean(found.x)[0] - target) < 1e-6 * max(1, abs(target))
-            and found.fun < distance
-        ):
+        off = abs(surface.mean(found.x)[0] - target)
+        hits = found.success and off < HIT * max(1, abs(target))
+        if hits and found.fun < distance:
             best, distance = np.clip(found.x, -1, 1), found.fun
     return best
 
@@ -216,9 +198,8 @@ def _sheet(
         low, mid, high = (surface.mean(_with(lines, axis, t)) for t in (-1.0, 0.0, 1.0))
         a, b, c = (low + high) / 2 - mid, (high - low) / 2, mid - target
         root = np.sqrt(np.where(b**2 - 4 * a * c >= 0, b**2 - 4 * a * c, np.nan))
-        q = (
-            -(b + np.where(b >= 0, 1, -1) * root) / 2
-        )  # the stable form: also right where a vanishes
+        # the stable form: also right where a vanishes
+        q = -(b + np.where(b >= 0, 1, -1) * root) / 2
         with np.errstate(divide="ignore", invalid="ignore"):
             for t in (q / a, c / q):
                 inside = np.abs(t) <= 1
@@ -269,23 +250,17 @@ def solution_set(
     z = _sheet(surface, target, points, rng)
     table = pd.DataFrame(surface.box.natural(z), columns=list(surface.names))
     table = table.assign(predicted=surface.mean(z), se=np.sqrt(surface.variance(z)))
-    box = rng.uniform(-1, 1, (20_000, len(surface.names)))
+    box = rng.uniform(-1, 1, (BAND, len(surface.names)))
     reach = stats.norm.ppf(0.975) * np.sqrt(band_sd**2 + surface.variance(box))
     volume = float(np.mean(abs(surface.mean(box) - target) <= reach))
     if not len(table):
         ranges = pd.DataFrame(columns=["factor", "low", "high", "box_fraction"])
-        return SolutionSet(
-            table, 0, ranges, volume, f"no point of the box gives {target:.4g}"
-        )
-    low, high = z.min(axis=0), z.max(axis=0)
-    natural = surface.box.natural(np.array([low, high]))
-    rows = {
-        "factor": list(surface.names),
-        "low": natural[0],
-        "high": natural[1],
-        "box_fraction": (high - low) / 2,
-    }
-    ranges = pd.DataFrame(rows)
+        said = f"no point of the box gives {target:.4g}"
+        return SolutionSet(table, 0, ranges, volume, said)
+    ends = np.array([z.min(axis=0), z.max(axis=0)])
+    low, high = surface.box.natural(ends)
+    rows = {"factor": list(surface.names), "low": low, "high": high}
+    ranges = pd.DataFrame(rows | {"box_fraction": np.ptp(ends, axis=0) / 2})
     free = [
         f"{r.factor} {r.low:.3g} to {r.high:.3g} ({100 * r.box_fraction:.0f} % of its"
         " range)"

@@ -19,6 +19,10 @@ from numpy.typing import ArrayLike
 from scipy import special
 from scipy.sparse import csgraph
 
+MOST_DF = 1e3  # with so many t is normal to every digit that matters
+REACHED_Z = 3  # beyond it no parameters of the box give the bench's mean
+SPREAD_OVER = 200  # cells of a grid: sds on fewer are off by more than some per cent
+
 
 class Surrogate(Protocol):
     """What stands in for the simulation: a `Surface`, or anything with these."""
@@ -45,7 +49,7 @@ class Observable:
     bench: BenchMean
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Posterior:
     """Draws from the posterior and how far they are to be believed.
 
@@ -82,17 +86,13 @@ def log_posterior(
         log p = log Γ((ν + 1)/2) − log Γ((ν − m + 1)/2) − m/2 · log ν
                 − Σ log scale − (ν + 1)/2 · log(1 + zᵀR⁻¹z/ν).
 
-    Default: independent.
-    """
-    out, m = prior.log_density(natural), len(observables)
-    z, scale, df = (
-        np.array(v) for v in zip(*(residual(natural, o, prior) for o in observables))
-    )
+    Default: independent."""
+    residuals = (residual(natural, o, prior) for o in observables)
+    z, scale, df = (np.array(v) for v in zip(*residuals))
+    out = prior.log_density(natural) - np.log(scale).sum(axis=0)
+    m = len(observables)
     r = np.eye(m) if correlation is None else np.asarray(correlation, dtype=float)
-    out = out - np.log(scale).sum(axis=0)
-    for block in (
-        np.arange(m)[:, None] if correlation is None else _correlated_groups(r)
-    ):
+    for block in _correlated_groups(r):
         size, own = len(block), r[np.ix_(block, block)]
         free = np.maximum(df[block].min(axis=0), size)
         square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
@@ -121,15 +121,10 @@ def residual(
     mean, fit = o.surrogate.evaluate(natural[:, columns])
     variance = o.bench.sd**2 + fit
     spread = o.bench.scatter_sd**4 / o.bench.df + fit**2 / o.surrogate.df
-    # with a thousand degrees of freedom t is normal to every digit that matters
-    df = np.minimum(
-        np.divide(
-            variance**2, spread, out=np.full_like(variance, 1e3), where=spread > 0
-        ),
-        1e3,
-    )
+    df = np.full_like(variance, MOST_DF)
+    np.divide(variance**2, spread, out=df, where=spread > 0)
     scale = np.sqrt(variance)
-    return (o.bench.value - mean) / scale, scale, df
+    return (o.bench.value - mean) / scale, scale, np.minimum(df, MOST_DF)
 
 
 def check(
@@ -144,27 +139,22 @@ def check(
     for o in observables:
         if not o.bench.sd > 0:
             raise ValueError(f"{o.name}: the bench mean needs an sd above 0")
-        for name, low, high in zip(
-            o.surrogate.box.names, o.surrogate.box.low, o.surrogate.box.high
-        ):
+        for name in o.surrogate.box.names:
             if name not in prior.box.names:
                 raise ValueError(
                     f"{o.name} depends on {name}, for which there is no prior"
                 )
-            j, slack = prior.box.names.index(name), 1e-9 * (high - low)
-            if prior.box.low[j] < low - slack or prior.box.high[j] > high + slack:
+            (low, high), own = o.surrogate.box.range(name), prior.box.range(name)
+            slack = 1e-9 * (high - low)
+            if own[0] < low - slack or own[1] > high + slack:
                 raise ValueError(
-                    f"{name}: the prior spans {prior.box.low[j]:g} to"
-                    f" {prior.box.high[j]:g}, {o.name} was simulated from {low:g} to"
-                    f" {high:g} only"
+                    f"{name}: the prior spans {own[0]:g} to {own[1]:g}, {o.name} was"
+                    f" simulated from {low:g} to {high:g} only"
                 )
     if correlation is not None:
         r = np.asarray(correlation)
-        fits = (
-            r.shape == (len(names),) * 2
-            and np.allclose(r, r.T)
-            and np.allclose(np.diag(r), 1)
-        )
+        square = r.shape == (len(names),) * 2
+        fits = square and np.allclose(r, r.T) and np.allclose(np.diag(r), 1)
         if not fits or np.linalg.eigvalsh(r)[0] <= 0:
             raise ValueError(
                 "correlation: one row and column an observable, symmetric, ones on the"
@@ -177,6 +167,7 @@ def finish(
     log_density: np.ndarray,
     observables: list[Observable],
     prior: Prior,
+    *,
     r_hat: np.ndarray,
     ess: np.ndarray,
     converged: bool,
@@ -186,29 +177,23 @@ def finish(
     rows = []
     for o in observables:
         z, scale, _ = (float(v[0]) for v in residual(best, o, prior))
-        rows.append((o.name, o.bench.value, o.bench.value - z * scale, z, abs(z) < 3))
-    tension = pd.DataFrame(
-        rows, columns=["observable", "bench", "predicted", "z", "reached"]
-    )
-    notes = (
-        []
-        if converged
-        else ["not converged: draw longer before these numbers are used"]
-    )
-    notes += [
-        f"no parameters of the box give the bench's {n}"
-        for n in tension.loc[~tension["reached"], "observable"]
+        bench, reached = o.bench.value, abs(z) < REACHED_Z
+        rows.append((o.name, bench, bench - z * scale, z, reached))
+    columns = ["observable", "bench", "predicted", "z", "reached"]
+    notes = [
+        f"no parameters of the box give the bench's {n}" for n, *_, r in rows if not r
     ]
-    table = pd.DataFrame(draws, columns=list(prior.box.names))
+    if not converged:
+        notes.insert(0, "not converged: draw longer before these numbers are used")
     return Posterior(
-        prior,
-        table,
-        log_density,
-        r_hat,
-        ess,
-        bool(converged),
-        tension,
-        "; ".join(notes),
+        prior=prior,
+        draws=pd.DataFrame(draws, columns=list(prior.box.names)),
+        log_density=log_density,
+        r_hat=r_hat,
+        ess=ess,
+        converged=bool(converged),
+        tension=pd.DataFrame(rows, columns=columns),
+        note="; ".join(notes),
     )
 
 
@@ -224,8 +209,8 @@ def on_grid(
     """Posterior on a grid of cells^k points, drawn from cell by cell: quick for up to
     three factors, and free of a chain.
 
-    Converged where the weights are spread over at least 200 cells. Raises ValueError as
-    `check`, and beyond a million cells."""
+    Converged where the weights are spread over at least SPREAD_OVER cells. Raises
+    ValueError as `check`, and beyond a million cells."""
     check(observables, prior, correlation)
     k = len(prior.box.names)
     if cells**k > 1_000_000:
@@ -234,24 +219,16 @@ def on_grid(
         )
     axis = (np.arange(cells) + 0.5) / cells * 2 - 1
     coded = np.stack(np.meshgrid(*[axis] * k, indexing="ij"), axis=-1).reshape(-1, k)
-    log_density = log_posterior(
-        prior.box.natural(coded), observables, prior, correlation
-    )
+    points = prior.box.natural(coded)
+    log_density = log_posterior(points, observables, prior, correlation)
     weight = np.exp(log_density - log_density.max())
     weight /= weight.sum()
     chosen = rng.choice(len(weight), size=draws, p=weight)
     natural = prior.box.natural(coded[chosen] + rng.uniform(-1, 1, (draws, k)) / cells)
-    nothing = np.full(k, np.nan)
     again = log_posterior(natural, observables, prior, correlation)
-    return finish(
-        natural,
-        again,
-        observables,
-        prior,
-        nothing,
-        nothing,
-        1 / np.sum(weight**2) >= 200,
-    )
+    no_chain = {"r_hat": np.full(k, np.nan), "ess": np.full(k, np.nan)}
+    spread = 1 / np.sum(weight**2) >= SPREAD_OVER
+    return finish(natural, again, observables, prior, **no_chain, converged=spread)
 
 
 def summary(posterior: Posterior, level: float = 0.90) -> pd.DataFrame:

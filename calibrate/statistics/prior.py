@@ -34,6 +34,11 @@ class Prior:
     def uniform(cls, box: Box) -> "Prior":
         return cls(box, {})
 
+    def of(self, names: set[str]) -> "Prior":
+        """The prior of some of the factors, which are independent."""
+        kept = {n: self.box.range(n) for n in self.box.names if n in names}
+        return Prior(Box.of(kept), {n: v for n, v in self.given.items() if n in names})
+
     def log_density(self, natural: np.ndarray) -> np.ndarray:
         """Log density (n,), not normalised, of natural points (n, k); −∞ outside the
         box."""

@@ -23,10 +23,8 @@ def follows(printed: str, recomputed: float) -> bool:
     match = re.fullmatch(r"([-+]?\d*\.?(\d*))(?:[eE]([-+]?\d+))?", text[len(bound) :])
     if not match or not re.search(r"\d", match[1]):
         raise ValueError(f"printed value {printed!r} is not a number")
-    value, unit = (
-        float(text[len(bound) :]),
-        10.0 ** (int(match[3] or 0) - len(match[2])),
-    )
+    value = float(text[len(bound) :])
+    unit = 10.0 ** (int(match[3] or 0) - len(match[2]))
     if bound:
         return recomputed < value if bound == "<" else recomputed > value
     return abs(recomputed - value) <= (0.5 + SLACK) * unit

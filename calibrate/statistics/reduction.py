@@ -32,9 +32,7 @@ def reduce(surface: Surface, alpha: float = 0.05) -> Reduction:
         worst = max(free, key=lambda i: p[i])
         if p[worst] < alpha:
             break
-        steps.append(
-            {"term": polynomial.name(surface.terms[worst]), "p": float(p[worst])}
-        )
+        steps.append((polynomial.name(surface.terms[worst]), float(p[worst])))
         kept = surface.terms[:worst] + surface.terms[worst + 1 :]
         surface = refit(surface, kept)
     return Reduction(surface, pd.DataFrame(steps, columns=["term", "p"]))

@@ -38,8 +38,7 @@ def packing_noise(
     assurance. Raises ValueError: column missing, fewer than two runs at any point, all
     runs of a point equal (their seeds did not differ)."""
     y = pd.Series(numbers(table, [response])[:, 0])
-    if point is not None and point not in table:
-        raise ValueError(f"column {point} is missing")
+    _there(table, *([point] if point else []))
     groups = np.zeros(len(y)) if point is None else table[point].to_numpy()
     within = y - y.groupby(groups).transform("mean")
     df = int(len(y) - pd.Series(groups).nunique())
@@ -54,9 +53,8 @@ def packing_noise(
             " differ?"
         )
     variance = float(np.sum(within**2)) / df
-    ends = np.sqrt(
-        df * variance / stats.chi2.ppf([(1 + level) / 2, (1 - level) / 2], df)
-    )
+    quantile = stats.chi2.ppf([(1 + level) / 2, (1 - level) / 2], df)
+    ends = np.sqrt(df * variance / quantile)
     return Noise(float(np.sqrt(variance)), df, float(ends[0]), float(ends[1]), level)
 
 
@@ -80,9 +78,7 @@ def power(
     main = np.diag(np.linalg.inv(x.T @ x))[1 : 1 + coded.shape[1]].max()
     shift = abs(effect) / 2 / (sd * np.sqrt(main / replicates))
     limit = stats.t.ppf(1 - alpha / 2, df)
-    if (
-        shift > limit + 10
-    ):  # certain to 1e-15, and scipy's non-central t gives NaN out there
+    if shift > limit + 10:  # certain to 1e-15; scipy's non-central t gives NaN there
         return 1.0
     return float(stats.nct.sf(limit, df, shift) + stats.nct.cdf(-limit, df, shift))
 
@@ -138,26 +134,19 @@ def plan(
         rows.append((r, r * len(coded), likely, cautious))
         if cautious >= wanted:
             break
-    table = pd.DataFrame(
-        rows, columns=["replicates", "runs", "power", "power_cautious"]
-    )
-    enough = table.loc[table["power"] >= wanted, "replicates"]
-    at_estimate = int(enough.iloc[0]) if len(enough) else most
-    needed, reached = (
-        int(table["replicates"].iloc[-1]),
-        bool(table["power_cautious"].iloc[-1] >= wanted),
-    )
+    columns = ["replicates", "runs", "power", "power_cautious"]
+    needed, reached = r, bool(cautious >= wanted)
+    at_estimate = next((r for r, _, likely, _ in rows if likely >= wanted), most)
     said = (
         f"noise {noise.sd:.2g} ({noise.low:.2g} to {noise.high:.2g}): main effects of"
         f" {abs(effect):.2g} are found with {wanted:.0%} power by {needed} runs a point"
         f" ({at_estimate} if the noise is as measured)"
     )
     if not reached:
-        had = table["power_cautious"].iloc[-1]
         often = "one run a point finds" if most == 1 else f"{most} runs a point find"
-        said = (
-            f"even {often} main effects of {abs(effect):.2g} with {had:.0%} power only"
-        )
+        effects = f"main effects of {abs(effect):.2g}"
+        said = f"even {often} {effects} with {cautious:.0%} power only"
+    table = pd.DataFrame(rows, columns=columns)
     return Plan(needed, at_estimate, reached, table, said)
 
 
@@ -187,9 +176,7 @@ def common_packing(
     packings shared by all points scatter it as before. Raises ValueError for a table
     with gaps or repeats."""
     numbers(table, [response])
-    missing = [c for c in (point, packing) if c not in table]
-    if missing:
-        raise ValueError(f"column {missing[0]} is missing")
+    _there(table, point, packing)
     if table.duplicated([point, packing]).any():
         raise ValueError(f"{point} and {packing}: one run each; some pairs come twice")
     wide = table.pivot(index=point, columns=packing, values=response).to_numpy()
@@ -201,10 +188,8 @@ def common_packing(
         )
     by_packing = wide.mean(axis=0)
     rest = wide - by_packing - wide.mean(axis=1, keepdims=True) + wide.mean()
-    ms_packing, ms_rest = (
-        n * np.var(by_packing, ddof=1),
-        float(np.sum(rest**2)) / ((n - 1) * (m - 1)),
-    )
+    ms_packing = n * np.var(by_packing, ddof=1)
+    ms_rest = float(np.sum(rest**2)) / ((n - 1) * (m - 1))
     if ms_rest <= 0:
         raise ValueError(
             f"{response}: runs of a packing differ by nothing but the point; the noise"
@@ -212,11 +197,13 @@ def common_packing(
         )
     ratio = ms_packing / ms_rest
     quantile = stats.f.ppf([0.95, 0.05], m - 1, (n - 1) * (m - 1))
-    value, low, high = ((f - 1) / (f + n - 1) for f in (ratio, *(ratio / quantile)))
-    return Pairing(
-        float(value),
-        float(low),
-        float(high),
-        float(1 / (1 - max(value, 0.0))),
-        bool(low > 0),
+    value, low, high = (
+        float((f - 1) / (f + n - 1)) for f in (ratio, *(ratio / quantile))
     )
+    return Pairing(value, low, high, float(1 / (1 - max(value, 0.0))), low > 0)
+
+
+def _there(table: pd.DataFrame, *columns: str) -> None:
+    for column in columns:
+        if column not in table:
+            raise ValueError(f"column {column} is missing")

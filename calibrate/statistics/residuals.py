@@ -28,21 +28,16 @@ def residual_table(surface: Surface, alpha: float = 0.05) -> pd.DataFrame:
     student_internal: e/(s√(1−h)); student_external: with s from the other runs; cook:
     r²h/(p(1−h)); outlier: |student_external| beyond t at alpha/n (Bonferroni). NaN
     where a run decides its own prediction alone (h = 1)."""
-    y, predicted, h, e = (
-        surface.response,
-        surface.mean(surface.points),
-        leverage(surface),
-        residuals(surface),
-    )
+    y, predicted = surface.response, surface.mean(surface.points)
+    h, e = leverage(surface), residuals(surface)
     n, p, df = len(y), len(surface.terms), surface.residual_df
     free = np.where(h < 1 - 1e-9, 1 - h, np.nan)
     internal = e / np.sqrt(surface.residual_ms * free)
     # the residual variance without run i, by the deletion formula; with one degree of
     # freedom nothing is left to estimate it
     spare = np.maximum(df - internal**2, 0)
-    ratio = np.divide(
-        df - 1, spare, out=np.full(n, np.nan), where=(spare > 0) & (df > 1)
-    )
+    usable = (spare > 0) & (df > 1)
+    ratio = np.divide(df - 1, spare, out=np.full(n, np.nan), where=usable)
     external = internal * np.sqrt(ratio)
     limit = stats.t.ppf(1 - alpha / (2 * n), df - 1) if df > 1 else np.inf
     return pd.DataFrame(

@@ -79,27 +79,16 @@ def narrowing(posterior: Posterior, candidates: list[Candidate]) -> pd.DataFrame
         left = np.diag(after)[:k] / np.diag(joint)[:k]
         trace = np.trace(after[:k, :k]) / np.trace(joint[:k, :k])
         nats = 0.5 * np.log1p(joint[k + i, k + i] / noise[i])
-        row = {
-            "candidate": candidate.name,
-            "information_nats": nats,
-            "variance_left": trace,
-        }
-        rows.append(
-            row
-            | {
-                f"sd_left_{n}": float(np.sqrt(v))
-                for n, v in zip(posterior.draws.columns, left)
-            }
-        )
-    table = pd.DataFrame(rows)
+        rows.append((candidate.name, nats, trace, *np.sqrt(left)))
+    columns = ["candidate", "information_nats", "variance_left"]
+    columns += [f"sd_left_{n}" for n in posterior.draws.columns]
+    table = pd.DataFrame(rows, columns=columns)
     picks: dict[int, tuple[int, float]] = {}
     state, open_ = joint, set(range(len(candidates)))
     before = np.trace(joint[:k, :k])
     while open_:
-        best = min(
-            sorted(open_),
-            key=lambda i: np.trace(condition(state, k + i, noise[i])[:k, :k]),
-        )
+        rest = {i: condition(state, k + i, noise[i])[:k, :k] for i in sorted(open_)}
+        best = min(rest, key=lambda i: float(np.trace(rest[i])))
         state = condition(state, k + best, noise[best])
         open_.remove(best)
         picks[best] = (len(picks) + 1, float(np.trace(state[:k, :k]) / before))
@@ -122,14 +111,12 @@ def _joint(
             raise ValueError(
                 f"{c.name} depends on {', '.join(unknown)}, for which there is no prior"
             )
-        mean, variance = c.surrogate.evaluate(
-            posterior.draws[list(c.surrogate.box.names)].to_numpy()
-        )
+        draws = posterior.draws[list(c.surrogate.box.names)].to_numpy()
+        mean, variance = c.surrogate.evaluate(draws)
         predictions.append(mean)
         noise.append(c.noise_sd**2 + float(np.mean(variance)))
-    return _covariance(
-        posterior, np.column_stack([posterior.draws.to_numpy(), *predictions])
-    ), np.array(noise)
+    both = np.column_stack([posterior.draws.to_numpy(), *predictions])
+    return _covariance(posterior, both), np.array(noise)
 
 
 def condition(covariance: np.ndarray, index: int, noise: float) -> np.ndarray:

@@ -19,6 +19,10 @@ from benchtwin.calibrate.statistics.prior import Prior
 # independent, from different starts: walkers of one ensemble know each other and cannot
 # vouch for each other
 ENSEMBLES = 4
+WALKERS, A_FACTOR = 24, 4  # at least, and of each factor: twice what emcee asks for
+BLOCK = 500  # steps between two looks at convergence
+KEPT = 20_000  # draws: more would only make the tables longer
+CONVERGED_R_HAT = 1.01  # Vehtari et al. (2021), Bayesian Anal. 16, 667
 
 
 def sample(
@@ -37,7 +41,7 @@ def sample(
     ValueError as `posterior.check`."""
     check(observables, prior, correlation)
     box, k = prior.box, len(prior.box.names)
-    walkers = max(24, 4 * k)
+    walkers = max(WALKERS, A_FACTOR * k)
 
     def log_density(coded: np.ndarray) -> np.ndarray:
         return log_posterior(box.natural(coded), observables, prior, correlation)
@@ -50,7 +54,7 @@ def sample(
         states.append(box.coded(prior.draw(walkers, rng)))
     steps = 0
     while steps < max_steps:
-        block = min(500, max_steps - steps)
+        block = min(BLOCK, max_steps - steps)
         states = [
             s.run_mcmc(state, block, skip_initial_state_check=True)
             for s, state in zip(samplers, states)
@@ -59,21 +63,14 @@ def sample(
         # the first third is on the way from the prior
         chains = np.array([s.get_chain(discard=steps // 3) for s in samplers])
         r_hat, effective = split_r_hat(chains), effective_draws(chains)
-        converged = bool((r_hat < 1.01).all() and (effective >= ess).all())
+        converged = (r_hat < CONVERGED_R_HAT).all() and (effective >= ess).all()
         if converged:
             break
     density = np.array([s.get_log_prob(discard=steps // 3) for s in samplers])
-    thin = max(1, chains.shape[1] * ENSEMBLES * walkers // 20_000)
-    draws = box.natural(chains[:, ::thin].reshape(-1, k))
-    return finish(
-        draws,
-        density[:, ::thin].ravel(),
-        observables,
-        prior,
-        r_hat,
-        effective,
-        converged,
-    )
+    thin = max(1, chains.shape[1] * ENSEMBLES * walkers // KEPT)
+    draws, logs = chains[:, ::thin].reshape(-1, k), density[:, ::thin].ravel()
+    told = {"r_hat": r_hat, "ess": effective, "converged": converged}
+    return finish(box.natural(draws), logs, observables, prior, **told)
 
 
 def split_r_hat(chains: np.ndarray) -> np.ndarray:
@@ -92,7 +89,6 @@ def effective_draws(chains: np.ndarray) -> np.ndarray:
     time, averaged over the ensembles; none where a walker has never moved, whose
     autocorrelation is not defined."""
     with np.errstate(invalid="ignore"):
-        tau = np.mean(
-            [emcee.autocorr.integrated_time(c, tol=0) for c in chains], axis=0
-        )
+        times = [emcee.autocorr.integrated_time(c, tol=0) for c in chains]
+    tau = np.mean(times, axis=0)
     return np.where(np.isnan(tau), 0.0, chains[..., 0].size / np.maximum(tau, 1.0))

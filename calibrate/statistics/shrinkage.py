@@ -13,6 +13,7 @@ Bayesian Data Analysis (3rd ed.), 14.8 and 5; O'Hagan (1978), J. R. Stat. Soc. B
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from benchtwin.calibrate.statistics import terms as polynomial
@@ -24,7 +25,7 @@ STRENGTHS = np.geomspace(3e-3, 3e2, 11)  # g: main effects of 0.05 to 17 packing
 STEEPNESS = (0.2, 0.5, 1.0)  # r
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ShrinkageSurface:
     """A fitted surface.
 
@@ -52,28 +53,20 @@ def shrink(surface: Surface) -> ShrinkageSurface:
     packings as the surface has them."""
     terms = (*surface.terms, *cubes(surface.terms))
     order = np.array([sum(t) for t in terms])
-    x, y = polynomial.matrix(surface.points, terms), surface.response
-    if surface.root is not None:
-        x, y = surface.root @ x, surface.root @ y
-    fits, logs, free = [], [], len(y) - 1
-    for g in STRENGTHS * (
-        1 + surface.shared
-    ):  # of a pile's scatter, not only of what packings do not share
-        for r in STEEPNESS:
-            held = np.where(order > 0, 1 / (g * r ** (2.0 * (order - 1))), 0.0)
-            precision = x.T @ x + np.diag(held)
-            v = np.linalg.inv(precision)
-            beta = v @ (x.T @ y)
-            s2 = float(y @ y - beta @ precision @ beta) / free
-            fits.append((v, beta, s2))
-            logs.append(
-                (
-                    np.linalg.slogdet(v)[1]
-                    + np.log(held[order > 0]).sum()
-                    - free * np.log(s2)
-                )
-                / 2
-            )
+    x = surface.independent(polynomial.matrix(surface.points, terms))
+    y = surface.independent(surface.response)
+    # of a pile's scatter, not only of what packings do not share
+    whole, free = 1 + surface.shared, len(y) - 1
+    fits, logs = [], []
+    for g, r in product(STRENGTHS * whole, STEEPNESS):
+        held = np.where(order > 0, 1 / (g * r ** (2.0 * (order - 1))), 0.0)
+        precision = x.T @ x + np.diag(held)
+        v = np.linalg.inv(precision)
+        beta = v @ (x.T @ y)
+        s2 = float(y @ y - beta @ precision @ beta) / free
+        held_log = np.log(held[order > 0]).sum()
+        logs.append((np.linalg.slogdet(v)[1] + held_log - free * np.log(s2)) / 2)
+        fits.append((v, beta, s2))
     weight = np.exp(np.array(logs) - max(logs))
     weight /= weight.sum()
     mean = sum(w * beta for w, (_, beta, _) in zip(weight, fits))
@@ -81,18 +74,16 @@ def shrink(surface: Surface) -> ShrinkageSurface:
         w * (s2 * v + np.outer(beta - mean, beta - mean))
         for w, (v, beta, s2) in zip(weight, fits)
     )
-    noise = float(sum(w * s2 for w, (*_, s2) in zip(weight, fits))) * (
-        1 + surface.shared
-    )
+    noise = float(sum(w * s2 for w, (*_, s2) in zip(weight, fits))) * whole
     return ShrinkageSurface(
-        surface.box,
-        terms,
-        mean,
-        covariance,
-        np.sqrt(noise),
-        free,
-        surface.df,
-        y - x @ mean,
+        box=surface.box,
+        terms=terms,
+        coefficients=mean,
+        covariance=covariance,
+        noise_sd=np.sqrt(noise),
+        noise_df=free,
+        df=surface.df,
+        residuals=y - x @ mean,
     )
 
 

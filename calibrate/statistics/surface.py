@@ -6,9 +6,8 @@ Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.
 chapters 2 and 6."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,33 +20,46 @@ from scipy import stats
 
 # lack of fit this unlikely by chance is believed, and added to the surface's own error
 LACK_P = 0.10
+# degrees of freedom of repeated points, from which on their scatter alone is the noise
+PURE_DF = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """A fitted polynomial in the coded factors of a box.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Runs:
+    """What a surface is fitted to.
 
-    response_name: with its unit; terms: p tuples of exponents; coefficients: (p,)
-    coded; inverse: (p, p) (XᵀX)⁻¹; points: (n, k) coded; response: (n,); residual_ss on
-    residual_df; of it pure_ss on pure_df from repeated points. Runs on common packings:
-    root (n, n) makes them independent (`packings.py`; X and y above stand for root·X
-    and root·y), shared is λ = σ²_packing/σ²_own, packings their number. Else root is
-    None."""
+    response_name: with its unit; points: (n, k) coded; response: (n,). Runs on common
+    packings: root (n, n) makes them independent (`packings.py`), shared is λ =
+    σ²_packing/σ²_own, packings their number. Else root is None."""
 
     response_name: str
     box: Box
+    points: np.ndarray
+    response: np.ndarray
+    root: np.ndarray | None = None
+    shared: float = 0.0
+    packings: int = 0
+
+    def independent(self, values: np.ndarray) -> np.ndarray:
+        """Values of the runs (n, …), with what packings share taken out."""
+        return values if self.root is None else self.root @ values
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surface(Runs):
+    """A fitted polynomial in the coded factors of a box.
+
+    terms: p tuples of exponents; coefficients: (p,) coded; inverse: (p, p) (XᵀX)⁻¹;
+    residual_ss on residual_df; of it pure_ss on pure_df from repeated points. X and y
+    stand for root·X and root·y where packings are shared."""
+
     terms: tuple[polynomial.Term, ...]
     coefficients: np.ndarray
     inverse: np.ndarray
-    points: np.ndarray
-    response: np.ndarray
     residual_ss: float
     residual_df: int
     pure_ss: float
     pure_df: int
-    root: np.ndarray | None = None
-    shared: float = 0.0
-    packings: int = 0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -76,13 +88,14 @@ class Surface:
     def noise_sd(self) -> float:
         """Scatter of one run about the surface: from repeated points where there are
         three degrees of freedom, else the residual."""
-        own = self.pure_ss / self.pure_df if self.pure_df >= 3 else self.residual_ms
+        repeated = self.pure_df >= PURE_DF
+        own = self.pure_ss / self.pure_df if repeated else self.residual_ms
         return float(np.sqrt(own * (1 + self.shared)))
 
     @property
     def noise_df(self) -> int:
         """Degrees of freedom of `noise_sd`."""
-        return self.pure_df if self.pure_df >= 3 else self.residual_df
+        return self.pure_df if self.pure_df >= PURE_DF else self.residual_df
 
     @cached_property
     def lack_sd(self) -> float:
@@ -92,11 +105,8 @@ class Surface:
         if df < 1 or self.pure_df < 1 or self.pure_ss <= 0:
             return 0.0
         lack, pure = (self.residual_ss - self.pure_ss) / df, self.pure_ss / self.pure_df
-        return (
-            float(np.sqrt(lack - pure))
-            if stats.f.sf(lack / pure, df, self.pure_df) < LACK_P
-            else 0.0
-        )
+        believed = stats.f.sf(lack / pure, df, self.pure_df) < LACK_P
+        return float(np.sqrt(lack - pure)) if believed else 0.0
 
     def mean(self, coded: ArrayLike) -> np.ndarray:
         """Predicted response (n,) at coded points (n, k)."""
@@ -140,48 +150,43 @@ def fit_surface(
     of the effects' error and in the mean level's. Raises ValueError: a column missing,
     responses all equal, fewer runs than terms + 1, a design that cannot tell terms
     apart."""
-    points = (
-        numbers(table, coded_columns) if coded_columns else box.coded(box.points(table))
-    )
+    coded = numbers(table, coded_columns) if coded_columns else None
+    points = box.coded(box.points(table)) if coded is None else coded
     y = numbers(table, [response])[:, 0]
-    chosen = (
-        polynomial.full(len(box.names), terms)
-        if isinstance(terms, str)
-        else tuple(terms)
-    )
+    if isinstance(terms, str):
+        terms = polynomial.full(len(box.names), terms)
+    chosen = tuple(terms)
     x = polynomial.matrix(points, chosen)
     _check(response, chosen, x, y)
-    if packing is None:
-        return _solve(response, box, chosen, points, y)
-    if packing not in table:
-        raise ValueError(f"column {packing} is missing")
-    shared, root = decorrelate(x, y, table[packing].to_numpy())
-    return _solve(
-        response,
-        box,
-        chosen,
-        points,
-        y,
-        root=root,
-        shared=shared,
-        packings=table[packing].nunique(),
-    )
+    runs = Runs(response_name=response, box=box, points=points, response=y)
+    if packing is not None:
+        if packing not in table:
+            raise ValueError(f"column {packing} is missing")
+        shared, root = decorrelate(x, y, table[packing].to_numpy())
+        many = table[packing].nunique()
+        runs = replace(runs, root=root, shared=shared, packings=many)
+    return refit(runs, chosen)
 
 
-def refit(surface: Surface, terms: tuple[polynomial.Term, ...]) -> Surface:
-    """The same runs with other terms; what packings share is kept as it was found."""
-    packing: dict[str, Any] = {
-        "root": surface.root,
-        "shared": surface.shared,
-        "packings": surface.packings,
-    }
-    return _solve(
-        surface.response_name,
-        surface.box,
-        terms,
-        surface.points,
-        surface.response,
-        **packing,
+def refit(runs: Runs, terms: tuple[polynomial.Term, ...]) -> Surface:
+    """The surface with these terms through the runs, or those of another surface; what
+    packings share is kept as it was found."""
+    x = runs.independent(polynomial.matrix(runs.points, terms))
+    y = runs.independent(runs.response)
+    q, r = np.linalg.qr(x)
+    coefficients = np.linalg.solve(r, q.T @ y)
+    r_inverse = np.linalg.inv(r)
+    pure_ss, pure_df = pure_error(runs)
+    residual_ss = float(np.sum((y - x @ coefficients) ** 2))
+    return Surface(
+        **{f.name: getattr(runs, f.name) for f in fields(Runs)},
+        terms=terms,
+        coefficients=coefficients,
+        inverse=r_inverse @ r_inverse.T,
+        residual_ss=residual_ss,
+        residual_df=len(y) - len(terms),
+        pure_ss=min(pure_ss, residual_ss),
+        pure_df=pure_df,
     )
 
 
@@ -203,41 +208,6 @@ def _check(
         )
 
 
-def _solve(
-    response: str,
-    box: Box,
-    terms: tuple[polynomial.Term, ...],
-    points: np.ndarray,
-    y: np.ndarray,
-    *,
-    root: np.ndarray | None = None,
-    **packing,
-) -> Surface:
-    x, weighed = polynomial.matrix(points, terms), y
-    if root is not None:
-        x, weighed = root @ x, root @ y
-    q, r = np.linalg.qr(x)
-    coefficients = np.linalg.solve(r, q.T @ weighed)
-    r_inverse = np.linalg.inv(r)
-    pure_ss, pure_df = pure_error(points, y, root)
-    residual_ss = float(np.sum((weighed - x @ coefficients) ** 2))
-    return Surface(
-        response_name=response,
-        box=box,
-        terms=terms,
-        coefficients=coefficients,
-        inverse=r_inverse @ r_inverse.T,
-        points=points,
-        response=y,
-        residual_ss=residual_ss,
-        residual_df=len(y) - len(terms),
-        pure_ss=min(pure_ss, residual_ss),
-        pure_df=pure_df,
-        root=root,
-        **packing,
-    )
-
-
 def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
     """Names of terms whose column is a combination of the columns before it."""
     found, rank = [], 0
@@ -249,36 +219,31 @@ def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
     return found
 
 
-def pure_error(
-    points: np.ndarray, y: np.ndarray, root: np.ndarray | None = None
-) -> tuple[float, int]:
+def pure_error(runs: Runs) -> tuple[float, int]:
     """Sum of squares and degrees of freedom that one mean for every coded point
     leaves."""
-    _, cell = np.unique(np.round(points, 9) + 0.0, axis=0, return_inverse=True)
+    places = np.round(runs.points, 9) + 0.0
+    _, cell = np.unique(places, axis=0, return_inverse=True)
     member = (cell.ravel()[:, None] == np.arange(cell.max() + 1)).astype(float)
-    if root is not None:
-        member, y = root @ member, root @ y
+    member, y = runs.independent(member), runs.independent(runs.response)
     means = np.linalg.lstsq(member, y, rcond=None)[0]
     return float(np.sum((y - member @ means) ** 2)), len(y) - member.shape[1]
 
 
 def residuals(surface: Surface) -> np.ndarray:
-    """(n,) response − prediction; with common packings made independent by `root`."""
-    off = surface.response - surface.mean(surface.points)
-    return off if surface.root is None else surface.root @ off
+    """(n,) response − prediction, with what packings share taken out."""
+    return surface.independent(surface.response - surface.mean(surface.points))
 
 
 def leverage(surface: Surface) -> np.ndarray:
     """(n,) diagonal of X(XᵀX)⁻¹Xᵀ: how much each run decides its own prediction."""
-    x = polynomial.matrix(surface.points, surface.terms)
-    x = x if surface.root is None else surface.root @ x
+    x = surface.independent(polynomial.matrix(surface.points, surface.terms))
     return np.sum(x @ surface.inverse * x, axis=1)
 
 
 def total_ss(surface: Surface) -> float:
     """Sum of squares about the mean; with common packings about the mean that weighs
     them."""
-    y, one = surface.response, np.ones(len(surface.response))
-    if surface.root is not None:
-        y, one = surface.root @ y, surface.root @ one
+    y = surface.independent(surface.response)
+    one = surface.independent(np.ones(len(y)))
     return float(np.sum((y - one * (one @ y) / (one @ one)) ** 2))

@@ -39,6 +39,14 @@
     const entries = [...e.dataTransfer.items].map(i => i.webkitGetAsEntry()).filter(Boolean);
     upload((await Promise.all(entries.map(files))).flat());
   });
+  addEventListener('keydown', e => {  // Space opens a card as Enter does; Ctrl+Z and Ctrl+Shift+Z press Undo and Redo, but not while somebody types
+    const on = e.target;
+    if (e.key === ' ' && on.matches?.('a.card-link')) { e.preventDefault(); on.click(); }
+    if ((e.ctrlKey || e.metaKey) && e.key.toLowerCase() === 'z' && !on.matches?.('input:not([type=range]), textarea')) {
+      const button = document.querySelector(`[data-key=${e.shiftKey ? 'redo' : 'undo'}]`);
+      if (button) { e.preventDefault(); button.click(); }
+    }
+  });
   addEventListener('DOMContentLoaded', () => {
     const refused = JSON.parse(sessionStorage.getItem('refused') || '[]');
     sessionStorage.removeItem('refused');

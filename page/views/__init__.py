@@ -1,6 +1,6 @@
 """The pages, one a file."""
 
-from benchtwin.page.server import Site
+from benchtwin.page.site import Site
 
 
 def pages(site: Site) -> None:

@@ -5,17 +5,30 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
-from benchtwin.page import runs
-from benchtwin.page.folder import Refused, clean_name
-from benchtwin.page.server import Site
-from benchtwin.page.views import keys_form, results
+from benchtwin.page.card_number import (
+    FILMS,
+    CardNumber,
+    measured_number,
+    number_of_last_run,
+    original_name,
+    version,
+)
+from benchtwin.page.folder import RESULTS, Refused, clean_name
+from benchtwin.page.site import Site
+from benchtwin.page.views import keys_form, recording_menu, results
 from benchtwin.page.views import runs as runs_panel
-from benchtwin.page.views.frame import errors_shown, frame
-from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.page.views.frame import (
+    ANSWER_S,
+    bench_attribute,
+    errors_shown,
+    frame,
+    tabs,
+)
+from benchtwin.page.views.numbers import in_words, with_unit
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
-from nicegui import ui
+from nicegui import Client, background_tasks, ui
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
 PICTURED = ("photos", "frames", "video")
@@ -24,18 +37,18 @@ PICTURED = ("photos", "frames", "video")
 def register(site: Site) -> None:
     """Add the page of a bench, and of a folder of benches, to the site."""
 
-    @ui.page("/", title="benchtwin")
+    @ui.page("/", title="benchtwin", response_timeout=ANSWER_S)
     async def start() -> None:
         benches = site.folder.benches()
         if len(benches) == 1:
-            await _bench(site, site.folder.name_of(benches[0]), TABS[0])
+            await _bench(site, site.folder.name_of(benches[0]), TABS[0], "")
             return
         with frame(site.folder.root.name):
             _benches(site, benches)
 
-    @ui.page("/bench")
-    async def bench(b: str, tab: str = TABS[0]) -> None:
-        await _bench(site, b, tab)
+    @ui.page("/bench", response_timeout=ANSWER_S)
+    async def bench(b: str, tab: str = TABS[0], part: str = "") -> None:
+        await _bench(site, b, tab, part)
 
 
 def _benches(site: Site, benches: list[Path]) -> None:
@@ -45,13 +58,11 @@ def _benches(site: Site, benches: list[Path]) -> None:
         for bench in benches:
             name = site.folder.name_of(bench)
             with (
-                ui.link(target=f"/bench?b={quote(name)}").classes(
-                    "no-underline text-inherit"
-                ),
+                ui.link(target=f"/bench?b={quote(name)}").classes("card-link"),
                 ui.card().classes("w-full"),
             ):
-                ui.label(name).classes("font-bold").style("overflow-wrap: anywhere")
-                ui.label(_holds(bench)).classes("soft")
+                ui.label(name).classes("font-bold anywhere")
+                ui.label(_holds(site, bench)).classes("soft")
     ui.label("A new bench of your own: files dropped on it stay in its folder").classes(
         "soft q-mt-md"
     )
@@ -73,54 +84,50 @@ def _benches(site: Site, benches: list[Path]) -> None:
         ui.button("New bench", on_click=make).props("no-caps")
 
 
-def _holds(bench: Path) -> str:
-    """ "8 drops, 5 slides, 3 piles", told by rig."""
-    rigs = Counter(
-        r.rig or "recording" for r in find_recordings(bench) if isinstance(r, Recording)
-    )
+def _holds(site: Site, bench: Path) -> str:
+    """ "8 drops, 5 slides, 3 piles", told by rig; or why it cannot be opened."""
+    try:
+        entries = site.recordings(bench)
+    except Refused as error:
+        return str(error)
+    rigs = Counter(r.rig or "recording" for r in entries if isinstance(r, Recording))
     return (
         ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
         or "nothing yet"
     )
 
 
-async def _bench(site: Site, name: str, tab: str) -> None:
+async def _bench(site: Site, name: str, tab: str, part: str) -> None:
     try:
         folder = site.folder.inside(name)
-        entries = await asyncio.to_thread(find_recordings, folder)
+        site.folder.results(folder)
+        entries = await asyncio.to_thread(site.recordings, folder)
     except (Refused, OSError) as error:
         with frame("benchtwin", back="/"):
             ui.label(f"This bench cannot be opened: {error}").classes("failed")
         return
-    with frame(
-        folder.name, back="/" if len(site.folder.benches()) > 1 else "", bench=name
-    ):
-        with ui.tabs().props("align=left no-caps") as tabs:
-            for label in TABS:
-                ui.tab(label)
-        with ui.tab_panels(
-            tabs, value=tab if tab in TABS else TABS[0], animated=False
-        ).classes("w-full"):
-            with ui.tab_panel(TABS[0]):
-                _recordings(site, entries)
-            with ui.tab_panel(TABS[1]):
-                ui.label(
-                    "A key stated here holds for every recording that does not say"
-                    " otherwise (bench.toml)."
-                ).classes("soft")
-                keys_form.form_for(folder / "bench.toml", None, {}, set(), lambda: None)
-            with ui.tab_panel(TABS[2]):
-                runs_panel.panel(site, folder)
-            with ui.tab_panel(TABS[3]):
-                results_panel = ui.refreshable(results.panel)
-                results_panel(site, folder)
-        tabs.on_value_change(
-            lambda e: results_panel.refresh() if e.value == TABS[3] else None
-        )
-    runs.advance(folder, site.folder)
+    tab = tab if tab in TABS else TABS[0]
+    address = f"/bench?b={quote(name)}"
+    back = "/" if len(site.folder.benches()) > 1 else ""
+    with frame(folder.name, back=back, bench=name):
+        tabs(TABS, tab, lambda label: f"{address}&tab={quote(label)}", "Bench")
+        if tab == TABS[0]:
+            _recordings(site, folder, entries)
+        elif tab == TABS[1]:
+            ui.label(
+                "A key stated here holds for every recording that does not say"
+                " otherwise (bench.toml)."
+            ).classes("soft")
+            keys_form.KeysForm(site, folder / "bench.toml", None, {})
+        elif tab == TABS[2]:
+            runs_panel.panel(site, folder)
+        else:
+            results.panel(site, folder, part)
 
 
-def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None:
+def _recordings(
+    site: Site, bench: Path, entries: list[Recording | MeasurementError]
+) -> None:
     good = [e for e in entries if isinstance(e, Recording)]
     trouble = [
         e
@@ -129,9 +136,8 @@ def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None
     ]
     with ui.row().classes("items-center"):
         ui.html(
-            '<label class="q-btn bg-primary text-white" style="padding:.5rem'
-            ' 1rem;cursor:pointer">Add files<input type="file" multiple'
-            ' style="display:none" onchange="uploadFiles(this)"></label>',
+            '<label class="file-button q-btn bg-primary text-white">Add files<input'
+            ' type="file" multiple onchange="uploadFiles(this)"></label>',
             sanitize=False,
         )
         ui.label(
@@ -144,27 +150,81 @@ def _recordings(site: Site, entries: list[Recording | MeasurementError]) -> None
         )
     for error in trouble:
         ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
+        if error.recording and (bench / error.recording).exists():
+            name = site.folder.name_of(bench / error.recording)
+            ui.link(f"Open {error.recording}", f"/recording?r={quote(name)}")
     with ui.element("div").classes("card-grid"):
-        for recording in good:
-            _card(site, recording)
+        cards = [(one, _card(site, one)) for one in good]
+    recording_menu.removed_from(site, bench)
+    background_tasks.create(_fill(site, bench, cards, ui.context.client))
 
 
-def _card(site: Site, recording: Recording) -> None:
+def _card(site: Site, recording: Recording) -> ui.column:
+    """A link with picture, names and a place for the number, which is returned."""
     name = site.folder.name_of(recording.path)
     with (
-        ui.link(target=f"/recording?r={quote(name)}").classes(
-            "no-underline text-inherit"
-        ),
-        ui.card().tight().classes("w-full"),
+        ui.link(target=f"/recording?r={quote(name)}").classes("card-link"),
+        ui.card().tight().classes("w-full h-full"),
     ):
         if recording.evidence in PICTURED:
             ui.element("img").classes("thumb").props(
                 f'src="/thumb?r={quote(name)}" loading=lazy alt=""'
             )
         else:
-            ui.icon("show_chart", size="4rem").classes("thumb text-white")
-        with ui.column().classes("q-pa-sm gap-0"):
-            ui.label(recording.id).classes("font-bold").style("overflow-wrap: anywhere")
+            icon = "graphic_eq" if recording.evidence == "sound" else "show_chart"
+            ui.icon(icon, size="4rem").classes("thumb text-white").props(
+                "aria-hidden=true"
+            )
+        with ui.column().classes("q-pa-sm gap-0 w-full"):
+            ui.label(recording.id).classes("font-bold anywhere")
+            if (file := original_name(recording)) and Path(file).stem != recording.id:
+                ui.label(file).classes("soft text-xs anywhere")
             ui.label(f"{recording.rig or 'which rig?'} · {recording.evidence}").classes(
                 "soft"
             )
+            return ui.column().classes("gap-0 w-full").props("aria-live=polite")
+
+
+async def _fill(
+    site: Site, bench: Path, cards: list[tuple[Recording, ui.column]], client: Client
+) -> None:
+    """Put each card's number into its place as soon as it is known. A film that no run
+    has measured is not measured here: that may take minutes."""
+    results_folder = bench / RESULTS
+    await client.connected(timeout=30)
+    unknown = []
+    for recording, place in cards:
+        known = site.cards.get(version(recording)) or await asyncio.to_thread(
+            number_of_last_run, recording, results_folder
+        )
+        if known is None and recording.evidence not in FILMS:
+            unknown.append((recording, place))
+        _number(place, known, "not measured yet" if known is None else "")
+    for _, place in unknown:
+        _number(place, None, "measuring …")
+    for recording, place in unknown:
+        if not client.has_socket_connection:
+            return
+        async with site.measuring:  # one at a time, whatever the number of open pages
+            key = version(recording)
+            if key not in site.cards:
+                site.cards[key] = await asyncio.to_thread(measured_number, recording)
+        _number(place, site.cards[key], "")
+
+
+def _number(place: ui.column, known: CardNumber | None, words: str) -> None:
+    place.clear()
+    with place:
+        if known is None:
+            ui.label(words).classes("soft text-sm")
+            return
+        if known.n:
+            value = with_unit(known.value, known.sd, known.unit)
+            repeats = f" · n = {known.n}" if known.n > 1 else ""
+            ui.label(f"{in_words(known.quantity)} {value}{repeats}").classes(
+                "font-medium"
+            )
+        quality = ui.label(known.quality).classes(f"{known.quality} text-sm")
+        if known.reason:
+            ui.label(known.reason).classes("soft text-xs anywhere clamped")
+            quality.props(f'title="{bench_attribute(known.reason)}"')

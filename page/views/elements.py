@@ -10,12 +10,14 @@ from nicegui.events import GenericEventArguments
 
 
 class Picture(Element, component="../static/look.js"):
-    """Zoomed, panned and dragged in the browser; moved(what, value) is called on
-    release.
+    """Zoomed, panned and dragged in the browser, a film played there too; moved(what,
+    value) is called on release.
 
     layers, in px of the original picture: surface [[x, y], …], base and lines [x1, y1,
     x2, y2], roi [x, y, w, h], window [low %, high %], crest [x, y], track [[frame, x,
-    y, left out], …]."""
+    y, left out], …], places [[frame, x, y], …]. film: its frames' numbers, the address
+    `source` to which &i=number is added, the rate [frames/s] at which speed 1 plays it,
+    and whether that is the camera's (timed)."""
 
     def __init__(
         self,
@@ -23,6 +25,7 @@ class Picture(Element, component="../static/look.js"):
         size: tuple[int, int],
         label: str,
         moved: Callable[[str, Any], Any],
+        film: dict[str, Any] | None = None,
     ):
         super().__init__()
         self._props.update(
@@ -32,7 +35,7 @@ class Picture(Element, component="../static/look.js"):
             label=label,
             layers={},
             tool="",
-            frame=0,
+            film=film,
         )
 
         async def send(event: GenericEventArguments) -> None:
@@ -43,7 +46,7 @@ class Picture(Element, component="../static/look.js"):
         self.on("moved", send)
 
     def show(self, **props: Any) -> None:
-        """Change the source, layers, tool or frame."""
+        """Change the layers or the tool."""
         self._props.update(props)
         self.update()
 

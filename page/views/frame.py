@@ -1,7 +1,7 @@
 """Common to all pages: heading, navigation, style, error messages."""
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any
@@ -10,6 +10,7 @@ from urllib.parse import quote
 from benchtwin.page.folder import Refused
 from nicegui import ui
 
+ANSWER_S = 60.0  # a large bench on a busy machine takes its time
 FILES = (
     '<link rel="stylesheet" href="/static/page.css"><script'
     ' src="/static/page.js"></script>'
@@ -26,8 +27,7 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
             ui.button(icon="arrow_back", on_click=lambda: ui.navigate.to(back)).props(
                 'flat color=white dense aria-label="Back"'
             )
-        ui.label(title).classes("text-lg")
-        ui.space()
+        ui.label(title).classes("text-lg title")
         ui.label().props('id="upload-progress" role="status"')
         dark = ui.dark_mode(None)
         turn = ui.button(
@@ -40,10 +40,22 @@ def frame(title: str, back: str = "", bench: str = "") -> Iterator[None]:
         yield
 
 
+def tabs(
+    labels: Iterable[str], here: str, address: Callable[[str], str], of: str
+) -> None:
+    """Links to the parts of a page, which look like tabs: the address follows, and
+    reload, back and a bookmark lead where one was."""
+    with ui.element("nav").classes("tabs").props(f'aria-label="{of}"'):
+        for label in labels:
+            link = ui.link(label, address(label))
+            if label == here:
+                link.props("aria-current=page")
+
+
 def neighbours(names: list[str], here: str, caption: str) -> None:
     """Buttons and arrow keys to the recordings before and after `here`."""
     at = names.index(here) if here in names else 0
-    with ui.row():
+    with ui.row().classes("items-center gap-1 min-w-0"):
         for icon, step, key in (
             ("navigate_before", -1, "j"),
             ("navigate_next", 1, "k"),
@@ -55,7 +67,7 @@ def neighbours(names: list[str], here: str, caption: str) -> None:
                     icon=icon, on_click=lambda w=where: ui.navigate.to(w)
                 )
                 button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
-        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft")
+        ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft anywhere")
 
 
 def bench_attribute(name: str) -> str:

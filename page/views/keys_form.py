@@ -1,143 +1,298 @@
-"""The keys of a recording or bench as a form, saved in its TOML file."""
+"""The keys of a recording or bench as a form that saves itself in its TOML file."""
 
+import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
+from functools import partial
 from pathlib import Path
+from time import strftime
 from typing import Any
 
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
-from benchtwin.page.form import Field, form
-from benchtwin.page.views.frame import errors_shown
-from nicegui import ui
+from benchtwin.page.form import Field, form, table
+from benchtwin.page.site import Site
+from benchtwin.page.views.frame import bench_attribute, errors_shown
+from nicegui import background_tasks, ui
+
+REST_S = 0.8  # without typing, after which what was typed is saved
+
+Place = tuple[str, str]  # (section, key)
 
 
-def form_for(
-    path: Path,
-    rig: str | None,
-    defaults: dict,
-    needed: set[tuple[str, str]],
-    saved: Callable[[], Any],
-) -> None:
-    """The form of one TOML file. defaults: what bench.toml says; needed: keys that
-    measuring asked for; saved: called after."""
-    try:
-        keys = toml_file.read(path)
-    except Refused as error:
-        ui.label(str(error)).classes("failed")
-        return
-    state = {"keys": keys}
-    changed: dict[tuple[str, str], Any] = {}
-    inputs: list[tuple[Field, Any]] = []
+class KeysForm:
+    """The form of one TOML file. What is typed is saved when the typing rests or the
+    field is left; what cannot be saved stays in its field, with the reason below it."""
 
-    @errors_shown
-    def save() -> None:
-        changes = {**changed}
-        for field, text in list(changed_texts.items()):
-            changes[field.section, field.key] = field.read(text)
-        if not changes:
-            ui.notify("Nothing was changed")
+    def __init__(
+        self,
+        site: Site,
+        path: Path,
+        rig: str | None,
+        defaults: dict,
+        saved: Callable[[set[Place]], Awaitable[None]] | None = None,
+    ):
+        """defaults: what bench.toml says; saved: called with the keys after they were
+        saved."""
+        self.site, self.path, self.saved = site, path, saved
+        self.typed: dict[Place, Any] = {}  # not saved yet
+        self.loaded: dict[Place, Any] = {}  # the file's values as the form shows them
+        self.inputs: dict[Place, _Input] = {}
+        self.conditions: _Conditions | None = None
+        self.sections: dict[str, Any] = {}
+        self.resting: asyncio.Task | None = None
+        self.status = ui.label("Saves itself.").classes("soft text-sm anywhere")
+        self.status.props('role="status"')
+        try:
+            content = toml_file.read(path).content
+        except (Refused, OSError) as error:
+            self.status.set_text(str(error))
+            self._text()
             return
-        state["keys"] = toml_file.change(state["keys"], changes)
-        changed.clear()
-        changed_texts.clear()
-        ui.notify(f"Saved in {path.name}", type="positive")
-        saved()
+        self._build(content, content.get("rig") or rig, defaults)
 
-    changed_texts: dict[Field, Any] = {}
-    rig = keys.content.get("rig") or rig
-    for section in form(rig, keys.content, defaults):
-        wanted = any((section.name, f.key) in needed for f in section.fields)
-        with ui.expansion(
-            section.title,
-            caption=section.help or None,
-            value=wanted or section.name in ("", rig),
-        ).classes("w-full"):
-            usual = [f for f in section.fields if not f.rare]
-            rare = [f for f in section.fields if f.rare]
-            with ui.element("div").classes("card-grid"):
-                for field in usual:
-                    inputs.append(
-                        (
-                            field,
-                            _input(
-                                field,
-                                (section.name, field.key) in needed,
-                                changed_texts,
-                                changed,
-                                keys.content,
-                            ),
-                        )
-                    )
-            if rare:
-                with (
-                    ui.expansion("For simulating only").classes("w-full soft"),
-                    ui.element("div").classes("card-grid"),
-                ):
-                    for field in rare:
-                        _input(field, False, changed_texts, changed, keys.content)
-    ui.button("Save", on_click=save).props('color=primary accesskey="s"')
+    def _build(self, content: dict, rig: str | None, defaults: dict) -> None:
+        for section in form(rig, content, defaults):
+            with ui.expansion(
+                section.title,
+                caption=section.help or None,
+                value=section.name in ("", rig),
+            ).classes("w-full") as self.sections[section.name]:
+                with ui.element("div").classes("card-grid"):
+                    for one in section.fields:
+                        if not one.rare:
+                            self._add(one, content)
+                if rare := [one for one in section.fields if one.rare]:
+                    with (
+                        ui.expansion("For simulating only").classes("w-full soft"),
+                        ui.element("div").classes("card-grid"),
+                    ):
+                        for one in rare:
+                            self._add(one, content)
 
+    def _text(self) -> None:
+        """The file as it is, where it is no TOML that a form could show."""
+        text = ui.textarea(self.path.name, value=toml_file.any_text(self.path))
+        text.classes("w-full").props("outlined autogrow")
 
-def _input(
-    field: Field, needed: bool, texts: dict[Field, Any], changed: dict, content: dict
-) -> Any:
-    """One key; what somebody types is kept in `texts` until it is saved."""
-    if field.kind == "conditions":
-        return _conditions(content.get("conditions", {}), changed)
-    label = field.key + (f" [{field.unit}]" if field.unit else "")
-    hint = (
-        f"bench: {_shown(field.inherited)}"
-        if field.inherited is not None
-        else field.bounds
-    )
-    note = lambda event: texts.__setitem__(field, event.value)  # noqa: E731
-    with ui.column().classes("gap-0 w-full" + (" needed" if needed else "")):
-        if field.kind in ("choice", "yes"):
-            options: Any = (
-                {None: "–", True: "yes", False: "no"}
-                if field.kind == "yes"
-                else {None: "–", **{c: c for c in field.choices}}
+        @errors_shown
+        async def save() -> None:
+            with self.site.history.kept(self.path):
+                toml_file.write_text(self.path, text.value or "")
+            if self.saved:
+                await self.saved(set())
+            ui.navigate.reload()
+
+        ui.button("Save", on_click=save).props("no-caps")
+
+    def _add(self, one: Field, content: dict) -> None:
+        if one.kind == "conditions":
+            present = table(content, "conditions")
+            self.conditions = _Conditions(present, self.note)
+            self.loaded |= {("conditions", k): v for k, v in present.items()}
+            return
+        place = (one.section, one.key)
+        self.loaded[place] = _in(content, place)
+        self.inputs[place] = _Input(one, partial(self.note, place), self.save)
+
+    def note(self, place: Place, value: Any, *, at_once: bool = False) -> None:
+        """Somebody typed or chose something."""
+        if place in self.inputs and value == self.inputs[place].shown(
+            self.loaded.get(place)
+        ):
+            self.typed.pop(place, None)
+            return
+        self.typed[place] = value
+        self.status.set_text("Not saved yet …")
+        if self.resting:
+            self.resting.cancel()
+        self.resting = background_tasks.create(self._rest(0 if at_once else REST_S))
+
+    async def _rest(self, seconds: float) -> None:
+        await asyncio.sleep(seconds)
+        self.resting = None
+        await self.save()
+
+    async def save(self) -> None:
+        """Save what was typed, key by key: one that is refused keeps back no other."""
+        done: set[Place] = set()
+        for place, text in list(self.typed.items()):
+            field = self.inputs.get(place)
+            try:
+                value = text if field is None else field.key.read(text)
+                self._write(place, value)
+            except (Refused, OSError) as error:
+                self._refused(place, str(error))
+                continue
+            if self.typed.get(place) == text:
+                del self.typed[place]
+            done.add(place)
+            if field:
+                field.say("")
+        if done:
+            self.status.set_text(f"Saved in {self.path.name} at {strftime('%H:%M:%S')}")
+            if self.saved:
+                await self.saved(done)
+
+    def _write(self, place: Place, value: Any) -> None:
+        """Refused where the key has another value by now than the form showed."""
+        keys = toml_file.read(self.path)
+        present = _in(keys.content, place)
+        if present != self.loaded.get(place) and present != value:
+            self.loaded[place] = present
+            raise Refused(
+                f"{place[1]} was changed meanwhile, elsewhere: it is"
+                f" {_shown(present) or 'not stated'} now. Yours is not saved; change it"
+                " again to save it all the same"
             )
-            value = field.value if not isinstance(field.value, list) else None
-            made: Any = ui.select(options, label=label, value=value, on_change=note)
-        else:
-            made = ui.input(label, value=_shown(field.value), on_change=note)
-        made.classes("w-full").props(f'dense stack-label placeholder="{hint}"')
-        ui.label(("needed: " if needed else "") + field.help).classes(
-            "text-xs " + ("failed" if needed else "soft")
+        with self.site.history.kept(self.path):
+            toml_file.change(keys, {place: value})
+        self.loaded[place] = value
+
+    def _refused(self, place: Place, words: str) -> None:
+        if place in self.inputs:
+            self.inputs[place].say(words)
+        self.status.set_text(f"Not saved: {words}")
+
+    def ask_for(self, needed: set[Place]) -> None:
+        """Mark the keys that measuring asked for, and open their sections."""
+        for place, field in self.inputs.items():
+            field.mark(place in needed)
+        for section, _ in needed & self.inputs.keys():
+            self.sections[section].set_value(True)
+
+    def take(self) -> None:
+        """Show what the file says by now; what is typed and not saved stays."""
+        try:
+            content = toml_file.read(self.path).content
+        except Refused as error:
+            self.status.set_text(str(error))
+            return
+        for place, field in self.inputs.items():
+            self.loaded[place] = _in(content, place)
+            if place not in self.typed:
+                field.show(self.loaded[place])
+        if self.conditions:
+            present = table(content, "conditions")
+            self.loaded |= {("conditions", k): v for k, v in present.items()}
+            self.conditions.take(present)
+
+
+class _Input:
+    """One key: field, meaning, and why it could not be saved."""
+
+    def __init__(self, key: Field, note: Callable, leave: Callable[[], Awaitable]):
+        self.key = key
+        label = key.key + (f" [{key.unit}]" if key.unit else "")
+        inherited = key.inherited is not None
+        hint = f"bench: {_shown(key.inherited)}" if inherited else key.bounds
+        with ui.column().classes("gap-0 w-full") as self.column:
+            self.made: Any
+            if key.kind in ("choice", "yes"):
+                yes = {True: "yes", False: "no"}
+                named = yes if key.kind == "yes" else {c: c for c in key.choices}
+                self.named: dict = {None: "–", **named}
+                self.made = ui.select(
+                    self._with(self.shown(key.value)),
+                    label=label,
+                    value=self.shown(key.value),
+                    on_change=lambda e: note(e.value, at_once=True),
+                )
+            else:
+                self.made = ui.input(
+                    label,
+                    value=self.shown(key.value),
+                    on_change=lambda e: note(e.value),
+                )
+                self.made.on("blur", leave).on("keydown.enter", leave)
+            self.made.classes("w-full").props(
+                f'dense stack-label placeholder="{bench_attribute(hint)}"'
+                f' aria-label="{bench_attribute(label)}"'
+            )
+            self.help = ui.label().classes("text-xs")
+            self.why = ui.label().classes("text-xs failed").props('role="alert"')
+        self.why.set_visibility(False)
+        self.mark(False)
+
+    def shown(self, value: Any) -> Any:
+        """A value as the field holds it."""
+        if self.key.kind == "yes" and isinstance(value, bool):
+            return value
+        if self.key.kind in ("yes", "choice"):
+            return None if value is None or isinstance(value, list) else str(value)
+        return _shown(value)
+
+    def _with(self, value: Any) -> dict:
+        """The choices, and a value that is none of them."""
+        known = value in self.named
+        return self.named if known else {**self.named, value: f"{value} (not known)"}
+
+    def show(self, value: Any) -> None:
+        if self.key.kind in ("yes", "choice"):
+            self.made.set_options(self._with(self.shown(value)))
+        self.made.set_value(self.shown(value))
+
+    def say(self, why: str) -> None:
+        self.why.set_text(why)
+        self.why.set_visibility(bool(why))
+
+    def mark(self, needed: bool) -> None:
+        self.column.classes(**{"add" if needed else "remove": "needed"})
+        self.help.set_text(("needed: " if needed else "") + self.key.help)
+        self.help.classes(
+            add="failed" if needed else "soft", remove="soft" if needed else "failed"
         )
-    return made
 
 
-def _conditions(present: dict, changed: dict) -> Any:
-    """Rows of name and value, whatever the names; a value that is a number is one."""
-    rows: list[tuple[Any, Any]] = []
+class _Conditions:
+    """Rows of name and value, whatever the names; a value that is a number is one. They
+    are saved when a field is left: half a name is no name."""
 
-    def note() -> None:
-        now = {n.value.strip(): _value(v.value) for n, v in rows if n.value.strip()}
-        for name in {*present, *now}:
-            changed["conditions", name] = now.get(name) if now.get(name) != "" else None
+    def __init__(self, present: dict, note: Callable):
+        self.present, self.note = present, note
+        self.rows: list[tuple[Any, Any]] = []
+        with ui.column().classes("w-full gap-0"):
+            ui.label(
+                "Conditions: whatever differs between recordings, such as moisture_pct"
+                " = 12.5 or plate = steel 3"
+            ).classes("text-xs soft")
+            self.place = ui.column().classes("w-full gap-0")
+            self._rows()
+            ui.button("Add a condition", on_click=lambda: self._row("", "")).props(
+                "flat dense no-caps"
+            )
 
-    with ui.column().classes("w-full gap-0"):
-        ui.label(
-            "Conditions: whatever differs between recordings, such as moisture_pct ="
-            " 12.5 or plate = steel 3"
-        ).classes("text-xs soft")
-        with ui.column().classes("w-full gap-0") as place:
+    def _rows(self) -> None:
+        self.rows = []
+        self.place.clear()
+        for name, value in self.present.items():
+            self._row(name, _shown(value))
 
-            def row(name: str, value: str) -> None:
-                with place, ui.row().classes("w-full no-wrap"):
-                    pair = (
-                        ui.input("name", value=name, on_change=note),
-                        ui.input("value", value=value, on_change=note),
-                    )
-                    rows.append(pair)
+    def _row(self, name: str, value: str) -> None:
+        with self.place, ui.row().classes("w-full no-wrap"):
+            pair = ui.input("name", value=name), ui.input("value", value=value)
+        for one in pair:
+            one.classes("grow min-w-0").on("blur", self._left)
+            one.on("keydown.enter", self._left)
+        self.rows.append(pair)
 
-            for name, value in present.items():
-                row(name, _shown(value))
-        ui.button("Add a condition", on_click=lambda: row("", "")).props("flat dense")
-    return None
+    async def _left(self) -> None:
+        typed = {n.value.strip(): _value(v.value) for n, v in self.rows}
+        now = {name: value for name, value in typed.items() if name and value != ""}
+        for name in {*self.present, *now}:
+            if now.get(name) != self.present.get(name):
+                self.note(("conditions", name), now.get(name), at_once=True)
+        self.present = now
+
+    def take(self, present: dict) -> None:
+        if present != self.present:
+            self.present = present
+            self._rows()
+
+
+def _in(content: dict, place: Place) -> Any:
+    section, key = place
+    return (table(content, section) if section else content).get(key)
 
 
 def _value(text: str) -> float | str:
@@ -152,5 +307,5 @@ def _shown(value: Any) -> str:
     if value is None:
         return ""
     if isinstance(value, list | tuple):
-        return ", ".join(f"{v:g}" if isinstance(v, float) else str(v) for v in value)
+        return ", ".join(_shown(v) for v in value)
     return f"{value:.10g}" if isinstance(value, float) else str(value)

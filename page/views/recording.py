@@ -3,25 +3,27 @@
 import asyncio
 from dataclasses import asdict
 from functools import partial
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 from benchtwin.page import measuring, sound_impacts, toml_file
+from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import needed
-from benchtwin.page.server import Site
-from benchtwin.page.views import keys_form
+from benchtwin.page.recording_files import own_folder
+from benchtwin.page.site import Site
+from benchtwin.page.views import keys_form, recording_menu
 from benchtwin.page.views.elements import Picture, Wave
-from benchtwin.page.views.frame import errors_shown, frame, neighbours
+from benchtwin.page.views.frame import ANSWER_S, errors_shown, frame, neighbours
 from benchtwin.page.views.numbers import quantities_table
+from benchtwin.vision.evidence.photo import photo_size
 from benchtwin.vision.evidence.read_keys import read_toml
-from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import sound_of
 from benchtwin.vision.recording import Recording
 from nicegui import ui
-from PIL import Image
 
 TOOL_NAMES = {
     "": "Look",
@@ -32,6 +34,21 @@ TOOL_NAMES = {
     "plumb": "Plumb line",
     "strike": "Strike out",
     "follow": "Follow",
+    "place": "Place",
+}
+HELP = {
+    "": "",
+    "base": "Drag the two handles, or Tab to one and use the arrow keys.",
+    "roi": "Only what lies inside is looked at. Drag the corners.",
+    "window": "The line is fitted between these two heights. Drag them.",
+    "ruler": "Lay it over a length that you know, and say how long it is.",
+    "plumb": "Lay it along a plumb line, or a wall that stands upright.",
+    "strike": "Click the places that are wrong, or step to one and press Enter: no fit"
+    " uses them. Once more takes them in again.",
+    "follow": "Click the seed, where another thing was followed.",
+    "place": "Click the middle of the seed, frame by frame: the film steps on by"
+    " itself. Delete takes a place away. By key: Tab to the cross, move it with the"
+    " arrow keys, Enter sets it.",
 }
 RIG_NAMES = {
     "drop": "a seed falls on a plate",
@@ -41,7 +58,12 @@ RIG_NAMES = {
 }
 BY_HAND = {  # keys that "Automatic again" takes away
     "pile": [("pile", "baseline_px"), ("pile", "roi_px"), ("pile", "window_pct")],
-    "film": [("track", "left_out_frames"), ("track", "follow_px")],
+    "film": [
+        ("track", "left_out_frames"),
+        ("track", "follow_px"),
+        ("track", "places_px"),
+        ("track", "only_places"),
+    ],
     "sound": [("drop", "impacts_added_s"), ("drop", "impacts_struck_s")],
 }
 KEPT_AS = {
@@ -49,12 +71,15 @@ KEPT_AS = {
     "roi": ("pile", "roi_px"),
     "window": ("pile", "window_pct"),
 }
+SHARED = [*BY_HAND["pile"], ("camera", "mm_per_px"), ("camera", "mm_per_px_sd")]
+SHARED += [("camera", "plumb_deg"), ("camera", "plumb_sd_deg")]
+UNTIMED_FPS = 25.0  # a film whose rate nobody knows is played at
 
 
 def register(site: Site) -> None:
     """Add the page of a recording to the site."""
 
-    @ui.page("/recording")
+    @ui.page("/recording", response_timeout=ANSWER_S)
     async def recording(r: str) -> None:
         try:
             shown = site.recording(r)
@@ -69,15 +94,36 @@ def register(site: Site) -> None:
 
 
 def _only_keys(site: Site, name: str) -> None:
-    """The form alone, where it is the keys that are wrong."""
+    """What mends it where the files cannot be read: their menu, and the keys."""
     try:
-        folder = site.folder.inside(name)
+        path = site.folder.inside(name)
+        site.folder.refuse_links(path)
     except Refused:
         return
-    if (folder / "recording.toml").is_file():
-        keys_form.form_for(
-            folder / "recording.toml", None, {}, set(), ui.navigate.reload
-        )
+    if not path.exists():
+        return
+    recording_menu.show_for_broken(site, path)
+
+    async def again(_: set[keys_form.Place]) -> None:
+        ui.navigate.reload()
+
+    beside = path.parent / "bench.toml"
+    wrong = path != site.folder.root and _unreadable(beside)
+    if not path.is_dir() and not wrong:
+        return
+    file = beside if wrong else path / "recording.toml"
+    ui.label(file.name).classes("text-h6")
+    keys_form.KeysForm(site, file, None, {}, again)
+
+
+def _unreadable(file: Path) -> bool:
+    if not file.is_file():
+        return False
+    try:
+        read_toml(file)
+    except (MeasurementError, OSError):
+        return True
+    return False
 
 
 class View:
@@ -85,12 +131,17 @@ class View:
 
     def __init__(self, site: Site, name: str, recording: Recording):
         self.site, self.name, self.recording = site, name, recording
-        self.bench = recording.path.parent
+        at = recording.path
+        self.bench = at if at == site.folder.root else at.parent
         self.picture: Picture | None = None
         self.wave: Wave | None = None
         self.heard: sound_impacts.SoundView | None = None
+        self.form: keys_form.KeysForm | None = None
         self.size = (1, 1)
         self.ruler: list[float] | None = None
+        self.layers: dict[str, Any] = {}
+        self.asked = 0  # how often measuring was asked for; only the last one is done
+        self.one_at_a_time = asyncio.Lock()
         self.uncorrected: measuring.PileOverlay | None = (
             None  # measured once: a reload forgets it
         )
@@ -102,38 +153,83 @@ class View:
     async def build(self) -> None:
         back = f"/bench?b={quote(self.site.folder.name_of(self.bench))}"
         with frame(self.recording.id, back=back):
-            entries = await asyncio.to_thread(find_recordings, self.bench)
-            names = [
-                self.site.folder.name_of(e.path)
-                for e in entries
-                if isinstance(e, Recording)
-            ]
-            neighbours(
-                names,
-                self.name,
-                f"{self.recording.rig or 'which rig?'} · {self.recording.evidence}",
-            )
+            entries = await asyncio.to_thread(self.site.recordings, self.bench)
+            self.others = [e for e in entries if isinstance(e, Recording)]
+            names = [self.site.folder.name_of(e.path) for e in self.others]
+            with ui.row().classes("w-full items-center gap-x-4"):
+                neighbours(names, self.name, self._caption())
+                self._undo_buttons()
+                recording_menu.show(self.site, self.recording, entries)
             if self.recording.rig is None:
                 self._which_rig()
-            with ui.row().classes("w-full no-wrap items-start max-lg:flex-wrap"):
-                with ui.column().classes("grow").style("min-width: min(100%, 34rem)"):
-                    await self._picture()
-                with ui.column().style("min-width: 20rem; max-width: 30rem"):
-                    self.numbers = ui.html("", sanitize=False)
+            with ui.element("div").classes("picture-and-numbers"):
+                self.place = ui.column().classes("w-full min-w-0")
+                with ui.column().classes("min-w-0 gap-2"):
+                    with ui.element("div").classes("scroll-x"):
+                        self.numbers = ui.html("", sanitize=False)
                     self.reasons = ui.column().classes("gap-1")
-                    self.busy = ui.row().classes("items-center")
-            self.form = ui.column().classes("w-full")
+                    self.busy = ui.row().classes("items-center").props('role="status"')
+            with ui.column().classes("w-full"):
+                self._keys()
         await ui.context.client.connected(
             timeout=30
-        )  # the page is there while it is measured
+        )  # the page is there while the film is opened and measured
+        try:
+            with self.place:
+                await self._picture()
+        except (MeasurementError, OSError):
+            self.picture = None  # measuring says why
+        await self._measure()
+
+    def _caption(self) -> str:
+        file = original_name(self.recording)
+        kind = f"{self.recording.rig or 'which rig?'} · {self.recording.evidence}"
+        return f"{kind} · {file}" if file else kind
+
+    def _undo_buttons(self) -> None:
+        with ui.row().classes("gap-1 items-center"):
+            self.undo = ui.button("Undo", icon="undo")
+            self.undo.on_click(errors_shown(partial(self._turn, back=True)))
+            self.redo = ui.button("Redo", icon="redo")
+            self.redo.on_click(errors_shown(partial(self._turn, back=False)))
+            for button, keys, name in (
+                (self.undo, "Ctrl+Z", "undo"),
+                (self.redo, "Ctrl+Shift+Z", "redo"),
+            ):  # page.js presses them by key
+                button.props(f"flat dense no-caps data-key={name}").tooltip(keys)
+        self._undo_state()
+
+    def _undo_state(self) -> None:
+        self.undo.set_enabled(self.site.history.can_undo(self.recording.toml))
+        self.redo.set_enabled(self.site.history.can_redo(self.recording.toml))
+
+    async def _turn(self, *, back: bool) -> None:
+        """Take back, or do again, the last change of this recording's keys."""
+        rig, history = self.recording.rig, self.site.history
+        turned = (history.undo if back else history.redo)(self.recording.toml)
+        others = [file.parent.name for file in turned if file != self.recording.toml]
+        if others:
+            ui.notify(f"Also in {', '.join(others)}")
+        await self._changed(rig)
+
+    async def _changed(self, rig: str | None) -> None:
+        """The keys are others now; rig: what it was before."""
+        try:
+            now = self.site.recording(self.name).rig
+        except (Refused, OSError):
+            now = rig  # measuring says why
+        if now != rig:
+            ui.navigate.reload()
+            return
+        if self.form:
+            self.form.take()
         await self._measure()
 
     def _which_rig(self) -> None:
         """What was done, asked before anything else: nothing is measured without it."""
 
         async def say(rig: str) -> None:
-            if await self._keep({("", "rig"): rig}, by_hand=False):
-                ui.navigate.reload()
+            await self._keep({("", "rig"): rig}, by_hand=False)
 
         with ui.row().classes("items-center"):
             ui.label("What was done?").classes("text-lg failed")
@@ -144,10 +240,7 @@ class View:
 
     async def _picture(self) -> None:
         if self.is_pile:
-            with Image.open(self.recording.files[0]) as photo:
-                self.size = (
-                    photo.size if photo.getexif().get(274, 1) < 5 else photo.size[::-1]
-                )
+            self.size = photo_size(self.recording.files[0])
             self._tools(("", "base", "roi", "window", "ruler", "plumb"))
             version = self.recording.files[0].stat().st_mtime_ns
             source = f"/photo?r={quote(self.name)}&v={version}"
@@ -174,7 +267,8 @@ class View:
         with ui.row().classes("items-center"):
             ui.element("audio").props(
                 f'controls preload=none src="/sound?r={quote(self.name)}"'
-            ).style("height: 2.2rem")
+                ' aria-label="The sound"'
+            ).style("height: 2.2rem; max-width: 100%")
             if self.picture is None:
                 ui.button(
                     "Automatic again", on_click=errors_shown(self._automatic)
@@ -196,69 +290,94 @@ class View:
             )
 
     def _tools(self, tools: tuple[str, ...]) -> None:
-        with ui.row().classes("items-center"):
+        with ui.row().classes("items-center gap-2"):
             self.tool = ui.toggle({t: TOOL_NAMES[t] for t in tools}, value="").props(
-                "dense no-caps"
+                'dense no-caps aria-label="Tool"'
             )
-            self.tool.on_value_change(lambda e: self._show(tool=e.value or ""))
+            self.tool.classes("wrapping")
+            self.tool.on_value_change(lambda e: self._take_tool(e.value or ""))
             ui.button("Automatic again", on_click=errors_shown(self._automatic)).props(
                 "flat dense no-caps"
             )
+            if self.is_pile and len(self._alike()) > 0:
+                ui.button("Use on other photos …", on_click=self._ask_others).props(
+                    "flat dense no-caps"
+                )
             with (
                 ui.row()
                 .classes("items-center")
                 .bind_visibility_from(self.tool, "value", value="ruler")
             ):
                 self.length = (
-                    ui.number("ruler, mm", value=100, min=0)
+                    ui.number("length of the ruler [mm]", value=100, min=0)
                     .props("dense")
-                    .classes("w-24")
+                    .classes("w-40")
                 )
                 ui.button("Set scale", on_click=errors_shown(self._set_scale)).props(
                     "dense no-caps"
                 )
+            ui.checkbox(
+                "Use only places set by hand",
+                value=bool(self.recording.track.only_places),
+                on_change=lambda e: self._keep(
+                    {("track", "only_places"): True if e.value else None}
+                ),
+            ).bind_visibility_from(self.tool, "value", value="place").props("dense")
+        self.help = ui.label().classes("soft text-xs")
+        self.help.set_visibility(False)
+
+    def _take_tool(self, tool: str) -> None:
+        self.help.set_text(HELP[tool])
+        self.help.set_visibility(bool(tool))
+        self._show(tool=tool)
 
     async def _film(self) -> None:
-        film = await asyncio.to_thread(self.site.film, self.recording)
+        film = await asyncio.to_thread(self.site.film, self.name)
         self.size = film.size
-        self._tools(("", "strike", "follow", "ruler", "plumb"))
-        self.picture = Picture(
-            self._frame(0), self.size, f"Film of {self.recording.id}", self._moved
-        )
-        with ui.row().classes("w-full items-center no-wrap"):
-            last = max(film.count - 1, 0)
-            slider = (
-                ui.slider(min=0, max=last, value=0, step=1)
-                .props('label aria-label="Frame"')
-                .classes("grow")
-            )
-            ui.label().bind_text_from(
-                slider, "value", lambda v: f"frame {int(v)} of {last}"
-            ).classes("whitespace-nowrap")
-        slider.on_value_change(
-            lambda e: self._show(src=self._frame(int(e.value)), frame=int(e.value))
-        )
-        words = (
-            "Arrow keys step from frame to frame. Strike out: click the places that are"
-            " wrong. Follow: click the seed."
-        )
-        ui.label(words).classes("soft text-xs")
-
-    def _frame(self, index: int) -> str:
-        return f"/frame?r={quote(self.name)}&i={index}"
+        movable = self.recording.rig in ("drop", "roll", "slide")
+        of_seed = ("strike", "follow", "place") if movable else ()
+        self._tools(("", *of_seed, "ruler", "plumb"))
+        version = self.recording.files[0].stat().st_mtime_ns
+        played = {
+            "numbers": film.numbers,
+            "source": f"/frame?r={quote(self.name)}&v={version}",
+            "rate": film.source.fps or UNTIMED_FPS,
+            "timed": bool(film.source.fps),
+        }
+        label = f"Film of {self.recording.id}"
+        self.picture = Picture("", self.size, label, self._moved, played)
+        ui.label(
+            "On the picture: ← → one frame (Shift: ten), Space plays, + − 0 zoom."
+            + ("" if played["timed"] else " Its frame rate is not known: 25 a second.")
+        ).classes("soft text-xs")
 
     def _show(self, **props: Any) -> None:
         if self.picture is not None:
             self.picture.show(**props)
 
+    def _draw(self, **layers: Any) -> None:
+        """Change some of what lies over the picture."""
+        self.layers = self.layers | layers
+        self._show(layers=self.layers)
+
     async def _measure(self) -> None:
-        """Measure anew with what the files say now, and show it."""
+        """Measure anew with what the files say now, and show it; what is asked for
+        meanwhile is done once, afterwards."""
+        self.asked += 1
+        mine = self.asked
+        self._undo_state()
+        async with self.one_at_a_time:
+            if mine == self.asked:
+                await self._measure_now()
+
+    async def _measure_now(self) -> None:
         self.busy.clear()
         with self.busy:
             ui.spinner()
             ui.label("measuring …")
         try:
             self.recording = self.site.recording(self.name)
+            self._draw(places=[list(p) for p in self.recording.track.places_px or ()])
             if self.is_pile:
                 reasons = await self._measure_pile()
             else:
@@ -269,10 +388,9 @@ class View:
         self.reasons.clear()
         with self.reasons:
             for text in reasons:
-                ui.label(text).classes("text-sm")
-        self.form.clear()
-        with self.form:
-            self._keys(reasons)
+                ui.label(text).classes("text-sm anywhere")
+        if self.form:
+            self.form.ask_for(needed(reasons))
 
     async def _measure_pile(self) -> list[str]:
         options, plain = (
@@ -282,16 +400,18 @@ class View:
         found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
         if options != plain:
-            if self.uncorrected is None:
-                self.uncorrected = await asyncio.to_thread(
+            uncorrected = self.uncorrected
+            if uncorrected is None:
+                uncorrected = await asyncio.to_thread(
                     measuring.measure_pile, self.recording, plain
                 )
+                self.uncorrected = uncorrected
             columns = {
                 "corrected": found.quantities,
-                "automatic": self.uncorrected.quantities,
+                "automatic": uncorrected.quantities,
             }
-        self._show(
-            layers={
+        self._draw(
+            **{
                 k: v
                 for k, v in asdict(found).items()
                 if k not in ("quantities", "notes", "trouble")
@@ -304,9 +424,10 @@ class View:
         """The impacts on the waveform and what they say; where there are pictures too,
         that is the sound's part alone."""
         sound, onsets = await asyncio.to_thread(self.site.sound, self.recording)
-        now = self.heard = await asyncio.to_thread(
+        now = await asyncio.to_thread(
             sound_impacts.find_with_corrections, sound, onsets, self.recording
         )
+        self.heard = now
         assert self.wave is not None
         self.wave.show(
             impacts=now.impacts, added=now.added, struck=now.struck, others=now.others
@@ -351,19 +472,20 @@ class View:
                 [int(r.frame), round(r.x_px, 2), round(r.y_px, 2), bool(r.left_out)]
                 for r in found.places.itertuples()
             ]
-            self._show(layers={"track": rows})
+            self._draw(track=rows)
         self.plots.clear()
         with self.plots:
             for picture in found.pictures:
                 self._overlay(picture)
         return measuring.reasons(found.quantities, found.notes)
 
-    def _keys(self, reasons: list[str]) -> None:
+    def _keys(self) -> None:
         if not self.recording.path.is_dir():
             ui.label(
-                "This photo lies loose in the folder; put it into a folder of its own"
-                " to say something about it."
+                "This photo lies loose in the folder. The first correction puts it into"
+                " a folder of its own, which holds what is said of it."
             ).classes("soft")
+            recording_menu.own_folder_button(self.site, self.recording)
             return
         beside = self.bench / "bench.toml"
         try:
@@ -372,12 +494,15 @@ class View:
             defaults = {}
             ui.label(str(error)).classes("failed")
         ui.label("What is known of this recording").classes("text-h6")
-        keys_form.form_for(
-            self.recording.path / "recording.toml",
-            self.recording.rig,
-            defaults,
-            needed(reasons),
-            ui.navigate.reload,
+
+        async def saved(keys: set[keys_form.Place]) -> None:
+            if ("", "rig") in keys:
+                ui.navigate.reload()
+            else:
+                await self._measure()
+
+        self.form = keys_form.KeysForm(
+            self.site, self.recording.toml, self.recording.rig, defaults, saved
         )
 
     async def _moved(self, what: str, value: Any) -> None:
@@ -392,6 +517,13 @@ class View:
             await self._keep(
                 {("track", "follow_px"): [round(float(v), 1) for v in value]}
             )
+        elif what in ("place", "unplace"):
+            at = int(value[0] if what == "place" else value)
+            stated = self.recording.track.places_px or ()
+            places: list[list[float]] = [[*p] for p in stated if p[0] != at]
+            if what == "place":
+                places.append([at, *(round(float(v), 1) for v in value[1:])])
+            await self._keep({("track", "places_px"): sorted(places) or None})
         elif what == "strike":
             struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
             await self._keep({("track", "left_out_frames"): sorted(struck) or None})
@@ -432,19 +564,95 @@ class View:
             self.tool.set_value("")
         await self._keep(dict.fromkeys(key for kind in kinds for key in BY_HAND[kind]))
 
-    async def _keep(self, changes: dict, *, by_hand: bool = True) -> bool:
-        """Write keys and measure anew; whether they could be written."""
-        kept = True
+    async def _keep(self, changes: dict, *, by_hand: bool = True) -> None:
+        """Write keys and measure anew."""
+        rig = self.recording.rig
         try:
-            if not self.recording.path.is_dir():
-                raise Refused(
-                    "This photo lies loose in the folder; put it into a folder of its"
-                    " own to correct it"
-                )
-            keys = toml_file.read(self.recording.path / "recording.toml")
-            toml_file.change(keys, changes, by_hand=by_hand)
+            loose = not self.recording.path.is_dir()
+            if loose:
+                made = own_folder(self.recording.path, self.site.folder)
+                self.name = self.site.folder.name_of(made)
+                self.recording = self.site.recording(self.name)
+            with self.site.history.kept(self.recording.toml):
+                keys = toml_file.read(self.recording.toml)
+                toml_file.change(keys, changes, by_hand=by_hand)
+            self.recording = self.site.recording(self.name)
         except (Refused, OSError) as error:
-            kept = False
             ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
-        await self._measure()
-        return kept
+            loose = False
+        if loose:
+            recording_menu.open_page(self.name)
+            return
+        await self._changed(rig)
+
+    def _alike(self) -> list[Recording]:
+        """The other photos of piles in this bench, each in a folder of its own."""
+        return [
+            r
+            for r in self.others
+            if r.rig == "pile"
+            and r.evidence == "photos"
+            and r.path.is_dir()
+            and r.path != self.recording.path
+        ]
+
+    def _ask_others(self) -> None:
+        """Which photos are to have the base line, region, window, scale and plumb line
+        of this one."""
+        stated = toml_file.read(self.recording.toml).content
+        shared = {
+            place: stated[place[0]][place[1]]
+            for place in SHARED
+            if place[1] in stated.get(place[0], {})
+        }
+        with ui.dialog() as dialog, ui.card().classes("w-96 max-w-full"):
+            ui.label("Use on other photos").classes("text-h6")
+            if not shared:
+                ui.label(
+                    "Nothing was set by hand here yet: set a base line, a region, a"
+                    " window, a scale or a plumb line first."
+                )
+                ui.button("Close", on_click=dialog.close).props("flat no-caps")
+                dialog.open()
+                return
+            ui.label(", ".join(key for _, key in shared)).classes("anywhere")
+            boxes: dict[Path, ui.checkbox] = {}
+            with ui.row():
+                for words, value in (("All", True), ("None", False)):
+                    ui.button(
+                        words,
+                        on_click=lambda v=value: [
+                            b.set_value(v) for b in boxes.values()
+                        ],
+                    ).props("flat dense no-caps")
+            with ui.column().classes("gap-0 w-full chosen-photos"):
+                for one in self._alike():
+                    file = original_name(one)
+                    boxes[one.path] = ui.checkbox(f"{one.id} ({file})").props("dense")
+            with ui.row().classes("w-full justify-end"):
+                ui.button("Cancel", on_click=dialog.close).props("flat no-caps")
+
+                def use() -> None:
+                    chosen = [r for r in self._alike() if boxes[r.path].value]
+                    dialog.close()
+                    self._use_on(chosen, shared)
+
+                ui.button("Use on these", on_click=errors_shown(use)).props("no-caps")
+        dialog.open()
+
+    def _use_on(self, chosen: list[Recording], shared: dict) -> None:
+        """Write the keys into each chosen recording, as one change; Refused where a
+        photo has another size in pixels: nothing is written then."""
+        size = photo_size(self.recording.files[0])
+        if other := [r.id for r in chosen if photo_size(r.files[0]) != size]:
+            raise Refused(
+                f"{', '.join(other)}: not of {size[0]} × {size[1]} px as this photo is;"
+                " places in px do not fit there. Nothing was changed"
+            )
+        with self.site.history.kept(self.recording.toml, *(r.toml for r in chosen)):
+            for one in chosen:
+                toml_file.change(toml_file.read(one.toml), shared, by_hand=True)
+        ui.notify(
+            f"Used on {len(chosen)} photo{'' if len(chosen) == 1 else 's'}; Undo on the"
+            " page of one of them takes it back"
+        )

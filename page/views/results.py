@@ -1,6 +1,7 @@
 """Results of a bench: reports, bench beside twin, posterior, explanations, what to
 record next, downloads."""
 
+import html
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -9,16 +10,28 @@ from urllib.parse import quote
 import pandas as pd
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
-from benchtwin.page.server import Site
 from benchtwin.page.side_by_side import pairs_of
+from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
 from benchtwin.page.views.elements import PosteriorCloud
+from benchtwin.page.views.frame import tabs
+from benchtwin.page.views.numbers import in_words, unit_in_words, with_unit
+from benchtwin.report.numbers import words
 from nicegui import ui
 
 REPORTS = (  # file below results/, heading
+    ("measured/overlays/index.html", "What was found on each recording"),
     ("calibrated/report.html", "Calibration"),
     ("diagnosed/report.html", "Diagnosis"),
-    ("measured/overlays/index.html", "What was found on each recording"),
+)
+COLUMNS = (
+    "rig",
+    "quantity",
+    "conditions",
+    "mean",
+    "n",
+    "scatter",
+    "far from the others",
 )
 VERDICTS = {
     "none": "nothing is missing",
@@ -28,33 +41,58 @@ VERDICTS = {
 }
 
 
-def panel(site: Site, bench: Path) -> None:
-    """All that is there, one tab each."""
+def panel(site: Site, bench: Path, part: str) -> None:
+    """What is known first: values and verdicts, then pictures and reports, one at a
+    time, then the long table. part: the heading that is shown."""
     left = site.folder.results(bench)
-    _downloads(site, bench, left)
+    for link in site.folder.links_out(left):
+        ui.label(site.folder.refused_link(link)).classes("failed")
+        return
+    _calibrated(results.calibrated(left))
+    parts = _parts(site, bench, left)
+    if parts:
+        here = part if part in parts else next(iter(parts))
+        address = f"/bench?b={quote(site.folder.name_of(bench))}&tab=Results"
+        tabs(parts, here, lambda p: f"{address}&part={quote(p)}", "Results")
+        with ui.element("section").classes("w-full").props(f'aria-label="{here}"'):
+            parts[here]()
+    else:
+        ui.label("Nothing yet: run something first.").classes("soft")
     if (left / "measured" / "summary.csv").is_file():
         _means(left / "measured" / "summary.csv")
-    parts = _parts(site, bench, left)
-    if not parts:
-        ui.label("Nothing yet: run something first.").classes("soft")
+    _downloads(site, bench, left)
+
+
+def _calibrated(found: list[results.Calibrated]) -> None:
+    """A row a parameter: its value and how far to trust it."""
+    if not found:
         return
-    with ui.tabs().props("align=left no-caps outside-arrows mobile-arrows") as tabs:
-        for heading in parts:
-            ui.tab(heading)
-    with ui.tab_panels(tabs, value=next(iter(parts)), animated=False).classes("w-full"):
-        for heading, show in parts.items():
-            with ui.tab_panel(heading):
-                show()
+    rows = "".join(
+        f'<tr><th scope="row">{html.escape(one.name)}</th>'
+        f'<td class="n"><b>{html.escape(one.value)}</b></td>'
+        f'<td class="{"good" if one.known else "doubtful"}">'
+        f"{html.escape(words(one.status))}</td></tr>"
+        for one in found
+    )
+    ui.label("Calibrated contact parameters").classes("text-h6")
+    with ui.element("div").classes("scroll-x"):
+        ui.html(
+            '<table class="numbers stacked"><thead><tr><th scope="col">parameter</th>'
+            '<th scope="col">value (95 % interval), no unit</th>'
+            '<th scope="col">how far to trust it</th></tr></thead>'
+            f"<tbody>{rows}</tbody></table>",
+            sanitize=False,
+        )
 
 
 def _parts(site: Site, bench: Path, left: Path) -> dict[str, Callable[[], object]]:
     """What there is to show, by its heading."""
     parts: dict[str, Callable[[], object]] = {}
+    if pairs_of(bench, site.folder):
+        parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     for file, heading in REPORTS:
         if (left / file).is_file():
             parts[heading] = partial(_framed, site, left / file, heading)
-    if pairs_of(bench, site.folder):
-        parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     if (cloud := results.posterior(left)) is not None:
         parts["Posterior"] = partial(PosteriorCloud, cloud)
     if found := results.explained(left):
@@ -107,13 +145,13 @@ def _explanations(found: list[results.Explained]) -> None:
                         else "> 99 %"
                         if share > 50
                         else "< 1 %"
-                    ).classes("w-16 text-right")
+                    ).classes("w-16 shrink-0 text-right")
                     ui.linear_progress(
                         explanation.probability, show_value=False
-                    ).classes("w-40").props("aria-hidden=true")
+                    ).classes("share").props("aria-hidden=true")
                     ui.label(
                         " and ".join(explanation.effects) or "nothing is missing"
-                    ).classes("grow")
+                    ).classes("grow anywhere")
 
 
 def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
@@ -135,18 +173,32 @@ def _means(file: Path) -> None:
     table = table[table["n"] > 1]
     if not len(table):
         return
-    with ui.expansion("Means over repeats", value=True).classes("w-full"):
-        rows = [
-            {
-                "rig": r.rig,
-                "quantity": r.quantity.replace("_", " "),
-                "conditions": "" if pd.isna(r.conditions) else r.conditions,
-                "mean": f"{r.mean:.4g} ± {(r.high - r.low) / 2:.2g}",
-                "unit": "" if str(r.unit) == "1" else r.unit,
-                "n": r.n,
-                "scatter": f"{r.scatter:.2g}",
-                "far from the others": "" if pd.isna(r.outliers) else r.outliers,
-            }
-            for r in table.itertuples()
-        ]
-        ui.table(rows=rows, pagination=12).props("dense flat")
+    with (
+        ui.expansion(
+            f"Means over repeats ({len(table)} rows): ± is half the 95 % interval"
+        ).classes("w-full"),
+        ui.element("div").classes("scroll-x"),
+    ):
+        ui.table(
+            columns=[
+                {"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS
+            ],
+            rows=[_mean(row) for row in table.itertuples()],
+            pagination=12,
+        ).props("dense flat")
+
+
+def _mean(row) -> dict[str, str]:
+    """A row of summary.csv, to the digits that its interval bears."""
+    unit = unit_in_words(str(row.unit))
+    half = (row.high - row.low) / 2
+    named = (
+        row.rig,
+        in_words(row.quantity),
+        "" if pd.isna(row.conditions) else row.conditions,
+        with_unit(row.mean, half, str(row.unit)),
+        str(row.n),
+        f"{row.scatter:.2g} {unit}".strip(),
+        "" if pd.isna(row.outliers) else row.outliers,
+    )
+    return dict(zip(COLUMNS, named, strict=True))

@@ -4,8 +4,19 @@ import re
 from pathlib import Path
 
 from benchtwin.page import runs
-from benchtwin.page.runs import BROKEN, DONE, FAILED, RUNNING, STOPPED, WAITING, Run
-from benchtwin.page.server import Site
+from benchtwin.page.folder import Refused
+from benchtwin.page.runs import (
+    BROKEN,
+    DONE,
+    ELSEWHERE,
+    FAILED,
+    RUNNING,
+    STOPPED,
+    UNREADABLE,
+    WAITING,
+    Run,
+)
+from benchtwin.page.site import Site
 from benchtwin.page.views.frame import errors_shown
 from nicegui import ui
 
@@ -43,7 +54,10 @@ COLOURS = {
     STOPPED: "doubtful",
     FAILED: "failed",
     BROKEN: "doubtful",
+    ELSEWHERE: "doubtful",
+    UNREADABLE: "failed",
 }
+GOES_ON = {STOPPED: "Go on", BROKEN: "Go on", FAILED: "Go on", ELSEWHERE: "Run here"}
 
 
 def panel(site: Site, bench: Path) -> None:
@@ -76,13 +90,12 @@ def panel(site: Site, bench: Path) -> None:
 
     def look() -> None:
         try:
-            runs.advance(bench, site.folder)
             now = [
                 (r.folder.name, r.status, r.progress, len(r.log), int(r.took_s))
                 for r in runs.all_runs(bench, site.folder)
                 if r.status in (RUNNING, WAITING)
             ]
-        except OSError:
+        except (OSError, Refused):
             return  # the bench was moved away; the page says so when it is used
         if now != last[0]:
             last[0] = now
@@ -107,17 +120,18 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
     with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
         with ui.row().classes("items-center w-full"):
             ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes(
-                "font-bold"
+                "font-bold anywhere"
             )
             ui.label(one.status).classes(COLOURS[one.status])
             ui.label(_duration(one.took_s) if one.status != WAITING else "")
             ui.space()
             if one.status in (RUNNING, WAITING):
                 ui.button("Stop", on_click=stop).props("flat dense")
-            if one.status in (STOPPED, BROKEN, FAILED):
-                ui.button("Go on", on_click=resume).props("flat dense")
+            if one.status in GOES_ON:
+                label = GOES_ON[one.status]
+                ui.button(label, on_click=resume).props("flat dense")
         if one.status == RUNNING:
-            part = re.search(r"\b(\d+)/(\d+)\b", one.progress)
+            part = re.search(r"\b(\d{1,9})/(\d{1,9})\b", one.progress)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0
             ui.linear_progress(share, show_value=False).props(
                 "" if part else "indeterminate"

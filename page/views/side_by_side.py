@@ -3,8 +3,8 @@
 import asyncio
 from pathlib import Path
 
-from benchtwin.page.server import Site
 from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
+from benchtwin.page.site import Site
 from benchtwin.page.views.elements import SideBySide
 from benchtwin.vision.measurement import MeasurementError
 from nicegui import ui

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.calibrate.procedure.tables import (
-    box_of,
     design_table,
-    levels_table,
+    levels_box,
     path_table,
     steel_table,
 )
@@ -24,8 +23,8 @@ READ = {
         f"{name}.csv": lambda file, rig=rig: steel_table(file, rig)
         for name, rig in STEEL.items()
     },
-    "levels.csv": lambda file: box_of(levels_table(file), file),
-    "design.csv": design_table,
+    "levels.csv": levels_box,
+    "design.csv": lambda file: design_table(file, levels_box(TABLES / "levels.csv")),
     "path.csv": path_table,
 }
 WRONG = [  # file, what stands there, what somebody wrote, what is said
@@ -162,9 +161,10 @@ def test_columns_count_by_their_names_not_by_their_places(tmp_path):
         ",".join([f"{n}" if n else "run", *row[::-1]]) for n, row in enumerate(rows)
     )
     (tmp_path / "tables" / "design.csv").write_text(turned)
+    box = levels_box(TABLES / "levels.csv")
     read, right = (
-        design_table(tmp_path / "tables" / "design.csv"),
-        design_table(TABLES / "design.csv"),
+        design_table(folder / "design.csv", box)
+        for folder in (tmp_path / "tables", TABLES)
     )
     assert (read[list(right)] == right).all(axis=None)
     assert not calibrate_tables_beside(tmp_path / "tables" / "design.csv")

@@ -1,5 +1,7 @@
-"""The page served from a folder, in a process of its own."""
+"""The page served from a folder, in a process of its own; what it keeps for itself lies
+in a folder of the tests."""
 
+import os
 import re
 import subprocess
 import sys
@@ -13,9 +15,17 @@ from pathlib import Path
 import pytest
 
 
+@pytest.fixture(scope="session", autouse=True)
+def private_folder(tmp_path_factory) -> Iterator[Path]:
+    """Where runs are signed and locked, instead of the user's own folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield Path(os.environ["XDG_STATE_HOME"]) / "benchtwin"
+
+
 @contextmanager
 def served(folder: Path) -> Iterator[str]:
-    """The address of the page on `folder`, once it answers."""
+    """The address of the page on `folder`, once it answers. It lets one browser in."""
     server = subprocess.Popen(
         [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
         stdout=subprocess.PIPE,

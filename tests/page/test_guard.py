@@ -2,20 +2,32 @@
 turned away, sockets too."""
 
 import asyncio
+import html
+import re
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.parse
+import urllib.request
+from pathlib import Path
 
+import psutil
 import pytest
-from benchtwin.page.guard import Guard
+from benchtwin.page import command
+from benchtwin.page.guard import Entrance, Guard
 
-PORT, TOKEN = 8123, "a-long-random-token"
+PORT = 8123
+ENTRANCE = Entrance()
 HOST = (b"host", b"127.0.0.1:8123")
-COOKIE = (b"cookie", f"benchtwin_{PORT}={TOKEN}".encode())
+COOKIE = (b"cookie", f"benchtwin_{PORT}={ENTRANCE.cookie}".encode())
 
 
 def ask(
-    kind="http", headers: tuple = (HOST, COOKIE), query=b"", method="GET", path="/x"
-) -> tuple[bool, dict]:
-    """Whether the application behind the guard was reached, and the first message that
-    came back."""
+    kind="http", headers: tuple = (HOST, COOKIE), query="", method="GET", path="/x"
+) -> tuple[bool, dict, str]:
+    """Whether the application behind the guard was reached, the first message that came
+    back, and the text of the second."""
     reached, sent = [], []
 
     async def inner(scope, receive, send):
@@ -34,10 +46,11 @@ def ask(
         "method": method,
         "path": path,
         "headers": list(headers),
-        "query_string": query,
+        "query_string": query.encode(),
     }
-    asyncio.run(Guard(inner, PORT, TOKEN)(scope, receive, send))
-    return bool(reached), sent[0] if sent else {}
+    asyncio.run(Guard(inner, PORT, ENTRANCE)(scope, receive, send))
+    text = sent[1].get("body", b"").decode() if len(sent) > 1 else ""
+    return bool(reached), sent[0] if sent else {}, text
 
 
 @pytest.mark.parametrize("kind", ["http", "websocket"])
@@ -60,32 +73,64 @@ def test_the_page_itself_is_let_in(kind):
         (HOST, COOKIE, (b"origin", b"http://127.0.0.1:9999")),
         (HOST,),
         (HOST, (b"cookie", b"benchtwin_8123=guess")),
-        (HOST, (b"cookie", b"benchtwin_9999=" + TOKEN.encode())),
+        (HOST, (b"cookie", b"benchtwin_9999=" + ENTRANCE.cookie.encode())),
         (HOST, (b"cookie", b"\xff\xfe=;;==")),
     ],
 )
 def test_all_else_is_turned_away(kind, headers):
-    reached, answer = ask(kind, headers)
+    reached, answer, _ = ask(kind, headers)
     assert not reached
     assert answer.get("status") == 403 or answer["type"] == "websocket.close"
 
 
-def test_the_address_with_the_token_sets_the_cookie_and_hides_the_token():
-    reached, answer = ask(
-        "http", (HOST,), f"tab=Run&token={TOKEN}".encode(), path="//evil.example"
-    )
+@pytest.mark.parametrize("path", ["//evil.example", "/\\evil.example", "/evil.example"])
+def test_the_key_in_an_address_is_exchanged_for_the_cookie_and_is_not_it(path):
+    key = ENTRANCE.new_key()
+    reached, answer, page = ask("http", (HOST,), f"tab=Run&token={key}", path=path)
     headers = dict(answer["headers"])
-    assert not reached and answer["status"] == 303
-    assert headers[b"location"] == b"/evil.example?tab=Run"  # never another host
+    assert not reached and answer["status"] == 200 and key not in page
+    where = html.unescape(re.search('content="0;url=(.*?)"', page)[1])
+    assert where.removeprefix("/%5C") in (
+        "/evil.example?tab=Run",
+        "evil.example?tab=Run",
+    )
     assert all(
         word in headers[b"set-cookie"]
-        for word in (TOKEN.encode(), b"HttpOnly", b"SameSite=Strict")
+        for word in (ENTRANCE.cookie.encode(), b"HttpOnly", b"SameSite=Strict")
     )
+    assert key.encode() not in headers[b"set-cookie"]
+
+
+def test_a_key_lets_in_once_and_says_so():
+    told = []
+    key = ENTRANCE.new_key(lambda: told.append("used"))
+    other = ENTRANCE.new_key()
+    assert not told
+    assert ask("http", (HOST,), f"token={key}")[1]["status"] == 200 and told == ["used"]
+    assert ask("http", (HOST,), f"token={key}")[1]["status"] == 403
+    ENTRANCE.void(other)
+    assert ask("http", (HOST,), f"token={other}")[1]["status"] == 403
+    assert ask("http", (HOST,), f"token={ENTRANCE.cookie}")[1]["status"] == 403
+    assert ask("http", (HOST,), "token=")[1]["status"] == 403
 
 
 @pytest.mark.parametrize(("kind", "method"), [("http", "POST"), ("websocket", "GET")])
-def test_the_token_in_an_address_opens_nothing_else(kind, method):
-    assert not ask(kind, (HOST,), f"token={TOKEN}".encode(), method)[0]
+def test_the_key_in_an_address_opens_nothing_else(kind, method):
+    key = ENTRANCE.new_key()
+    assert not ask(kind, (HOST,), f"token={key}", method)[0]
+    assert (
+        ask("http", (HOST,), f"token={key}")[1]["status"] == 200
+    )  # and is not used up
+
+
+@pytest.mark.parametrize(
+    "header", [(b"host", b"evil.example:8123"), (b"origin", b"http://evil.example")]
+)
+def test_another_site_cannot_use_up_a_key(header):
+    key = ENTRANCE.new_key()
+    headers = (header,) if header[0] == b"host" else (HOST, header)
+    assert ask("http", headers, f"token={key}")[1]["status"] == 403
+    assert ask("http", (HOST,), f"token={key}")[1]["status"] == 200
 
 
 def test_every_answer_forbids_being_framed_or_sniffed():
@@ -94,3 +139,69 @@ def test_every_answer_forbids_being_framed_or_sniffed():
         headers[b"x-frame-options"] == b"SAMEORIGIN"
         and headers[b"x-content-type-options"] == b"nosniff"
     )
+
+
+def test_the_browser_is_opened_by_a_file_that_only_the_user_can_read(
+    tmp_path, monkeypatch
+):
+    opened, entrance = [], Entrance()
+    monkeypatch.setattr(command.webbrowser, "open", opened.append)
+    monkeypatch.setattr(command, "ANSWERS_AFTER_S", 0.0)
+    command.open_browser(tmp_path, entrance, "http://127.0.0.1:8123/")
+    until(lambda: opened)
+    file = Path(urllib.parse.urlparse(opened[0]).path)
+    assert file.parent.stat().st_mode & 0o777 == 0o700
+    key = re.search(r"token=([\w-]+)", file.read_text())[1]
+    assert key not in opened[0]  # which stands in the browser's command line
+    assert entrance.admits(key) and not entrance.admits(key)
+    assert not file.exists()
+
+
+def test_a_browser_that_does_not_come_is_not_awaited_for_ever(tmp_path, monkeypatch):
+    monkeypatch.setattr(command.webbrowser, "open", lambda _: True)
+    monkeypatch.setattr(command, "OPENS_WITHIN_S", 0.2)
+    entrance = Entrance()
+    command.open_browser(tmp_path, entrance, "http://127.0.0.1:8123/")
+    (file,) = tmp_path.glob(".incoming/open-*/open.html")
+    key = re.search(r"token=([\w-]+)", file.read_text())[1]
+    until(lambda: not file.exists())
+    assert not entrance.admits(key)
+
+
+def until(condition, seconds: float = 10.0) -> None:
+    end = time.time() + seconds
+    while not condition():
+        assert time.time() < end, "it took too long"
+        time.sleep(0.02)
+
+
+def test_the_terminal_prints_another_address_for_every_one_that_was_used(tmp_path):
+    server = subprocess.Popen(
+        [sys.executable, "-m", "benchtwin", "page", str(tmp_path), "--no-browser"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        addresses = []
+        for _ in range(3):
+            while not (found := re.search(r"http://\S+", server.stdout.readline())):
+                pass
+            addresses.append(found[0])
+            until(lambda: status(addresses[-1]) == 200, 30)
+            assert status(addresses[-1]) == 403
+        assert len(set(addresses)) == 3
+        for process in psutil.process_iter(["cmdline"]):
+            line = " ".join(process.info["cmdline"] or ())
+            assert not any(a.partition("token=")[2] in line for a in addresses)
+    finally:
+        server.terminate()
+        server.wait(10)
+
+
+def status(address: str) -> int:
+    try:
+        return urllib.request.urlopen(address, timeout=5).status
+    except urllib.error.HTTPError as error:
+        return error.code
+    except OSError:  # not up yet
+        return 0

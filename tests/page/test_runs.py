@@ -1,28 +1,40 @@
 """Runs are queued one at a time, outlive the page, show progress, stop, go on, and are
 found again as they were left."""
 
+import itertools
 import json
-import os
 import shutil
-import signal
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import psutil
 import pytest
 from benchtwin.page import runs
 from benchtwin.page.folder import Folder, Refused
 from benchtwin.twin.bench_folder import hashes
 from benchtwin.vision.find_recordings import find_recordings
 
+RUNNER = """
+# The runner, with a command that shows progress until the file `done` is in the bench.
+import sys
+from pathlib import Path
+from benchtwin.page import runner, runs
+
+runs.RUNNER = (sys.executable, __file__)
+sleeper = str(Path(__file__).with_name("sleeper.py"))
+runs.command_line = lambda job, bench: [sys.executable, sleeper, str(bench / "done")]
+sys.exit(runner.main(Path(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3])))
+"""
 SLEEPER = """
 import signal, sys, time, pathlib
 # tests in the background ignore it
 signal.signal(signal.SIGINT, signal.default_int_handler)
 done = pathlib.Path(sys.argv[1])
 try:
-    for i in range(100):
-        print(f"\\rpart {i}/100", end="", flush=True)
+    for i in range(600):
+        print(f"\\rpart {i}/600", end="", flush=True)
         time.sleep(0.05)
         if done.exists():
             break
@@ -46,15 +58,17 @@ def folder(tmp_path):
     return Folder(tmp_path)
 
 
-def sleeper(bench, folder, number: int):
-    """A run in the queue that prints progress until the file `done` is there."""
-    place = folder.results(bench) / "runs" / f"{number:04d}-measure"
-    place.mkdir(parents=True)
-    arguments = [sys.executable, "-c", SLEEPER, str(bench / "done")]
-    (place / "job.json").write_text(
-        json.dumps({"command": "measure", "options": [], "arguments": arguments})
-    )
-    return place
+@pytest.fixture
+def slow(tmp_path_factory, monkeypatch):
+    """Commands that show progress until the file `done` is in the bench."""
+    place = tmp_path_factory.mktemp("runner")
+    (place / "runner.py").write_text(RUNNER)
+    (place / "sleeper.py").write_text(SLEEPER)
+    monkeypatch.setattr(runs, "RUNNER", (sys.executable, str(place / "runner.py")))
+
+
+def queued(bench, folder) -> Path:
+    return runs.enqueue(bench, "measure", (), folder).folder
 
 
 def until(condition, seconds: float = 20.0):
@@ -64,10 +78,9 @@ def until(condition, seconds: float = 20.0):
         time.sleep(0.05)
 
 
-def test_one_at_a_time_with_progress_and_log(bench, folder):
-    first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
-    runs.advance(bench, folder)
-    until(lambda: "/100" in runs.read_run(first).progress)
+def test_one_at_a_time_with_progress_and_log(bench, folder, slow):
+    first, second = queued(bench, folder), queued(bench, folder)
+    until(lambda: "/600" in runs.read_run(first).progress)
     runs.advance(bench, folder)
     assert (runs.read_run(first).status, runs.read_run(second).status) == (
         runs.RUNNING,
@@ -84,10 +97,9 @@ def test_one_at_a_time_with_progress_and_log(bench, folder):
     assert [r.number for r in runs.all_runs(bench, folder)] == [2, 1]
 
 
-def test_stopped_it_says_so_and_goes_on(bench, folder):
-    place = sleeper(bench, folder, 1)
-    runs.advance(bench, folder)
-    until(lambda: "/100" in runs.read_run(place).progress)
+def test_stopped_it_says_so_and_goes_on(bench, folder, slow):
+    place = queued(bench, folder)
+    until(lambda: "/600" in runs.read_run(place).progress)
     runs.stop(runs.read_run(place))
     until(lambda: runs.read_run(place).status == runs.STOPPED)
     assert "goes on where it stopped" in runs.read_run(place).log
@@ -96,9 +108,8 @@ def test_stopped_it_says_so_and_goes_on(bench, folder):
     until(lambda: runs.read_run(place).status == runs.DONE)
 
 
-def test_the_next_run_begins_though_no_page_is_open(bench, folder):
-    first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
-    runs.advance(bench, folder)
+def test_the_next_run_begins_though_no_page_is_open(bench, folder, slow):
+    first, second = queued(bench, folder), queued(bench, folder)
     (bench / "done").touch()
     until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
     before, after = (
@@ -108,9 +119,8 @@ def test_the_next_run_begins_though_no_page_is_open(bench, folder):
     assert "finished" in runs.read_run(second).log
 
 
-def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
-    first, second = sleeper(bench, folder, 1), sleeper(bench, folder, 2)
-    runs.advance(bench, folder)
+def test_a_waiting_run_is_taken_from_the_queue(bench, folder, slow):
+    first, second = queued(bench, folder), queued(bench, folder)
     runs.stop(runs.read_run(second))
     (bench / "done").touch()
     until(lambda: runs.read_run(first).status == runs.DONE)
@@ -120,20 +130,61 @@ def test_a_waiting_run_is_taken_from_the_queue(bench, folder):
     )
 
 
-def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder):
-    place = sleeper(bench, folder, 1)
-    runs.advance(bench, folder)
-    until(lambda: "/100" in runs.read_run(place).progress)
-    state = json.loads((place / "state.json").read_text())
-    os.kill(state["pid"], signal.SIGKILL)
-    os.kill(state["child"], signal.SIGKILL)
+def processes(place: Path) -> list[psutil.Process]:
+    """The runner of a run, and its command."""
+    (runner,) = [
+        p
+        for p in psutil.process_iter(["cmdline"])
+        if str(place) in (p.info["cmdline"] or ())
+    ]
+    return [runner, *runner.children()]
+
+
+def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder, slow):
+    place, waiting = queued(bench, folder), queued(bench, folder)
+    until(lambda: "/600" in runs.read_run(place).progress)
+    for process in processes(place):
+        process.kill()
     until(lambda: runs.read_run(place).status == runs.BROKEN)
+    assert runs.read_run(waiting).status == runs.BROKEN  # nobody will start it
     assert "finished" not in runs.read_run(place).log
     (bench / "done").touch()
     runs.resume(runs.read_run(place), bench, folder)
-    until(lambda: runs.read_run(place).status == runs.DONE)
-    assert "finished" in runs.read_run(place).log
-    assert json.loads((place / "state.json").read_text())["pid"] != state["pid"]
+    for one in (place, waiting):
+        until(lambda one=one: runs.read_run(one).status == runs.DONE)
+        assert "finished" in runs.read_run(one).log
+
+
+def test_a_command_whose_runner_was_killed_holds_the_bench_until_it_ends(
+    bench, folder, slow
+):
+    place = queued(bench, folder)
+    until(lambda: "/600" in runs.read_run(place).progress)
+    runner, command = processes(place)
+    command.suspend()
+    runner.kill()
+    until(lambda: not runner.is_running() or runner.status() == "zombie")
+    second = queued(bench, folder)
+    assert [runs.read_run(p).status for p in (place, second)] == [
+        runs.RUNNING,
+        runs.WAITING,
+    ]
+    command.kill()
+    until(lambda: runs.read_run(place).status == runs.BROKEN)
+
+
+def test_two_pages_that_ask_at_once_start_one(bench, folder, slow):
+    with ThreadPoolExecutor(6) as pages:
+        asked = [pages.submit(queued, bench, folder) for _ in range(6)]
+    places = sorted(a.result() for a in asked)
+    assert [p.name for p in places] == [f"{n:04d}-measure" for n in range(1, 7)]
+    statuses = [runs.read_run(p).status for p in places]
+    assert sorted(statuses) == [runs.RUNNING, *[runs.WAITING] * 5]
+    (bench / "done").touch()
+    until(lambda: all(r.status == runs.DONE for r in runs.all_runs(bench, folder)), 60)
+    ends = [json.loads((p / "state.json").read_text()) for p in places]
+    ends.sort(key=lambda state: state["started"])
+    assert all(a["ended"] <= b["started"] for a, b in itertools.pairwise(ends))
 
 
 def test_an_ordinary_command_runs(bench, folder):
@@ -148,8 +199,16 @@ def test_an_ordinary_command_runs(bench, folder):
     )
     assert runs.read_run(run.folder).status == runs.DONE
     assert (bench / "results" / "measured" / "summary.csv").is_file()
-    with pytest.raises(Refused):
-        runs.enqueue(bench, "rm", (), folder)
+    for command, options in (
+        ("rm", ()),
+        ("measure", ("--quick",)),
+        ("calibrate", ("--quick", "--quick")),
+        ("calibrate", ("--scheduler", "tcp://evil.example:1")),
+        ("calibrate", ("--out",)),
+    ):
+        with pytest.raises(Refused):
+            runs.enqueue(bench, command, options, folder)
+    assert len(runs.all_runs(bench, folder)) == 1
 
 
 def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):

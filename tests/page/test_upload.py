@@ -2,29 +2,40 @@
 half."""
 
 import pytest
+from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Folder, Refused
-from benchtwin.page.upload import KINDS, LEAST_FRAMES, ReceivedFile, check, place_files
+from benchtwin.page.upload import KINDS, ReceivedFile, check, place_files
+from benchtwin.vision.evidence.film_or_photos import LEAST_FRAMES
 from benchtwin.vision.find_recordings import find_recordings
-from benchtwin.vision.recording import Recording
+from benchtwin.vision.recording import Recording, read_recording
+from synthetic.series import film_frames, heap_photos
 
 
 @pytest.fixture
 def drop(tmp_path):
-    """drop(names) → the folders that were made; the files' content is their name,
-    tables have a heading."""
+    """drop(names) → what was placed; the files' content is their name, or the text or
+    the pictures that are given."""
     root = tmp_path / "bench"
     root.mkdir()
     folder, count = Folder(root), iter(range(1000))
 
-    def dropped(names, text=None):
+    def placed(names, text=None, pictures=None):
         arrived = []
-        for name in names:
+        for n, name in enumerate(names):
             file = tmp_path / f"arrived-{next(count)}"
-            file.write_text(text or name)
+            if pictures:
+                pictures[n].save(file, "JPEG")
+            else:
+                file.write_text(text or name)
             arrived.append(ReceivedFile(name, file))
         return place_files(arrived, root, folder)
 
-    dropped.root = root
+    def dropped(*args, **keys):
+        done = placed(*args, **keys)
+        assert not done.refused
+        return done.made
+
+    dropped.root, dropped.placed = root, placed
     return dropped
 
 
@@ -36,15 +47,58 @@ def test_each_photo_is_a_pile_of_its_own(drop):
     assert drop(["IMG_1.jpg"])[0].name == "pile-03"  # nothing is replaced
 
 
-def test_numbered_pictures_are_a_film(drop):
-    (film,) = drop([f"drop_{n:04d}.png" for n in range(LEAST_FRAMES)])
-    assert (
-        film.name == "drop" and len(list((film / "frames").iterdir())) == LEAST_FRAMES
+def test_numbered_frames_are_a_film(drop):
+    names = [f"drop_{n:04d}.png" for n in range(LEAST_FRAMES)]
+    (film,) = drop(names, pictures=film_frames(LEAST_FRAMES))
+    assert film.name == "drop"
+    assert sorted(p.name for p in (film / "frames").iterdir()) == names
+    few = [f"heap_{n:04d}.png" for n in range(LEAST_FRAMES - 1)]
+    assert len(drop(few, pictures=film_frames(LEAST_FRAMES))) == LEAST_FRAMES - 1
+
+
+def test_fifty_photos_of_heaps_are_fifty_heaps(drop):
+    names = [f"IMG_{n}.jpg" for n in range(4300, 4350)]
+    made = drop(names, pictures=heap_photos(50))
+    assert [p.name for p in made] == [f"pile-{n:02d}" for n in range(1, 51)]
+    found = [read_recording(p) for p in made]
+    assert {(r.rig, r.evidence) for r in found} == {("pile", "photos")}
+    assert [original_name(r) for r in found] == names
+
+
+def test_pictures_that_may_be_either_are_one_recording_that_asks(drop):
+    names = [f"a_{n:04d}.png" for n in range(1, 21)]  # as a frame grabber names them
+    (made,) = drop(names, pictures=heap_photos(20))
+    assert sorted(p.name for p in made.glob("*.png")) == names
+    found = read_recording(made)
+    assert (found.rig, found.evidence, len(found.files)) == (None, "photos", 20)
+
+
+def test_a_folder_of_frames_keeps_the_name_of_its_film(drop):
+    names = [f"soy/roll-1/frames/{n:03d}.png" for n in range(3)]
+    (made,) = drop(names)
+    assert made.name == "roll-1" and len(list((made / "frames").iterdir())) == 3
+
+
+def test_what_cannot_be_placed_keeps_nothing_else_back(drop, monkeypatch):
+    (drop.root / "bench.toml").write_text("")
+    done = drop.placed(["bench.toml", "a.jpg", "b.mp4"])
+    assert [p.name for p in done.made] == ["pile-01", "b"]
+    assert "bench.toml exists already" in done.refused[0]
+    assert (drop.root / "bench.toml").read_text() == ""
+
+
+def test_files_that_would_have_one_name_both_stay(drop):
+    names = ["what?.csv", "what.csv", "x/track.csv", "x/tra?ck.csv"]
+    made = drop(names, "t_s,x_mm\n1,2")
+    assert len([f for p in made for f in p.glob("*.csv")]) == len(names)
+
+
+def test_the_name_of_a_table_is_kept(drop):
+    (made,) = drop(["Tracker export 3.csv"], "t_s,x_mm,y_mm\n1,2,3\n")
+    (made / "recording.toml").write_text(
+        'rig = "drop"\n' + (made / "recording.toml").read_text()
     )
-    assert (
-        len(drop([f"heap_{n:04d}.png" for n in range(LEAST_FRAMES - 1)]))
-        == LEAST_FRAMES - 1
-    )
+    assert original_name(read_recording(made)) == "Tracker export 3.csv"
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,8 @@ whoever has it, or recorded as failed."""
 import errno
 import math
 import os
-import shlex
 import shutil
 import socket
-import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -128,7 +126,7 @@ def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
             return Reply(job.key, busy=True)
         return Reply(
             job.key,
-            store.put_failure(claim, _failure(store, order, job, error)),
+            store.put_failure(claim, _failure(order, job, error)),
             computed=True,
         )
     more = {
@@ -156,10 +154,9 @@ def _check_numbers(measured: Measured) -> None:
             raise ValueError(f"{m.name} = {m.value}: a number was expected")
 
 
-def _failure(store: Store, order: Order, job, error: Exception) -> dict:
+def _failure(order: Order, job, error: Exception) -> dict:
     return {
         "reason": f"{type(error).__name__}: {error}",
-        "rerun": rerun_command(store.root, job.key),
         "lasting": not isinstance(
             error, OSError | MemoryError | Unavailable
         ),  # the machine's, and may not come again
@@ -168,18 +165,6 @@ def _failure(store: Store, order: Order, job, error: Exception) -> dict:
         "host": socket.gethostname(),
         "traceback": "".join(traceback.format_exception(error)),
     }
-
-
-def rerun_command(root: Path, key: str) -> str:
-    """The line that runs one failed job alone, in one process."""
-    return shlex.join(
-        [
-            sys.executable,
-            "-m",
-            "benchtwin.twin.campaign",
-            str(root / "failed" / f"{key}.json"),
-        ]
-    )
 
 
 def name_of(work: Work) -> str:

@@ -101,12 +101,10 @@ def is_live(file: Path, stale_s: float = STALE_S) -> bool:
     and its heart beat lately."""
     try:
         age_s = clock(file.parent) - file.stat().st_mtime
-        owner = json.loads(file.read_text(encoding="utf8") or "{}")
+        owner = _owner(file)
     except FileNotFoundError:
         return False
-    except ValueError:
-        owner = {}
-    if age_s > stale_s:
+    if abs(age_s) > stale_s:  # a beat that is still to come was not one either
         return False
     # An owner that is just writing its name down, or that works on another machine, is
     # judged by its heartbeat alone.
@@ -126,8 +124,8 @@ def live_tokens(folder: Path, *, stale_s: float = STALE_S) -> set[str]:
         file = Path(entry.path)
         try:
             if not entry.name.startswith(".") and is_live(file, stale_s):
-                tokens.add(json.loads(file.read_text(encoding="utf8")).get("token", ""))
-        except (OSError, ValueError):
+                tokens.add(_owner(file).get("token", ""))
+        except OSError:
             continue
     return tokens
 
@@ -158,6 +156,17 @@ def _numbers(folder: Path, key: str) -> list[int]:
         if entry.name.startswith(start)
     ]
     return [int(name) for name in names if name.isdigit()]
+
+
+def _owner(file: Path) -> dict:
+    """What a claim's owner wrote down; nothing where that is not whole."""
+    try:
+        told = json.loads(file.read_text(encoding="utf8"))
+        kinds = {"machine": str, "pid": int, "started": float, "token": str}
+        whole = all(isinstance(told[name], kind) for name, kind in kinds.items())
+    except (ValueError, KeyError, TypeError):
+        return {}
+    return told if whole else {}
 
 
 @cache

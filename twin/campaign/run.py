@@ -9,14 +9,7 @@ from typing import Any
 from uuid import uuid4
 
 from benchtwin.twin.campaign import claims
-from benchtwin.twin.campaign.attempt import (
-    Order,
-    Reply,
-    Work,
-    attempt,
-    recorded,
-    rerun_command,
-)
+from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
 from benchtwin.twin.campaign.cluster import Connection, connected
 from benchtwin.twin.campaign.interrupt import kept_interrupt
 from benchtwin.twin.campaign.progress import Progress, Tally
@@ -177,7 +170,6 @@ class _Run:
             return Reply(key, busy=True)
         told = {
             "reason": reason,
-            "rerun": rerun_command(self.store.root, key),
             "lasting": False,
             "input": self.jobs[key].input,
         }

@@ -4,7 +4,7 @@ there is whole; elsewhere it is not there.
     campaign.json            which store this is: workers on other machines check that
                              they see the same
     runs/KEY/                recording.toml, simulation.json, …, measurements.json
-    failed/KEY.json          why a job failed, and the command that runs it alone
+    failed/KEY.json          why a job failed
     claims/KEY.N             who is computing it (claims.py)
     parts/KEY.TOKEN/         where it is computed, until it is moved to runs/
 
@@ -16,7 +16,9 @@ import errno
 import json
 import math
 import os
+import shlex
 import shutil
+import sys
 import uuid
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -83,25 +85,14 @@ class Store:
                 told = json.loads(file.read())
             measured = tuple(_measurement(m) for m in told["measurements"])
             truth = {name: _number(value) for name, value in told["truth"].items()}
-        except (OSError, ValueError, KeyError, TypeError):
+            reason, notes, seconds = told["reason"], told["notes"], told["seconds"]
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
-        if (
-            told["reason"]
-            and since_s
-            and Path(folder, MEASUREMENTS).stat().st_mtime < since_s
-        ):
+        if reason and since_s and Path(folder, MEASUREMENTS).stat().st_mtime < since_s:
             return None
-        status = UNMEASURED if told["reason"] else DONE
+        status = UNMEASURED if reason else DONE
         return Outcome(
-            key,
-            status,
-            measured,
-            truth,
-            tuple(told["notes"]),
-            told["reason"],
-            "",
-            folder,
-            told["seconds"],
+            key, status, measured, truth, tuple(notes), reason, "", folder, seconds
         )
 
     def failure(
@@ -117,12 +108,8 @@ class Store:
                 or (lasting and told["lasting"])
                 or file.stat().st_mtime >= since_s
             )
-            return (
-                Outcome(key, FAILED, reason=told["reason"], rerun=told["rerun"])
-                if counts
-                else None
-            )
-        except (OSError, ValueError, KeyError):
+            return self._failed(key, told) if counts else None
+        except (OSError, ValueError, KeyError, TypeError):
             return None
 
     def put(
@@ -176,7 +163,7 @@ class Store:
         return outcome
 
     def put_failure(self, claim: claims.Claim, told: dict) -> Outcome:
-        """Record why a job failed (reason, rerun, lasting, …)."""
+        """Record why a job failed (reason, lasting, …)."""
         part = self.part(claim)
         part.mkdir(parents=True, exist_ok=True)
         _write(
@@ -184,7 +171,12 @@ class Store:
             json.dumps({"schema": 1, "key": claim.key, **told}, indent=1),
         )
         (part / "failed.json").replace(self.root / "failed" / f"{claim.key}.json")
-        return Outcome(claim.key, FAILED, reason=told["reason"], rerun=told["rerun"])
+        return self._failed(claim.key, told)
+
+    def _failed(self, key: str, told: dict) -> Outcome:
+        return Outcome(
+            key, FAILED, reason=told["reason"], rerun=rerun_command(self.root, key)
+        )
 
     def now_s(self) -> float:
         """Time by the store's clock, to compare with `failure`'s."""
@@ -202,6 +194,12 @@ class Store:
             if part.name.rpartition(".")[2] not in alive:
                 shutil.rmtree(part, ignore_errors=True)
         claims.remove_dead(self.claimed)
+
+
+def rerun_command(root: Path, key: str) -> str:
+    """The line that runs one failed job alone, in one process."""
+    file = root / "failed" / f"{key}.json"
+    return shlex.join([sys.executable, "-m", "benchtwin.twin.campaign", str(file)])
 
 
 def open_store(root: Path, *, id: str | None = None) -> Store:

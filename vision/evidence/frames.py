@@ -40,6 +40,11 @@ class FrameSource(ABC):
     def iterate(self) -> Iterator[Frame]:
         """The frames in order, one at a time."""
 
+    @property
+    def numbers(self) -> list[int]:
+        """The frames' numbers as recorded, without opening any."""
+        return list(range(self.count))
+
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         """About n evenly spaced frames of all, or of those numbered from `between`[0]
         to `between`[1]."""
@@ -106,6 +111,15 @@ class FrameFolder(FrameSource):
                 f"{lost} frame number{'s' if lost > 1 else ''} missing, first after"
                 f" {numbers[gaps[0]]}"
             )
+
+    @property
+    def numbers(self) -> list[int]:
+        return [number for number, _ in self._files]
+
+    @property
+    def by_number(self) -> dict[int, Path]:
+        """The frames' files."""
+        return dict(self._files)
 
     def iterate(self) -> Iterator[Frame]:
         shape = None

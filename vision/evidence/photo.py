@@ -31,6 +31,7 @@ MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
 os.environ.setdefault(
     "OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS)
 )  # read when OpenCV is first imported
+ORIENTATION = 0x0112  # EXIF tag
 _DIRECT = {"L", "RGB", "I;16"}
 pillow_heif.register_heif_opener()
 
@@ -42,6 +43,50 @@ def read_photo(path: Path) -> np.ndarray:
     Raises MeasurementError, naming the file, when it is missing, empty, not a picture,
     truncated or above MAX_PIXELS."""
     path = Path(path)
+    with _errors_in_words(path):
+        try:
+            return _decode(path)
+        except UnidentifiedImageError:
+            return _decode_deep(path) if _is_tiff(path) else _not_a_picture(path)
+
+
+def photo_size(path: Path) -> tuple[int, int]:
+    """Width and height of the upright picture [px], by its header alone.
+    MeasurementError as of `read_photo`."""
+    try:
+        with _errors_in_words(path), Image.open(path) as file:
+            _check_size(path, file)
+            turned = file.getexif().get(ORIENTATION, 1) >= 5
+            return (file.height, file.width) if turned else file.size
+    except UnidentifiedImageError:
+        height, width = read_photo(path).shape[:2]  # 16-bit TIFF that OpenCV knows
+        return width, height
+
+
+def read_small(path: Path, largest: int) -> Image.Image:
+    """The upright picture in RGB, of at most `largest` px a side, decoded at a reduced
+    size where its format can. MeasurementError as of `read_photo`."""
+    with (
+        contextlib.suppress(UnidentifiedImageError),
+        _errors_in_words(path),
+        Image.open(path) as file,
+    ):
+        _check_size(path, file)
+        if file.mode in ("1", "L", "P", "RGB", "CMYK", "YCbCr"):
+            file.draft("RGB", (largest, largest))
+            file.thumbnail((largest, largest), reducing_gap=2.0)
+            return ImageOps.exif_transpose(file).convert("RGB")
+    pixels = read_photo(path)  # 16 bits, or transparent
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    picture = Image.fromarray(pixels)
+    picture.thumbnail((largest, largest), reducing_gap=2.0)
+    return picture.convert("RGB")
+
+
+@contextlib.contextmanager
+def _errors_in_words(path: Path) -> Iterator[None]:
+    """Whatever a decoder raises becomes a MeasurementError that names the file."""
     if not path.is_file():
         raise MeasurementError(f"{path}: no such file")
     if path.stat().st_size == 0:
@@ -49,16 +94,18 @@ def read_photo(path: Path) -> np.ndarray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what matters is raised
-            try:
-                return _decode(path)
-            except UnidentifiedImageError:
-                return _decode_deep(path) if _is_tiff(path) else _not_a_picture(path)
+            yield
     except Image.DecompressionBombError as error:
         raise MeasurementError(
             f"{path}: the picture is larger than {MAX_PIXELS / 1e6:.0f} megapixels;"
             " scale it down"
         ) from error
-    except (MeasurementError, MemoryError, PermissionError):
+    except (
+        MeasurementError,
+        MemoryError,
+        PermissionError,
+        UnidentifiedImageError,  # another decoder may know it
+    ):
         raise
     except Exception as error:  # decoders raise many kinds of errors for damaged files
         why = " ".join(str(error).split()).replace(
@@ -69,18 +116,22 @@ def read_photo(path: Path) -> np.ndarray:
         ) from error
 
 
+def _check_size(path: Path, file: Image.Image) -> None:
+    if file.width * file.height > MAX_PIXELS:
+        raise MeasurementError(
+            f"{path}: {file.width} × {file.height} pixels is more than"
+            f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
+        )
+
+
 def _decode(path: Path) -> np.ndarray:
     with Image.open(path) as file:
-        if file.width * file.height > MAX_PIXELS:
-            raise MeasurementError(
-                f"{path}: {file.width} × {file.height} pixels is more than"
-                f" {MAX_PIXELS / 1e6:.0f} megapixels; scale it down"
-            )
+        _check_size(path, file)
         if file.mode == "RGB" and _bits_per_channel(file) == 16:
             return _decode_deep(path)
         file.load()
         image: Image.Image = file
-        if image.getexif().get(0x0112, 1) != 1:
+        if image.getexif().get(ORIENTATION, 1) != 1:
             image = ImageOps.exif_transpose(image)
         if image.mode == "I" or image.mode.startswith("I;16"):
             return np.asarray(image).astype(np.uint16)

@@ -111,7 +111,10 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
             f"the seed is partly hidden or merged with something in {100 * hidden:.0f}"
             " % of the frames in which it moves"
         )
-    typical = float(np.median(area[moving & ~track.outlier]))
+    clear = ~track.outlier & np.isfinite(area)  # a place set by hand has no silhouette
+    if not (moving & clear).any():
+        return ""
+    typical = float(np.median(area[moving & clear]))
     least, most = stated_area_px(recording)
     if not least * (1 - AREA_MARGIN) < typical < most * (1 + AREA_MARGIN):
         side = f"at most {most:.3g}" if typical > most else f"at least {least:.3g}"
@@ -119,9 +122,7 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
             f"what moves covers {typical:.3g} px, the stated seed {side}: a part of it,"
             " or more than it, was tracked"
         )
-    resting = (
-        ~moving & ~track.outlier & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
-    )
+    resting = ~moving & clear & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
     turns = (
         most / least if least > 0 else math.inf
     )  # an oblong seed may show another side at rest

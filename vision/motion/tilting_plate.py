@@ -9,6 +9,7 @@ import numpy as np
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
+from benchtwin.vision.motion.places import Places, places_of
 from benchtwin.vision.motion.scene import (
     MEDIAN_FRAMES,
     even_in_motion,
@@ -43,6 +44,8 @@ def track_slide(
     """Track the block along the tilting plate [px], with the plate's angle, both from
     the pictures. Angles are against the picture's horizontal plus `camera.plumb_deg`.
     In pictures rotated with the plate only the block moves."""
+    stated = recording.track
+    places, only_places = places_of(stated), bool(stated.only_places)
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
         source.note(
@@ -57,7 +60,14 @@ def track_slide(
                 " and tilt_rate_deg_s are missing"
             )
             raise MeasurementError(f"{recording.toml}: {text}")
-        tracked = track_seed(source, falling=False, progress=progress)
+        tracked = track_seed(
+            source,
+            falling=False,
+            progress=progress,
+            at=stated.follow_px,
+            places=places,
+            only_places=only_places,
+        )
         return _along_own_line(tracked)
     pivot = _pivot(lines)
     unit = shape[1] / 640
@@ -76,6 +86,9 @@ def track_slide(
         falling=False,
         progress=progress,
         scene=learn_scene(strip, still=plate_only),
+        at=strip.follow(stated.follow_px),
+        places=strip.places(places),
+        only_places=only_places,
     )
     plumb = recording.camera.plumb_deg or 0.0
     tilt = (
@@ -199,6 +212,26 @@ class PlateFrames(FrameSource):
         foot = line.foot(self._pivot)
         origin = foot + self._reach[0] * line.along - self._above * line.across
         return np.column_stack([line.along, line.across, origin])
+
+    def places(self, places: Places) -> Places:
+        """Places in the picture as places in the strip; those in frames without a line
+        are left out, with a note."""
+        if lost := sorted(places.keys() - self._lines.keys()):
+            self.note(f"[track] places_px: no plate is seen in frame {lost[0]}")
+        return {
+            f: tuple(np.linalg.solve((m := self.matrix(f))[:, :2], places[f] - m[:, 2]))
+            for f in places.keys() & self._lines.keys()
+        }
+
+    def follow(
+        self, at: tuple[float, float, float] | None
+    ) -> tuple[float, float, float] | None:
+        """Frame, x, y in the picture as the same in the strip; None without a line
+        there."""
+        if at is None or not (found := self.places({int(at[0]): at[1:]})):
+            return None
+        ((frame, (x, y)),) = found.items()
+        return frame, x, y
 
     def _warped(self, frame: Frame) -> Frame:
         size = (self._reach[1] - self._reach[0], self.height)

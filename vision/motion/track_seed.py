@@ -16,6 +16,13 @@ from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import Silhouette, find_silhouettes
 from benchtwin.vision.motion.ellipse import fit_ellipses
+from benchtwin.vision.motion.places import (
+    LEAST_PLACES,
+    Places,
+    track_of_places,
+    upside_down,
+    with_places,
+)
 from benchtwin.vision.motion.scene import Scene, learn_scene
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.motion.tracklets import PATIENCE, Tracklet, extend, join_alike
@@ -35,8 +42,10 @@ class TrackedSeed:
 
     track: Track
     scene: Scene
-    size: float  # diameter of the circle with the seed's silhouette area, px
-    areas: np.ndarray  # of the silhouette in each row of the track, px²
+    # diameter of the circle with the seed's silhouette area, px; NaN where nobody knows
+    size: float
+    # of the silhouette in each row of the track, px²; NaN where it was set by hand
+    areas: np.ndarray
 
 
 def track_seed(
@@ -47,15 +56,23 @@ def track_seed(
     scene: Scene | None = None,
     at: tuple[float, float, float] | None = None,
     area_px: tuple[float, float] = (0.0, np.inf),
+    places: Places | None = None,
+    only_places: bool = False,
 ) -> TrackedSeed:
     """Track the seed, which falls or rolls, through all frames; MeasurementError where
     nothing moves like a seed. at: frame, x, y [px, y down] where somebody says that it
-    is. area_px: least and greatest silhouette of the stated seed."""
+    is. area_px: least and greatest silhouette of the stated seed. places [y down]: set
+    by hand, in the stead of what is found in their frames; alone where nothing is
+    found, or where only_places."""
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []
     active: list[Tracklet] = []
-    done = 0
+    times: dict[int, float] = {}
+    done, places = 0, upside_down(places or {}, scene.shape[0])
     for frame in source.iterate():
+        times[frame.index] = frame.t_s
+        if only_places:
+            continue
         if frame.pixels.shape[:2] != scene.shape:
             source.note(
                 f"frame {frame.index} skipped: its size is not that of the others"
@@ -75,6 +92,13 @@ def track_seed(
         if at is None
         else _nearest_to(tracklets, *at)
     )
+    if chosen is None and len(places) >= LEAST_PLACES:
+        return _by_hand(places, times, scene, area_px)
+    if only_places:
+        raise MeasurementError(
+            f"{source.path}: {len(places)} places set by hand ([track] places_px) so"
+            f" far; {LEAST_PLACES} make a track"
+        )
     if chosen is None:
         where = (
             ""
@@ -84,13 +108,30 @@ def track_seed(
         raise MeasurementError(
             f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
         )
+    track = _to_track(chosen, scene, done, area_px)
     areas = np.array([s.area for s in chosen.shapes])
-    return TrackedSeed(
-        _to_track(chosen, scene, done, area_px),
-        scene,
-        2 * float(np.sqrt(np.median(areas) / np.pi)),
-        areas,
-    )
+    size = 2 * float(np.sqrt(np.median(areas) / np.pi))
+    if places:
+        found = dict(zip(track.frame.tolist(), areas, strict=True))
+        track = with_places(track, places, times)
+        areas = np.array(
+            [np.nan if f in places else found[f] for f in track.frame.tolist()]
+        )
+    return TrackedSeed(track, scene, size, areas)
+
+
+def _by_hand(
+    places: Places,
+    times: dict[int, float],
+    scene: Scene,
+    area_px: tuple[float, float],
+) -> TrackedSeed:
+    """The places alone; of silhouettes nothing is known, the seed's size as stated."""
+    track = track_of_places(places, times)
+    least, most = area_px
+    area = np.sqrt(least * most) if least > 0 else most
+    size = 2 * float(np.sqrt(area / np.pi)) if np.isfinite(most) else np.nan
+    return TrackedSeed(track, scene, size, np.full(len(track), np.nan))
 
 
 def _nearest_to(

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.calibrate.procedure.bench import bench_of
-from benchtwin.calibrate.procedure.rigs import direct
+from benchtwin.calibrate.procedure.rigs import STEEL
 
 
 def drop(folder, name, restitution, *, height=0.31, more=""):
@@ -82,8 +82,11 @@ def test_what_cannot_be_read_is_kept_with_its_reason(tmp_path):
 
 
 def test_equations_1_to_3_are_the_papers():
-    assert direct("drop", 95.0, {"drop": {"height_mm": 310.0}}) == pytest.approx(
+    assert STEEL["drop"].direct(95.0, {"drop": {"height_mm": 310.0}}) == pytest.approx(
         0.5536, abs=1e-4
     )
-    assert direct("slide", 19.5, {}) == pytest.approx(0.3541, abs=1e-4)
-    assert direct("roll", 214.0, {}) is None and direct("drop", 95.0, {}) is None
+    assert STEEL["slide"].direct(19.5, {}) == pytest.approx(0.3541, abs=1e-4)
+    assert (
+        STEEL["roll"].direct(214.0, {}) is None
+        and STEEL["drop"].direct(95.0, {}) is None
+    )

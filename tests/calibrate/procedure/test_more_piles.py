@@ -8,7 +8,8 @@ from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.more_piles import BATCH, PACKINGS, WAIT, add_piles
 from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
-from benchtwin.calibrate.procedure.pile_stage import RANGES, PileStage
+from benchtwin.calibrate.procedure.pile_stage import PileStage
+from benchtwin.calibrate.procedure.rigs import RANGES
 from benchtwin.calibrate.statistics.box import Box
 
 BOX = Box.of(RANGES)
@@ -34,44 +35,51 @@ class Piles:
         )
 
 
-def stage_after_its_design(effect: float, more: int, seed: int = 3) -> PileStage:
-    bench = RigReadings(
-        "pile",
-        "repose_angle_deg",
-        np.array([25.0, 26.0, 24.5, 25.5]),
-        np.zeros(4),
-        0.0,
-        {},
-        pd.DataFrame(),
-        (),
-        {},
-    )
+def after_the_design(
+    effect: float, more: int, seed: int = 3
+) -> tuple[PileStage, pd.DataFrame]:
+    """A stage, and the piles of its design."""
     stage = PileStage(
-        bench, {}, {}, Piles(effect, seed), replace(QUICK, more=more), 1, RANGES, BOX
+        readings=RigReadings(
+            rig="pile",
+            response="repose_angle_deg",
+            values=np.array([25.0, 26.0, 24.5, 25.5]),
+            reading_sd=np.zeros(4),
+        ),
+        fixed={},
+        description={},
+        simulate=Piles(effect, seed),
+        effort=replace(QUICK, more=more),
+        seed=1,
+        ranges=RANGES,
+        levels=BOX,
     )
-    noise, pairing, _, _ = measure_noise(stage, BOX)
-    run_design(stage, BOX, noise, pairing, 0.0)
+    scatter = measure_noise(stage, BOX)
+    ran = run_design(stage, BOX, scatter)
     stage.simulate.asked.clear()
-    return stage
+    return stage, pd.concat([scatter.piles, ran.piles], ignore_index=True)
 
 
 def test_added_piles_lie_in_the_box_on_packings_of_their_own():
-    stage = stage_after_its_design(effect=4.0, more=8)
-    (note,) = add_piles(stage, BOX, shared=False)
-    asked, known = stage.simulate.asked, pd.concat(stage.done[:-2])["packing"]
+    stage, before = after_the_design(effect=4.0, more=8)
+    done, (note,) = add_piles(stage, BOX, before, shared=False)
+    asked = stage.simulate.asked
     assert (
         0 < len(asked) <= 8
         and len(asked) % BATCH == 0
         and f"{len(asked)} piles" in note
     )
-    assert len({r.rng for r in asked}) == len(asked) and known.max() < PACKINGS
+    assert len(done) == len(before) + len(asked)
+    assert len({r.rng for r in asked}) == len(asked)
+    assert before["packing"].max() < PACKINGS <= done["packing"][len(before) :].min()
     points = np.array([[r.values[n] for n in RANGES] for r in asked])
     assert (abs(BOX.coded(points)) <= 1 + 1e-9).all()
 
 
 def test_without_leave_no_pile_is_added():
-    stage = stage_after_its_design(effect=4.0, more=0)
-    assert add_piles(stage, BOX, shared=False) == [] and not stage.simulate.asked
+    stage, before = after_the_design(effect=4.0, more=0)
+    done, notes = add_piles(stage, BOX, before, shared=False)
+    assert done is before and notes == [] and not stage.simulate.asked
 
 
 def test_piles_that_say_nothing_are_given_up_at_once():
@@ -79,8 +87,8 @@ def test_piles_that_say_nothing_are_given_up_at_once():
     something (control), some seeds ask for more."""
 
     def asked_for(effect: float, seed: int) -> int:
-        stage = stage_after_its_design(effect, more=40, seed=seed)
-        add_piles(stage, BOX, shared=False)
+        stage, before = after_the_design(effect, more=40, seed=seed)
+        add_piles(stage, BOX, before, shared=False)
         return len(stage.simulate.asked)
 
     assert [asked_for(0.0, seed) for seed in range(4)] == [WAIT * BATCH] * 4

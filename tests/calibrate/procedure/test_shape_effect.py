@@ -8,24 +8,22 @@ from benchtwin.calibrate.procedure import shape_effect as module
 from benchtwin.calibrate.procedure.shape_effect import Question, shape_effect, verdict
 
 DROP = Question(
-    "drop",
-    "rebound_height_mm",
-    "mm",
-    "restitution",
-    {"seed": {"lot": "a"}},
-    {"restitution": 0.5},
-    40,
-    300.0,
+    rig="drop",
+    response="rebound_height_mm",
+    unit="mm",
+    parameter="restitution",
+    description={"seed": {"lot": "a"}},
+    values={"restitution": 0.5},
+    runs=40,
+    slope=300.0,
 )
 PILE = Question(
-    "pile",
-    "repose_angle_deg",
-    "deg",
-    "",
-    {"seed": {"lot": "a"}},
-    {"restitution": 0.5},
-    40,
-    None,
+    rig="pile",
+    response="repose_angle_deg",
+    unit="deg",
+    description={"seed": {"lot": "a"}},
+    values={"restitution": 0.5},
+    runs=40,
 )
 
 

@@ -98,7 +98,7 @@ def test_what_could_not_be_measured_is_found_unless_it_is_to_be_done_again(store
 def test_a_success_takes_back_the_failure(store):
     job = Square(3)
     claim = claims.take(store.claimed, job.key)
-    store.put_failure(claim, {"reason": "r", "rerun": "c", "lasting": True})
+    store.put_failure(claim, {"reason": "r", "lasting": True})
     claim.release()
     assert store.find([job.key])[job.key].reason == "r"
     put(store, job)

@@ -1,0 +1,185 @@
+"""What can be done with a recording's files, and what was removed from a bench."""
+
+from collections.abc import Callable
+from pathlib import Path
+from urllib.parse import quote
+
+from benchtwin.page import recording_files as files
+from benchtwin.page.folder import Refused
+from benchtwin.page.site import Site
+from benchtwin.page.views.frame import bench_attribute, errors_shown
+from benchtwin.vision.evidence.film_or_photos import film_or_photos
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording
+from nicegui import run, ui
+
+
+def open_page(name: str) -> None:
+    """Go to the page of the recording of this name."""
+    ui.navigate.to(f"/recording?r={quote(name)}")
+
+
+def show(
+    site: Site, recording: Recording, entries: list[Recording | MeasurementError]
+) -> None:
+    """The menu of a recording, and the question whether its pictures are a film where
+    they may be either; entries: what its bench holds."""
+    menu = _Menu(site, recording.path, recording, entries)
+    if recording.evidence == "photos" and recording.rig is None:
+        menu.ask(recording)
+    menu.show()
+
+
+def show_for_broken(site: Site, path: Path) -> None:
+    """The menu of a recording that cannot be read."""
+    _Menu(site, path, None, []).show()
+
+
+def own_folder_button(site: Site, recording: Recording) -> None:
+    """For a photo that lies loose: puts it into a folder of its own."""
+
+    @errors_shown
+    def make() -> None:
+        made = files.own_folder(recording.path, site.folder)
+        open_page(site.folder.name_of(made))
+
+    ui.button("Put it into a folder of its own", on_click=make).props("no-caps outline")
+
+
+def removed_from(site: Site, bench: Path) -> None:
+    """What was removed from a bench, each with a button that puts it back; nothing
+    where nothing was."""
+    gone = files.removed(bench)
+    if not gone:
+        return
+    with ui.expansion(f"Removed: {len(gone)}").classes("soft"):
+        for path in gone:
+
+            @errors_shown
+            def back(path: Path = path) -> None:
+                files.put_back(path, bench)
+                ui.navigate.reload()
+
+            with ui.row().classes("items-center"):
+                ui.label(path.name).classes("anywhere")
+                label = f"Put back {bench_attribute(path.name)}"
+                ui.button("Put back", icon="undo", on_click=back).props(
+                    f'flat dense no-caps aria-label="{label}"'
+                )
+
+
+class _Menu:
+    def __init__(
+        self,
+        site: Site,
+        path: Path,
+        recording: Recording | None,
+        entries: list[Recording | MeasurementError],
+    ):
+        self.site, self.path, self.recording = site, path, recording
+        self.bench = path.parent
+        self.series = files.series(recording, entries) if recording else []
+
+    def show(self) -> None:
+        if self.path == self.site.folder.root:
+            return
+        with (
+            ui.button("Files", icon="more_vert").props(
+                'flat dense no-caps aria-label="Files of this recording"'
+            ),
+            ui.menu(),
+        ):
+            self._items()
+
+    def _items(self) -> None:
+        one = self.recording
+        if one and len(one.files) > 1 and one.evidence in ("photos", "frames"):
+            _item(f"Split into {len(one.files)} photos", self.split)
+        if self.series:
+            _item(f"Join {self._joined()} as a film", self.join)
+        _item("Rename …", self.ask_name)
+        if [b for b in self.site.folder.benches() if b != self.bench]:
+            _item("Move to another bench …", self.ask_bench)
+        _item("Delete", self.remove)
+
+    def ask(self, recording: Recording) -> None:
+        """Both fit: what are these pictures?"""
+        taken = recording.files
+        why = film_or_photos({p.name: p for p in taken}).why
+        with ui.column().classes("w-full gap-1"):
+            ui.label(
+                f"{taken[0].name} to {taken[-1].name}: {len(taken)} photos of heaps, or"
+                " one film?"
+            ).classes("text-lg failed anywhere")
+            with ui.row():
+                for words, act in (
+                    (f"{len(taken)} photos of heaps", self.split),
+                    ("One film", self.join),
+                ):
+                    ui.button(words, on_click=errors_shown(act)).props(
+                        "no-caps outline"
+                    )
+            ui.label(f"The pictures do not tell: {why}.").classes("soft text-sm")
+
+    def _joined(self) -> str:
+        if len(self.series) == 1:
+            return f"{len(self.series[0].files)} photos"
+        first, last = self.series[0].files[0].name, self.series[-1].files[0].name
+        return f"{first} to {last} ({len(self.series)})"
+
+    async def split(self) -> None:
+        assert self.recording is not None
+        made = await run.io_bound(
+            files.split_into_photos, self.recording, self.site.folder
+        )
+        ui.notify(f"{len(made)} photos; the recording as it was is under Removed")
+        self._to_bench()
+
+    async def join(self) -> None:
+        made = await run.io_bound(files.join_as_film, self.series, self.site.folder)
+        open_page(self.site.folder.name_of(made))
+
+    def remove(self) -> None:
+        files.remove(self.path, self.site.folder)
+        self._to_bench()
+
+    def ask_name(self) -> None:
+        with ui.dialog() as dialog, ui.card():
+            name = ui.input("New name", value=self.path.name)
+
+            @errors_shown
+            def act() -> None:
+                made = files.rename(self.path, name.value or "", self.site.folder)
+                open_page(self.site.folder.name_of(made))
+
+            name.on("keydown.enter", act)
+            ui.button("Rename", on_click=act).props("no-caps")
+        dialog.open()
+
+    def ask_bench(self) -> None:
+        benches = {
+            self.site.folder.name_of(b): b
+            for b in self.site.folder.benches()
+            if b != self.bench
+        }
+        with ui.dialog() as dialog, ui.card():
+            ui.label("What its bench.toml says holds for it no longer.").classes("soft")
+            chosen = ui.select([*benches], label="Bench", value=next(iter(benches)))
+
+            @errors_shown
+            def act() -> None:
+                if chosen.value not in benches:
+                    raise Refused("say to which bench")
+                bench = benches[chosen.value]
+                made = files.move(self.path, bench, self.site.folder)
+                open_page(self.site.folder.name_of(made))
+
+            ui.button("Move", on_click=act).props("no-caps")
+        dialog.open()
+
+    def _to_bench(self) -> None:
+        ui.navigate.to(f"/bench?b={quote(self.site.folder.name_of(self.bench))}")
+
+
+def _item(words: str, act: Callable) -> None:
+    ui.menu_item(words, on_click=errors_shown(act))
