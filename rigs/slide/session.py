@@ -193,7 +193,9 @@ def _run(seen) -> Run:
                 "the plate does not tilt: a diagnosis weighs when the block lets go"
             )
     elif told.get("tilt_rate_deg_s"):
-        tilt = stated_tilt(told, time[first])
+        start = told.get("start_deg")
+        sd = (unstated_sd if start is None else stated_sd)("start-angle")
+        tilt = stated_tilt(told["tilt_rate_deg_s"], start or 0.0, sd, time[first])
     else:
         raise ValueError(
             "the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s"
@@ -212,7 +214,7 @@ def _run(seen) -> Run:
         tilt,
         mass_of(seen.description),
         1e-3 * float(told.get("start_mm", 0.0)),
-        _air_drag(seen.description),
+        air_drag(seen.description),
         float(camera["scale_sd"]),
         sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
     )
@@ -302,7 +304,8 @@ def mass_of(description: dict) -> float:
     return float("nan") if one is None else float(one) * seed.get("count", 1)
 
 
-def _air_drag(description: dict) -> AirDrag:
+def air_drag(description: dict) -> AirDrag:
+    """Of a lone seed as stated, and how well it is known."""
     air = air_of(description)
     slow = (
         ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0

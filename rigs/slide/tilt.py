@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.priors import stated_sd
 
 SLIDES_SEEN = (
     3.0  # the angle is learnt from so many times the slide's duration, up to its end
@@ -37,20 +37,21 @@ class Tilt:
         return np.polynomial.polynomial.polyval(since, self.coefficients)
 
 
-def stated_tilt(told: dict, origin: float) -> Tilt:
-    """A steady rate; the initial angle is known roughly at best."""
-    rate = float(told["tilt_rate_deg_s"])
-    start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
-    coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
-    sd = math.radians((stated_sd if known else unstated_sd)("start-angle"))
-    return Tilt(
-        origin,
-        coefficients,
-        sd,
-        stated_sd("tilt-rate") * math.radians(rate),
-        rate,
-        False,
-    )
+def stated_tilt(
+    rate_deg_s: float, start_deg: float, start_sd_deg: float, origin: float
+) -> Tilt:
+    """A steady rate from the angle at t = 0 on."""
+    angle = [start_deg + rate_deg_s * origin, rate_deg_s, 0.0, 0.0]
+    rate_sd = stated_sd("tilt-rate") * math.radians(rate_deg_s)
+    level_sd = math.hypot(math.radians(start_sd_deg), rate_sd * origin)
+    return Tilt(origin, np.radians(angle), level_sd, rate_sd, rate_deg_s, False)
+
+
+def standing_tilt(angle_deg: float, origin: float) -> Tilt:
+    """A plate that stands at a stated angle."""
+    angle = np.array([math.radians(angle_deg), 0.0, 0.0, 0.0])
+    sd = math.radians(stated_sd("standing-plate"))
+    return Tilt(origin, angle, sd, 0.0, 0.0, False)
 
 
 def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
