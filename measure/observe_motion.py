@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.rigs.slide.measure import measure_slide
+from benchtwin.rigs.slide import RIG as SLIDE
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
@@ -150,7 +150,7 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
             result.bounces,
         )
     if recording.rig == "slide":
-        slide = measure_slide(track, recording)
+        slide = SLIDE.part("measure")(track, recording)
         pictures = {
             "slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities)
         }
@@ -264,7 +264,7 @@ def _slide_in_frames(
     recording: Recording, tracked: TrackedSeed, plate: PlateOverlay, notes: list[str]
 ) -> Observation:
     track = to_mm(tracked.track, recording.camera.mm_per_px)
-    slide = measure_slide(track, recording)
+    slide = SLIDE.part("measure")(track, recording)
     caption = _caption(slide.quantities)
     pictures = {
         "track": on_picture(

@@ -125,3 +125,13 @@ def test_no_module_imports_itself_by_way_of_others():
         "b",
         "c",
     ]  # the control
+
+
+def test_an_incomplete_rig_says_what_is_missing():
+    from dataclasses import replace
+
+    from benchtwin.rigs.slide import RIG
+
+    with pytest.raises(ImportError, match="no diagnose = .*nothing"):
+        replace(RIG, diagnose="benchtwin.rigs.slide.diagnose:nothing")
+    assert RIG.part("effects")

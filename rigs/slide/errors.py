@@ -1,113 +1,103 @@
 """How well one recording tells its quantities, and what else could be true of it.
 
-Rows leave the fitted values open by their noise (linear, but for the onset, whose sd is
-that of its profile). What the recording does not tell shifts them: by one prior sd each.
-Rivals are the listed effects, each linear beside the fit, and the other modes; a rival
-that has less than 5 % of the probability cannot make a 95 % interval fail."""
+Rows leave the fitted values open by their noise, linear but for the onset, whose sd is
+that of its profile. Rivals are the listed effects, each linear beside the fit, and the
+other modes; one that has less than 5 % of the probability cannot make a 95 % interval
+fail."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from benchtwin.infer.noise import Noise, Stretch, estimate
 from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.rigs.slide.modes import LETS_GO, MOVING, SET_OFF, STEPS, Found, shifted
+from benchtwin.rigs.slide.modes import (
+    KEEPS,
+    LETS_GO,
+    MOVING,
+    SET_OFF,
+    SMALL,
+    Found,
+    Nuisance,
+)
 from benchtwin.vision.measurement import Quantity
 
 INSIDE_SDS = 1.96
+TINY = 1e-4  # of an effect's prior sd, which may bend much within one
 CAN_BE_TRUE = 0.05  # probability from which a rival counts
 WORDS = {
     LETS_GO: "the block rests at first",
+    KEEPS: "the block rests at first",
     MOVING: "the block moves from the first row on",
     SET_OFF: "the block is set off within the recording",
 }
-SMALL = 0.05  # of a prior sd, for derivatives
 
 Value = Callable[[dict[str, float]], float]  # a quantity of the values by name
-
-
-@dataclass(frozen=True)
-class Nuisance:
-    """Something that this recording does not tell: its prior sd, and whether it is the
-    same in all recordings of a session."""
-
-    name: str
-    sd: float
-    common: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Errors:
     """Of a fit; solve (k, n): from a change of the white rows to that of the values;
-    shifts: the values' change (k,) by one sd of each nuisance."""
+    covariance (k, k)."""
 
     found: Found
-    nuisances: list[Nuisance]
     covariance: np.ndarray
     solve: np.ndarray
-    shifts: dict[str, np.ndarray]
 
     def quantity(self, name: str, unit: str, of: Value) -> Quantity:
         """A function of the values, with its sd."""
         slope = self.slope(of)
-        own, here = self.found.own, of(self.found.own)
         variance, common = float(slope @ self.covariance @ slope), 0.0
-        for one in self.nuisances:
-            if one.sd:
-                direct = of(own | {one.name: one.sd}) - here
-                part = float(direct + slope @ self.shifts[one.name]) ** 2
-                variance += part
-                common += part if one.common else 0.0
-        sd, together = math.sqrt(variance), math.sqrt(common)
-        return Quantity(name, float(here), sd, unit, sd_common=together)
+        for one in self.found.motion.nuisances:
+            if one.common:
+                at = self.found.names.index(one.name)
+                common += (
+                    float(slope @ self.covariance[:, at]) ** 2
+                    / (self.covariance[at, at])
+                )
+        sd = math.sqrt(variance)
+        together = math.sqrt(min(common, variance))
+        return Quantity(name, float(of(self.found.own)), sd, unit, sd_common=together)
 
     def slope(self, of: Value) -> np.ndarray:
         """Derivatives (k,) by the values."""
         own, out = self.found.own, []
         for name in self.found.names:
-            step = STEPS[name]
+            step = self.found.step(name)
             up, down = (of(own | {name: own[name] + d}) for d in (step, -step))
             out.append((up - down) / (2 * step))
         return np.array(out)
 
 
-def errors_of(
-    found: Found, variance: float, nuisances: list[Nuisance], onset_sd: float = 0.0
-) -> Errors:
-    """variance: of the white rows; onset_sd: by its profile, 0 where there is none."""
+def errors_of(found: Found, widen: float, onset_sd: float = 0.0) -> Errors:
+    """widen: of the rows' variance; onset_sd: by its profile, 0 where there is none."""
     motion, names = found.motion, found.names
-    columns = motion.white(found.columns())
-    held = np.zeros((0, len(names)))
+    columns = motion.white(found.columns()) / (motion.level * math.sqrt(widen))
+    prior = np.zeros(len(names))
+    for one in motion.nuisances:
+        prior[names.index(one.name)] = 1 / one.sd
     if onset_sd:  # with μ_k = μ_s no row shows a small change of the onset
-        held = np.zeros((1, len(names)))
-        held[0, names.index("onset")] = math.sqrt(variance) / onset_sd
-    solve = np.linalg.pinv(np.vstack([columns, held]), rcond=1e-14)[:, : len(columns)]
-    plain = np.linalg.pinv(columns, rcond=1e-14)
-    covariance = variance * plain @ plain.T
-    if onset_sd:
+        prior[names.index("onset")] = 1 / onset_sd
+    inverse = np.linalg.pinv(np.vstack([columns, np.diag(prior)]), rcond=1e-14)
+    covariance = inverse @ inverse.T
+    if onset_sd:  # as its profile says, whatever the rows say to first order
         at = names.index("onset")
-        free = max(math.sqrt(covariance[at, at]), 1e-300)
-        covariance[at] *= min(1.0, onset_sd / free)
-        covariance[:, at] *= min(1.0, onset_sd / free)
-        covariance[at, at] = onset_sd**2
-
-    def shift(one: Nuisance) -> np.ndarray:
-        if found.mode == LETS_GO:
-            return shifted(found, one.name, one.sd)
-        slope = found.slope(one.name, SMALL * one.sd)
-        return -solve @ motion.white(one.sd * slope)
-
-    shifts = {one.name: shift(one) for one in nuisances if one.sd}
-    return Errors(found, nuisances, covariance, solve, shifts)
+        longer = onset_sd / math.sqrt(covariance[at, at])
+        covariance[at] *= longer
+        covariance[:, at] *= longer
+    solve = inverse[:, : len(columns)] / (motion.level * math.sqrt(widen))
+    return Errors(found, covariance, solve)
 
 
-def noise_of(found: Found) -> Noise:
-    """Noise about the fit and the slopes of all effects, so that what may be missing is
-    not taken for noise."""
+def noise_of(found: Found, nuisances: list[Nuisance]) -> Noise:
+    """Noise about the fit and the slopes of nuisances and effects, so that what may be
+    missing is not taken for noise."""
     motion = found.motion
-    columns = np.column_stack([found.columns(), *effect_slopes(found).values()])
+    slopes = [found.slope(n.name, SMALL * n.sd) for n in nuisances if n.sd]
+    effects = effect_slopes(found).values()
+    columns = np.column_stack([found.columns(), *slopes, *effects])
     rows, left = columns / motion.sigma[:, None], found.residual / motion.sigma
     return estimate([Stretch(rows, left, motion.lag)])
 
@@ -118,10 +108,10 @@ def effect_slopes(found: Found) -> dict[str, np.ndarray]:
     here = motion.seen(found.mode, found.own)
     for name, effect in motion.model.effects.items():
         if effect.act and not effect.group:
-            there = found.own | {name: SMALL * effect.prior_sd}
+            there = found.own | {name: TINY * effect.prior_sd}
             change = motion.seen(found.mode, there) - here
             if change.any():
-                out[name] = change / SMALL
+                out[name] = change / TINY
     return out
 
 
@@ -135,9 +125,7 @@ class Rival:
     value: Callable[[Quantity], float]
 
 
-def rival_effects(
-    errors: Errors, variance: float, values: dict[str, Value]
-) -> list[Rival]:
+def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
     """Each effect, linear beside the fit."""
     found = errors.found
     motion = found.motion
@@ -149,8 +137,8 @@ def rival_effects(
         column = motion.white(slope)
         beside = column - columns @ (errors.solve @ column)
         information, right = (
-            float(beside @ column) / variance,
-            float(beside @ left) / variance,
+            float(beside @ column) / motion.level**2,
+            float(beside @ left) / motion.level**2,
         )
         size = right / (1 + information)  # [prior sds]
         if not effect.low <= size * effect.prior_sd <= effect.high:
@@ -164,6 +152,27 @@ def rival_effects(
         odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
         out.append(Rival(odds, effect.wording[0], value))
     return out
+
+
+def share_of_loss(two: Found, one: Found, loss_sd: float) -> float:
+    """Probability that a block loses friction when it lets go (`two`, the loss free)
+    beside that it keeps it (`one`): seeds do either, so the odds are even, and a loss
+    has the prior of the effect, positive (Laplace's approximation)."""
+    prior = two.motion.model.effects["kinetic-friction"].prior_sd
+    fall = (one.misfit - two.misfit) / two.motion.level**2
+    ln_bayes = fall / 2 + math.log(2 * min(loss_sd, prior) / prior)
+    return 1 / (1 + math.exp(-min(max(ln_bayes, -500.0), 500.0)))
+
+
+def mixed(one: Quantity, other: Quantity, share: float) -> Quantity:
+    """Mean and sd of a quantity that is `other` with some probability."""
+    value = (1 - share) * one.value + share * other.value
+    parts = ((1 - share, one), (share, other))
+    variance = sum(p * (q.sd**2 + (q.value - value) ** 2) for p, q in parts)
+    common = sum(p * q.sd_common**2 for p, q in parts)
+    return replace(
+        one, value=value, sd=math.sqrt(variance), sd_common=math.sqrt(common)
+    )
 
 
 def rival_modes(best: Found, others: list[tuple[Found, float]]) -> list[Rival]:

@@ -2,11 +2,11 @@
 that recording, with nothing missing.
 
 The mode that the recording shows is told by the evidence of the fits. The angle is that
-of the plate when the block lets go, static friction the pull over the press there. What
-is common to all recordings of a session (zero of the tilt sensor, scale, stated angles,
-air) is propagated from its prior. A quantity is good where its 95 % interval would still
-hold if the next likeliest explanation, an effect of `effects/` or another mode, were
-true."""
+of the plate when the block lets go, static friction the pull over the press there;
+whether friction falls then is averaged over. What the recording tells little of (zero
+of the tilt sensor, scale, stated angles, air) is fitted with its prior. A quantity is
+good where its 95 % interval would still hold if the next likeliest explanation, an
+effect of `effects/` or another mode, were true."""
 
 import math
 from dataclasses import dataclass, replace
@@ -19,21 +19,28 @@ from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.slide.errors import (
     INSIDE_SDS,
-    Nuisance,
+    Errors,
+    Value,
     errors_of,
+    mixed,
     noise_of,
     rival_effects,
     rival_modes,
+    share_of_loss,
     unless,
 )
 from benchtwin.rigs.slide.model import Model
 from benchtwin.rigs.slide.modes import (
+    KEEPS,
     LETS_GO,
     MOVING,
+    OWN,
     SET_OFF,
     Found,
     Motion,
+    Nuisance,
     in_motion,
+    keeps,
     lets_go,
     onset_sd,
     refined,
@@ -70,6 +77,7 @@ from scipy.stats import t as student
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 LEAST_TRAVEL_PX = 2.0
+CERTAIN_SDS = 10.0  # of a loss of friction: e⁻⁵⁰ is left to none
 QUANTITIES = (
     ("slide_angle", "deg"),
     ("static_friction", "1"),
@@ -134,8 +142,9 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
         raise MeasurementError(
             f"the block does not slide: it moves {np.ptp(x):.3g} {track.unit} in all"
         )
-    met = len(x) if few else slide_end(time, x, noise)
     first = rows_at_rest(x) if few else first_in_motion(x, noise)
+    met = len(x) if few else slide_end(time, x, noise)
+    met = met if met >= first + LEAST_SLIDING // 2 else len(x)
     tilt, nuisances, notes = _plate(track, recording, min(first, len(x) - 1), met)
     if few and len(x) - first < LEAST_OF_FEW:
         raise MeasurementError(
@@ -212,7 +221,8 @@ def _plate(
     ]
     if known.sum() >= min(LEAST_OF_FEW, len(track)):
         column = np.asarray(track.tilt_deg)[:stop]
-        tilt = seen_tilt(time[:stop], column, time[first], time[stop - 1])
+        ends = time[first], time[stop - 1]
+        tilt = seen_tilt(time[:stop], column, *ends, steps=False)
         step = unstated_sd("column-step") * reading_step(column[known[:stop]])
         if np.ptp(column[known[:stop]]) == 0:  # of one number, its step is not known
             step = 0.0
@@ -292,8 +302,9 @@ def _of_few(
     factor, doubt = variance_factor(
         max(best.misfit, 1e-18), freedom, all_stated(track.sd)
     )
-    errors = errors_of(best, factor, nuisances)
-    kinetic = errors.quantity("kinetic_friction", "1", _kinetic)
+    best = refined(best, best.motion.noise, tuple(nuisances))
+    errors = errors_of(best, factor / best.motion.level**2)
+    kinetic = errors.quantity(*QUANTITIES[2], partial(_kinetic, best.motion))
     kinetic = kinetic.doubt(_negative(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], FEW)
     return Slide((*onset, kinetic), None, _curve(best, sign), tuple(notes))
@@ -310,36 +321,21 @@ def _of_track(
     track: Track,
 ) -> Slide:
     """met: when the slide ended in something else than friction."""
-    best = refined(best, noise_of(best))
-    motion, noise = best.motion, best.motion.noise
-    freedom = max(len(motion.lag) - len(best.names), 1)
-    variance = max(best.misfit / freedom, 1e-18)
-    widen = (student.ppf(0.975, freedom) / INSIDE_SDS) ** 2
-    stay = onset_sd(best, variance) if best.mode == LETS_GO else 0.0
-    errors = errors_of(best, variance * widen, nuisances, stay * math.sqrt(widen))
-    values = {
-        "slide_angle": partial(_angle_deg, motion),
-        "static_friction": partial(_static, motion),
-        "kinetic_friction": _kinetic,
-    }
-    if best.mode == LETS_GO:
-        angle, static = (errors.quantity(*q, values[q[0]]) for q in QUANTITIES[:2])
-    else:
-        raised = bool(motion.run.tilt.coefficients[1])
-        why = ALREADY_MOVING if raised else STANDS
-        angle, static = all_failed(QUANTITIES[:2], why)
-    kinetic = errors.quantity("kinetic_friction", "1", _kinetic)
+    best = refined(best, noise_of(best, nuisances), tuple(nuisances))
+    noise = best.motion.noise
+    best, errors, (angle, static, kinetic) = _quantities(best)
+    motion = best.motion
     if not track.physical:
         missing = "mm_per_px" if track.unit == "px" else "fps"
         why = f"pixels or frames only; camera.{missing} is needed"
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in {why}")
     doubts = _doubts(best, row_noise, kinetic, static, track.unit)
-    rivals = [*rival_effects(errors, variance, values), *rival_modes(best, others)]
+    rivals = [*rival_effects(errors, _values(motion)), *rival_modes(best, others)]
     found = tuple(
         q if q.quality == FAILED else q.doubt(*doubts, *unless(rivals, q))
         for q in (angle, static, kinetic)
     )
-    if noise.low_frequency > 2:
+    if (1 - noise.white) * noise.rho > 0.3:
         notes.append(
             f"successive frames err together (ρ = {noise.rho:.2f}); the standard"
             " deviations allow for it"
@@ -354,8 +350,48 @@ def _of_track(
     return Slide(found, onset, _curve(best, sign), tuple(notes))
 
 
-def _kinetic(own: dict[str, float]) -> float:
-    return own["friction"]
+def _quantities(best: Found) -> tuple[Found, Errors, list[Quantity]]:
+    """The likelier fit, its errors, and the three quantities; averaged over whether the
+    block loses friction when it lets go."""
+    found = _errors(best)
+    if best.mode != LETS_GO:
+        raised = bool(best.motion.run.tilt.coefficients[1])
+        why = ALREADY_MOVING if raised else STANDS
+        kinetic = found.quantity(*QUANTITIES[2], _values(best.motion)[QUANTITIES[2][0]])
+        return best, found, [*all_failed(QUANTITIES[:2], why), kinetic]
+    values = _values(best.motion)
+    loss = found.quantity(
+        "loss", "1", lambda own: _static(best.motion, own) - own["friction"]
+    )
+    if loss.value > CERTAIN_SDS * loss.sd:
+        return best, found, [found.quantity(*q, values[q[0]]) for q in QUANTITIES]
+    held = keeps(best)
+    share = share_of_loss(best, held, loss.sd)
+    stays = _errors(held)
+    each = [
+        mixed(stays.quantity(*q, values[q[0]]), found.quantity(*q, values[q[0]]), share)
+        for q in QUANTITIES
+    ]
+    return (best, found, each) if share > 0.5 else (held, stays, each)
+
+
+def _errors(best: Found) -> Errors:
+    freedom = max(len(best.motion.lag) - len(OWN[best.mode]), 1)
+    widen = (student.ppf(0.975, freedom) / INSIDE_SDS) ** 2
+    stay = onset_sd(best) if best.mode == LETS_GO else 0.0
+    return errors_of(best, widen, stay * math.sqrt(widen))
+
+
+def _values(motion: Motion) -> dict[str, Value]:
+    return {
+        "slide_angle": partial(_angle_deg, motion),
+        "static_friction": partial(_static, motion),
+        "kinetic_friction": partial(_kinetic, motion),
+    }
+
+
+def _kinetic(motion: Motion, own: dict[str, float]) -> float:
+    return motion.laws(own)[1].friction
 
 
 def _angle_deg(motion: Motion, own: dict[str, float]) -> float:
@@ -386,7 +422,7 @@ def _doubts(
     onset = best.own.get("onset", best.motion.since[0])
     before = int((best.motion.since < onset).sum())
     sliding = len(run.time) - before
-    if best.mode == LETS_GO and before < LEAST_REST - 1:
+    if best.mode in (LETS_GO, KEEPS) and before < LEAST_REST - 1:
         doubts.append(ALREADY_MOVING)
     if sliding < LEAST_SLIDING // 2:
         doubts.append(f"only {sliding} frames of sliding")

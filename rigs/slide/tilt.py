@@ -54,9 +54,16 @@ def standing_tilt(angle_deg: float, origin: float) -> Tilt:
     return Tilt(origin, angle, sd, 0.0, 0.0, False)
 
 
-def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
+def seen_tilt(
+    time: np.ndarray,
+    column: np.ndarray,
+    origin: float,
+    end: float,
+    *,
+    steps: bool = True,
+) -> Tilt:
     """A polynomial of degree ≤ 3 through the column's end; of degree 0 where no
-    tilting shows."""
+    tilting shows; steps: whether steps are looked for."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -69,9 +76,8 @@ def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -
         if len(s) > 20
         else 0.0
     )
-    stair = _stairs(
-        np.degrees(np.polynomial.polynomial.polyval(s, coefficients)), np.degrees(y)
-    )
+    ramp = np.degrees(np.polynomial.polynomial.polyval(s, coefficients))
+    stair = _stairs(ramp, np.degrees(y)) if steps else 0.0
     if gain > BEND_CHI2 and not stair:
         coefficients, covariance = bent, wide
     spread = _independent(s, y, coefficients)
