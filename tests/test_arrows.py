@@ -132,6 +132,6 @@ def test_an_incomplete_rig_says_what_is_missing():
 
     from benchtwin.rigs.slide import RIG
 
-    with pytest.raises(ImportError, match="no diagnose = .*nothing"):
+    with pytest.raises(ImportError, match=r"no diagnose = .*nothing"):
         replace(RIG, diagnose="benchtwin.rigs.slide.diagnose:nothing")
     assert RIG.part("effects")

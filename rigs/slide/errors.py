@@ -25,6 +25,7 @@ from benchtwin.rigs.slide.modes import (
 from benchtwin.vision.measurement import Quantity
 
 INSIDE_SDS = 1.96
+ROUNDING = 1e-9  # share of a column that is left by rounding
 TINY = 1e-4  # of an effect's prior sd, which may bend much within one
 CAN_BE_TRUE = 0.05  # probability from which a rival counts
 WORDS = {
@@ -136,10 +137,11 @@ def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
         effect = motion.model.effects[name]
         column = motion.white(slope)
         beside = column - columns @ (errors.solve @ column)
-        information, right = (
-            float(beside @ column) / motion.level**2,
-            float(beside @ left) / motion.level**2,
-        )
+        power = float(beside @ column)
+        if power < ROUNDING * float(column @ column):  # the fit says the same
+            continue
+        information = power / motion.level**2
+        right = float(beside @ left) / motion.level**2
         size = right / (1 + information)  # [prior sds]
         if not effect.low <= size * effect.prior_sd <= effect.high:
             continue

@@ -35,6 +35,7 @@ SMALL = 0.05  # of a prior sd, the same for nuisances and effects
 STEPS |= {"scale": 1e-4, "hinge": 1e-3}
 COARSE = 50  # onsets tried over the whole recording
 ENOUGH = 200  # rows for that
+EARLY = 6  # rows that tell the speed with which a block sets off
 INSIDE = 1.96**2  # rise of χ² at the ends of a 95 % interval
 HALVINGS = 10  # of the way to such an end
 
@@ -259,12 +260,15 @@ def in_motion(motion: Motion, mode: str) -> Found:
     x, time = motion.run.travel, motion.since
     angle = float(motion.run.tilt.at(motion.run.time).mean())
     edge = 0 if mode == MOVING else max(motion.run.rest - 1, 0)
-    parts = time[edge:] - time[edge], x[edge:]
-    speed = 1e-3 * float(np.polyfit(*parts, min(2, len(parts[0]) - 1))[-2])
-    way = max(1e-3 * float(np.ptp(x)), 1e-6)
-    fast = max(speed, way / float(np.ptp(time)))
-    stops = math.tan(angle) + fast**2 / (2 * G_M_S2 * way * math.cos(angle))
-    starts = [(v, f) for f in (math.tan(angle) - 0.05, stops) for v in (speed, fast)]
+    since, gone = time[edge:] - time[edge], 1e-3 * (x[edge:] - x[edge])
+    speed = float(np.polyfit(since, gone, min(2, len(since) - 1))[-2])
+    early = slice(1, max(2, min(EARLY, len(since) // 3)))
+    first = float(np.median(gone[early] / since[early]))  # before friction tells
+    way = max(float(np.ptp(gone)), 1e-6)
+    starts = []
+    for v in (speed, first, way / float(np.ptp(time))):
+        stops = math.tan(angle) + v**2 / (2 * G_M_S2 * way * math.cos(angle))
+        starts += [(v, math.tan(angle) - 0.05), (v, stops)]
     if motion.run.tilt.coefficients[1]:  # a raised plate does not stop what slides
         starts = starts[:1]
     known = {"place": float(x[edge]), "onset": float(time[edge])}

