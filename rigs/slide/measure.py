@@ -77,6 +77,7 @@ from scipy.stats import t as student
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 LEAST_TRAVEL_PX = 2.0
+FRAME_S = 0.01
 CERTAIN_SDS = 10.0  # of a loss of friction: e⁻⁵⁰ is left to none
 QUANTITIES = (
     ("slide_angle", "deg"),
@@ -135,7 +136,7 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
     edge = 1 if few else max(3, len(track) // 20)
     way = np.median(track.x[-edge:]) - np.median(track.x[:edge])
     sign = 1.0 if way >= 0 else -1.0
-    x, time = sign * track.x, track.time
+    x, time = sign * track.x, _clock(track) * track.time
     noise = 0.0 if few else difference_noise(x, 2) + 1e-9
     least = LEAST_TRAVEL_MM if track.unit == "mm" else LEAST_TRAVEL_PX
     if not few and np.ptp(x) < max(20 * noise, least):
@@ -145,7 +146,8 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
     first = rows_at_rest(x) if few else first_in_motion(x, noise)
     met = len(x) if few else slide_end(time, x, noise)
     met = met if met >= first + LEAST_SLIDING // 2 else len(x)
-    tilt, nuisances, notes = _plate(track, recording, min(first, len(x) - 1), met)
+    first = min(first, len(x) - 1)
+    tilt, nuisances, notes = _plate(track, time, recording, first, met)
     if few and len(x) - first < LEAST_OF_FEW:
         raise MeasurementError(
             f"{len(x) - first} rows of sliding; place, speed and friction need at least"
@@ -153,16 +155,23 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
         )
     begin = first if few else max(0, first - max(80, met - first))
     rows = slice(begin, len(x))
-    motion = _motion(track, x, rows, first - begin, tilt, recording)
+    motion = _motion(track, time, x, rows, first - begin, tilt, recording)
     best, others, end = _likeliest(motion, few, tilt, met - begin)
     if few:
         return _of_few(best, nuisances, notes, sign, track)
-    ended = None if begin + end == len(x) else float(time[begin + end - 1])
+    ended = None if begin + end == len(x) else float(track.time[begin + end - 1])
     return _of_track(best, others, ended, noise, nuisances, notes, sign, track)
+
+
+def _clock(track: Track) -> float:
+    """Seconds in a unit of the track's time; of frames of unknown rate some: the scale
+    that is fitted then is one of length over time squared."""
+    return 1.0 if track.timed else FRAME_S
 
 
 def _motion(
     track: Track,
+    time: np.ndarray,
     x: np.ndarray,
     rows: slice,
     rest: int,
@@ -176,7 +185,7 @@ def _motion(
     run = Run(
         recording.id,
         recording.session or "",
-        track.time[rows],
+        time[rows],
         x[rows],
         track.frame[rows],
         rest,
@@ -203,11 +212,11 @@ def _motion(
 
 
 def _plate(
-    track: Track, recording: Recording, first: int, stop: int
+    track: Track, time: np.ndarray, recording: Recording, first: int, stop: int
 ) -> tuple[Tilt, list[Nuisance], list[str]]:
     """The plate's angle, what is not known of it, and notes; MeasurementError naming
     the missing key."""
-    stated, time = recording.slide, track.time
+    stated = recording.slide
     known = (
         np.zeros(len(track), dtype=bool)
         if track.tilt_deg is None
@@ -219,7 +228,7 @@ def _plate(
         Nuisance("scale", scale_sd if track.physical else 0.0, True),
         Nuisance("air", 1.0, True),
     ]
-    if known.sum() >= min(LEAST_OF_FEW, len(track)):
+    if known[:stop].sum() >= LEAST_OF_FEW:
         column = np.asarray(track.tilt_deg)[:stop]
         ends = time[first], time[stop - 1]
         tilt = seen_tilt(time[:stop], column, *ends, steps=False)
@@ -307,7 +316,8 @@ def _of_few(
     kinetic = errors.quantity(*QUANTITIES[2], partial(_kinetic, best.motion))
     kinetic = kinetic.doubt(_negative(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], FEW)
-    return Slide((*onset, kinetic), None, _curve(best, sign), tuple(notes))
+    curve = best.motion.run.time, sign * best.motion.seen(best.mode, best.own)
+    return Slide((*onset, kinetic), None, curve, tuple(notes))
 
 
 def _of_track(
@@ -346,8 +356,9 @@ def _of_track(
         )
     onset = None
     if best.mode != MOVING:
-        onset = best.own["onset"] + motion.run.tilt.origin
-    return Slide(found, onset, _curve(best, sign), tuple(notes))
+        onset = (best.own["onset"] + motion.run.tilt.origin) / _clock(track)
+    curve = motion.run.time / _clock(track), sign * motion.seen(best.mode, best.own)
+    return Slide(found, onset, curve, tuple(notes))
 
 
 def _quantities(best: Found) -> tuple[Found, Errors, list[Quantity]]:
@@ -402,10 +413,6 @@ def _angle_deg(motion: Motion, own: dict[str, float]) -> float:
 def _static(motion: Motion, own: dict[str, float]) -> float:
     tilt, laws = motion.laws(own)
     return friction_at(own["onset"], tilt, laws)
-
-
-def _curve(best: Found, sign: float) -> tuple[np.ndarray, np.ndarray]:
-    return best.motion.run.time, sign * best.motion.seen(best.mode, best.own)
 
 
 def _negative(kinetic: Quantity) -> str:

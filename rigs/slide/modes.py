@@ -219,7 +219,8 @@ def _linear(motion: Motion, onset: float, guess: float | None, turns: int = 2) -
         white = motion.white(np.column_stack([*columns, *held.T[:count], aim]))
         prior = np.zeros((count, white.shape[1]))
         prior[:, len(columns) : -1] = motion.level * np.eye(count)
-        white = np.vstack([white, prior])
+        # the triangle says the same as all rows, and is solved at once
+        white = np.asarray(np.linalg.qr(np.vstack([white, prior]), mode="r"))
         solution, _, _, _ = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=1e-12)
         left = white[:, -1] - white[:, :-1] @ solution
         misfit = float(left @ left)

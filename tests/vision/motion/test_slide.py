@@ -200,6 +200,12 @@ def test_uphill_axis_and_pixels():
         found["kinetic_friction"].quality == "failed"
         and "mm_per_px" in found["kinetic_friction"].reason
     )
+    untimed = replace(track, t_s=np.full(len(track), np.nan))
+    result = measure_slide(untimed, KNOWN)
+    found = named(result)
+    assert abs(found["slide_angle"].value - motion.truth["slide_angle"]) < 0.1
+    assert "camera.fps" in found["kinetic_friction"].reason
+    assert result.onset is not None and 200 < result.onset < 280  # frames: 1 s at 240
 
 
 def test_a_block_that_stays_fails_with_the_reason():
