@@ -305,7 +305,7 @@ class Tracking(Section):
     """What to follow, where another thing was followed: frame, x, y in the picture (y
     down)."""
     places_px: Annotated[tuple[_PlaceOfFrame, ...], _List] | None = None
-    """Places of the seed set by hand, in the stead of what is found in these frames:
+    """Places of the seed set by hand, used instead of what is found in these frames:
     frame, x, y of its middle in the picture (y down)."""
     only_places: bool | None = None
     """Yes where these places alone are the track. Absent: only where nothing else is

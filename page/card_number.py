@@ -107,7 +107,7 @@ def main_number(rig: str | None, found: Iterable[Observation]) -> CardNumber:
         line.mean,
         (line.high - line.low) / (2 * 1.96),
         line.unit,
-        line.n,
+        max(one.n for one in lines.values()),  # a ratio of a mean has its repeats
         DOUBTFUL if line.doubtful or line.not_measured else GOOD,
         shorten_paths("; ".join(doubts)),
     )

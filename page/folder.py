@@ -112,10 +112,15 @@ class Folder:
     def clear_incoming(self) -> None:
         """Throw away what a page that was killed had not finished copying, or whatever
         came with the folder under that name."""
-        place = self.root / INCOMING
-        if place.is_symlink() or place.is_file():
-            place.unlink()
-        shutil.rmtree(place, ignore_errors=True)
+        remove(self.root / INCOMING)
+
+
+def remove(path: Path) -> None:
+    """Remove a folder with all that is in it, or whatever else stands there."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 def real_folder(path: Path) -> Path:

@@ -37,7 +37,8 @@ NEEDED = re.compile(r"\[(\w+)\] (\w+)(?: is missing| is needed|, )")
 @dataclass(frozen=True)
 class Field:
     """One key. value: what the file says, None: nothing; inherited: what bench.toml
-    says; kind: number, list, choice, yes, text."""
+    says; kind: number, list, choice, yes, text, rows (of numbers,
+    set on a picture)."""
 
     section: str
     key: str
@@ -211,6 +212,8 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         return "text", (), ""
     if typing.get_origin(base) is tuple:
         inside = typing.get_args(base)
+        if _is_tuple(inside[0]):
+            return "rows", (), ""
         return "list", (), "" if Ellipsis in inside else f"{len(inside)} numbers"
     limits = [m for s in limits_of for m in (getattr(s, "metadata", None) or [s])]
     low = next(
@@ -226,6 +229,12 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         (),
         _range(low, high, reached=any(isinstance(m, Ge) for m in limits)),
     )
+
+
+def _is_tuple(annotation: Any) -> bool:
+    """Whether the values of a list are lists themselves."""
+    inner = typing.get_args(annotation)
+    return bool(inner) and typing.get_origin(inner[0]) is tuple
 
 
 def _range(low: Any, high: Any, *, reached: bool) -> str:

@@ -4,9 +4,10 @@ what is drawn over its picture."""
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
-from benchtwin.measure.observe import observe, observe_or_fail
+from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.pile.heap_region import Region, find_region
@@ -83,9 +84,12 @@ def corrected_options(recording: Recording) -> PileOptions:
     )
 
 
-def measure_recording(recording: Recording) -> Observation:
-    """Measure whatever it is; what cannot be measured says why."""
-    return observe_or_fail(recording, observe)
+def measure_recording(
+    recording: Recording, progress: Progress | None = None
+) -> Observation:
+    """Measure whatever it is; what cannot be measured says why. progress: called with
+    the fraction done."""
+    return observe_or_fail(recording, partial(observe, progress=progress))
 
 
 def reasons(

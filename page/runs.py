@@ -11,7 +11,6 @@ import json
 import os
 import re
 import secrets
-import shutil
 import subprocess
 import sys
 import time
@@ -27,6 +26,7 @@ from benchtwin.page.folder import (
     Refused,
     read_json,
     real_folder,
+    remove,
     write_whole,
 )
 from benchtwin.page.private import (
@@ -144,7 +144,7 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
     with _queue(bench):
         runs = real_folder(folder.results(bench) / RUNS)
         for left in runs.glob(".part-*"):  # by a page that was killed here
-            shutil.rmtree(left, ignore_errors=True)
+            remove(left)
         place = runs / f"{_next_number(runs):04d}-{command}"
         part = runs / f".part-{secrets.token_hex(8)}"
         try:
@@ -152,7 +152,7 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
             _write(job, part, place)
             part.rename(place)
         finally:
-            shutil.rmtree(part, ignore_errors=True)
+            remove(part)
         _advance(bench, folder)
         return _read(place, _current(bench))
 

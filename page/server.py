@@ -39,9 +39,14 @@ SERVED = {
     ".md": "text/plain",
 }
 # a report draws its figures itself, and reaches nothing of the page
-SCRIPTS = "sandbox allow-scripts"
+SCRIPTS = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'"
+    " 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; font-src data:"
+)
+# a contact sheet loads pictures that lie beside it
 NO_SCRIPTS = (
-    "sandbox allow-same-origin"  # a contact sheet loads pictures that lie beside it
+    "sandbox allow-same-origin; default-src 'none'; style-src 'unsafe-inline';"
+    " img-src 'self' data:"
 )
 
 
@@ -230,6 +235,8 @@ def _pictures(app: FastAPI, site: Site) -> None:
         file = sound_of(site.recording(r))
         if file is None:
             raise Refused(f"{r} has no sound")
+        if not file.stat().st_size:
+            raise Refused(f"{file.name}: the file is empty (0 bytes)")
         return FileResponse(
             folder.inside(folder.name_of(file))
         )  # a link out of the folder is refused

@@ -5,6 +5,7 @@ import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
 from benchtwin.page.card_number import CardNumber
 from benchtwin.page.folder import Folder, Refused
@@ -28,6 +29,7 @@ class Site:
 
     folder: Folder
     observations: dict[tuple, Observation] = field(default_factory=dict)
+    measured: dict[tuple, threading.Lock] = field(default_factory=dict)
     films: dict[tuple, pictures.Film] = field(default_factory=dict)
     opening: threading.Lock = field(default_factory=threading.Lock)  # of a film
     sounds: dict[tuple, tuple[Sound, Onsets]] = field(default_factory=dict)
@@ -61,8 +63,11 @@ class Site:
             *(e for e in find_recordings(bench) if not _reads_any(e, out)),
         ]
 
-    def seen(self, recording: Recording) -> Observation:
-        """What measuring finds, remembered until the recording changes."""
+    def seen(
+        self, recording: Recording, progress: Progress | None = None
+    ) -> Observation:
+        """What measuring finds, remembered until the recording changes; progress:
+        called with the fraction done."""
         stated = (recording.toml, recording.toml.parent.parent / "bench.toml")
         key = (
             recording.path,
@@ -71,10 +76,11 @@ class Site:
                 for p in (*recording.files[:1], *stated)
             ),
         )
-        if key not in self.observations:
-            if len(self.observations) >= KEPT_OBSERVATIONS:
-                self.observations.pop(next(iter(self.observations)))
-            self.observations[key] = measure_recording(recording)
+        with self.measured.setdefault(key, threading.Lock()):  # once, not for each tab
+            if key not in self.observations:
+                if len(self.observations) >= KEPT_OBSERVATIONS:
+                    self.observations.pop(next(iter(self.observations)))
+                self.observations[key] = measure_recording(recording, progress)
         return self.observations[key]
 
     def film(self, name: str) -> pictures.Film:

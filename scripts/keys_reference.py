@@ -50,6 +50,7 @@ def _values(field: Field) -> str:
     kind = {
         "choice": ", ".join(f'"{word}"' for word in field.choices),
         "yes": "true or false",
+        "rows": "rows of numbers",
     }.get(field.kind, field.kind)
     return f"{kind}, {field.bounds}" if field.bounds else kind
 

@@ -37,6 +37,7 @@
     if (!e.dataTransfer.types.includes('Files')) return;
     e.preventDefault(); body.classList.remove('dropping');
     const entries = [...e.dataTransfer.items].map(i => i.webkitGetAsEntry()).filter(Boolean);
+    if (!entries.length) return upload([...e.dataTransfer.files].map(f => [f.name, f]));  // dragged out of another program, not from a folder
     upload((await Promise.all(entries.map(files))).flat());
   });
   addEventListener('keydown', e => {  // Space opens a card as Enter does; Ctrl+Z and Ctrl+Shift+Z press Undo and Redo, but not while somebody types

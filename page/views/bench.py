@@ -149,13 +149,14 @@ def _recordings(
             "text-lg"
         )
     for error in trouble:
-        ui.label(str(error)).classes("failed").style("white-space: pre-wrap")
+        why = str(error).replace(f"{bench}/", "")
+        ui.label(why).classes("failed").style("white-space: pre-wrap")
         if error.recording and (bench / error.recording).exists():
             name = site.folder.name_of(bench / error.recording)
             ui.link(f"Open {error.recording}", f"/recording?r={quote(name)}")
+    recording_menu.removed_from(bench)
     with ui.element("div").classes("card-grid"):
         cards = [(one, _card(site, one)) for one in good]
-    recording_menu.removed_from(site, bench)
     background_tasks.create(_fill(site, bench, cards, ui.context.client))
 
 

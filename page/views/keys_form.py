@@ -10,7 +10,7 @@ from typing import Any
 
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
-from benchtwin.page.form import Field, form, table
+from benchtwin.page.form import UNKNOWN, Field, form, table
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import bench_attribute, errors_shown
 from nicegui import background_tasks, ui
@@ -35,6 +35,7 @@ class KeysForm:
         """defaults: what bench.toml says; saved: called with the keys after they were
         saved."""
         self.site, self.path, self.saved = site, path, saved
+        self.page = ui.context.client
         self.typed: dict[Place, Any] = {}  # not saved yet
         self.loaded: dict[Place, Any] = {}  # the file's values as the form shows them
         self.inputs: dict[Place, _Input] = {}
@@ -56,7 +57,7 @@ class KeysForm:
             with ui.expansion(
                 section.title,
                 caption=section.help or None,
-                value=section.name in ("", rig),
+                value=section.name in ("", rig, UNKNOWN),
             ).classes("w-full") as self.sections[section.name]:
                 with ui.element("div").classes("card-grid"):
                     for one in section.fields:
@@ -111,7 +112,8 @@ class KeysForm:
     async def _rest(self, seconds: float) -> None:
         await asyncio.sleep(seconds)
         self.resting = None
-        await self.save()
+        with self.page:  # this task belongs to no page by itself
+            await self.save()
 
     async def save(self) -> None:
         """Save what was typed, key by key: one that is refused keeps back no other."""
@@ -205,6 +207,8 @@ class _Input:
                     on_change=lambda e: note(e.value),
                 )
                 self.made.on("blur", leave).on("keydown.enter", leave)
+            if key.kind == "rows":
+                self.made.props("readonly")
             self.made.classes("w-full").props(
                 f'dense stack-label placeholder="{bench_attribute(hint)}"'
                 f' aria-label="{bench_attribute(label)}"'
@@ -220,6 +224,8 @@ class _Input:
             return value
         if self.key.kind in ("yes", "choice"):
             return None if value is None or isinstance(value, list) else str(value)
+        if self.key.kind == "rows" and isinstance(value, list):
+            return f"{len(value)} set on the picture" if value else ""
         return _shown(value)
 
     def _with(self, value: Any) -> dict:

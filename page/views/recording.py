@@ -1,6 +1,8 @@
 """The page of a recording: picture with overlays, corrections by hand, its keys."""
 
 import asyncio
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -85,7 +87,8 @@ def register(site: Site) -> None:
             shown = site.recording(r)
         except (Refused, OSError) as error:
             with frame("benchtwin", back="/"):
-                ui.label(f"This recording cannot be opened: {error}").classes(
+                why = str(error).replace(f"{site.folder.root}/", "")
+                ui.label(f"This recording cannot be opened: {why}").classes(
                     "failed"
                 ).style("white-space: pre-wrap")
                 _only_keys(site, r)
@@ -140,6 +143,7 @@ class View:
         self.size = (1, 1)
         self.ruler: list[float] | None = None
         self.layers: dict[str, Any] = {}
+        self.done = 0.0  # of the measuring that goes on
         self.asked = 0  # how often measuring was asked for; only the last one is done
         self.one_at_a_time = asyncio.Lock()
         self.uncorrected: measuring.PileOverlay | None = (
@@ -160,10 +164,11 @@ class View:
                 neighbours(names, self.name, self._caption())
                 self._undo_buttons()
                 recording_menu.show(self.site, self.recording, entries)
-            if self.recording.rig is None:
+            if self.recording.rig is None and self.recording.evidence != "photos":
                 self._which_rig()
             with ui.element("div").classes("picture-and-numbers"):
-                self.place = ui.column().classes("w-full min-w-0")
+                with ui.column().classes("w-full min-w-0") as self.place:
+                    await self._tried(self._picture)
                 with ui.column().classes("min-w-0 gap-2"):
                     with ui.element("div").classes("scroll-x"):
                         self.numbers = ui.html("", sanitize=False)
@@ -173,13 +178,15 @@ class View:
                 self._keys()
         await ui.context.client.connected(
             timeout=30
-        )  # the page is there while the film is opened and measured
-        try:
-            with self.place:
-                await self._picture()
-        except (MeasurementError, OSError):
-            self.picture = None  # measuring says why
+        )  # the page is there while the sound is read and all is measured
+        with self.place:
+            await self._heard()
         await self._measure()
+
+    async def _tried(self, show: Callable[[], Awaitable[None]]) -> None:
+        """Show a part of the page; where its file cannot be read, measuring says so."""
+        with suppress(MeasurementError, OSError):
+            await show()
 
     def _caption(self) -> str:
         file = original_name(self.recording)
@@ -249,8 +256,10 @@ class View:
             )
         elif self.recording.evidence in ("frames", "video"):
             await self._film()
+
+    async def _heard(self) -> None:
         if not self.is_pile:
-            await self._sound()
+            await self._tried(self._sound)
             self.plots = ui.column().classes("w-full")
 
     async def _sound(self) -> None:
@@ -260,10 +269,7 @@ class View:
             or await asyncio.to_thread(sound_of, self.recording) is None
         ):
             return
-        try:
-            sound, _ = await asyncio.to_thread(self.site.sound, self.recording)
-        except (MeasurementError, OSError):
-            return  # measuring says why
+        sound, _ = await asyncio.to_thread(self.site.sound, self.recording)
         with ui.row().classes("items-center"):
             ui.element("audio").props(
                 f'controls preload=none src="/sound?r={quote(self.name)}"'
@@ -371,10 +377,12 @@ class View:
                 await self._measure_now()
 
     async def _measure_now(self) -> None:
+        self.done = 0.0
         self.busy.clear()
         with self.busy:
             ui.spinner()
-            ui.label("measuring …")
+            words = ui.label("measuring …")
+            ui.timer(0.5, lambda: words.set_text(self._going_on()))
         try:
             self.recording = self.site.recording(self.name)
             self._draw(places=[list(p) for p in self.recording.track.places_px or ()])
@@ -391,6 +399,12 @@ class View:
                 ui.label(text).classes("text-sm anywhere")
         if self.form:
             self.form.ask_for(needed(reasons))
+
+    def _going_on(self) -> str:
+        return "measuring …" + (f" {self.done:.0%}" if self.done else "")
+
+    def _done(self, share: float) -> None:
+        self.done = share
 
     async def _measure_pile(self) -> list[str]:
         options, plain = (
@@ -465,7 +479,7 @@ class View:
             reasons = await self._listen()
             if self.recording.evidence == "sound":
                 return reasons
-        found = await asyncio.to_thread(self.site.seen, self.recording)
+        found = await asyncio.to_thread(self.site.seen, self.recording, self._done)
         self.numbers.set_content(quantities_table({"measured": found.quantities}))
         if found.places is not None:
             rows = [

@@ -46,26 +46,29 @@ def own_folder_button(site: Site, recording: Recording) -> None:
     ui.button("Put it into a folder of its own", on_click=make).props("no-caps outline")
 
 
-def removed_from(site: Site, bench: Path) -> None:
-    """What was removed from a bench, each with a button that puts it back; nothing
-    where nothing was."""
+def removed_from(bench: Path) -> None:
+    """What was removed from a bench, the last first, each with a button that puts it
+    back; nothing where nothing was."""
     gone = files.removed(bench)
-    if not gone:
-        return
-    with ui.expansion(f"Removed: {len(gone)}").classes("soft"):
-        for path in gone:
+    for path in gone[:1]:
+        _put_back(path, bench)
+    if gone[1:]:
+        with ui.expansion(f"{len(gone) - 1} removed before").classes("soft"):
+            for path in gone[1:]:
+                _put_back(path, bench)
 
-            @errors_shown
-            def back(path: Path = path) -> None:
-                files.put_back(path, bench)
-                ui.navigate.reload()
 
-            with ui.row().classes("items-center"):
-                ui.label(path.name).classes("anywhere")
-                label = f"Put back {bench_attribute(path.name)}"
-                ui.button("Put back", icon="undo", on_click=back).props(
-                    f'flat dense no-caps aria-label="{label}"'
-                )
+def _put_back(path: Path, bench: Path) -> None:
+    @errors_shown
+    def back() -> None:
+        files.put_back(path, bench)
+        ui.navigate.reload()
+
+    with ui.row().classes("items-center"):
+        ui.label(f"Removed: {path.name}").classes("soft anywhere")
+        ui.button("Put back", icon="undo", on_click=back).props(
+            f'flat dense no-caps aria-label="Put back {bench_attribute(path.name)}"'
+        )
 
 
 class _Menu:

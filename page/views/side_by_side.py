@@ -23,8 +23,9 @@ def panel(site: Site, bench: Path) -> None:
 
     async def show(chosen: BenchTwinPair) -> None:
         place.clear()
-        with place:
+        with place, ui.row().classes("items-center").props('role="status"'):
             ui.spinner()
+            ui.label("reading recording and twin …")
         try:
             both = await asyncio.to_thread(read_pair, chosen)
             shown = browser_data(chosen, both, site.folder)
@@ -42,6 +43,6 @@ def panel(site: Site, bench: Path) -> None:
         value=pairs[0].title,
         on_change=lambda e: show(by_title[e.value]),
         label="Which pair",
-    ).classes("w-96")
+    ).classes("w-96 max-w-full")
     place = ui.column().classes("w-full")
     ui.timer(0.1, lambda: show(pairs[0]), once=True)

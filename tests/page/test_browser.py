@@ -1,21 +1,25 @@
 """The page in a real browser: adding files, corrections, keys, runs, results. Skipped
 where there is no Chromium with its driver."""
 
+import http.server
 import io
 import json
 import re
 import shutil
 import subprocess
 import sys
+import threading
 import time
 import tomllib
 import urllib.error
 import urllib.request
 from pathlib import Path
+from typing import ClassVar
 from urllib.parse import quote
 
 import numpy as np
 import pytest
+from benchtwin.page.guard import forwarding
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.pile.repose import measure_repose
 from benchtwin.vision.recording import read_recording
@@ -482,7 +486,7 @@ def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrate
     window.go("/bench?b=.&tab=Results")
     window.press("Bench and twin")
     assert "part=Bench" in window.driver.current_url
-    slider = window.until(lambda: window.all(".beside input[type=range]"), 60)[0]
+    slider = window.until(lambda: window.all(".beside input[type=range]"), 180)[0]
     pictures = [e.get_attribute("src") for e in window.all(".beside img")]
     assert len(pictures) == 2 and all("/frame?r=" in src for src in pictures)
     before = window.text(".beside-words")
@@ -538,7 +542,7 @@ def test_a_sound_linked_from_outside_the_folder_is_refused(window, tmp_path):
         " done([r.status, await r.text()]))"
     )
     status, said = window.driver.execute_async_script(fetched)
-    assert status == 422 and "leads out of this folder" in said
+    assert status == 422 and "is a link out of this folder" in said
     shutil.rmtree(window.folder / "linked")
     window.troubles()
 
@@ -672,6 +676,7 @@ def test_a_card_has_number_quality_and_original_name(window):
         np.random.default_rng(1),
     )
     (window.folder / "heap-7").mkdir()
+    (window.folder / "heap-7" / "recording.toml").write_text('rig = "pile"\n')
     Image.fromarray(picture).save(window.folder / "heap-7" / "IMG_4300.png")
     window.go("/")
 
@@ -686,7 +691,7 @@ def test_a_card_has_number_quality_and_original_name(window):
     window.go("/")
     window.until(
         lambda: any(
-            t.startswith("drop-11") and "n = 3" in t and "restitution 0.4" in t
+            "drop-11" in t and "n = 3" in t and "restitution 0.4" in t
             for t in cards(window)
         ),
         60,
@@ -700,8 +705,8 @@ def cards(window) -> list[str]:
 
 
 def test_a_film_plays_at_the_speed_that_was_chosen(window):
-    """At a tenth of its speed, 25 frames a second, 72 frames take half a minute; a
-    second of it passes 2 to 3 frames."""
+    """At a tenth of the speed of its 60 frames a second a frame stands for 0.17 s, five
+    of them 0.83 s; at full speed it is at its end in a moment."""
     film(window, "played")
     window.troubles()
     window.go("/recording?r=played")
@@ -714,7 +719,7 @@ def test_a_film_plays_at_the_speed_that_was_chosen(window):
     window.until(lambda: at() >= 2)
     began, first = time.time(), at()
     window.until(lambda: at() >= first + 5)
-    assert time.time() - began > 1.2  # five frames at 2.5 to 3 a second
+    assert time.time() - began > 0.6  # the first of them may have stood for a while
     window.driver.execute_script(pick + " s.dispatchEvent(new Event('change'))", "2")
     window.until(lambda: at() == 71, 20)
     window.keys("\ue012")  # left: one frame back
@@ -767,6 +772,7 @@ def test_a_correction_is_undone_and_done_again(window):
     focus(window, ".look")
     window.keys("\ue007")  # Enter: the frame shown
     window.until(lambda: "left_out_frames" in keys.read_text())
+    window.until(lambda: window.all("[data-key=undo]:not([disabled])"))
     ActionChains(window.driver).key_down("\ue009").send_keys("z").key_up(
         "\ue009"
     ).perform()
@@ -795,10 +801,10 @@ def test_a_region_is_used_on_chosen_photos_only(window):
     files["r1"].write_text('rig = "pile"\n[pile]\nroi_px = [10, 10, 560, 380]\n')
     window.go("/recording?r=r1")
     window.press("Use on other photos …")
-    for name in ("r2", "r4"):
-        window.until(
-            lambda name=name: window.all(f'.q-checkbox[aria-label^="{name} "]')
-        )[0].click()
+    window.until(lambda: len(window.all(".chosen-photos .q-checkbox")) > 2)
+    for box in window.all(".chosen-photos .q-checkbox"):
+        if box.text.startswith(("r2 ", "r4 ")):
+            box.click()
     window.press("Use on these")
     window.until(lambda: "roi_px" in files["r4"].read_text())
     assert "roi_px" in files["r2"].read_text()
@@ -807,7 +813,7 @@ def test_a_region_is_used_on_chosen_photos_only(window):
     window.until(lambda: window.all("[data-key=undo]:not([disabled])"))
     window.driver.execute_script("document.querySelector('[data-key=undo]').click()")
     window.until(lambda: "roi_px" not in files["r2"].read_text())
-    assert files["r4"].read_text() == 'rig = "pile"\n'
+    window.until(lambda: files["r4"].read_text() == 'rig = "pile"\n')
     assert "roi_px" in files["r1"].read_text()
 
 
@@ -818,7 +824,7 @@ def test_files_dropped_with_the_mouse_are_taken(serve, tmp_path, photo):
         try:
             window.until(lambda: "Nothing here yet" in window.text())
             data = {"items": [], "files": [str(photo)], "dragOperationsMask": 1}
-            for kind in ("dragEnter", "dragOver", "drop"):
+            for kind in ("dragEnter", *["dragOver"] * 3, "drop"):
                 window.driver.execute_cdp_cmd(
                     "Input.dispatchDragEvent",
                     {"type": kind, "x": 400, "y": 500, "data": data},
@@ -839,7 +845,7 @@ def test_the_keyboard_alone_opens_a_card_and_moves_the_base_line(window):
     )
     window.go("/")
     window.until(lambda: cards(window))
-    tab_to(window, "e.matches('a.card-link') && e.innerText.includes('aaa-heap')")
+    tab_to(window, "e.matches('a.card-link') && e.href.includes('aaa-heap')")
     outline = "return getComputedStyle(document.activeElement).outlineStyle"
     assert window.driver.execute_script(outline) == "solid"
     window.keys(" ")
@@ -881,5 +887,78 @@ def test_a_folder_of_benches_opens_with_all_of_them_and_makes_a_new_one(
                 is not None
             )
             assert not window.troubles()
+        finally:
+            window.driver.quit()
+
+
+class Elsewhere(http.server.BaseHTTPRequestHandler):
+    """Another server, which notes what it was asked for."""
+
+    asked: ClassVar[list[str]] = []
+
+    def do_GET(self):
+        self.asked.append(self.path)
+        self.send_response(200)
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
+    """Whoever wrote it: no picture, no request, and the frame goes nowhere."""
+    server = http.server.HTTPServer(("127.0.0.1", 0), Elsewhere)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    away = f"http://127.0.0.1:{server.server_port}"
+    results = window.folder / "results" / "calibrated"
+    results.mkdir(parents=True, exist_ok=True)
+    (results / "report.html").write_text(
+        f"<p id=drawn></p><img src={away}/picture><script>"
+        f"document.getElementById('drawn').textContent = 'drawn'; fetch('{away}/data')"
+        f".catch(() => 0); setTimeout(() => {{ location = '{away}/page' }}, 500)"
+        "</script>"
+    )
+    try:
+        window.go("/bench?b=.&tab=Results")
+        frame = window.until(lambda: window.all("iframe"))[0]
+        window.driver.switch_to.frame(frame)
+        window.until(lambda: window.text("#drawn") == "drawn")
+        window.driver.switch_to.default_content()
+        time.sleep(2)
+        assert Elsewhere.asked == []
+        window.driver.get(f"{away}/control")
+        assert Elsewhere.asked[0] == "/control"
+    finally:
+        server.shutdown()
+        (results / "report.html").unlink()
+        window.driver.get_log("browser")  # it complains, as it should
+
+
+def test_what_was_asked_for_elsewhere_runs_on_a_click(window, tmp_path):
+    """A bench with a forged run, opened by the address in a file."""
+    mark, place = tmp_path / "mark", window.folder / "results" / "runs" / "0900-measure"
+    place.mkdir(parents=True)
+    job = {"command": "measure", "options": [], "arguments": ["touch", str(mark)]}
+    (place / "job.json").write_text(json.dumps(job))
+    window.go("/bench?b=.&tab=Run")
+    window.until(lambda: "asked for elsewhere" in window.text())
+    time.sleep(2)
+    assert len(list(place.iterdir())) == 1
+    window.press("Run here")
+    window.until(lambda: (place.with_name("0901-measure") / "state.json").is_file(), 60)
+    assert not mark.exists() and len(list(place.iterdir())) == 1
+
+
+def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):
+    """As the command hands it to the browser: a strict cookie is sent all the same."""
+    with serve(tmp_path / "bench") as address:
+        file = tmp_path / "open.html"
+        file.write_text(forwarding(address))
+        window = Window(address.split("?")[0], tmp_path / "bench")
+        try:
+            assert "holds the key" in window.text()
+            window.driver.get(file.as_uri())
+            window.until(lambda: "Nothing here yet" in window.text())
+            assert "token" not in window.driver.current_url
         finally:
             window.driver.quit()

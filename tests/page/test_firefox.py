@@ -189,6 +189,35 @@ def test_a_photo_is_measured_and_its_base_line_dragged(window, tmp_path):
     )
 
 
+def test_a_dropped_file_is_taken_and_the_address_follows_the_tab(window, tmp_path):
+    """A drop event with a file in it; then a tab, and back."""
+    firefox, folder, root = window
+    firefox.go(f"{root}/")
+    firefox.until("return !!document.querySelector('[data-bench]')")
+    firefox.run(
+        """const data = new DataTransfer();
+        const rows = 'rebound_height_mm\\n70\\n72\\n71\\n';
+        const how = {bubbles: true, cancelable: true, dataTransfer: data};
+        data.items.add(new File([rows], 'dropped.csv'));
+        for (const kind of ['dragover', 'drop'])
+            document.body.dispatchEvent(new DragEvent(kind, how))"""
+    )
+    firefox.until("return location.pathname == '/recording'")
+    assert (folder / "dropped" / "readings.csv").read_text().endswith("71\n")
+    firefox.go(f"{root}/")
+    firefox.until("return !!document.querySelector('.tabs a')")
+    firefox.run("[...document.querySelectorAll('.tabs a')][2].click()")
+    firefox.until("return location.search.includes('tab=Run')")
+    firefox.ask("WebDriver:Refresh", {})
+    current = (
+        "return document.querySelector('.tabs a[aria-current]').innerText =="
+        " arguments[0]"
+    )
+    firefox.until(current, "Run")
+    firefox.ask("WebDriver:Back", {})
+    firefox.until(current, "Recordings")
+
+
 def test_impacts_are_struck_out_by_click_and_by_key(window):
     firefox, folder, root = window
     sample = Path(__file__).parents[2] / "samples" / "heard-drop" / "drop-01"

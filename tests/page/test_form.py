@@ -71,3 +71,13 @@ def test_keys_that_measuring_asked_for():
         ("drop", "height_mm"),
         ("camera", "mm_per_px"),
     }
+
+
+@pytest.mark.parametrize("rig", ["heap", 3, ["pile"], None])
+def test_whatever_a_file_says_there_is_a_form_that_takes_it_away(rig):
+    content = {"rig": rig, "camera": 3, "blue": 1, "seed": {"lenght_mm": 8}}
+    wrong = {(f.section, f.key): f for f in form(rig, content, {"air": 2})[0].fields}
+    assert {*wrong} == {("", "camera"), ("", "blue"), ("seed", "lenght_mm")}
+    assert wrong["", "camera"].read("") is None
+    with pytest.raises(Refused, match="blue is not known: empty the field"):
+        wrong["", "blue"].read("2")

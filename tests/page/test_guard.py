@@ -168,7 +168,7 @@ def test_a_browser_that_does_not_come_is_not_awaited_for_ever(tmp_path, monkeypa
     assert not entrance.admits(key)
 
 
-def until(condition, seconds: float = 10.0) -> None:
+def until(condition, seconds: float = 60.0) -> None:
     end = time.time() + seconds
     while not condition():
         assert time.time() < end, "it took too long"

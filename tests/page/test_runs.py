@@ -71,7 +71,7 @@ def queued(bench, folder) -> Path:
     return runs.enqueue(bench, "measure", (), folder).folder
 
 
-def until(condition, seconds: float = 20.0):
+def until(condition, seconds: float = 90.0):
     end = time.time() + seconds
     while not condition():
         assert time.time() < end, "it took too long"

@@ -78,3 +78,31 @@ def test_a_file_that_is_not_there_is_made_and_a_broken_one_is_left(tmp_path):
     file.write_text("[seed\n")
     with pytest.raises(Refused, match="not valid TOML"):
         toml_file.read(file)
+
+
+def test_wrong_keys_are_mended_one_by_one(tmp_path):
+    file = tmp_path / "recording.toml"
+    file.write_text('rig = "heap"\ncamera = 3\nblue = 1\n')
+    keys = toml_file.read(file)
+    with pytest.raises(Refused, match="fps"):  # no new fault beside the old ones
+        toml_file.change(keys, {("camera", "fps"): "fast"})
+    keys = toml_file.change(keys, {("", "rig"): "pile"})
+    keys = toml_file.change(keys, {("camera", "fps"): 50.0})
+    keys = toml_file.change(keys, {("", "blue"): None})
+    assert keys.content == {"rig": "pile", "camera": {"fps": 50.0}}
+
+
+@pytest.mark.parametrize(
+    "content", [b"\xff\xfe", b"[" * 20_000, b"a = ", b"x" * 40_000, b"\0"]
+)
+def test_what_is_no_file_of_keys_is_said_and_replaced_as_text(tmp_path, content):
+    file = tmp_path / "recording.toml"
+    file.write_bytes(content)
+    with pytest.raises(Refused, match=r"recording\.toml"):
+        toml_file.read(file)
+    assert toml_file.any_text(file)
+    with pytest.raises(Refused, match="not valid TOML"):
+        toml_file.write_text(file, "rig = ")
+    assert file.read_bytes() == content
+    toml_file.write_text(file, 'rig = "pile"\n')
+    assert toml_file.read(file).content == {"rig": "pile"}

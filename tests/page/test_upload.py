@@ -1,6 +1,8 @@
 """Dropped files become recordings: sorted by what they are, nothing replaced, nothing
 half."""
 
+import socket
+
 import pytest
 from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Folder, Refused
@@ -9,6 +11,8 @@ from benchtwin.vision.evidence.film_or_photos import LEAST_FRAMES
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording, read_recording
 from synthetic.series import film_frames, heap_photos
+
+from .visitor import Visitor
 
 
 @pytest.fixture
@@ -168,3 +172,22 @@ def test_too_large_and_a_full_disk_are_said(tmp_path, monkeypatch):
     monkeypatch.setattr("shutil.disk_usage", lambda _: type("U", (), {"free": 1000})())
     with pytest.raises(Refused, match="than this disk has room for"):
         check("x.jpg", 2000, Folder(tmp_path))
+
+
+def test_a_copy_that_is_cut_off_leaves_room_for_the_next(tmp_path, serve):
+    """The connection breaks in the middle; the same batch then goes on as if nothing
+    had been."""
+    batch = "01234567-89ab-cdef-0123-456789abcdef"
+    with serve(tmp_path / "bench") as address:
+        visitor = Visitor(address)
+        host = visitor.root.removeprefix("http://")
+        cookie = "; ".join(f"{c.name}={c.value}" for c in visitor.cookies)
+        head = f"PUT /upload/{batch}?name=a.jpg HTTP/1.1\r\nHost: {host}\r\nCookie:"
+        name, port = host.split(":")
+        with socket.create_connection((name, int(port))) as broken:
+            broken.sendall(f"{head} {cookie}\r\nContent-Length: 999\r\n\r\nxx".encode())
+        assert visitor.send("PUT", f"/upload/{batch}?name=b.jpg", b"whole") == 204
+        assert visitor.send("POST", f"/sort/{batch}?bench=.", b"") == 200
+        assert [p.read_bytes() for p in (tmp_path / "bench").rglob("*.jpg")] == [
+            b"whole"
+        ]

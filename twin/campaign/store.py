@@ -211,7 +211,7 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
     if id is None:
         for name in FOLDERS:
             (root / name).mkdir(parents=True, exist_ok=True)
-        if not file.exists():
+        if not _id_in(file):
             mine = root / "parts" / f".campaign-{uuid.uuid4().hex}.json"
             _write(
                 mine, json.dumps({"schema": 1, "id": uuid.uuid4().hex}), durable=True
@@ -220,22 +220,27 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
                 os.link(
                     mine, file
                 )  # the first of two that open a new store at once decides its id
-            except FileExistsError:
-                pass
-            except OSError:  # a file system without links
-                mine.replace(file)
+            except OSError:  # a file system without links, or a file that is spoilt
+                if not _id_in(file):
+                    mine.replace(file)
             mine.unlink(missing_ok=True)
-    try:
-        found = json.loads(file.read_text(encoding="utf8"))["id"]
-    except (OSError, ValueError, KeyError) as error:
-        raise FileNotFoundError(
-            errno.ENOENT, f"no campaign store here ({error})", str(root)
-        ) from error
+    found = _id_in(file)
+    if not found:
+        raise FileNotFoundError(errno.ENOENT, "no campaign store here", str(root))
     if id not in (None, found):
         raise FileNotFoundError(
             errno.ENOENT, "another campaign store is here", str(root)
         )
     return Store(root, found)
+
+
+def _id_in(file: Path) -> str:
+    """What a campaign.json says, "" where it says nothing."""
+    try:
+        found = json.loads(file.read_text(encoding="utf8"))["id"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+    return found if isinstance(found, str) else ""
 
 
 def _write(file: Path, text: str, *, durable: bool = False) -> None:

@@ -27,7 +27,7 @@ def places_of(stated: Tracking) -> Places:
 
 
 def with_places(track: Track, places: Places, times: Mapping[int, float]) -> Track:
-    """The track with the places in the stead of what was found in their frames;
+    """The track with the places instead of what was found in their frames;
     without orientation there. times: of every frame of the film. y counts up from the
     bottom row in both."""
     kept = track.take(~np.isin(track.frame, [*places]))

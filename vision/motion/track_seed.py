@@ -62,7 +62,7 @@ def track_seed(
     """Track the seed, which falls or rolls, through all frames; MeasurementError where
     nothing moves like a seed. at: frame, x, y [px, y down] where somebody says that it
     is. area_px: least and greatest silhouette of the stated seed. places [y down]: set
-    by hand, in the stead of what is found in their frames; alone where nothing is
+    by hand, instead of what is found in their frames; alone where nothing is
     found, or where only_places."""
     scene = learn_scene(source) if scene is None else scene
     tracklets: list[Tracklet] = []

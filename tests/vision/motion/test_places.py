@@ -1,4 +1,4 @@
-"""Places set by hand take the stead of what the tracker finds, or are the track."""
+"""Places set by hand stand instead of what the tracker finds, or are the track."""
 
 import shutil
 from dataclasses import replace
