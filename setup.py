@@ -8,6 +8,7 @@ NAMES = [
     "infer",
     "rigs",
     "vision",
+    "measure",
     "sim",
     "twin",
     "calibrate",

@@ -4,6 +4,7 @@ them."""
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from benchtwin.bench.conditions import condition_errors
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.seed_kinds import kinds
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -104,7 +105,7 @@ class Camera(Section):
     fps: Annotated[float, Field(gt=0, le=5e6, allow_inf_nan=False)] | None = None
     """Pictures a second as the camera took them; a slowed film plays at another rate.
     Absent: the file's own times."""
-    mm_per_px: Annotated[float, Field(gt=1e-5, lt=1000, allow_inf_nan=False)] | None = (
+    mm_per_px: Annotated[float, Field(gt=1e-5, le=1000, allow_inf_nan=False)] | None = (
         None
     )
     """Scale in the plane of the motion. Absent: read from millimetre paper in the
@@ -140,7 +141,7 @@ class Camera(Section):
         """Relative sd of mm_per_px; a scale without a stated sd is not trusted beyond 1
         %."""
         if self.mm_per_px is None or self.mm_per_px_sd is None:
-            return 0.01
+            return unstated_sd("scale")
         return self.mm_per_px_sd / self.mm_per_px
 
     @property
@@ -199,10 +200,10 @@ class Slide(Section):
     """A plate is raised about a hinge until the seeds on it slide."""
 
     tilt_rate_deg_s: (
-        Annotated[float, Field(gt=0, lt=1000, allow_inf_nan=False)] | None
+        Annotated[float, Field(ge=0, lt=1000, allow_inf_nan=False)] | None
     ) = None
-    """How fast the plate is raised; or give the angle of each row in the column
-    tilt_deg of track.csv."""
+    """How fast the plate is raised, 0 where it stands; or give the angle of each row in
+    the column tilt_deg of track.csv."""
     travel_mm: _Length | None = None
     """How far the seeds can slide."""
     plate_mm: _TwoLengths | None = None

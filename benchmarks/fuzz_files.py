@@ -21,7 +21,7 @@ from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.calibrate.procedure import from_tables, joint
 from benchtwin.calibrate.procedure.bench import Bench, bench_of
 from benchtwin.calibrate.procedure.tables import naming
-from benchtwin.vision import measure
+from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.import_command import import_command

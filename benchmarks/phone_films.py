@@ -16,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import cv2
 import numpy as np
 import pandas as pd
-from benchtwin.vision.batch import measure
+from benchtwin.measure.batch import measure
 from drawn_films import DRAWN, LOOKS, RIGS, Film, draw
 
 WITHIN, WRONG = (

@@ -317,7 +317,7 @@ def memory() -> None:
 
 
 def track_alone(folder: str) -> None:
-    from benchtwin.vision.motion.observe_motion import observe_moving
+    from benchtwin.measure.observe_motion import observe_moving
     from benchtwin.vision.recording import read_recording
 
     found = observe_moving(read_recording(Path(folder)))

@@ -11,11 +11,11 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.blas import on_one_blas_thread
+from benchtwin.measure import batch
+from benchtwin.measure.observe import LEAST_WINDOW
+from benchtwin.measure.observed import Observed, PackedPictures
 from benchtwin.twin.campaign.results import Measurement
-from benchtwin.vision import batch
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.observe import LEAST_WINDOW
-from benchtwin.vision.observed import Observed, PackedPictures
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.results import Results
 from benchtwin.vision.summary import as_table, summarise

@@ -59,7 +59,7 @@ def measure(
 
     Exit code 0: something was measured; 1: nothing could be; 2: the command was
     misused."""
-    from benchtwin.vision.command import measure_command
+    from benchtwin.measure.command import measure_command
 
     raise Exit(
         measure_command(

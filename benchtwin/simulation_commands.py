@@ -85,8 +85,8 @@ def simulate(
     What is not given has the value that the soybean paper calibrated. Run again, the
     command goes on where it was stopped. Exit code 0: done and measured; 1: stopped, or
     nothing could be measured; 2: the command was misused."""
+    from benchtwin.measure.command import measure_command
     from benchtwin.twin.simulate_command import simulate_command
-    from benchtwin.vision.command import measure_command
 
     numbers = {
         "restitution": restitution,

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding
+from benchtwin.rigs.rig import rig_of
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
-# Of each rig, the module of twin and the function in it that reads recordings.
+# Of each rig without a record of its own (rigs/rig.py), the module of twin and the
+# function in it that reads recordings.
 READERS = {
     "drop": ("tracks", "read_drops"),
-    "slide": ("slides", "read_slides"),
     "roll": ("roll_tracks", "read_rolls"),
     "pile": ("piles", "read_piles"),
 }
@@ -71,7 +72,8 @@ def diagnose_bench(
     entries = listed(observed)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
-    rigs = dict.fromkeys((*READERS, *(e.rig for e in entries if e.rig)))
+    known = ("drop", "slide", "roll", "pile")  # in the order of a report
+    rigs = dict.fromkeys((*known, *(e.rig for e in entries if e.rig)))
     for number, rig in enumerate(rig for rig in rigs if not only or rig in only):
         here = [e for e in entries if e.rig == rig and not e.trouble]
         if not here:
@@ -110,12 +112,16 @@ def _diagnosed(
 ):
     """A Finding or why there is none; recordings used; those that were not: (name, rig,
     why)."""
-    if rig not in READERS:
+    record = rig_of(rig)
+    if record is None and rig not in READERS:
         return f"a {rig} cannot be diagnosed yet", [], []
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
-        module, reader = READERS[rig]  # imported on first use
-        seen = getattr(import_module(f"benchtwin.twin.{module}"), reader)(observed)
+        if record is None:
+            read, diagnose = _parts(rig)
+        else:
+            read, diagnose = record.part("read"), record.part("diagnose")
+        seen = read(observed)
         known = {
             e.recording for e in entries
         }  # every rig's reader reports unreadable files
@@ -128,9 +134,6 @@ def _diagnosed(
         if not usable:
             return "none of its recordings can be used", [], wrong
         say(f"{rig}: diagnosing {len(usable)} recording{'s' * (len(usable) != 1)}")
-        diagnose = getattr(
-            import_module(f"benchtwin.rigs.{rig}.diagnose"), f"diagnose_{rig}"
-        )
         with np.errstate(
             all="ignore"
         ):  # a fit may try a step that overflows, and takes it back
@@ -143,3 +146,13 @@ def _diagnosed(
             [],
             [],
         )
+
+
+def _parts(rig: str) -> tuple[Callable, Callable]:
+    """What reads and what diagnoses a rig without a record; imported on first use."""
+    module, reader = READERS[rig]
+    diagnosing = import_module(f"benchtwin.rigs.{rig}.diagnose")
+    return (
+        getattr(import_module(f"benchtwin.twin.{module}"), reader),
+        getattr(diagnosing, f"diagnose_{rig}"),
+    )

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
+from benchtwin.measure.batch import split_photos
 from benchtwin.page.measuring import measure_recording, shorten_paths
 from benchtwin.page.results import MEASURED
 from benchtwin.page.upload import brought_as
-from benchtwin.vision.batch import split_photos
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
-from benchtwin.vision.observe import Progress, observe, observe_or_fail
 from benchtwin.vision.pile.heap_region import Region, find_region
 from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
 from benchtwin.vision.recording import Recording

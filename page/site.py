@@ -5,6 +5,7 @@ import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchtwin.measure.observe import Progress
 from benchtwin.page import pictures
 from benchtwin.page.card_number import CardNumber
 from benchtwin.page.folder import Folder, Refused
@@ -16,7 +17,6 @@ from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.drop_sound import read_onsets, sound_of
 from benchtwin.vision.motion.onsets import Onsets
-from benchtwin.vision.observe import Progress
 from benchtwin.vision.recording import Recording, read_recording
 
 KEPT_OBSERVATIONS = 40

@@ -4,8 +4,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 FOLDERS = (
-    *("bench", "infer", "rigs", "vision", "sim", "twin", "calibrate", "diagnose"),
-    *("report", "page", "prove", "benchtwin"),
+    *("bench", "infer", "rigs", "vision", "measure", "sim", "twin", "calibrate"),
+    *("diagnose", "report", "page", "prove", "benchtwin"),
 )
 
 

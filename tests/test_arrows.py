@@ -1,6 +1,7 @@
 """Who may import whom: bench and prove nothing of ours; infer, vision and sim only
-bench; twin both vision and sim; a rig no other rig; report the results of calibrate and
-diagnose; page what the commands call, in processes of their own."""
+bench; measure vision and the rigs; twin both measure and sim; a rig no other rig;
+report the results of calibrate and diagnose; page what the commands call, in processes
+of their own."""
 
 import ast
 from pathlib import Path
@@ -15,12 +16,13 @@ ALLOWED = {
     "vision": {"bench"},
     "sim": {"bench"},
     "prove": set(),
-    "twin": {"bench", "vision", "sim"},
-    "rigs": {"bench", "infer", "twin", "diagnose"},
+    "measure": {"bench", "vision", "rigs"},
+    "twin": {"bench", "vision", "measure", "sim"},
+    "rigs": {"bench", "infer", "vision", "twin", "diagnose"},
     "calibrate": {"bench", "twin"},
     "diagnose": {"bench", "infer", "rigs", "twin"},
     "report": {"bench", "infer", "twin", "calibrate", "diagnose"},
-    "page": {"bench", "vision", "twin", "calibrate", "diagnose", "report"},
+    "page": {"bench", "vision", "measure", "twin", "calibrate", "diagnose", "report"},
 }
 COMMANDS = {
     "calibrate/calibrate_command.py": {"report"},
@@ -123,3 +125,13 @@ def test_no_module_imports_itself_by_way_of_others():
         "b",
         "c",
     ]  # the control
+
+
+def test_an_incomplete_rig_says_what_is_missing():
+    from dataclasses import replace
+
+    from benchtwin.rigs.slide import RIG
+
+    with pytest.raises(ImportError, match=r"no diagnose = .*nothing"):
+        replace(RIG, diagnose="benchtwin.rigs.slide.diagnose:nothing")
+    assert RIG.part("effects")

@@ -74,7 +74,8 @@ def untyped(source: str) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "package", ["vision", "sim", "twin", "calibrate", "diagnose", "report", "prove"]
+    "package",
+    ["vision", "measure", "sim", "twin", "calibrate", "diagnose", "report", "prove"],
 )
 def test_public_functions_are_typed(package):
     files = {

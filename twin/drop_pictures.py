@@ -8,10 +8,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
+from benchtwin.measure.observe import observe
 from benchtwin.sim.picture import Camera, Look, film
 from benchtwin.twin.flights import motion_of
 from benchtwin.twin.write import PNG
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import read_recording
 
 MARGIN_M = 0.02

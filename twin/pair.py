@@ -6,12 +6,12 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from benchtwin.measure.observed import Observed
 from benchtwin.twin.piles import SeenPile, read_piles
 from benchtwin.twin.roll_tracks import read_rolls
 from benchtwin.twin.slides import read_slides
 from benchtwin.twin.tracks import track_of
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording as Recording
 
 LEAST_OVERLAP = 0.5  # of the shorter curve

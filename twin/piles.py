@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.measure.observed import Observed
 from benchtwin.twin.tracks import entries_of, sections_of
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.observed import Observed
 from benchtwin.vision.pile.repose import Repose
 from benchtwin.vision.recording import Recording
 

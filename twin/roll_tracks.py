@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.bench.keys import Seed
+from benchtwin.measure.observed import Observed
 from benchtwin.twin.tracks import entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
 from benchtwin.vision.motion.roll import stays_on_incline
 from benchtwin.vision.motion.track import Track
-from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 LEAST_ROWS = 4  # place, speed and acceleration, and one more by which they are checked

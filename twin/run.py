@@ -9,6 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.measure.observe import (
+    observe as observe,
+)  # the same call for bench and twin
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.twin import write
@@ -23,9 +26,6 @@ from benchtwin.twin.scene import (
     setup_of,
 )
 from benchtwin.twin.versions import versions
-from benchtwin.vision.observe import (
-    observe as observe,
-)  # the same call for bench and twin
 from benchtwin.vision.recording import Recording, read_recording, write_recording
 
 Watch = Callable[[str, float], None]

@@ -5,17 +5,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchtwin.measure.observed import Observed
 from benchtwin.twin.tracks import entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.outliers import single_spikes
 from benchtwin.vision.motion.track import Track
-from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 TILT_MISSING = (
     "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
     " tilt_rate_deg_s"
+)
+STANDS = (
+    "the plate stands ([slide] tilt_rate_deg_s = 0): a diagnosis weighs when a block"
+    " lets go of a plate that is raised; `benchtwin measure` tells its kinetic friction"
 )
 
 
@@ -95,6 +99,8 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
     seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 8
     if not seen and recording.slide.tilt_rate_deg_s is None:
         raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
+    if not seen and recording.slide.tilt_rate_deg_s == 0:
+        raise MeasurementError(f"{recording.toml}: {STANDS}")
     used = track.used()
     used = used.marked(single_spikes(used.x)).used()
     return SeenSlide(

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.measure.observed import Observed
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -15,7 +16,6 @@ from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
-from benchtwin.vision.observed import Observed
 from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more

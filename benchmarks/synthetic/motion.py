@@ -1,8 +1,8 @@
 """Motions with known truth: bouncing drops, sliding blocks, rolling seeds; and tracks
 of them with noise.
 
-Integrated from the equations of motion, independently of the formulas that rebound.py,
-slide.py and run_out.py fit."""
+Integrated from the equations of motion, independently of the formulas that are fitted
+to them."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from benchtwin.bench.resolution import STEPS
 from benchtwin.infer.conditions import (
     Condition,
     Contact,
@@ -32,7 +33,7 @@ from benchtwin.rigs.slide.problem import (
 )
 from benchtwin.rigs.slide.session import (
     COARSE_DEG,
-    RESOLUTIONS_DEG,
+    FINEST_DEG,
     Session,
     assemble,
 )
@@ -141,8 +142,8 @@ def alternatives(
             )
         )
     odd = session.reads and max(r.grid_deg for r in session.reads) not in (
-        *RESOLUTIONS_DEG,
-        0.01,
+        *STEPS,
+        FINEST_DEG,
     )
     return tuple(
         replace(

@@ -10,12 +10,13 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.slide.motion import Laws, friction_at, travel
 from benchtwin.rigs.slide.session import Read, Run, Session
 
-HINGE_M = 0.15  # where not stated; it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
+HINGE_M = unstated_sd("hinge")  # it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
 LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
 PICTURE = frozenset(
     {"friction", "scale", "lens", "perspective", "reader"}

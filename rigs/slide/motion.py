@@ -9,14 +9,16 @@ sliding.
 x down the plate; r₀: distance of the hinge (0 if not stated); 2 θ̇ ẋ: Coriolis
 acceleration that lifts a block sliding on a rotating plate (c: its share); d, s: air.
 The onset is given, and determines static friction, so that travel is smooth in every
-other parameter. On a shaken plate it is when the mean pull reaches friction.
+other parameter. On a shaken plate it is when the mean pull reaches friction. A block
+may have a speed at its onset (it was pushed, or moves from the first row on); where it
+may rest, it stays where friction stops it.
 Runge–Kutta from the onset."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
 from numba import njit
 
 STEPS = 300  # at least, from rest to the end
@@ -64,12 +66,18 @@ def friction_at(onset: float, tilt: np.ndarray, laws: Laws) -> float:
 
 
 def travel(
-    time_s: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws
+    time_s: np.ndarray,
+    onset: float,
+    tilt: np.ndarray,
+    laws: Laws,
+    speed: float = 0.0,
+    rests: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """x (n,) [m] and v (n,) [m/s]; tilt (4,): coefficients of θ [rad] in t, lowest
-    first."""
+    first; speed [m/s] at the onset; rests: whether friction may stop the block."""
     time, tilt = np.ascontiguousarray(time_s, float), np.ascontiguousarray(tilt, float)
-    return _travel(time, float(onset), tilt, Laws(*(float(value) for value in laws)))
+    laws = Laws(*(float(value) for value in laws))
+    return _travel(time, float(onset), tilt, laws, float(speed), rests)
 
 
 @njit(cache=True)
@@ -141,16 +149,22 @@ def _crept(laws: Laws, growth: float, until: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def _travel(
-    time: np.ndarray, onset: float, tilt: np.ndarray, laws: Laws
+    time: np.ndarray,
+    onset: float,
+    tilt: np.ndarray,
+    laws: Laws,
+    begun: float,
+    rests: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Steps from row to row; a moving block does not stick again, so a fit may try any
-    friction."""
+    """Steps from row to row; a block that may not rest does not stick again, so a fit
+    may try any friction."""
     place, speed = np.zeros(len(time)), np.zeros(len(time))
     longest = (time[-1] - time[0]) / STEPS
     angle, rate = _tilt(onset, onset, tilt, laws)
     growth = G_M_S2 * rate * (math.cos(angle) + laws.friction * math.sin(angle))
     x, t = _crept(laws, growth, 0.0)[0], onset
-    v = laws.shake / laws.omega * (SHARE + SCATTER * laws.wave_chance)
+    v = begun + laws.shake / laws.omega * (SHARE + SCATTER * laws.wave_chance)
+    stopped = False
     for i in range(len(time)):
         if time[i] <= onset:
             place[i], speed[i] = _crept(laws, growth, time[i] - onset)
@@ -160,7 +174,13 @@ def _travel(
         )  # a fit may try an onset long before the first row
         s = (time[i] - t) / count
         for k in range(count):
+            if stopped:
+                break
+            before, came = x, v
             x, v = _step(t + k * s, s, x, v, onset, tilt, laws)
+            if rests and v <= 0.0:  # v falls evenly within a step
+                x = before + s * came**2 / (2 * max(came - v, 1e-12))
+                v, stopped = 0.0, True
             if not abs(x) < FARTHEST_M:
                 x, v = math.copysign(FARTHEST_M, x), 0.0
         t = time[i]

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.noise import (
@@ -34,25 +35,15 @@ from numpy.polynomial import legendre
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {
     "friction": 1.0,  # of the pair: flat, since it is measured
-    "scale": 0.01,  # relative; a stated mm_per_px_sd replaces it
-    "lens": 2e-4,  # distortion at the picture's edge, of a good lens
-    "perspective": 1e-3,  # per metre: a camera that looks straight on
-    # of what a lone seed's drag beside a plate is uncertain by
-    # (session.BESIDE_PLATE_SD)
-    "air": 1.0,
-    "air-shade": 1.0,  # drag of each of n seeds: n^0 to n^-1/2 of a lone one's
-    "climb": 1.0,  # of ln of the time to climb a step over model.CLIMB_S
-    # deg: of a protractor's zero; and, read to a grid, a quarter of it (to nearest, or
-    # cut, or upward)
-    "reader": 0.1,
+    "scale": unstated_sd("scale"),
+    "lens": unstated_sd("lens"),
+    "perspective": unstated_sd("perspective"),
+    "air": 1.0,  # times session.AirDrag.sd
+    "air-shade": unstated_sd("drag-shade"),
+    "climb": unstated_sd("step-climb"),
+    "reader": unstated_sd("reader-zero"),
 }
-# of a tilt sensor, common to all runs; and a quarter of a coarse column's grid
-SENSOR_DEG = 0.05
-GRID_SHARE = 0.25
-RUN_SD = (
-    0.003  # of a run's friction; larger scatter is summed over (evidence.SCATTER_SIZES)
-)
-READING_SD_DEG = 0.03  # of a reader's own, beside the runs' scatter
+RUN_SD = unstated_sd("friction-scatter")
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
 FEW_DEGREE, FEW_SD_MM = (
@@ -217,13 +208,16 @@ def _known(session: Session, model: Model) -> dict[str, float]:
     if session.runs:
         known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
         column = float(np.median([r.tilt.grid_deg for r in session.runs]))
-        sensor = math.hypot(SENSOR_DEG, 0.0 if model.stair_deg else GRID_SHARE * column)
+        step = 0.0 if model.stair_deg else unstated_sd("column-step") * column
+        sensor = math.hypot(unstated_sd("tilt-sensor-zero"), step)
         known |= {
             n: sensor for n, e in model.effects.items() if e.tilt and e.unit == "deg"
         }
     if session.reads:
         grid = 0.0 if model.stair_deg else max(r.grid_deg for r in session.reads)
-        known["reader"] = math.hypot(PRIORS["reader"], GRID_SHARE * grid)
+        known["reader"] = math.hypot(
+            PRIORS["reader"], unstated_sd("reader-step") * grid
+        )
     return known
 
 
@@ -258,7 +252,9 @@ def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
     reads = prepared.session.reads
     friction = math.tan(math.radians(float(np.median(read.angles))))
     grid = max(read.grid_deg, stair_deg) / math.sqrt(12)
-    floor = math.hypot(math.degrees(RUN_SD / (1 + friction**2)), READING_SD_DEG, grid)
+    floor = math.hypot(
+        math.degrees(RUN_SD / (1 + friction**2)), unstated_sd("reading"), grid
+    )
     spare = sum(len(r.angles) - 1 for r in reads)
     about = sum(float(((r.angles - r.angles.mean()) ** 2).sum()) for r in reads)
     sigma = math.sqrt(

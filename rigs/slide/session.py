@@ -4,32 +4,22 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2, REFERENCE_SPEED_M_S, air_of
+from benchtwin.bench.air import REFERENCE_SPEED_M_S, air_of
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import ellipsoid_volume
+from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.resolution import on_grid, reading_step
+from benchtwin.bench.robust import difference_noise
 from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
-MASS_OF_ELLIPSOID = math.pi / 6
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
 LEAST_OF_FEW = (
     4  # rows of sliding in a short record: place, onset, friction, and one more
 )
-RESOLUTIONS_DEG = (
-    5.0,
-    2.0,
-    1.0,
-    0.5,
-    0.25,
-    0.2,
-    0.1,
-    0.05,
-    0.02,
-)  # that people read protractors and goniometers to
 FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
-# relative: of a seed's drag beside a plate; of one of which sizes or mass are not
-# stated
-BESIDE_PLATE_SD, UNSTATED_SD = (0.5, 1.0)
 POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
 EARLIEST, LATEST = (
     -0.1,
@@ -144,11 +134,7 @@ def grid_of(readings: list[np.ndarray]) -> float:
     1.56
     """
     values = np.unique(np.round(np.concatenate(readings or [np.zeros(0)]), 3))
-    usual = (
-        next((g for g in RESOLUTIONS_DEG if _lie_on(values, g, 0.0)), FINEST_DEG)
-        if len(values)
-        else FINEST_DEG
-    )
+    usual = reading_step(values, ON_GRID_DEG) or FINEST_DEG
     if len(values) < 3 or usual >= 0.2:
         return usual
     spacing = float(np.diff(values).min())
@@ -157,14 +143,9 @@ def grid_of(readings: list[np.ndarray]) -> float:
     odd = (
         spacing > 2 * usual
         and spacing >= COARSE_DEG
-        and _lie_on(values, spacing, float(values[0]))
+        and on_grid(values - values[0], spacing, ON_GRID_DEG)
     )
     return round(spacing, 3) if odd else usual
-
-
-def _lie_on(values: np.ndarray, grid: float, first: float) -> bool:
-    off = (values - first) / grid
-    return bool(np.all(np.abs(off - np.round(off)) * grid < ON_GRID_DEG))
 
 
 def _read(seen) -> Read:
@@ -199,7 +180,7 @@ def _run(seen) -> Run:
     way = float(np.median(x[-edge:]) - np.median(x[:edge]))
     sign = math.copysign(1.0, way)
     travel = sign * x
-    noise = 1.4826 * float(np.median(np.abs(np.diff(travel, 2)))) / math.sqrt(6)
+    noise = difference_noise(travel, 2)
     first, stop = _few_sliding(travel) if few else _sliding(time, travel, noise, told)
     travel = travel - (travel[0] if few else np.median(travel[: max(first, 3)]))
     tilt_column = (
@@ -207,8 +188,14 @@ def _run(seen) -> Run:
     )
     if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
         tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
+        if not tilt.rate_deg_s > 0:
+            raise ValueError(
+                "the plate does not tilt: a diagnosis weighs when the block lets go"
+            )
     elif told.get("tilt_rate_deg_s"):
-        tilt = stated_tilt(told, time[first])
+        start = told.get("start_deg")
+        sd = (unstated_sd if start is None else stated_sd)("start-angle")
+        tilt = stated_tilt(told["tilt_rate_deg_s"], start or 0.0, sd, time[first])
     else:
         raise ValueError(
             "the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s"
@@ -227,7 +214,7 @@ def _run(seen) -> Run:
         tilt,
         mass_of(seen.description),
         1e-3 * float(told.get("start_mm", 0.0)),
-        _air_drag(seen.description),
+        air_drag(seen.description),
         float(camera["scale_sd"]),
         sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
     )
@@ -252,27 +239,14 @@ def _sliding(
 ) -> tuple[int, int]:
     """First row of the slide and row after the last; ValueError where nothing
     slides."""
-    edge = max(3, len(travel) // 20)
-    rest = float(np.median(travel[:edge]))
-    size = float(travel.max() - rest)
+    rest, size = rest_and_size(travel)
     if size < max(20 * noise, LEAST_TRAVEL_MM):
         raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
-    width = max(3, len(travel) // 100)
-    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
-    peak = int(np.argmax(speed))
-    slower = np.flatnonzero(
-        speed[peak:]
-        < 0.75 * speed[peak]
-        - 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12)
-    )
-    stop = peak + 1 if len(slower) else len(travel)
+    stop = slide_end(time, travel, noise)
     if told.get("travel_mm"):
         beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
         stop = min(stop, int(beyond[0])) if len(beyond) else stop
-    seen = max(8 * noise, 2e-3 * size)
-    first = (
-        int(np.flatnonzero(travel[:stop] - rest < seen)[-1]) + 1
-    )  # later than the true onset by t ~ x^⅓
+    first = first_in_motion(travel[:stop], noise)  # later than the onset by t ~ x^⅓
     first = max(
         int(
             np.searchsorted(
@@ -293,6 +267,32 @@ def _sliding(
     return first, stop
 
 
+def rest_and_size(travel: np.ndarray) -> tuple[float, float]:
+    """Place at rest, from the first rows, and how far the block comes from there."""
+    rest = float(np.median(travel[: max(3, len(travel) // 20)]))
+    return rest, float(travel.max() - rest)
+
+
+def slide_end(time: np.ndarray, travel: np.ndarray, noise: float) -> int:
+    """Row at which the block meets something: its speed has fallen well below the
+    greatest."""
+    width = max(3, len(travel) // 100)
+    if len(travel) < 3 * width + 4:
+        return len(travel)
+    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
+    peak = int(np.argmax(speed))
+    error = 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12)
+    slower = np.flatnonzero(speed[peak:] < 0.75 * speed[peak] - error)
+    return peak + 1 if len(slower) else len(travel)
+
+
+def first_in_motion(travel: np.ndarray, noise: float) -> int:
+    """The first row from which on the block is seen off its place at rest."""
+    rest, size = rest_and_size(travel)
+    still = np.flatnonzero(travel - rest < max(8 * noise, 2e-3 * size))
+    return int(still[-1]) + 1 if len(still) else 0
+
+
 def mass_of(description: dict) -> float:
     """Of the block [g], from mass_g or ellipsoid and density, times count; NaN if not
     stated."""
@@ -300,17 +300,18 @@ def mass_of(description: dict) -> float:
     one = seed.get("mass_g")
     sizes = [seed.get(f"{side}_mm") for side in ("length", "width", "thickness")]
     if one is None and all(sizes) and seed.get("density_kg_m3"):
-        one = MASS_OF_ELLIPSOID * float(np.prod(sizes)) * 1e-6 * seed["density_kg_m3"]
+        one = 1e-6 * ellipsoid_volume(*sizes) * seed["density_kg_m3"]
     return float("nan") if one is None else float(one) * seed.get("count", 1)
 
 
-def _air_drag(description: dict) -> AirDrag:
+def air_drag(description: dict) -> AirDrag:
+    """Of a lone seed as stated, and how well it is known."""
     air = air_of(description)
     slow = (
         ABRAHAM / math.sqrt(air.reynolds_per_speed) if air.reynolds_per_speed else 0.0
     )
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
-    known = BESIDE_PLATE_SD if air.sd < air.share else UNSTATED_SD
+    known = (stated_sd if air.sd < air.share else unstated_sd)("drag-beside-plate")
     return AirDrag(
         air.share * G_M_S2 / at_2,
         slow,

@@ -5,15 +5,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.priors import stated_sd
 
-STATED_RATE_SD = 0.01  # of a rate that is only stated
-STATED_START_SD_DEG, UNSTATED_START_SD_DEG = (
-    0.5,
-    30.0,
-)  # of the initial angle where there is no column
 SLIDES_SEEN = (
     3.0  # the angle is learnt from so many times the slide's duration, up to its end
 )
+EXACT_RATE = 1e-9  # [rad/s]: of a column without noise, what rounding leaves
+TILTS_SDS = 3.0  # of its rate: a column that rises by less shows a plate that stands
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
 STAIR_SHARE, STAIR_CHI2 = (
@@ -34,21 +32,39 @@ class Tilt:
     sensor: bool  # whether an angle was recorded
     grid_deg: float = 0.0  # height of steps in the column, 0 for none
 
-
-def stated_tilt(told: dict, origin: float) -> Tilt:
-    """A steady rate; the initial angle is known roughly at best."""
-    rate = float(told["tilt_rate_deg_s"])
-    start, known = float(told.get("start_deg", 0.0)), "start_deg" in told
-    coefficients = np.radians([start + rate * origin, rate, 0.0, 0.0])
-    sd = math.radians(STATED_START_SD_DEG if known else UNSTATED_START_SD_DEG)
-    return Tilt(
-        origin, coefficients, sd, STATED_RATE_SD * math.radians(rate), rate, False
-    )
+    def at(self, time: np.ndarray | float) -> np.ndarray:
+        """Angle [rad] at some times."""
+        since = np.asarray(time, float) - self.origin
+        return np.polynomial.polynomial.polyval(since, self.coefficients)
 
 
-def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -> Tilt:
-    """A polynomial of degree ≤ 3 through the column's end; ValueError without
-    tilting."""
+def stated_tilt(
+    rate_deg_s: float, start_deg: float, start_sd_deg: float, origin: float
+) -> Tilt:
+    """A steady rate from the angle at t = 0 on."""
+    angle = [start_deg + rate_deg_s * origin, rate_deg_s, 0.0, 0.0]
+    rate_sd = stated_sd("tilt-rate") * math.radians(rate_deg_s)
+    level_sd = math.hypot(math.radians(start_sd_deg), rate_sd * origin)
+    return Tilt(origin, np.radians(angle), level_sd, rate_sd, rate_deg_s, False)
+
+
+def standing_tilt(angle_deg: float, origin: float) -> Tilt:
+    """A plate that stands at a stated angle."""
+    angle = np.array([math.radians(angle_deg), 0.0, 0.0, 0.0])
+    sd = math.radians(stated_sd("standing-plate"))
+    return Tilt(origin, angle, sd, 0.0, 0.0, False)
+
+
+def seen_tilt(
+    time: np.ndarray,
+    column: np.ndarray,
+    origin: float,
+    end: float,
+    *,
+    steps: bool = True,
+) -> Tilt:
+    """A polynomial of degree ≤ 3 through the column's end; of degree 0 where no
+    tilting shows; steps: whether steps are looked for."""
     used = np.isfinite(column)
     near = used & (time >= end - SLIDES_SEEN * (end - origin))
     rows = near if near.sum() >= 50 else used
@@ -61,25 +77,23 @@ def seen_tilt(time: np.ndarray, column: np.ndarray, origin: float, end: float) -
         if len(s) > 20
         else 0.0
     )
-    stair = _stairs(
-        np.degrees(np.polynomial.polynomial.polyval(s, coefficients)), np.degrees(y)
-    )
+    ramp = np.degrees(np.polynomial.polynomial.polyval(s, coefficients))
+    stair = _stairs(ramp, np.degrees(y)) if steps else 0.0
     if gain > BEND_CHI2 and not stair:
         coefficients, covariance = bent, wide
     spread = _independent(s, y, coefficients)
     level, rate = np.sqrt(np.diag(covariance)[:2] * spread)
     full = np.zeros(4)
     full[: len(coefficients)] = coefficients
-    if not full[1] > 3 * rate:
-        raise ValueError(
-            f"the plate does not tilt: tilt_deg changes by {math.degrees(full[1]):.2g}"
-            " °/s when the block lets go"
-        )
+    if abs(full[1]) <= TILTS_SDS * max(rate, EXACT_RATE):
+        coefficients, covariance, _ = _line(s, y, 0)
+        level = math.sqrt(covariance[0, 0] * _independent(s, y, coefficients))
+        full, rate, stair = np.array([*coefficients, 0.0, 0.0, 0.0]), 0.0, 0.0
     return Tilt(
         origin,
         full,
         max(float(level), 1e-7),
-        max(float(rate), 1e-9),
+        max(float(rate), EXACT_RATE),
         math.degrees(full[1]),
         True,
         stair,

@@ -4,7 +4,7 @@ law."""
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.air import G_M_S2
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.linear import beside_globals, fall_of_chi2
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows

@@ -7,7 +7,7 @@ import zlib
 
 import numpy as np
 import pytest
-from benchtwin.vision import measure
+from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence import photo, read_keys, tables
 from benchtwin.vision.evidence.frames import Video
 from benchtwin.vision.evidence.photo import read_photo

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.measure import command
 from benchtwin.vision.measurement import GOOD, Observation, Quantity
 from benchtwin.vision.out_folder import file_name
 from benchtwin.vision.results import Results
@@ -161,7 +162,7 @@ def test_a_fault_of_ours_is_one_line(tmp_path, monkeypatch):
     def broken(*_):
         raise KeyError("here")
 
-    monkeypatch.setattr("benchtwin.vision.command.measure_command", broken)
+    monkeypatch.setattr(command, "measure_command", broken)
     monkeypatch.setattr(
         sys, "argv", ["benchtwin", "measure", ".", "--out", str(tmp_path / "o")]
     )
@@ -181,7 +182,7 @@ def test_the_front_door_opens_without_what_is_slow():
         " CliRunner\nfor verb in ('measure', 'simulate', 'calibrate', 'diagnose',"
         " 'export', 'prove'):\n    assert CliRunner().invoke(command.app, [verb,"
         " '--help']).exit_code == 0\nprint(sorted({'numpy', 'pandas', 'scipy', 'numba',"
-        " 'cv2', 'plotly', 'dask', 'benchtwin.vision.batch'} & set(sys.modules)))"
+        " 'cv2', 'plotly', 'dask', 'benchtwin.measure.batch'} & set(sys.modules)))"
     )
     done = subprocess.run(
         [sys.executable, "-c", looks],

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.measure.batch import find_all
 from benchtwin.prove.baselines.drops import bounces, read_drops
 from benchtwin.prove.baselines.methods import METHODS, diagnose
 from benchtwin.prove.cases.bench import Request, write_bench
@@ -22,7 +23,6 @@ from benchtwin.prove.plan import (
     UNLISTED_EFFECTS,
     Spec,
 )
-from benchtwin.vision.batch import find_all
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.motion.track_seed import track_seed
 from benchtwin.vision.recording import Recording

@@ -4,6 +4,7 @@ reader, the recording's before the bench's."""
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.measure.observe import observe
 from benchtwin.twin.piles import read_piles
 from benchtwin.twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
 from benchtwin.twin.slides import read_slides
@@ -11,7 +12,6 @@ from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import FAILED, MeasurementError
 from benchtwin.vision.motion.run_out import ends_on_incline
 from benchtwin.vision.motion.track import GATE_SD_MM
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import read_recording
 
 READERS = {

@@ -161,7 +161,7 @@ def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
 
 
 def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch):
-    from benchtwin.vision import observe
+    from benchtwin.measure import observe
 
     whole = observe.observe_pile
     monkeypatch.setattr(
@@ -225,7 +225,7 @@ def test_window_roi_and_baseline_reach_the_measurement(run, photos, tmp_path):
 
 
 def test_no_half_results_are_left_behind(run, photos, tmp_path, monkeypatch):
-    from benchtwin.vision import command
+    from benchtwin.measure import command
 
     def broken(*args, **options):
         raise KeyboardInterrupt

@@ -3,8 +3,8 @@ stated."""
 
 import pytest
 from benchtwin.bench.keys import Seed
+from benchtwin.measure.observe import seed_questions
 from benchtwin.vision.motion.inertia import inertia_of
-from benchtwin.vision.observe import seed_questions
 
 
 @pytest.mark.parametrize(

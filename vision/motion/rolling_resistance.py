@@ -18,7 +18,6 @@ from benchtwin.vision.measurement import MeasurementError, Quantity, failed
 from benchtwin.vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
 from benchtwin.vision.motion.inertia import inertia_of_recording
 from benchtwin.vision.motion.least_squares import Fit, fit, frame_lag
-from benchtwin.vision.motion.slide import integrals
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -192,3 +191,14 @@ def resistance_notes(recording: Recording, quantities: Sequence[Quantity]) -> li
             f" slope_deg is not stated; {both}"
         )
     return notes
+
+
+def integrals(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and second cumulative integral from the first row; exact for values that
+    are linear between rows."""
+    h = np.diff(time)
+    first = np.concatenate([[0.0], np.cumsum(h * (values[1:] + values[:-1]) / 2)])
+    second = np.concatenate(
+        [[0.0], np.cumsum(h * first[:-1] + h**2 * (2 * values[:-1] + values[1:]) / 6)]
+    )
+    return first, second

@@ -286,7 +286,7 @@ def test_a_heap_measures_as_what_it_is(look):
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01
     px rms off the projected centre."""
-    from benchtwin.vision.motion.observe_motion import observe_moving
+    from benchtwin.measure.observe_motion import observe_moving
     from benchtwin.vision.recording import Camera as Stated
     from benchtwin.vision.recording import Recording
     from synthetic.film import write_frames

@@ -5,7 +5,8 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
-from benchtwin.vision.batch import find_all
+from benchtwin.measure.batch import find_all
+from benchtwin.measure.observe import observe
 from benchtwin.vision.evidence.film_or_photos import (
     EXPOSURE,
     FILM,
@@ -18,7 +19,6 @@ from benchtwin.vision.evidence.film_or_photos import (
 )
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording, read_recording
 from PIL import Image
 from synthetic.series import film_frames, heap_photos

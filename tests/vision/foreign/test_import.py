@@ -5,7 +5,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from benchtwin.vision import measure
+from benchtwin.measure.batch import measure
 from bouncing import HEIGHT_M, IMPACTS_S, ball
 from typer.testing import CliRunner
 

@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchtwin.bench.keys import Air, Camera, Roll, Seed
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.rolling_resistance import DRAG_SD, LEVEL_SD_DEG
 from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,
     LENGTH_SD_MM,
     measure_run_out,
 )
-from benchtwin.vision.motion.slide import TILT_SD_DEG, measure_slide_track
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
@@ -58,7 +59,10 @@ def draw_slides(
     are off in all runs alike."""
     static = rng.uniform(0.2, 0.7)
     kinetic = static * rng.uniform(0.75, 0.97)
-    zero, scale = rng.normal(0, TILT_SD_DEG), 1 + rng.normal(0, SCALE_SD)
+    zero, scale = (
+        rng.normal(0, unstated_sd("tilt-sensor-zero")),
+        1 + rng.normal(0, SCALE_SD),
+    )
     rate, fps, grain = (
         rng.uniform(0.7, 5.0),
         float(rng.choice([60.0, 120.0, 240.0])),
@@ -254,7 +258,7 @@ def inside(rows: np.ndarray, common: bool = True) -> float:
 
 
 def test_means_of_slides_hold_their_frictions():
-    found = study(draw_slides, measure_slide_track, 1)
+    found = study(draw_slides, measure_slide, 1)
     for name in ("static_friction", "kinetic_friction"):
         rows = found[name]
         assert len(rows) == BENCHES and inside(rows) >= LEAST, name

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import read_recording
 from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner

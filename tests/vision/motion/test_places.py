@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.measure.observe_motion import observe_moving
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.observe_motion import observe_moving
 from benchtwin.vision.recording import read_recording
 
 SAMPLES = Path(__file__).parents[3] / "samples" / "drawn-bench"

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from benchtwin.vision.batch import measure
+from benchtwin.measure.batch import measure
 from rolling_balls import Ball, way
 
 GATES = np.array([150.0, 350, 550, 750, 950])

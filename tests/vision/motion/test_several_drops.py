@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.bench.keys import Air, Camera, Drop
+from benchtwin.measure.observe import observe
 from benchtwin.twin.bench_folder import read_bench
 from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.motion.split_flights import releases
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording, read_recording
 from drawn_sound import SCENES, draw_session, write
 from scipy import stats

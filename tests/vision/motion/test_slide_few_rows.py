@@ -3,8 +3,8 @@ drawn by integrating the motion."""
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Camera, Slide
-from benchtwin.vision.motion.slide_few_rows import measure_slide
+from benchtwin.bench.keys import Air, Camera, Slide
+from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
@@ -41,6 +41,7 @@ def recording(tmp_path, evidence: str, **slide) -> Recording:
         (tmp_path / evidence,),
         slide=Slide(**slide),
         camera=camera,
+        air=Air(density_kg_m3=0.0),  # the slides are drawn without air
     )
 
 

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 from benchtwin.bench.keys import Drop, Tracking
+from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.observe import observe
 from benchtwin.vision.recording import Recording, read_recording
 
 BENCH = Path(__file__).parents[3] / "samples" / "drawn-bench"

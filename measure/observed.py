@@ -6,9 +6,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from benchtwin.vision.batch import find_all
+from benchtwin.measure.batch import find_all
+from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.observe import observe
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 
@@ -79,7 +79,7 @@ class Observed:
 
     def observe(self, recording: Recording) -> Observation:
         """What is measured on a recording: found at the first call, kept for others.
-        Raises what `vision.observe.observe` raises, each time alike."""
+        Raises what `measure.observe.observe` raises, each time alike."""
         if recording not in self._found:
             self._found[recording] = self._look(recording)
         found = self._found[recording]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.rigs.slide import RIG as SLIDE
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
@@ -36,8 +37,6 @@ from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.roll_path import roll_path
 from benchtwin.vision.motion.rolling_shutter import average_over_readouts
 from benchtwin.vision.motion.several_drops import drop_rows, over_drops
-from benchtwin.vision.motion.slide import measure_slide_track
-from benchtwin.vision.motion.slide_few_rows import measure_slide
 from benchtwin.vision.motion.tilting_plate import PlateOverlay, track_slide
 from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
@@ -148,7 +147,7 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         )
         return _of_drops(recording, drops, track, ())
     if recording.rig == "slide":
-        slide = measure_slide(track, recording)
+        slide = SLIDE.part("measure")(track, recording)
         pictures = {
             "slide": _plot_travel(track, slide.fitted, slide.onset, slide.quantities)
         }
@@ -319,7 +318,7 @@ def _slide_in_frames(
     recording: Recording, tracked: TrackedSeed, plate: PlateOverlay, notes: list[str]
 ) -> Observation:
     track = to_mm(tracked.track, recording.camera.mm_per_px)
-    slide = measure_slide_track(track, recording)
+    slide = SLIDE.part("measure")(track, recording)
     caption = _caption(slide.quantities)
     pictures = {
         "track": on_picture(

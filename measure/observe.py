@@ -79,7 +79,7 @@ def _observe(
             f"{recording.path}: a {recording.rig} is measured on frames, a video or a"
             " track, not on a photo"
         )
-    from benchtwin.vision.motion.observe_motion import observe_moving
+    from benchtwin.measure.observe_motion import observe_moving
 
     return observe_moving(recording, progress)
 

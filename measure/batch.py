@@ -7,9 +7,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from benchtwin.measure.observe import observe, observe_or_fail
 from benchtwin.vision.find_recordings import find_recordings, unread_files
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.observe import observe, observe_or_fail
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 

@@ -6,15 +6,15 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
-from benchtwin.vision.batch import (
+from benchtwin.measure.batch import (
     find_all,
     in_order,
     keep_rolls,
     observe_together,
     unread_notes,
 )
+from benchtwin.measure.observe import observe, observe_or_fail, observe_seeds_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.observe import observe, observe_or_fail, observe_seeds_photo
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.results import Results, measured_anything

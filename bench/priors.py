@@ -1,0 +1,89 @@
+"""What is believed of whatever a recording does not state: one table, which measuring
+and diagnosing both read."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Standard deviations of one thing about its centre.
+
+    unstated: where nothing is said of it, None where it must be stated; stated: where
+    its value is stated without an sd, None where there is no such key."""
+
+    unit: str
+    unstated: float | None
+    stated: float | None
+    source: str
+
+
+PRIORS = {
+    # angles of a plate
+    "tilt-sensor-zero": Prior(
+        "deg",
+        0.05,
+        None,
+        "data sheets of goniometers and inclinometers; common to a whole session",
+    ),
+    "standing-plate": Prior(
+        "deg", None, 0.05, "a plate that stands is set with the same instruments"
+    ),
+    "column-step": Prior(
+        "of the step",
+        12**-0.5,
+        None,
+        "a display rounds in a way nobody knows: any error within its step is alike (a"
+        " quarter of the step, as for a reader, takes rounding to nearest for granted)",
+    ),
+    "start-angle": Prior(
+        "deg",
+        30.0,
+        0.5,
+        "a film may begin somewhat before or after the tilting; at 2 °/s a quarter of"
+        " a second",
+    ),
+    "tilt-rate": Prior(
+        "relative", None, 0.01, "motors and winches hold a stated rate to a percent"
+    ),
+    "reader-zero": Prior("deg", 0.1, None, "of a protractor's zero"),
+    "reader-step": Prior(
+        "of the step", 0.25, None, "people read to nearest, and some cut or go upward"
+    ),
+    "reading": Prior("deg", 0.03, None, "of a reader, beside the slides' scatter"),
+    # the camera
+    "scale": Prior("relative", 0.01, 0.01, "a ruler beside the plane of the motion"),
+    "lens": Prior("at the edge", 2e-4, None, "distortion of a good lens"),
+    "perspective": Prior("1/m", 1e-3, None, "a camera that looks straight on"),
+    # a sliding block
+    "friction-scatter": Prior(
+        "1", 0.003, None, "between slides of one pair; larger scatter is summed over"
+    ),
+    "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
+    "drag-beside-plate": Prior(
+        "relative",
+        1.0,
+        0.5,
+        "drag beside a plate differs from free flight's; unstated: sizes or mass of the"
+        " seed are unknown as well",
+    ),
+    "drag-shade": Prior(
+        "of a quarter of ln n", 1.0, None, "each of n seeds feels n^0 to n^-1/2"
+    ),
+    "step-climb": Prior("of ln t", 1.0, None, "ratchets climb a step in 0.03 to 0.2 s"),
+}
+
+
+def unstated_sd(name: str) -> float:
+    """sd of something of which a recording says nothing."""
+    return _known(name, PRIORS[name].unstated, "has to be stated")
+
+
+def stated_sd(name: str) -> float:
+    """sd of something that a recording states without an sd."""
+    return _known(name, PRIORS[name].stated, "cannot be stated")
+
+
+def _known(name: str, sd: float | None, why: str) -> float:
+    if sd is None:
+        raise KeyError(f"{name} {why}")
+    return sd

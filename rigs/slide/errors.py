@@ -1,0 +1,204 @@
+"""How well one recording tells its quantities, and what else could be true of it.
+
+Rows leave the fitted values open by their noise, linear but for the onset, whose sd is
+that of its profile. Rivals are the listed effects, each linear beside the fit, and the
+other modes; one that has less than 5 % of the probability cannot make a 95 % interval
+fail."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from benchtwin.infer.noise import Noise, Stretch, estimate
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.rigs.slide.modes import (
+    KEEPS,
+    LETS_GO,
+    MOVING,
+    SET_OFF,
+    SMALL,
+    Found,
+    Nuisance,
+)
+from benchtwin.vision.measurement import Quantity
+
+INSIDE_SDS = 1.96
+ROUNDING = 1e-9  # share of a column that is left by rounding
+TINY = 1e-4  # of an effect's prior sd, which may bend much within one
+CAN_BE_TRUE = 0.05  # probability from which a rival counts
+WORDS = {
+    LETS_GO: "the block rests at first",
+    KEEPS: "the block rests at first",
+    MOVING: "the block moves from the first row on",
+    SET_OFF: "the block is set off within the recording",
+}
+
+Value = Callable[[dict[str, float]], float]  # a quantity of the values by name
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Of a fit; solve (k, n): from a change of the white rows to that of the values;
+    covariance (k, k)."""
+
+    found: Found
+    covariance: np.ndarray
+    solve: np.ndarray
+
+    def quantity(self, name: str, unit: str, of: Value) -> Quantity:
+        """A function of the values, with its sd."""
+        slope = self.slope(of)
+        variance, common = float(slope @ self.covariance @ slope), 0.0
+        for one in self.found.motion.nuisances:
+            if one.common:
+                at = self.found.names.index(one.name)
+                common += (
+                    float(slope @ self.covariance[:, at]) ** 2
+                    / (self.covariance[at, at])
+                )
+        sd = math.sqrt(variance)
+        together = math.sqrt(min(common, variance))
+        return Quantity(name, float(of(self.found.own)), sd, unit, sd_common=together)
+
+    def slope(self, of: Value) -> np.ndarray:
+        """Derivatives (k,) by the values."""
+        own, out = self.found.own, []
+        for name in self.found.names:
+            step = self.found.step(name)
+            up, down = (of(own | {name: own[name] + d}) for d in (step, -step))
+            out.append((up - down) / (2 * step))
+        return np.array(out)
+
+
+def errors_of(found: Found, widen: float, onset_sd: float = 0.0) -> Errors:
+    """widen: of the rows' variance; onset_sd: by its profile, 0 where there is none."""
+    motion, names = found.motion, found.names
+    columns = motion.white(found.columns()) / (motion.level * math.sqrt(widen))
+    prior = np.zeros(len(names))
+    for one in motion.nuisances:
+        prior[names.index(one.name)] = 1 / one.sd
+    if onset_sd:  # with μ_k = μ_s no row shows a small change of the onset
+        prior[names.index("onset")] = 1 / onset_sd
+    inverse = np.linalg.pinv(np.vstack([columns, np.diag(prior)]), rcond=1e-14)
+    covariance = inverse @ inverse.T
+    if onset_sd:  # as its profile says, whatever the rows say to first order
+        at = names.index("onset")
+        longer = onset_sd / math.sqrt(covariance[at, at])
+        covariance[at] *= longer
+        covariance[:, at] *= longer
+    solve = inverse[:, : len(columns)] / (motion.level * math.sqrt(widen))
+    return Errors(found, covariance, solve)
+
+
+def noise_of(found: Found, nuisances: list[Nuisance]) -> Noise:
+    """Noise about the fit and the slopes of nuisances and effects, so that what may be
+    missing is not taken for noise."""
+    motion = found.motion
+    slopes = [found.slope(n.name, SMALL * n.sd) for n in nuisances if n.sd]
+    effects = effect_slopes(found).values()
+    columns = np.column_stack([found.columns(), *slopes, *effects])
+    rows, left = columns / motion.sigma[:, None], found.residual / motion.sigma
+    return estimate([Stretch(rows, left, motion.lag)])
+
+
+def effect_slopes(found: Found) -> dict[str, np.ndarray]:
+    """Change of what is seen (n,) by one prior sd of each effect that acts."""
+    motion, out = found.motion, {}
+    here = motion.seen(found.mode, found.own)
+    for name, effect in motion.model.effects.items():
+        if effect.act and not effect.group:
+            there = found.own | {name: TINY * effect.prior_sd}
+            change = motion.seen(found.mode, there) - here
+            if change.any():
+                out[name] = change / TINY
+    return out
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another explanation: odds over the fit, and the value of a quantity if it holds,
+    NaN where that is not shown then."""
+
+    odds: float
+    words: str
+    value: Callable[[Quantity], float]
+
+
+def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
+    """Each effect, linear beside the fit."""
+    found = errors.found
+    motion = found.motion
+    columns = motion.white(found.columns())
+    left = motion.white(found.residual[:, None])[:, 0]
+    out = []
+    for name, slope in effect_slopes(found).items():
+        effect = motion.model.effects[name]
+        column = motion.white(slope)
+        beside = column - columns @ (errors.solve @ column)
+        power = float(beside @ column)
+        if power < ROUNDING * float(column @ column):  # the fit says the same
+            continue
+        information = power / motion.level**2
+        right = float(beside @ left) / motion.level**2
+        size = right / (1 + information)  # [prior sds]
+        if not effect.low <= size * effect.prior_sd <= effect.high:
+            continue
+        ln_bayes = (size * right - math.log1p(information)) / 2
+        moved = -errors.solve @ column * size
+
+        def value(q: Quantity, moved: np.ndarray = moved) -> float:
+            return q.value + float(errors.slope(values[q.name]) @ moved)
+
+        odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
+        out.append(Rival(odds, effect.wording[0], value))
+    return out
+
+
+def share_of_loss(two: Found, one: Found, loss_sd: float) -> float:
+    """Probability that a block loses friction when it lets go (`two`, the loss free)
+    beside that it keeps it (`one`): seeds do either, so the odds are even, and a loss
+    has the prior of the effect, positive (Laplace's approximation)."""
+    prior = two.motion.model.effects["kinetic-friction"].prior_sd
+    fall = (one.misfit - two.misfit) / two.motion.level**2
+    ln_bayes = fall / 2 + math.log(2 * min(loss_sd, prior) / prior)
+    return 1 / (1 + math.exp(-min(max(ln_bayes, -500.0), 500.0)))
+
+
+def mixed(one: Quantity, other: Quantity, share: float) -> Quantity:
+    """Mean and sd of a quantity that is `other` with some probability."""
+    value = (1 - share) * one.value + share * other.value
+    parts = ((1 - share, one), (share, other))
+    variance = sum(p * (q.sd**2 + (q.value - value) ** 2) for p, q in parts)
+    common = sum(p * q.sd_common**2 for p, q in parts)
+    return replace(
+        one, value=value, sd=math.sqrt(variance), sd_common=math.sqrt(common)
+    )
+
+
+def rival_modes(best: Found, others: list[tuple[Found, float]]) -> list[Rival]:
+    """Other modes, each with the ln of its evidence over that of the best."""
+
+    def value_in(found: Found, q: Quantity) -> float:
+        return found.own["friction"] if q.name == "kinetic_friction" else math.nan
+
+    return [
+        Rival(
+            math.exp(min(ln_odds, 500.0)), WORDS[found.mode], partial(value_in, found)
+        )
+        for found, ln_odds in others
+        if found.mode != best.mode
+    ]
+
+
+def unless(rivals: list[Rival], q: Quantity) -> list[str]:
+    """Why the interval of a quantity would not hold if a rival were true."""
+    whole, out = 1 + sum(r.odds for r in rivals), []
+    for rival in rivals:
+        share = rival.odds / whole
+        value = rival.value(q)
+        if share >= CAN_BE_TRUE and not abs(value - q.value) <= INSIDE_SDS * q.sd:
+            other = f"is {value:.3g}" if math.isfinite(value) else "is not shown"
+            out.append(f"it {other} if {rival.words} (probability {share:.2g})")
+    return out
