@@ -4,7 +4,7 @@ them."""
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from benchtwin.bench.conditions import condition_errors
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.seed_kinds import kinds
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
@@ -174,6 +174,8 @@ class Drop(Section):
 
     height_mm: _Length | None = None
     """Release to plate, of the seed's lowest point."""
+    height_sd_mm: _NotNegative | None = None
+    """sd of height_mm, common to a session; absent: 5 mm, as of hands and rulers."""
     plate_mm: _TwoLengths | None = None
     """Length and width of the plate."""
     bounces: Annotated[int, Field(ge=1, le=100)] | None = None
@@ -194,6 +196,13 @@ class Drop(Section):
     """Moments in the sound at which an impact was not found."""
     impacts_struck_s: Annotated[tuple[_Finite, ...], _List] | None = None
     """Moments in the sound at which something was taken for an impact that is none."""
+
+    @property
+    def height_sd(self) -> float:
+        """sd of height_mm [mm], as stated, else of heights that people state."""
+        if self.height_sd_mm is None:
+            return stated_sd("release-height")
+        return self.height_sd_mm
 
 
 class Slide(Section):

@@ -54,6 +54,21 @@ PRIORS = {
     "scale": Prior("relative", 0.01, 0.01, "a ruler beside the plane of the motion"),
     "lens": Prior("at the edge", 2e-4, None, "distortion of a good lens"),
     "perspective": Prior("1/m", 1e-3, None, "a camera that looks straight on"),
+    # a drop
+    "release-height": Prior(
+        "mm",
+        None,
+        5.0,
+        "held by hand and measured to a finger, to the seed's middle or from the"
+        " table; common to a session",
+    ),
+    "release-scatter": Prior("mm", 1.0, None, "of one release beside the others"),
+    "restitution": Prior("1", 0.3, None, "about 0.5"),
+    "restitution-with-speed": Prior(
+        "per ln v", 0.072, None, "0.1 less at 2 than at 0.5 m/s"
+    ),
+    "bounce-scatter": Prior("1", 0.003, None, "of the best balls; larger is told"),
+    "drag-coefficient": Prior("relative", 0.15, None, "of a seed beside a sphere's"),
     # a sliding block
     "friction-scatter": Prior(
         "1", 0.003, None, "between slides of one pair; larger scatter is summed over"

@@ -23,6 +23,7 @@ from benchtwin.rigs.drop.impact_quantities import (
 )
 from benchtwin.rigs.drop.impacts import Impacts
 from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
+from benchtwin.vision.motion.first_bounce import first_flat_sd
 
 E_FLOOR = 0.003  # least scatter of restitution: that of the best balls
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
@@ -280,10 +281,9 @@ def _smooth(
 def known_sd(model: ImpactModel) -> dict[str, float]:
     """Baseline sds; the effect of shape grows as the square of the elongation."""
     square, push = model.elongation**2, model.friction
-    later = 0.002 + (0.55 if model.spun else 0.8) * square
     known = {
         "e": NUISANCES["e"],
-        "shape.later": later,
+        "shape.later": first_flat_sd(model.elongation, spun=model.spun),
         "shape.slow": 5e-4 + 0.25 * square,
         "upright": model.impacts.plumb_sd,
     }

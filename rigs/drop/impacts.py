@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from benchtwin.bench.air import air_of, stated_sizes_mm
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import ONE_SIZE_LONG, UNKNOWN_LONG, elongation
 from benchtwin.infer.problem import Fit
 from benchtwin.rigs.drop.flight_model import (
     STARTS,
@@ -23,8 +24,6 @@ CONTACT_FRAMES, CONTACT_PLACE_M = (
     0.02,
     5e-5,
 )  # sd of contact times: in frames; from place over change of speed
-UNKNOWN_LONG = 0.3  # elongation of a seed of which no sizes are stated
-ONE_SIZE_LONG = 0.05  # of one that is described by a single size
 HEIGHT_SD_M = 1e-3
 
 
@@ -136,11 +135,7 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
             rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
             continue
         radius = float(np.prod(half)) ** (1 / len(half))
-        long = (
-            (half.max() - half.min()) / (half.max() + half.min())
-            if len(half) > 1
-            else ONE_SIZE_LONG
-        )
+        long = elongation(half.tolist())
         reach = (
             float(half.max() - half.min())
             if len(half) > 1

@@ -234,16 +234,7 @@ def observe_sound(recording: Recording, file: Path) -> Observation:
 def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
     """Quantities of the drops in a sound, without an overlay."""
     drops = [_observe_drop(drop, recording) for drop in heard.drops]
-    found = (
-        drops[0]
-        if len(drops) == 1
-        else over_drops(
-            [
-                _with_shared_errors(found, drop, recording)
-                for found, drop in zip(drops, heard.drops)
-            ]
-        )
-    )
+    found = drops[0] if len(drops) == 1 else over_drops(drops)
     return replace(found, notes=tuple(dict.fromkeys((*heard.notes, *found.notes))))
 
 
@@ -261,27 +252,6 @@ def _observe_drop(drop: HeardDrop, recording: Recording) -> Observation:
             for q in quantities
         )
     return Observation(recording.id, "drop", quantities, tuple(notes), bounces=bounces)
-
-
-def _with_shared_errors(
-    found: Observation, drop: HeardDrop, recording: Recording
-) -> Observation:
-    """The drop with what its errors have in common with those of the other drops of the
-    recording, that of the stated height and of the air: what is left of the sds if the
-    times were exact."""
-    exact, *_ = measure_impacts(
-        drop.times, np.zeros_like(drop.sd), recording, first=drop.first
-    )
-    shared = {q.name: q.sd for q in exact if q.quality != FAILED}
-    return replace(
-        found,
-        quantities=tuple(
-            replace(q, sd_common=min(shared.get(q.name, 0.0), q.sd))
-            if q.quality != FAILED
-            else q
-            for q in found.quantities
-        ),
-    )
 
 
 def combine_with_sound(
