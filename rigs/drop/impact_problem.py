@@ -10,7 +10,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from benchtwin.infer.linear import Reduced
 from benchtwin.rigs.drop.effects import EFFECTS
-from benchtwin.rigs.drop.effects.hooks import Hits, tilted_kick, tilted_restitution
+from benchtwin.rigs.drop.effects.hooks import (
+    Hits,
+    fallen_deeper,
+    tilted_kick,
+    tilted_restitution,
+)
 from benchtwin.rigs.drop.impact_quantities import (
     KICK_FLOOR,
     NEARLY_ROUND,
@@ -22,6 +27,7 @@ from benchtwin.rigs.drop.impact_quantities import (
     stuck,
 )
 from benchtwin.rigs.drop.impacts import Impacts
+from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
 from benchtwin.vision.motion.first_bounce import first_flat_sd
 
@@ -68,6 +74,7 @@ class ImpactModel:
     spun: bool
     friction: Friction
     level_sd: float  # of the logarithm of the scatter
+    height_sd_mm: dict[str, float]  # of the stated heights of each session, by name
 
 
 def elongation_of(impacts: Impacts) -> float:
@@ -116,15 +123,32 @@ def model_of(
         spun,
         push,
         max(s.log_level_sd for _, s in found),
+        _height_sds(impacts),
     )
+
+
+def _height_sds(impacts: Impacts) -> dict[str, float]:
+    """sd [mm] of the stated heights of each session of which some impacts need them."""
+    needing = impacts.recording[np.isfinite(impacts.fell)]
+    return {height_name(impacts.sessions[r]): impacts.height_sd_mm[r] for r in needing}
+
+
+def height_name(session: str) -> str:
+    """The global by which that session's stated heights are too low."""
+    return f"{HEIGHT}:{session}"
 
 
 def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
     """Effects that these impacts can show, names of all globals, and the baseline's
     sds."""
     rows = {True: len(model.kick_rows), False: len(model.e_rows)}
-    effects = {n: e for n, e in IN_IMPACTS.items() if rows[e.kick is not None]}
-    return effects, (*effects, *NUISANCES), known_sd(model)
+    effects = {
+        n: e
+        for n, e in IN_IMPACTS.items()
+        if rows[e.kick is not None] and (not e.needs or e.needs(model.impacts))
+    }
+    names = (*effects, *NUISANCES, *model.height_sd_mm)
+    return effects, names, known_sd(model) | model.height_sd_mm
 
 
 def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
@@ -167,6 +191,8 @@ def _scatter_of_e(
         )
 
     laws = _e_designs(seen, impacts.number)
+    if impacts.of_stated_height:
+        laws.append(np.column_stack([laws[0], 1 / impacts.fell]))
     for z in () if follows is None else follows[impacts.recording].T:
         laws.append(np.column_stack([laws[0], z]))
     found = [(scatter, law) for law in laws if (scatter := about(law))]
@@ -304,6 +330,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         model.impacts.number,
         1 - (stick + values["grip"]) * seen.share,
         seen.drift,
+        model.impacts.fell,
     )
     shape = later * (
         values["shape.later"]
@@ -328,6 +355,11 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
             e = effect.restitution(hits, e, value)
         if value and effect.kick:
             kick = kick + effect.kick(hits, value)
+    whose = np.array([height_name(s) for s in model.impacts.sessions])
+    for name in model.height_sd_mm:
+        own = whose[model.impacts.recording] == name
+        fallen = replace(hits, fell=np.where(own, hits.fell, np.inf))
+        e = fallen_deeper(fallen, e, values[name])
     return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
 
 
@@ -343,9 +375,8 @@ def reduce(
     seen = predict(model, at)
     columns = []
     for name, value in at.items():
-        step = 1e-3 * (
-            IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else NUISANCES[name]
-        )
+        usual = IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else 1.0
+        step = 1e-3 * NUISANCES.get(name, usual)
         columns.append((predict(model, at | {name: value + step}) - seen) / step)
     a = np.column_stack([*columns, *([] if extra is None else extra)])
     b = model.y - seen + a[:, : len(values)] @ values

@@ -7,12 +7,15 @@ from benchtwin.infer.noise import LOCK_PX
 from benchtwin.rigs.drop.effects.hooks import (
     View,
     distorted,
+    fallen_deeper,
     keystone,
+    lower,
     scaled,
     turned,
     wobbled,
 )
 
+HEIGHT = "height"  # by how much a session's stated heights are too low
 PRIORS = {  # sds
     # of g over the earth, which acts as the scale; plus what is stated (or 1 %)
     "scale": 5e-4,
@@ -28,6 +31,7 @@ PRIORS = {  # sds
     "air": 0.15,  # of a seed's drag beside a sphere's; 1 where no sizes are stated
     # d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)
     "air-slope": SLOPE_SD,
+    HEIGHT: 1.0,  # mm: as stated (or 5 mm)
 }
 DISTANCES_M = (
     0.45,
@@ -64,10 +68,22 @@ def _lock(axis: int, wave):
     return picture
 
 
-def _nuisance(name: str, picture=None, needs=None, sd: float | None = None) -> Effect:
+def _nuisance(
+    name: str, picture=None, needs=None, sd: float | None = None, **laws
+) -> Effect:
     sd = sd or PRIORS[name] or 1.0
     return Effect(
-        name, "nuisance", "", "", sd, -np.inf, np.inf, "", picture=picture, needs=needs
+        name,
+        "nuisance",
+        "",
+        "",
+        sd,
+        -np.inf,
+        np.inf,
+        "",
+        picture=picture,
+        needs=needs,
+        **laws,
     )
 
 
@@ -82,6 +98,13 @@ _FOUND = (
     _nuisance("wobble.other", wobbled(1), lambda session: session.spins),
     _nuisance("air"),
     _nuisance("air-slope"),
+    _nuisance(
+        HEIGHT,
+        None,
+        lambda seen: seen.of_stated_height,
+        release=lower,
+        restitution=fallen_deeper,
+    ),
     *(
         _nuisance(f"{LOCK}.{'xz'[k]}.{w.__name__}", _lock(k, w), sd=LOCK_PX)
         for k in (0, 1)

@@ -1,13 +1,12 @@
 """Restitution of a drop's first bounce, of which only the stated height tells the
 speed, together with what the later bounces tell of themselves.
 
-    e_k = a + b ln(v_k/v₁) + c [k > 1] + u_k,    e₁ as read = e₁ (1 + δ/2H)
+    e_k = a + b ln(v_k/v₁) + c [k > 1] + u_k,    e₁ as read = e₁ √(1 + δ/H)
 
 a, b, c (a seed lies flat at first) and δ, the error of the height H, have priors, the
 scatter u an unknown sd, over which is averaged. All is linear in normal numbers: the
 posterior is that of Gaussian processes (Rasmussen & Williams 2006, eq. 2.23)."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +27,7 @@ def first_flat_sd(elongation: float, *, spun: bool = False) -> float:
 class FirstBounce:
     """Restitution with sd, and by_height, its change [1] with one sd of the height;
     low_mm, low_sd_mm: by how much the height is stated too low, by the later bounces
-    alone (infinite sd where they do not tell)."""
+    alone."""
 
     value: float
     sd: float
@@ -61,36 +60,40 @@ def first_bounce(
     ln = np.log(speed / speed[0])
     alike = unstated_sd("restitution") ** 2 + np.outer(later, later) * flat_sd**2
     alike = alike + unstated_sd("restitution-with-speed") ** 2 * np.outer(ln, ln)
-    by_height = e[0] / (2 * height_mm) * height_sd_mm  # of e as read
+    per_mm = e[0] / (2 * height_mm)  # of e as read
+    mean, sd, by_height = _posterior(e, error, alike, per_mm * height_sd_mm)
+    low, low_sd, _ = _posterior(e, error, alike, per_mm * height_mm)
+    true = 1 - min(low[1] / 2, 0.9)  # e₁ over e₁ as read, whose square the heights have
+    return FirstBounce(
+        mean[0],
+        sd[0],
+        by_height,
+        height_mm * (true**-2 - 1),
+        height_mm * low_sd[1] * true**-3,
+    )
+
+
+def _posterior(
+    e: np.ndarray, error: np.ndarray, alike: np.ndarray, by_height: float
+) -> tuple[list[float], list[float], float]:
+    """Means and sds of e₁ and of the height's error in its prior sds, which changes e₁
+    as read by `by_height`; and by how much it changes the mean of e₁."""
     first = np.zeros(len(e))
     first[0] = by_height
+    off = e - USUAL
     ln_weight, found = [], []
     for s in unstated_sd("bounce-scatter") * SCATTERS:
         true = alike + s**2 * np.eye(len(e))
         whole = true + error + np.outer(first, first)
-        told = np.column_stack([true[0], first])  # of e₁ and of δ in sds, with e
+        told = np.column_stack([true[0], first])  # covariances with e as read
         gain = np.linalg.solve(whole, told).T
-        off = e - USUAL
-        ln_weight.append(
-            -0.5 * (np.linalg.slogdet(whole)[1] + off @ np.linalg.solve(whole, off))
-        )
-        mean = gain @ off + [USUAL, 0.0]
+        ln_det = np.linalg.slogdet(whole)[1]
+        ln_weight.append(-0.5 * (ln_det + off @ np.linalg.solve(whole, off)))
         variance = [true[0, 0], 1.0] - (gain * told.T).sum(axis=1)
-        found.append([*mean, *variance, gain[0] @ first])
+        found.append([*(gain @ off + [USUAL, 0.0]), *variance, gain[0] @ first])
     weight = np.exp(np.array(ln_weight) - max(ln_weight))
     values = np.array(found)
     mean = np.average(values, axis=0, weights=weight)
     spread = np.average((values - mean)[:, :2] ** 2, axis=0, weights=weight)
     sd = np.sqrt(mean[2:4] + spread)
-    # without its prior, of sd 1, δ has the precision 1/sd² − 1
-    alone = 1 / sd[1] ** 2 - 1
-    low, low_sd = (
-        (mean[1] / sd[1] ** 2 / alone, alone**-0.5) if alone > 1e-9 else (0.0, math.inf)
-    )
-    return FirstBounce(
-        float(mean[0]),
-        float(sd[0]),
-        float(abs(mean[4])),
-        float(low * height_sd_mm),
-        float(low_sd * height_sd_mm),
-    )
+    return mean[:2].tolist(), sd.tolist(), float(abs(mean[4]))

@@ -8,8 +8,9 @@ and frame rate are stated, γ is g (1 + η)(1 + ε): ε the error of the scale, 
 everything else. Both have priors with their sds, so that the curvature of the parabolas
 refines the scale."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,13 @@ from benchtwin.vision.motion.outliers import (
     off_curve,
     single_spikes,
 )
-from benchtwin.vision.motion.split_flights import free_flights, split
+from benchtwin.vision.motion.split_flights import free_flights, splits
 
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
-LEAST_FALL = (
-    0.3  # of the track's height: a single flight of less, without a contact, is none
+NO_FALL = (
+    "no fall can be distinguished from how the seed was held: too much noise, or too"
+    " few frames"
 )
 
 
@@ -54,7 +56,8 @@ class Flights:
     """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ …
     γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by
     the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left
-    out on either side of a contact."""
+    out on either side of a contact; unused: whether lowest points before the first
+    flight are no contacts (a hand, a slip of the tracker)."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -68,6 +71,7 @@ class Flights:
     outlier: np.ndarray
     guard: float
     drag: float
+    unused: bool = False
 
     @property
     def gamma(self) -> float:
@@ -152,34 +156,67 @@ def fit_flights(
     gravity: Gravity,
 ) -> Flights:
     """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,):
-    used to find outliers only."""
+    used to find outliers only.
+
+    Of the moments at which the seed may have been let go, that is taken whose flights
+    tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
+    reach = float(np.ptp(height))
+    best, most, errors = None, 0.0, []
+    for begin, ranges in enumerate(splits(height)):
+        if best is not None and len(height) - ranges[0][0] < best[2]:
+            break  # fewer rows are left than are explained already
+        try:
+            tried = _free_part(
+                ranges, time, frame, height, across, weight, gravity, step
+            )
+        except MeasurementError as error:
+            errors.append(error)
+            continue
+        flights, residual = tried[0]
+        explained = _explained(residual, reach)
+        if flights.free > 0 and explained > most:
+            best, most = (begin, tried, len(residual)), explained
+    if best is None:
+        raise errors[0] if errors else MeasurementError(NO_FALL)
+    begin, ((first, residual), ranges, outlier), _ = best
+    if len(first.rows) == 1:  # no contact: a seed that is held explains much as well
+        still = height[first.rows[0]] - np.median(height[first.rows[0]])
+        if _explained(still, reach) > _explained(residual, reach):
+            raise MeasurementError(NO_FALL)
+    rows, guard = _usable(ranges, first.contact_times(), time, outlier, step)
+    flights, _ = _fit_once(
+        rows, time, frame, height, weight, gravity, outlier, guard, quick=False
+    )
+    return replace(flights, unused=bool(begin))
+
+
+def _free_part(ranges, time, frame, height, across, weight, gravity, step):
+    """(flights, residuals), ranges and outliers of the free flights among these."""
     outlier = single_spikes(height)
-    ranges = split(height)
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
-    for turn in range(4):
+    for _ in range(3):
         rows, guard = _usable(ranges, contact_times, time, outlier, step)
         flights, residual = _fit_once(
-            rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3
+            rows, time, frame, height, weight, gravity, outlier, guard, quick=True
         )
         contact_times = flights.contact_times()
-        if turn == 3:
-            if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(
-                height[~outlier]
-            ):
-                raise MeasurementError(
-                    "no fall can be distinguished from how the seed was held: too much"
-                    " noise, or too few frames"
-                )
-            return flights
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
         ranges = ranges[
             : free_flights(rows, time, height, residual, flights.contact_states(), step)
         ]
-    raise AssertionError
+    return (flights, residual), ranges, outlier
+
+
+def _explained(residual: np.ndarray, reach: float) -> float:
+    """ln of how much better the places are told than by "anywhere within reach"; a row
+    far off counts as that (heavy tails)."""
+    sd = max(robust_sd(residual), 1e-6 * reach)
+    density = np.exp(-0.5 * (residual / sd) ** 2) / (math.sqrt(2 * math.pi) * sd)
+    return float(np.log1p(reach * density).sum())
 
 
 def _spikes(

@@ -9,8 +9,14 @@ bouncing seed towards the camera or away from it changes the scale."""
 import math
 
 import numpy as np
+from benchtwin.bench.air import (
+    SHAPE_SD,
+    SLOWEST_M_S,
+    UNKNOWN_DRAG_PER_M,
+    air_of,
+    drag_at,
+)
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.bench.ellipsoid import sphere_volume
 from benchtwin.vision.motion.flight import Flights, Gravity
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
@@ -20,10 +26,7 @@ OTHER_SD = 1e-3
 # relative, due to drag on a seed of unknown size and mass (a soybean over 310 mm: 1.4 %
 # of g)
 UNKNOWN_AIR_SD = 0.01
-# assumed where the seed is not described: a soybean's (maize 0.03, wheat 0.08)
-UNKNOWN_DRAG_PER_M = 0.045
 UNKNOWN_FALL_M = 0.6  # assumed height of an unknown fall: rms of heights up to 1 m
-SHAPE_SD = 0.15  # relative: drag coefficient of a seed against that of a sphere
 NEAREST_MM, FARTHEST_MM = (
     300.0,
     20_000.0,
@@ -31,29 +34,18 @@ NEAREST_MM, FARTHEST_MM = (
 
 
 def drag_per_metre(recording: Recording, speed: float) -> float | None:
-    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None
-    where the seed is not described. k = ρ_a C_d π d² / (8 m), d the diameter of the
-    sphere of equal volume, C_d of Schiller & Naumann (1935) up to Re 1000 and 0.44
-    beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD."""
-    seed, air = recording.seed, recording.air
-    if air.density_kg_m3 == 0:
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s], as of
+    a sphere of equal volume (bench.air); None where the seed is not described."""
+    seed = recording.seed
+    if not recording.air.density_kg_m3:
         return 0.0
-    sizes = seed.sizes_mm
-    if not sizes:
+    if not seed.sizes_mm or not (seed.mass_g or seed.density_kg_m3):
         return None
-    diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
-    if seed.mass_g:
-        mass = seed.mass_g / 1000
-    elif seed.density_kg_m3:
-        mass = seed.density_kg_m3 * sphere_volume(diameter)
-    else:
-        return None
-    coefficient = 0.44
-    if air.viscosity_pa_s > 0:
-        reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
-        if reynolds < 1000:
-            coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687)
-    return air.density_kg_m3 * coefficient * math.pi * diameter**2 / (8 * mass)
+    about = {
+        "seed": seed.model_dump(exclude_none=True),
+        "air": recording.air.model_dump(exclude_none=True),
+    }
+    return drag_at(air_of(about), max(speed, SLOWEST_M_S))
 
 
 def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:

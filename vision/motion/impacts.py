@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.air import SHAPE_SD, UNKNOWN_DRAG_PER_M, through_air
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.ellipsoid import elongation
 from benchtwin.vision.measurement import (
@@ -25,7 +26,7 @@ from benchtwin.vision.measurement import (
     failed,
 )
 from benchtwin.vision.motion.first_bounce import first_bounce, first_flat_sd
-from benchtwin.vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
+from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.recording import Recording
 
 G = G_MM_S2 / 1000  # m/s²
@@ -59,10 +60,11 @@ def measure_impacts(
         )
     gap_sd = np.hypot(sd[:-1], sd[1:])
     height = recording.drop.height_mm if first else None
+    height_m = height / 1000 if height else None
     drag, drag_sd, drag_notes = _drag(recording, float(gap[0]), height)
     notes += drag_notes
-    before, speed, rise = _through_air(gap, height, drag)
-    air = _through_air(gap, height, drag + drag_sd)
+    before, speed, rise = through_air(gap, height_m, drag)
+    air = through_air(gap, height_m, drag + drag_sd)
     e, e_air = speed / before, air[1] / air[0] - speed / before
     # Neighbouring intervals share the impact between them, so their errors are
     # opposite.
@@ -88,11 +90,14 @@ def measure_impacts(
             recording.drop.height_sd,
             first_flat_sd(elongation(recording.seed.sizes_mm)),
         )
-        doubt = told.doubt(recording.drop.height_sd)
         e[0], e_sd[0] = told.value, told.sd
+        doubt = told.doubt(recording.drop.height_sd)
         e_common[0] = math.hypot(e_air[0], told.by_height)
         before[0] = speed[0] / e[0]
         before_sd[0] = before[0] * math.hypot(e_sd[0] / e[0], gap_sd[0] / gap[0])
+    at = _missed_interval(e)
+    if at is not None and at < 2:  # said below: it is not the height's fault
+        doubt = ""
     rise_air = air[2] - rise
     bounces = pd.DataFrame(
         {
@@ -179,7 +184,7 @@ def measure_impacts(
             bounces,
             [*notes, wrong],
         )
-    if (at := _missed_interval(e)) is not None:
+    if at is not None:
         what = (
             f"an impact seems to be missing: interval {at + 1} ({gap[at]:.4g} s) does"
             " not fit the others"
@@ -222,28 +227,6 @@ def _drag(
             else []
         ),
     )
-
-
-def _through_air(
-    gap: np.ndarray, height: float | None, drag: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(m,) each: speed before and after each impact [m/s], height of the flight after
-    it [m]; the first speed is the stated fall's."""
-    k = max(drag, 1e-9)
-    up = G * gap / 2
-    for _ in range(12):  # Newton's steps would be two; the duration is nearly 2 v / g
-        rise = np.log1p(k * up**2 / G) / (2 * k)
-        lasts = (
-            np.arctan(up * math.sqrt(k / G))
-            + np.arcsinh(np.sqrt(np.expm1(2 * k * rise)))
-        ) / math.sqrt(G * k)
-        up = up * gap / lasts
-    rise = np.log1p(k * up**2 / G) / (2 * k)
-    down = np.sqrt(G / k * -np.expm1(-2 * k * rise))
-    fall = (
-        math.sqrt(G / k * -math.expm1(-2 * k * height / 1000)) if height else math.nan
-    )
-    return np.concatenate([[fall], down[:-1]]), up, rise
 
 
 def _wrong_unit(gap: np.ndarray, top: float, recording: Recording) -> str:

@@ -90,6 +90,12 @@ def measure_rebound(
             f"{int(flights.outlier.sum())} frames lie off their flight and were left"
             " out (marked as outliers)"
         )
+    if flights.unused:
+        began = f"{used.time[flights.rows[0][0]]:.4g} {used.time_unit}"
+        notes.append(
+            f"before {began} the place moves, but not in a free fall (a hand, or a"
+            " slip of the tracker): these rows are not used"
+        )
     if flights.rho > 0.3:
         notes.append(
             f"successive frames err together (AR(1) ρ = {flights.rho:.2f}); the"
