@@ -18,7 +18,6 @@ Say = Callable[[str], None]
 # Of each rig without a record of its own (rigs/rig.py), the module of twin and the
 # function in it that reads recordings.
 READERS = {
-    "drop": ("tracks", "read_drops"),
     "roll": ("roll_tracks", "read_rolls"),
     "pile": ("piles", "read_piles"),
 }

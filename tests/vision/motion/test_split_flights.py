@@ -148,7 +148,7 @@ def test_a_slip_of_the_tracker_in_the_fall_costs_no_bounce(rows, low_mm):
 
 @pytest.mark.parametrize("amount", [15.0, 40.0])
 def test_a_hand_that_moves_before_it_lets_go_costs_no_bounce(amount):
-    """The hand lifts by some mm, lowers below, rests, and lets go; at 30 frames a second
+    """The hand lifts by some mm, lowers below, rests and lets go; at 30 frames a second
     the bounces are those without it."""
     motion = draw_drop(height_mm=600, restitution=0.75, rest_s=1.5, end_s=4.0)
     track = film_track(motion, np.random.default_rng(0), fps=30, noise_mm=0.3)
