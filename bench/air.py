@@ -13,11 +13,8 @@ from benchtwin.bench.ellipsoid import sphere_volume
 from benchtwin.bench.priors import unstated_sd
 
 SHAPE_SD = unstated_sd("drag-coefficient")  # relative, of C_d beside a sphere's
-SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
-SEED_DRAG = 0.05  # relative sd of one seed's drag within its lot (size, attitude)
-UNKNOWN = (
-    0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
-)
+SEED_DRAG = unstated_sd("drag-of-one-seed")
+UNKNOWN = unstated_sd("drag")  # over weight at 2 m/s
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # floor on speeds
 UNKNOWN_DRAG_PER_M = UNKNOWN * G_M_S2 / REFERENCE_SPEED_M_S**2

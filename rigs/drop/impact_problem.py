@@ -8,6 +8,7 @@ bounces differently at first."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.linear import Reduced
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import (
@@ -31,7 +32,7 @@ from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
 from benchtwin.vision.motion.first_bounce import first_flat_sd
 
-E_FLOOR = 0.003  # least scatter of restitution: that of the best balls
+E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
 ASIDE_FLOOR, ASIDE_LONG = (
     0.008,
@@ -45,7 +46,7 @@ STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed the effect of shape on e is constant
 IN_IMPACTS = {n: e for n, e in EFFECTS.items() if e.restitution or e.kick}
 NUISANCES = {
-    "e": 0.3,
+    "e": unstated_sd("restitution"),
     "shape.later": 0.05,
     "shape.slow": 0.02,
     "stick": 0.5,

@@ -186,7 +186,7 @@ def fit_flights(
         if _explained(still, reach) > _explained(residual, reach):
             raise MeasurementError(NO_FALL)
     rows, guard = _usable(ranges, first.contact_times(), time, outlier, step)
-    flights, _ = _fit_once(
+    flights, _ = fit_rows(
         rows, time, frame, height, weight, gravity, outlier, guard, quick=False
     )
     return replace(flights, unused=bool(begin))
@@ -198,7 +198,7 @@ def _free_part(ranges, time, frame, height, across, weight, gravity, step):
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for _ in range(3):
         rows, guard = _usable(ranges, contact_times, time, outlier, step)
-        flights, residual = _fit_once(
+        flights, residual = fit_rows(
             rows, time, frame, height, weight, gravity, outlier, guard, quick=True
         )
         contact_times = flights.contact_times()
@@ -294,16 +294,27 @@ def _usable(
     return tuple(rows), least
 
 
-def _fit_once(
-    rows, time, frame, height, weight, gravity: Gravity, outlier, guard, quick: bool
-):
+def fit_rows(
+    rows: tuple[np.ndarray, ...],
+    time: np.ndarray,
+    frame: np.ndarray,
+    height: np.ndarray,
+    weight: np.ndarray,
+    gravity: Gravity,
+    outlier: np.ndarray,
+    guard: float,
+    quick: bool,
+    noise: float | None = None,
+) -> tuple[Flights, np.ndarray]:
+    """Flights fitted to their rows, and the weighted residuals; quick: as if the noise
+    were white; noise: of a row of weight 1, where it is not to be estimated."""
     used = np.concatenate(rows)
     middle = np.array([time[r].mean() for r in rows])
     design = _places_and_speeds(rows, time, middle, 2)
     design[:, -2] = -(design[:, 1:-2:2].sum(axis=1) ** 2) / 2
     lag = frame_lag(frame[used])
     target = height[used]
-    solved = _solve(design, target, lag, weight[used], gravity, quick)
+    solved = _solve(design, target, lag, weight[used], gravity, quick, noise)
     for _ in range(2 if gravity.drag else 0):
         params = solved[0].params
         late = np.concatenate(
@@ -313,7 +324,7 @@ def _fit_once(
             ]
         )
         shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
-        solved = _solve(design, shifted, lag, weight[used], gravity, quick)
+        solved = _solve(design, shifted, lag, weight[used], gravity, quick, noise)
     found, free = solved
     return (
         Flights(
@@ -335,12 +346,12 @@ def _fit_once(
 
 
 def _solve(
-    design, target, lag, weight, gravity: Gravity, quick: bool
+    design, target, lag, weight, gravity: Gravity, quick: bool, noise: float | None
 ) -> tuple[Fit, Fit]:
     """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
-    free = fit(bare, target, lag, weight=weight, rho=rho)
+    free = fit(bare, target, lag, weight=weight, rho=rho, noise=noise)
     scale_row = np.zeros(design.shape[1])
     scale_row[-1] = 1.0
     rows, values, sds = [scale_row], [0.0], [max(gravity.scale_sd, 1e-9)]
@@ -353,7 +364,8 @@ def _solve(
             [*sds, max(gravity.other_sd, 1e-9)],
         )
     prior = (np.array(rows), np.array(values), np.array(sds))
-    return fit(design, target, lag, weight=weight, rho=rho, prior=prior), free
+    found = fit(design, target, lag, weight=weight, rho=rho, prior=prior, noise=noise)
+    return found, free
 
 
 def fit_lateral(

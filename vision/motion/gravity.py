@@ -17,15 +17,11 @@ from benchtwin.bench.air import (
     drag_at,
 )
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.motion.flight import Flights, Gravity
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
-# local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
-OTHER_SD = 1e-3
-# relative, due to drag on a seed of unknown size and mass (a soybean over 310 mm: 1.4 %
-# of g)
-UNKNOWN_AIR_SD = 0.01
 UNKNOWN_FALL_M = 0.6  # assumed height of an unknown fall: rms of heights up to 1 m
 NEAREST_MM, FARTHEST_MM = (
     300.0,
@@ -61,7 +57,14 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
         return Gravity(
             None, recording.camera.scale_sd if track.unit == "mm" else 0.0
         ), [text]
-    speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * (G_MM_S2 / 1000))
+    fall_m = max(float(np.ptp(track.y)), 1e-9) / 1000
+    speed = math.sqrt(fall_m * 2 * (G_MM_S2 / 1000))
+    # local gravity, and what a lens and a camera's pitch do to a fall's curvature
+    other = math.hypot(
+        unstated_sd("gravity"),
+        unstated_sd("perspective") * fall_m,
+        2 * unstated_sd("lens"),
+    )
     drag = drag_per_metre(recording, 0.75 * speed)
     if drag is None:
         text = (
@@ -69,7 +72,10 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
             " unknown"
         )
         return Gravity(
-            G_MM_S2, recording.camera.scale_sd, math.hypot(OTHER_SD, UNKNOWN_AIR_SD)
+            G_MM_S2,
+            recording.camera.scale_sd,
+            # drag takes k 2H/3 of g, on average over a fall
+            math.hypot(other, 2 / 3 * UNKNOWN_DRAG_PER_M * fall_m),
         ), [text]
     share = drag * speed**2 / (G_MM_S2 / 1000)
     notes = (
@@ -81,7 +87,7 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
         else []
     )
     return (
-        Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000),
+        Gravity(G_MM_S2, recording.camera.scale_sd, other, drag / 1000),
         notes,
     )  # the drag's own error: other_drag
 
@@ -155,7 +161,7 @@ def gravity_doubt(
             return (
                 f"{text}: {scale} (the fall reads {fall:.4g} mm instead of {stated:g})"
             )
-    if abs(ratio - 1) < 0.1 and gravity.other_sd > 0.9 * UNKNOWN_AIR_SD:
+    if abs(ratio - 1) < 0.1 and not gravity.drag and recording.air.density_kg_m3:
         return (
             f"{text}: {fps}, or {scale}, or air drag counts (state [seed] sizes and"
             " mass_g)"
