@@ -35,8 +35,8 @@ def lay_out(place: Path = ROOT / "build" / "installed") -> Path:
     return place
 
 
-def on_config(config: object) -> None:
-    """mkdocs calls it before it reads the packages (hooks in mkdocs.yml)."""
+def on_startup(**_: object) -> None:
+    """mkdocs calls it first of all (hooks in mkdocs.yml)."""
     lay_out()
 
 
