@@ -73,7 +73,12 @@ PRIORS = {
     ),
     "bounce-scatter": Prior("1", 0.003, None, "of the best balls; larger is told"),
     # what acts on a seed
-    "gravity": Prior("relative", 5e-4, None, "9.780 to 9.832 m/s² over the earth"),
+    "gravity": Prior(
+        "relative",
+        8e-4,
+        None,
+        "9.780 to 9.832 m/s² over the earth, 9.79 to 9.82 where most people live",
+    ),
     "drag": Prior(
         "over weight at 2 m/s",
         0.018,

@@ -163,37 +163,46 @@ def fit_flights(
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
     reach = float(np.ptp(height))
-    best, most, errors = None, 0.0, []
+    tried, errors = [], []
     for begin, ranges in enumerate(splits(height)):
-        if best is not None and len(height) - ranges[0][0] < best[2]:
+        most = max((len(t.residual) for t in tried), default=0)
+        if len(height) - ranges[0][0] < most:
             break  # fewer rows are left than are explained already
         try:
-            tried = _free_part(
-                ranges, time, frame, height, across, weight, gravity, step
-            )
+            free = _free(ranges, time, frame, height, across, weight, gravity, step)
         except MeasurementError as error:
             errors.append(error)
             continue
-        flights, residual = tried[0]
-        explained = _explained(residual, reach)
-        if flights.free > 0 and explained > most:
-            best, most = (begin, tried, len(residual)), explained
-    if best is None:
+        if free.flights.free > 0:
+            tried.append(replace(free, begin=begin))
+    if not tried:
         raise errors[0] if errors else MeasurementError(NO_FALL)
-    begin, ((first, residual), ranges, outlier), _ = best
-    if len(first.rows) == 1:  # no contact: a seed that is held explains much as well
+    best = max(tried, key=lambda t: _explained(t.residual, reach))
+    first = best.flights
+    if len(first.rows) == 1:  # no contact: that it was held explains much as well
         still = height[first.rows[0]] - np.median(height[first.rows[0]])
-        if _explained(still, reach) > _explained(residual, reach):
+        if _explained(still, reach) > _explained(best.residual, reach):
             raise MeasurementError(NO_FALL)
-    rows, guard = _usable(ranges, first.contact_times(), time, outlier, step)
+    rows, guard = _usable(best.ranges, first.contact_times(), time, best.outlier, step)
     flights, _ = fit_rows(
-        rows, time, frame, height, weight, gravity, outlier, guard, quick=False
+        rows, time, frame, height, weight, gravity, best.outlier, guard, quick=False
     )
-    return replace(flights, unused=bool(begin))
+    return replace(flights, unused=bool(best.begin))
 
 
-def _free_part(ranges, time, frame, height, across, weight, gravity, step):
-    """(flights, residuals), ranges and outliers of the free flights among these."""
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """The free flights if the seed was let go behind a lowest point, number `begin`."""
+
+    flights: Flights
+    residual: np.ndarray
+    ranges: list[tuple[int, int]]
+    outlier: np.ndarray
+    begin: int = 0
+
+
+def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
+    """The free flights among these ranges, outliers told apart."""
     outlier = single_spikes(height)
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for _ in range(3):
@@ -208,7 +217,7 @@ def _free_part(ranges, time, frame, height, across, weight, gravity, step):
         ranges = ranges[
             : free_flights(rows, time, height, residual, flights.contact_states(), step)
         ]
-    return (flights, residual), ranges, outlier
+    return _Tried(flights, residual, ranges, outlier)
 
 
 def _explained(residual: np.ndarray, reach: float) -> float:

@@ -342,7 +342,8 @@ def _quantities(
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
     turned = max(height.sd**2 - sds[4] ** 2, 0.0) ** 0.5  # by the plumb, beside `cov`
-    by_fall = np.array([values[-1], math.hypot(sds[-1], values[-1] * turned / top / 2)])
+    turned = turned / top if top > 0 else math.nan
+    by_fall = float(values[-1]), math.hypot(sds[-1], values[-1] * turned / 2)
     if stated and track.unit == "mm" and top > 0:
         off_sd = recording.drop.height_sd
         e = math.sqrt(top / stated)
@@ -350,7 +351,7 @@ def _quantities(
             e / 2 * math.hypot(sd / top, off_sd / stated)
             for sd in (height.sd, height.sd_common)
         )
-        both = e / top / 2 * (cov[-1, 4] + by_fall[0] * turned**2 / top / 2)
+        both = e / top / 2 * (cov[-1, 4] + by_fall[0] * turned**2 * top / 2)
         restitution = _likeliest(
             (e, e_sd, e_common), (*by_fall, float(common[-1])), float(both)
         )
@@ -365,11 +366,7 @@ def _quantities(
             notes = [text]
     elif seen:
         restitution = Quantity(
-            "restitution",
-            float(by_fall[0]),
-            float(by_fall[1]),
-            "1",
-            sd_common=min(float(common[-1]), float(by_fall[1])),
+            "restitution", *by_fall, "1", sd_common=min(float(common[-1]), by_fall[1])
         )
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
@@ -392,16 +389,24 @@ def _quantities(
     return tuple(_doubtful(q, flights, track, normal.value) for q in quantities), notes
 
 
-def _likeliest(one: tuple, other: tuple, both: float) -> Quantity:
+def _likeliest(
+    one: tuple[float, float, float], other: tuple[float, float, float], both: float
+) -> Quantity:
     """Restitution of least variance from two estimates (value, sd, common sd) with the
-    covariance `both`; errors that are common are of different causes."""
+    covariance `both`, the other one perhaps NaN; what is common is of different
+    causes."""
     values, sds, common = np.array([one, other]).T
     cov = np.array([[sds[0] ** 2, both], [both, sds[1] ** 2]])
-    weight = np.linalg.solve(cov, np.ones(2))
-    weight /= weight.sum()
-    sd = math.sqrt(weight @ cov @ weight)
-    shared = min(float(np.hypot(*(weight * common))), sd)
-    return Quantity("restitution", float(weight @ values), sd, "1", sd_common=shared)
+    apart = sds[0] ** 2 + sds[1] ** 2 - 2 * both
+    share = 0.0
+    if np.isfinite(other[:2]).all() and apart > 0:
+        share = float(np.clip((sds[0] ** 2 - both) / apart, 0.0, 1.0))
+    kept = np.array([1 - share, share]) > 0
+    weight = np.array([1 - share, share])[kept]
+    sd = math.sqrt(weight @ cov[np.ix_(kept, kept)] @ weight)
+    shared = min(float(np.linalg.norm(weight * common[kept])), sd)
+    value = float(weight @ values[kept])
+    return Quantity("restitution", value, sd, "1", sd_common=shared)
 
 
 def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:
