@@ -162,7 +162,6 @@ def fit_flights(
     tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
-    reach = float(np.ptp(height))
     tried, errors = [], []
     for begin, ranges in enumerate(splits(height)):
         most = max((len(t.residual) for t in tried), default=0)
@@ -177,13 +176,11 @@ def fit_flights(
             tried.append(replace(free, begin=begin))
     if not tried:
         raise errors[0] if errors else MeasurementError(NO_FALL)
-    best = max(tried, key=lambda t: t.explained(reach))
-    first = best.flights
-    if len(first.rows) == 1:  # no contact: that it was held explains much as well
-        still = height[first.rows[0]] - np.median(height[first.rows[0]])
-        if _explained(still, 1, reach) > best.explained(reach):
-            raise MeasurementError(NO_FALL)
-    rows, guard = _usable(best.ranges, first.contact_times(), time, best.outlier, step)
+    best = max(tried, key=lambda t: t.explained(height))
+    if len(best.flights.rows) == 1 and best.explained(height) <= 0:
+        raise MeasurementError(NO_FALL)
+    times = best.flights.contact_times()
+    rows, guard = _usable(best.ranges, times, time, best.outlier, step)
     flights, _ = fit_rows(
         rows, time, frame, height, weight, gravity, best.outlier, guard, quick=False
     )
@@ -200,9 +197,13 @@ class _Tried:
     outlier: np.ndarray
     begin: int = 0
 
-    def explained(self, reach: float) -> float:
-        """See _explained; a place and a speed for each flight, and gravity."""
-        return _explained(self.residual, 2 * len(self.flights.rows) + 1, reach)
+    def explained(self, height: np.ndarray) -> float:
+        """ln of how much better the flights (a place and a speed each, and gravity)
+        tell their rows than a seed that is held, or lies, does."""
+        rows, reach = self.flights.rows, float(np.ptp(height))
+        still = (_explained(height[r] - np.median(height[r]), 1, reach) for r in rows)
+        flown = _explained(self.residual, 2 * len(rows) + 1, reach)
+        return flown - sum(max(one, 0.0) for one in still)
 
 
 def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
