@@ -1,11 +1,11 @@
 """Findings in words: the verdict in a sentence, as printed and as a report opens."""
 
-import importlib
 import math
 import traceback
 from pathlib import Path
 
 from benchtwin.bench.numbers import plus_minus
+from benchtwin.bench.rigs import RIGS
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding
@@ -26,7 +26,6 @@ WHERE = {
     "middle": "in the middle of the slope",
     "toe": "at the toe",
 }
-PLURALS = {"drop": "drops", "slide": "slides", "roll": "rolls", "pile": "heaps"}
 UNITS = {
     "pct": "%",
     "deg": "°",
@@ -42,9 +41,9 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
-    if rig not in PLURALS:
+    if rig not in RIGS or not RIGS[rig].effects:
         return None
-    return importlib.import_module(f"benchtwin.rigs.{rig}.effects").EFFECTS.get(name)
+    return RIGS[rig].part("effects").get(name)
 
 
 def fault_in_words(error: Exception) -> str:

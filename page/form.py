@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
-from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -88,8 +88,8 @@ class Section:
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml;
     defaults: the bench.toml."""
-    rig = rig if rig in RIGS else None  # whatever a file says
-    more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
+    rig = rig if isinstance(rig, str) and rig in RIGS else None  # as a file may say
+    more = RIGS[rig].corrected_in if rig else ("track",)
     wanted = [*COMMON_SECTIONS, *([rig] if rig else []), *more, "air"]
     top = tuple(
         _field("", key, info, content, defaults)

@@ -4,7 +4,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.bench.keys import Drop
+from benchtwin.bench.section import Section
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
 from benchtwin.vision.motion.drop_sound import (
@@ -91,7 +91,7 @@ def _times(heard: SoundImpacts, rows) -> list[float]:
 
 
 def changes_of_click(
-    at_s: float, reach_s: float, now: SoundView, drop: Drop
+    at_s: float, reach_s: float, now: SoundView, drop: Section
 ) -> Changes:
     """What a click means for the keys: an impact within reach is struck out, or no
     longer added; what was struck out comes back; elsewhere an impact is added, at the

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.page.folder import Folder, Refused, clean_name, whole_folder
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
@@ -213,8 +214,6 @@ def _table_name(name: str, path: Path) -> str:
         return "track.csv"
     if heading == {"t_s"}:
         return "impacts.csv"
-    from benchtwin.vision.evidence.tables import READING_COLUMNS
-
     return "readings.csv" if heading & set(READING_COLUMNS) else name
 
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.measure.observed import Observed as Observed
-from benchtwin.vision.evidence.tables import READING_COLUMNS, read_readings
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
+from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import FAILED, MeasurementError
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.recording import among_results as among_results

@@ -4,9 +4,10 @@ calibration, weighed again for an export."""
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.material import Q235
 from benchtwin.sim.seed import Seed
-from benchtwin.twin.parameters import SOFT_PA, Parameters, bench
+from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.vision.evidence.read_keys import validate
 
 
@@ -25,7 +26,9 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     ]
     materials = {"seed": _material(of.seed), "wall": _material(Q235)}
     materials["seed"]["shear_modulus_pa_simulated"] = {
-        rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()
+        name: parameters.for_rig(name).shear_modulus_pa
+        for name, rig in RIGS.items()
+        if rig.setup
     }
     sizes = dict(
         zip(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 from benchtwin.bench.numbers import with_sd
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
 from rich.console import Console
@@ -15,18 +16,8 @@ from rich.table import Table
 
 MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10
-MAIN_QUANTITIES = {  # of each rig, in groups of which the first measured one is printed
-    "drop": (
-        ("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),
-    ),
-    "slide": (("static_friction", "slide_angle"),),
-    "roll": (
-        ("rolling_resistance", "rolling_friction", "run_out", "acceleration"),
-        ("slope",),
-    ),
-    "drum": (("flowing_angle",),),
-    "pile": (("repose_angle", "height_over_radius_angle"), ("centroid_angle",)),
-}
+# of each rig, in groups of which the first measured one is printed
+MAIN_QUANTITIES = {rig.name: rig.printed for rig in RIGS.values()}
 COLOURS = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}
 Notes = Sequence[tuple[str, str]]
 

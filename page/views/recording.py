@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page import measuring, sound_impacts, toml_file
 from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
@@ -51,12 +52,6 @@ HELP = {
     "place": "Click the middle of the seed, frame by frame: the film steps on by"
     " itself. Delete takes a place away. By key: Tab to the cross, move it with the"
     " arrow keys, Enter sets it.",
-}
-RIG_NAMES = {
-    "drop": "a seed falls on a plate",
-    "slide": "a plate is raised",
-    "roll": "a seed rolls and runs out",
-    "pile": "a heap",
 }
 BY_HAND = {  # keys that "Automatic again" takes away
     "pile": [("pile", "baseline_px"), ("pile", "roi_px"), ("pile", "window_pct")],
@@ -240,7 +235,7 @@ class View:
 
         with ui.row().classes("items-center"):
             ui.label("What was done?").classes("text-lg failed")
-            for rig, means in RIG_NAMES.items():
+            for rig, means in ((r.name, r.what) for r in RIGS.values()):
                 ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props(
                     "no-caps outline"
                 )

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.bench.resolution import reading_step
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.evidence.tables import READING_COLUMNS, Table, read_readings
+from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,
@@ -18,8 +19,8 @@ from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
-# protractor or ruler, release height.
-INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
+# protractor, ruler or scale, a stop watch by hand; release height.
+INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2, "g": 0.05, "s": 0.1}
 HEIGHT_SD_MM = 1.0
 
 

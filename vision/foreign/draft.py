@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 import tomlkit
+from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
 from benchtwin.vision.foreign import read_foreign
@@ -21,37 +22,10 @@ from benchtwin.vision.foreign.as_evidence import (
 )
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import RIGS, VIDEO_SUFFIXES, bare_recording
+from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
 
-RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
-    "drop": (
-        (
-            "[drop] height_mm",
-            (
-                "from which height was it released (lowest point of the seed to plate,"
-                " in mm)?"
-            ),
-        ),
-    ),
-    "slide": (
-        (
-            "[slide] tilt_rate_deg_s",
-            (
-                "how fast was the plate raised, and at what angle did it start ([slide]"
-                " start_deg)?"
-            ),
-        ),
-    ),
-    "roll": (
-        (
-            "[roll] incline_deg, incline_length_mm",
-            "how steep and how long was the incline?",
-        ),
-    ),
-    "pile": (),
-    "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
-}
+WHICH_RIG = (("rig", f"which rig is it: {rigs_in_words()}?"),)
 BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
 _COPIED = (
     (VIDEO_SUFFIXES, "video"),
@@ -99,7 +73,7 @@ class Draft:
         }
         rest = [
             f"{key}: {words}"
-            for key, words in RIG_QUESTIONS[self.rig]
+            for key, words in (RIGS[self.rig].asked if self.rig else WHICH_RIG)
             if key not in stated
         ]
         return (*self.questions, *rest)

@@ -36,10 +36,12 @@ BENT_DEG = 15.0
 
 
 def observe_drum(
-    recording: Recording, progress: Callable[[float], None] | None = None
+    recording: Recording,
+    options: object = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Observation:
     """Measure flowing_angle [deg] on frames or a video. MeasurementError where nothing
-    flows, or the film is too short."""
+    flows, or the film is too short. options: of piles, not used."""
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
             f"{recording.path}: a drum is measured on frames or a video, not on"
