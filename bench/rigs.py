@@ -10,7 +10,10 @@ from benchtwin.bench.rig import PACKAGE, Rig
 def _records() -> Iterator[Rig]:
     for module in iter_modules(import_module(PACKAGE).__path__):
         if module.ispkg:
-            yield import_module(f"{PACKAGE}.{module.name}").RIG
+            package = import_module(f"{PACKAGE}.{module.name}")
+            if not hasattr(package, "RIG"):
+                raise ImportError(f"rigs/{module.name}/__init__.py holds no RIG")
+            yield package.RIG
 
 
 RIGS: dict[str, Rig] = {
