@@ -14,7 +14,8 @@ from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import Recording
 
 LEAST_WINDOW = 0.1  # of the crest's height
-MAIN_QUANTITY = {  # reported as failed where a recording cannot be measured
+# reported as failed where a recording cannot be measured
+MAIN_QUANTITY: dict[str | None, tuple[str, str]] = {
     **{rig.name: rig.main for rig in RIGS.values()},
     "seeds": ("seed_length", "mm"),
     None: ("recording", ""),

@@ -2,9 +2,9 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from benchtwin.bench.section import Section
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
 from benchtwin.vision.motion.drop_sound import (
@@ -42,12 +42,8 @@ def find_with_corrections(
 ) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
-    plain = replace(
-        recording,
-        drop=drop.model_copy(
-            update={"impacts_added_s": None, "impacts_struck_s": None}
-        ),
-    )
+    uncorrected = {"impacts_added_s": None, "impacts_struck_s": None}
+    plain = replace(recording, **{"drop": drop.model_copy(update=uncorrected)})
     struck, sudden = (
         [float(t) for t in drop.impacts_struck_s or ()],
         [float(t) for t in onsets.time_s],
@@ -90,9 +86,7 @@ def _times(heard: SoundImpacts, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 
-def changes_of_click(
-    at_s: float, reach_s: float, now: SoundView, drop: Section
-) -> Changes:
+def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Any) -> Changes:
     """What a click means for the keys: an impact within reach is struck out, or no
     longer added; what was struck out comes back; elsewhere an impact is added, at the
     sudden sound within reach if there is one."""

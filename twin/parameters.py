@@ -96,7 +96,7 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     seed = seed.model_copy(
         update=with_published_values(seed.model_dump(exclude_none=True))[0]
     )
-    parameters = parameters.for_rig(rig)
+    setup = setup_for(rig)
     on_steel, on_seed = parameters.contacts()
     of, drawn = material(seed), shapes(seed, parameters.spheres) or sizes(seed)
     if isinstance(drawn, Lot):
@@ -110,13 +110,13 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
         inertia_factor=seed.inertia_factor,
-        shear_modulus_pa=parameters.shear_modulus_pa,
+        shear_modulus_pa=parameters.shear_modulus_pa or setup.soft_pa,
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
         laws=tuple(
             LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()
         ),
-        rayleigh_fraction=parameters.rayleigh_fraction,
+        rayleigh_fraction=parameters.rayleigh_fraction or setup.step,
         pull_at_end=parameters.pull_at_end,
         share_damping=parameters.share_damping,
     )

@@ -12,10 +12,10 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.bench.section import Section
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
@@ -359,7 +359,7 @@ def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
 
 
 def correct_impacts(
-    sound: Sound, onsets: Onsets, chain: Chain, drop: Section, where: str
+    sound: Sound, onsets: Onsets, chain: Chain, drop: Any, where: str
 ) -> tuple[Onsets, Chain, tuple[int, ...], list[str]]:
     """(onsets, chain, rows of the added impacts, notes) after the corrections in
     `drop`, which the file `where` states."""
