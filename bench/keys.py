@@ -133,7 +133,8 @@ class Camera(Section):
     def plumb_sd(self) -> float:
         """sd of plumb_deg; a plumb line without a stated sd is not known better than
         0.5°."""
-        return 0.5 if self.plumb_sd_deg is None else self.plumb_sd_deg
+        stated = self.plumb_sd_deg
+        return unstated_sd("plumb") if stated is None else stated
 
 
 class Reading(Section):

@@ -48,6 +48,7 @@ class Effect:
     acceleration: Callable | None = None  # (Motion, value): drops
     picture: Callable | None = None  # (places, View, value)
     clock: Callable | None = None  # (value)
+    release: Callable | None = None  # (value) → stated heights too low by that [m]
     restitution: Callable | None = None  # (Hits, e, value)
     kick: Callable | None = None  # (Hits, value)
     act: Callable | None = (

@@ -194,6 +194,7 @@ class DiagnosisTask:
         None
     )  # what to record next
     notes: tuple[str, ...] = ()
+    remarks: Callable[[Fit], tuple[str, ...]] = lambda fit: ()  # notes on what was fit
 
 
 def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
@@ -247,7 +248,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         effects=estimates,
         contact=contact,
         curves=task.curves(base.fit, chosen.fit),
-        notes=(*task.notes, *_notes(posterior)),
+        notes=(*task.notes, *task.remarks(chosen.fit), *_notes(posterior)),
         left_out=left_out_values(chosen) if alarm else {},
         unlisted=frozenset(posterior.unlisted()),
     )

@@ -85,4 +85,5 @@ def _keys(scene: Scene, i: int, drop: SimulatedDrop) -> dict:
         "id": f"drop-{i + 1:02d}",
         "session": f"day-{drop.run.session + 1}",
     }
-    return named | {"camera": camera, "drop": {"height_mm": drop.run.stated_mm}}
+    height = {"height_mm": drop.run.stated_mm, "height_sd_mm": 1.0}
+    return named | {"camera": camera, "drop": height}

@@ -1,4 +1,4 @@
-"""Drops: flights and impacts."""
+"""Drops: how a seed falls, and how it bounces."""
 
 from benchtwin.bench.rig import Rig
 from benchtwin.rigs.drop.keys import Drop
@@ -28,6 +28,7 @@ RIG = Rig(
     ),
     own_parameters=True,
     observe="benchtwin.measure.observe_motion:observe_moving",
+    measure="benchtwin.vision.motion.rebound:measure_rebound",
     setup=".simulate:SETUP",
     read="benchtwin.twin.tracks:read_drops",
     diagnose=".diagnose:diagnose_drop",

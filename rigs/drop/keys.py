@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal
 
+from benchtwin.bench.priors import stated_sd
 from benchtwin.bench.section import (
     FROM_LIST,
     Finite,
@@ -20,6 +21,8 @@ class Drop(Section):
 
     height_mm: Length | None = None
     """Release to plate, of the seed's lowest point."""
+    height_sd_mm: NotNegative | None = None
+    """sd of height_mm, common to a session; absent: 5 mm, as of hands and rulers."""
     plate_mm: TwoLengths | None = None
     """Length and width of the plate."""
     bounces: Annotated[int, Field(ge=1, le=100)] | None = None
@@ -40,3 +43,10 @@ class Drop(Section):
     """Moments in the sound at which an impact was not found."""
     impacts_struck_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None
     """Moments in the sound at which something was taken for an impact that is none."""
+
+    @property
+    def height_sd(self) -> float:
+        """sd of height_mm [mm], as stated, else of heights that people state."""
+        if self.height_sd_mm is None:
+            return stated_sd("release-height")
+        return self.height_sd_mm

@@ -21,7 +21,6 @@ from scipy.stats import t as student
 # Systematic errors of instruments, shared by all readings of a session: zero of a
 # protractor, ruler or scale, a stop watch by hand; release height.
 INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2, "g": 0.05, "s": 0.1}
-HEIGHT_SD_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -177,7 +176,11 @@ def _derived(
             )
             return []
         e = float(np.sqrt(s.mean / h1))
-        shared = float(np.hypot(common / s.mean, HEIGHT_SD_MM / h1)) if s.mean else 0.0
+        shared = (
+            float(np.hypot(common / s.mean, recording.drop.height_sd / h1))
+            if s.mean
+            else 0.0
+        )
         return [
             _quantity(
                 "restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n

@@ -13,9 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.air import UNKNOWN_DRAG_PER_M
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.measurement import MeasurementError, Quantity, failed
-from benchtwin.vision.motion.gravity import UNKNOWN_DRAG_PER_M, drag_per_metre
+from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.motion.inertia import inertia_of_recording
 from benchtwin.vision.motion.least_squares import Fit, fit, frame_lag
 from benchtwin.vision.motion.track import Track

@@ -143,7 +143,7 @@ def test_the_stopwatch_gives_the_restitution(tmp_path):
     (observation,) = measure(tmp_path)
     assert {q.name: q.value for q in observation.quantities}[
         "restitution_normal"
-    ] == pytest.approx(0.8, abs=1e-4)
+    ] == pytest.approx(0.8, abs=1e-3)  # ± .01 by the height
 
 
 def test_several_runs_in_one_table_are_told_apart(tmp_path):
