@@ -14,9 +14,8 @@ from benchtwin.bench.ellipsoid import sphere_volume
 SHAPE_SD = 0.15  # relative, of C_d beside a sphere's
 SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
 SEED_DRAG = 0.05  # relative sd of one seed's drag within its lot (size, attitude)
-UNKNOWN = (
-    0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
-)
+# drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
+UNKNOWN = 0.018
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # floor on speeds
 
@@ -52,10 +51,8 @@ def stated_sizes_mm(description: dict) -> list[float]:
 def air_of(description: dict) -> Air:
     """From `seed` and `air` sections; absent keys get typical values and a wide sd."""
     seed, air = description.get("seed", {}), description.get("air", {})
-    density, viscosity = (
-        air.get("density_kg_m3", 1.2),
-        air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5,
-    )
+    density = air.get("density_kg_m3", 1.2)
+    viscosity = air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
     stated = density > 0
     density = density or 1.2
     sizes = stated_sizes_mm(description)

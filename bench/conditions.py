@@ -167,8 +167,7 @@ def _number_in(word: str) -> tuple[str, str] | None:
         return None
     number, gap, rest = found[1].replace(",", "."), found[2], (found[3] or "").strip()
     unit = UNITS.get(rest.lower(), "")
-    if rest and (
-        not unit or (not gap and len(rest) == 1 and rest.isupper())
-    ):  # "2C" is a plate's name, "20 C" a temperature
+    # "2C" is a plate's name, "20 C" a temperature
+    if rest and (not unit or (not gap and len(rest) == 1 and rest.isupper())):
         return None
     return number.removeprefix("+"), unit

@@ -12,9 +12,8 @@ from pydantic_core import PydanticCustomError
 COMPLETE = "complete"  # type of an error whose message lacks only the name of the file
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
-_SeedSize = Annotated[
-    float, Field(gt=0.05, le=2000, allow_inf_nan=False)
-]  # a grain of sand: 0.5, a basketball: 240
+# a grain of sand: 0.5, a basketball: 240
+_SeedSize = Annotated[float, Field(gt=0.05, le=2000, allow_inf_nan=False)]
 _Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 _Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -59,9 +58,8 @@ class Seed(Section):
     """Middle axis."""
     thickness_mm: _SeedSize | None = None
     """Shortest axis."""
-    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = (
-        None  # sand: 0.0002, a bowling ball: 7,260
-    )
+    # sand: 0.0002, a bowling ball: 7,260
+    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = None
     """Of one seed; with the axes it gives the air drag. Or state the density."""
     density_kg_m3: (
         Annotated[float, Field(gt=0.1, lt=30_000, allow_inf_nan=False)] | None

@@ -122,9 +122,8 @@ def _diagnosed(
         else:
             read, diagnose = record.part("read"), record.part("diagnose")
         seen = read(observed)
-        known = {
-            e.recording for e in entries
-        }  # every rig's reader reports unreadable files
+        # every rig's reader reports unreadable files
+        known = {e.recording for e in entries}
         wrong = [
             (s.recording, rig, s.trouble)
             for s in seen

@@ -95,9 +95,8 @@ def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
     `from_mm`."""
     begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)
     if not np.isfinite(own):
-        return float(
-            np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean())
-        )  # it did not move that far
+        # it did not move that far
+        return float(np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean()))
     time = np.linspace(0.0, twin.seen.time[-1] - begin, POINTS)
     return float(
         np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean())
@@ -138,10 +137,8 @@ def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
     """Recording and simulations at the same moments: several of a roll, one of a
     slide."""
     slide = twin.old[0].rig == "slide"
-    begin, span = (
-        twin.seen.reached(twin.from_mm),
-        twin.seen.time[-1] - twin.seen.reached(twin.from_mm),
-    )
+    begin = twin.seen.reached(twin.from_mm)
+    span = twin.seen.time[-1] - twin.seen.reached(twin.from_mm)
     moments = [0.8 * span] if slide else [k * span / 7 for k in range(8)]
     recorded = [
         int(np.argmin(np.abs(new.way - way)))

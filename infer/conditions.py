@@ -141,9 +141,8 @@ def with_conditions(
         out = []
         for r, one in enumerate(made):
             a = np.hstack([one.a[:, :base], one.a[:, [column]] * z[r], one.a[:, base:]])
-            out.append(
-                replace(one, a=a, chi2=None if there else one.chi2)
-            )  # χ² there is without β
+            # χ² there is without β
+            out.append(replace(one, a=a, chi2=None if there else one.chi2))
         return tuple(out)
 
     def reduce(starts: np.ndarray, values: np.ndarray, extra=None):

@@ -34,9 +34,8 @@ LEAST_ROWS = 40  # of a stretch that tells a correlation
 FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
 PRIOR_SD = 1.8  # of either logit
 WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
-LOCK_PX = (
-    0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
-)
+# sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
+LOCK_PX = 0.03
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
 ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
@@ -216,18 +215,14 @@ def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
 
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows (n, s, p + 1) padded with zeros, lags (n, s), number of true rows (s,)."""
-    count, p = (
-        np.array([len(s.data) for s in stretches]),
-        max(s.design.shape[1] for s in stretches),
-    )
+    count = np.array([len(s.data) for s in stretches])
+    p = max(s.design.shape[1] for s in stretches)
     n = count.max()
     rows, lag = np.zeros((n, len(count), p + 1)), np.full((n, len(count)), np.inf)
     for j, (s, m) in enumerate(zip(stretches, count, strict=True)):
-        rows[:m, j, : s.design.shape[1]], rows[:m, j, p], lag[:m, j] = (
-            s.design,
-            s.data,
-            s.lag,
-        )
+        rows[:m, j, : s.design.shape[1]] = s.design
+        rows[:m, j, p] = s.data
+        lag[:m, j] = s.lag
     return rows, lag, count
 
 

@@ -45,12 +45,10 @@ BASELINE_WEIGHT = 1e-4  # beside the likeliest baseline, below which one is drop
 LOWER_CHI2 = 10.0  # by which a larger set must be lower to suggest another minimum
 SINGLE_WEIGHT = 1e-3  # of a single component that is fitted in full
 NOTHING_CERTAIN = 0.995  # probability of nothing missing at which no more is fitted
-NOTHING_DOUBTFUL = (
-    0.5  # below which nonlinear effects are fitted whatever their slope at 0
-)
-WIDE_PRIOR = (
-    5.0  # factor on priors for estimates: a prior is for presence, not for size
-)
+# below which nonlinear effects are fitted whatever their slope at 0
+NOTHING_DOUBTFUL = 0.5
+# factor on priors for estimates: a prior is for presence, not for size
+WIDE_PRIOR = 5.0
 
 
 def explain(
@@ -112,10 +110,8 @@ class _Search:
             replace(r, a=r.a / root, smooth=r.smooth / root, b=r.b / root)
             for r in reduced
         )
-        components, columns = (
-            [replace(c, columns=c.columns / root) for c in components],
-            columns / root,
-        )
+        components = [replace(c, columns=c.columns / root) for c in components]
+        columns = columns / root
         spread = (
             problem.unknown_scatter(problem, reduced)
             if problem.unknown_scatter
@@ -148,14 +144,10 @@ class _Search:
                     or best.chi2 > here[listed].fit.chi2 - LOWER_CHI2
                 ):
                     continue
-                before, values = (
-                    here[listed],
-                    {
-                        key: v
-                        for key, v in self.values.items()
-                        if key[:2] == (k, listed)
-                    },
-                )
+                before = here[listed]
+                values = {
+                    key: v for key, v in self.values.items() if key[:2] == (k, listed)
+                }
                 self.add(k, listed, best)
                 if here[listed].fit.chi2 > before.fit.chi2:
                     here[listed] = before
@@ -187,9 +179,8 @@ class _Search:
                     parents[listed] = max(
                         able, key=lambda own: (len(own), own_value[own])
                     )
-                if (
-                    len(listed) <= len(parents[listed]) + 1
-                ):  # larger sets wait for a fitted subset
+                # larger sets wait for a fitted subset
+                if len(listed) <= len(parents[listed]) + 1:
                     weighed[k, names] = (
                         *self.value(k, parents[listed], names),
                         parents[listed],
@@ -215,9 +206,8 @@ class _Search:
         key = (k, own, names)
         if key not in self.values:
             table = self.tables[k][own].table
-            known = all(
-                n in table.components for n in names
-            )  # windows are laid where a fit's motion passes
+            # windows are laid where a fit's motion passes
+            known = all(n in table.components for n in names)
             found = table.ln_evidence(names) if known else (np.nan, np.nan)
             self.values[key] = found if np.isfinite(found[0]) else (-1e9, -1e9)
         return self.values[key]
@@ -327,10 +317,8 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
             if effect.follows
             else Kind.EFFECT
         )
-        sd, scaled_prior = (
-            np.array([p.prior_sd for p in parts]),
-            np.array([p.scaled_prior for p in parts]),
-        )
+        sd = np.array([p.prior_sd for p in parts])
+        scaled_prior = np.array([p.scaled_prior for p in parts])
         out.append(
             Component(
                 name,

@@ -37,9 +37,8 @@ class Family:
     """Terms that differ in the power of one quantity."""
 
     say: Callable[[bool, str], str]  # (rises, power in words) → the law
-    columns: Callable[
-        [np.ndarray], Any
-    ]  # (powers (K,)) → K columns as Problem.reduce takes them
+    # (powers (K,)) → K columns as Problem.reduce takes them
+    columns: Callable[[np.ndarray], Any]
     powers: tuple[float, ...]
 
 
@@ -112,9 +111,8 @@ def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:
     """Powers with χ² within WITHIN_CHI2 of the best; ∓inf where χ² does not rise
     enough."""
-    fine = np.union1d(
-        np.linspace(powers[0], powers[-1], 400), powers
-    )  # includes the best power itself
+    # includes the best power itself
+    fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)
     inside = fine[np.interp(fine, powers, falls) > falls[at] - WITHIN_CHI2]
     low, high = float(inside.min()), float(inside.max())
     return (-np.inf if low <= powers[0] else low), (

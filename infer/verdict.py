@@ -37,9 +37,8 @@ class EffectEstimate:
     probability: float
     unit: str
     size: Interval
-    levels: dict[str, Interval] = field(
-        default_factory=dict
-    )  # of a condition, beside their mean
+    # of a condition, beside their mean
+    levels: dict[str, Interval] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -57,11 +56,9 @@ class ParameterShift:
             / 2
             / stats.norm.ppf(ENDS[1])
         )
-        return (
-            (self.explained.value - self.nothing_missing.value) / half
-            if half > 0
-            else 0.0
-        )
+        if half > 0:
+            return (self.explained.value - self.nothing_missing.value) / half
+        return 0.0
 
 
 @dataclass(frozen=True)

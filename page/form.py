@@ -153,11 +153,9 @@ def needed(reasons: list[str]) -> set[tuple[str, str]]:
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:
-    return (
-        info.annotation
-        if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel)
-        else None
-    )
+    if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
+        return info.annotation
+    return None
 
 
 def _field(
@@ -243,13 +241,9 @@ def _range(low: Any, high: Any, *, reached: bool) -> str:
         return f"{low:g} to {high:g}"
     if low is not None and reached:
         return f"{low:g} or more"
-    return (
-        f"above {low:g}"
-        if low is not None
-        else f"below {high:g}"
-        if high is not None
-        else ""
-    )
+    if low is not None:
+        return f"above {low:g}"
+    return f"below {high:g}" if high is not None else ""
 
 
 def _number(text: str, field: Field) -> float | int:
@@ -259,8 +253,6 @@ def _number(text: str, field: Field) -> float | int:
         value = float(plain)
     except ValueError:
         raise Refused(f"{field.key}: {text!r} is not a number") from None
-    return (
-        int(value)
-        if value == int(value) and re.fullmatch(r"[+-]?\d+", plain)
-        else value
-    )
+    if value == int(value) and re.fullmatch(r"[+-]?\d+", plain):
+        return int(value)
+    return value

@@ -16,9 +16,8 @@ from benchtwin.vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
 KEPT_REGIONS = 12
-_regions: dict[
-    tuple, Region | None
-] = {}  # the seeds in a photo stay where they are when a base line is dragged
+# the seeds in a photo stay where they are when a base line is dragged
+_regions: dict[tuple, Region | None] = {}
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,8 @@ from benchtwin.report.draw import name as in_words
 
 DIAGNOSE_AGAIN = "diagnosed by an older version; diagnose again for a verdict in words"
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
-SETTLES, SHOWS_MORE = (
-    "it would settle what is missing",
-    "nothing that matters is missing so far; it would show more",
-)
+SETTLES = "it would settle what is missing"
+SHOWS_MORE = "nothing that matters is missing so far; it would show more"
 MOST_DRAWS = 1500
 MOST_EXPLANATIONS = 8
 LEAST_GAIN = 0.01  # of the variance, of a candidate that is listed

@@ -48,10 +48,8 @@ def find_with_corrections(
             update={"impacts_added_s": None, "impacts_struck_s": None}
         ),
     )
-    struck, sudden = (
-        [float(t) for t in drop.impacts_struck_s or ()],
-        [float(t) for t in onsets.time_s],
-    )
+    struck = [float(t) for t in drop.impacts_struck_s or ()]
+    sudden = [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
     with suppress(
         MeasurementError

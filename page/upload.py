@@ -192,11 +192,9 @@ def _loose(files: list[ReceivedFile]) -> list[NewRecording]:
 
 def _rig_of(inside: Iterable[str]) -> str | None:
     """What is heard and not seen is a drop."""
-    return (
-        "drop"
-        if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside)
-        else None
-    )
+    if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside):
+        return "drop"
+    return None
 
 
 def _table_name(name: str, path: Path) -> str:

@@ -132,10 +132,8 @@ def reliability_figure(judged: list[Judged]) -> dict:
     by bins."""
     bins = reliability(judged)
     x, y = [_logit(b.mean_p) for b in bins], [_logit(b.share) for b in bins]
-    up, down = (
-        [_logit(b.bounds[1]) - v for b, v in zip(bins, y)],
-        [v - _logit(b.bounds[0]) for b, v in zip(bins, y)],
-    )
+    up = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)]
+    down = [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]
     bars = {
         "type": "data",
         "symmetric": False,

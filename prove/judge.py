@@ -27,22 +27,18 @@ class Judged:
     unknown: bool
     sector: str
     sector_right: bool
-    covers: tuple[
-        bool, ...
-    ]  # of each scored effect: whether the 95 % interval holds its value
-    stated: tuple[
-        tuple[float, float, tuple[float, float]], ...
-    ]  # of each: (SNR, value, (low, high)), the last two over the truth
+    # of each scored effect: whether the 95 % interval holds its value
+    covers: tuple[bool, ...]
+    # of each: (SNR, value, (low, high)), the last two over the truth
+    stated: tuple[tuple[float, float, tuple[float, float]], ...]
     removed: float | None  # held-out fraction as stated
     seconds: float
     as_said: bool = False  # the verdict is true in the sense of its probability
     p: float | None = None  # probability of the verdict; None: not stated
-    p_truth: float | None = (
-        None  # probability of the true set of effects; None: not stated
-    )
-    matters: bool | None = (
-        None  # "matters" is right; None: not known, not stated, or nothing found
-    )
+    # probability of the true set of effects; None: not stated
+    p_truth: float | None = None
+    # "matters" is right; None: not known, not stated, or nothing found
+    matters: bool | None = None
 
 
 def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
@@ -67,10 +63,8 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
             None,
             seconds,
         )
-    verdict, names = (
-        str(answer.get("verdict", "none")),
-        tuple(str(n) for n in answer.get("names") or ()),
-    )
+    verdict = str(answer.get("verdict", "none"))
+    names = tuple(str(n) for n in answer.get("names") or ())
     truth = {e.name for e in key.effects}
     definite = verdict == "name" and bool(names)
     right = bool(truth) and (
@@ -203,8 +197,6 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
 
 def _number(value: object) -> float | None:
     """A finite number, or None."""
-    return (
-        float(value)
-        if isinstance(value, int | float) and math.isfinite(value)
-        else None
-    )
+    if isinstance(value, int | float) and math.isfinite(value):
+        return float(value)
+    return None

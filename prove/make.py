@@ -30,10 +30,8 @@ SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
 # sds of a contact parameter: half an sd, give or take the factor of 3 by which fits
 # differ
-MATTERS, TRIFLES = (
-    1.5,
-    0.17,
-)
+MATTERS = 1.5
+TRIFLES = 0.17
 
 
 @dataclass(frozen=True)
@@ -206,11 +204,10 @@ def sized(
     for name, wanted in zip(spec.effects, spec.wanted_snr):
         low, high, sign = rig.ranges[name]
         sign = sign or int(rng.choice([-1, 1]))
-        size, before, seen = (
-            math.sqrt(low * high),
-            0.0,
-            0.0,
-        )  # nothing is seen of nothing; what a nuisance hides is a hinge
+        # nothing is seen of nothing; what a nuisance hides is a hinge
+        size = math.sqrt(low * high)
+        before = 0.0
+        seen = 0.0
         for _ in range(ROUNDS):
             snr = rig.visibility(scene, sizes | {name: sign * size}, name).snr
             if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:

@@ -201,10 +201,8 @@ def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
     what the explanations gave to the truth."""
     rows = []
     for one in reliability(judged):
-        name, target = (
-            f"right, of verdicts said with {one.low:g}–{one.high:g}",
-            f"{100 * one.mean_p:.1f} % within",
-        )
+        name = f"right, of verdicts said with {one.low:g}–{one.high:g}"
+        target = f"{100 * one.mean_p:.1f} % within"
         rows.append(
             Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds)
         )
@@ -359,10 +357,8 @@ def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
         }.get(j.verdict, j.verdict)
 
     pairs = [(concealed(j), said(j)) for j in judged]
-    rows, last = (
-        sorted({r for r, _ in pairs}),
-        ["class with the truth", "class without it", "unknown", "none", "missing"],
-    )
+    rows = sorted({r for r, _ in pairs})
+    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
     named = sorted({c for _, c in pairs} - set(last))
     columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
     counts = np.zeros((len(rows), len(columns)), dtype=int)

@@ -109,11 +109,9 @@ def _line(x, y, color: str, name: str) -> dict:
         "opacity": 0.8,
         "line": {"color": color, "width": 1.5},
     }
-    return (
-        drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
-        if len(x) <= FEW
-        else drawn
-    )
+    if len(x) <= FEW:
+        return drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
+    return drawn
 
 
 def _axis(curve: Curve) -> str:

@@ -109,11 +109,9 @@ def _seen(entry: Recording | MeasurementError, observed: Observed) -> RecordingR
     )
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
-        return (
-            _readings(entry, observed, told, rest)
-            if entry.evidence == "readings.csv"
-            else _measured(entry, observed, told, rest)
-        )
+        if entry.evidence == "readings.csv":
+            return _readings(entry, observed, told, rest)
+        return _measured(entry, observed, told, rest)
     except MeasurementError as error:
         return RecordingReadings(
             *told, nothing, nothing, 0.0, *rest, trouble=str(error)

@@ -42,9 +42,8 @@ class Job:
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
             raise ValueError(f"rig = {self.rig!r}: one of {', '.join(RIGS)}")
-        rig_of(
-            self.recording(Path("job"))
-        )  # so that a rig that does not fit is refused before anything runs
+        # so that a rig that does not fit is refused before anything runs
+        rig_of(self.recording(Path("job")))
 
     @property
     def input(self) -> dict:

@@ -74,9 +74,8 @@ def pair(
     on_bench = observed or Observed(bench.path, (bench,))
     both = ((bench, on_bench), (twin, Observed(twin.path, (twin,))))
     seen, simulated = (curve(*r, relative=not alike, timed=timed) for r in both)
-    if (
-        seen.x_name != simulated.x_name
-    ):  # the bench's slide has no tilt sensor: both over time
+    # the bench's slide has no tilt sensor: both over time
+    if seen.x_name != simulated.x_name:
         seen, simulated = (curve(*r, relative=not alike, timed=True) for r in both)
     if seen.y_name != simulated.y_name:
         said = f"{seen.y_name} cannot be laid over {simulated.y_name}"
@@ -135,9 +134,8 @@ def curve(
             and slide.tilt_deg is not None
             and np.isfinite(slide.tilt_deg).all()
         ):
-            tilt, which = np.unique(
-                slide.tilt_deg, return_inverse=True
-            )  # the plate stands still at first
+            # the plate stands still at first
+            tilt, which = np.unique(slide.tilt_deg, return_inverse=True)
             mean = np.bincount(which, weights=travel) / np.bincount(which)
             return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)
         return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)

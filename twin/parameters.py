@@ -92,10 +92,8 @@ class Parameters:
 
     def for_rig(self, rig: str) -> "Parameters":
         """The same with nothing left to the rig."""
-        modulus, step = (
-            self.shear_modulus_pa or SOFT_PA[rig],
-            self.rayleigh_fraction or STEP[rig],
-        )
+        modulus = self.shear_modulus_pa or SOFT_PA[rig]
+        step = self.rayleigh_fraction or STEP[rig]
         return replace(self, shear_modulus_pa=modulus, rayleigh_fraction=step)
 
     def to_dict(self) -> dict:
@@ -204,10 +202,8 @@ def material(seed: Seed) -> Material:
 def sizes(seed: Seed) -> Sizes | tuple[float, float, float]:
     """The lot: means with ranges scatter; means alone are every seed's size; nothing
     stated: the paper's soybeans."""
-    whole, ranges = (
-        [getattr(seed, f"{name}_mm") for name in WHOLE],
-        [getattr(seed, name + RANGE) for name in WHOLE],
-    )
+    whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
+    ranges = [getattr(seed, name + RANGE) for name in WHOLE]
     if None in whole:
         if any(v is not None for v in (*whole, *ranges)):
             raise ValueError(

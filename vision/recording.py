@@ -151,11 +151,9 @@ def _recording(
             raise MeasurementError(
                 f"{files[0]}: {message}; write the unit into its heading, such as x (m)"
             )
-        kind, rig, stated = (
-            evidence.kind,
-            evidence.rig or None,
-            merge(evidence.keys, stated),
-        )
+        kind = evidence.kind
+        rig = evidence.rig or None
+        stated = merge(evidence.keys, stated)
     else:
         kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
         if kind == "photos" and _series(files).kind != PHOTOS:

@@ -100,9 +100,8 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
-        self.not_read: list[
-            tuple[str, str]
-        ] = []  # the notes on files that are not read
+        # the notes on files that are not read
+        self.not_read: list[tuple[str, str]] = []
         self.observations: list[Observation] = []  # without their pictures and tracks
         self.sheet = ContactSheet()
         self.summary: list[Line] = []

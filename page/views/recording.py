@@ -146,9 +146,8 @@ class View:
         self.done = 0.0  # of the measuring that goes on
         self.asked = 0  # how often measuring was asked for; only the last one is done
         self.one_at_a_time = asyncio.Lock()
-        self.uncorrected: measuring.PileOverlay | None = (
-            None  # measured once: a reload forgets it
-        )
+        # measured once: a reload forgets it
+        self.uncorrected: measuring.PileOverlay | None = None
 
     @property
     def is_pile(self) -> bool:
@@ -176,9 +175,8 @@ class View:
                     self.busy = ui.row().classes("items-center").props('role="status"')
             with ui.column().classes("w-full"):
                 self._keys()
-        await ui.context.client.connected(
-            timeout=30
-        )  # the page is there while the sound is read and all is measured
+        # the page is there while the sound is read and all is measured
+        await ui.context.client.connected(timeout=30)
         with self.place:
             await self._heard()
         await self._measure()
@@ -407,10 +405,8 @@ class View:
         self.done = share
 
     async def _measure_pile(self) -> list[str]:
-        options, plain = (
-            measuring.corrected_options(self.recording),
-            measuring.automatic_options(self.recording),
-        )
+        options = measuring.corrected_options(self.recording)
+        plain = measuring.automatic_options(self.recording)
         found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
         if options != plain:

@@ -168,9 +168,8 @@ def _sparse(library: np.ndarray, target: np.ndarray) -> np.ndarray:
     except ImportError:
         return _thresholded(a, target) / scale
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # that the threshold took all terms is an answer
+        # that the threshold took all terms is an answer
+        warnings.simplefilter("ignore")
         return (
             np.ravel(
                 STLSQ(threshold=SPARSE_M_S2, alpha=1e-6).fit(a, target[:, None]).coef_

@@ -19,13 +19,12 @@ WORDS = {
     "operator": ("JM", "TK", "RB"),
     "lot": ("north", "south", "mixed"),
 }
-SHARE, SECOND, CONSTANT, IN_ORDER, PARTLY = (
-    0.45,
-    0.3,
-    0.15,
-    0.1,
-    0.15,
-)  # of benches that state one, a second; of idle ones
+# of benches that state one, a second; of idle ones
+SHARE = 0.45
+SECOND = 0.3
+CONSTANT = 0.15
+IN_ORDER = 0.1
+PARTLY = 0.15
 TRIES = 40
 
 

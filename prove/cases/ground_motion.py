@@ -173,9 +173,8 @@ def roll(times, length, incline, seed):
             if x < 0.0 < x + 2 * h * v:  # a step ends where the incline does
                 h = min(h, max(-x / v, FINEST_STEP_S))
             before = x
-            if (
-                slips
-            ):  # the foot slides: friction drives the turning, v − ωr is the slip
+            # the foot slides: friction drives the turning, v − ωr is the slip
+            if slips:
                 tilt = incline if x < 0 else -seed[LEVEL]
                 grip = seed[SLIP_FRICTION] * math.cos(tilt)
                 a = G_M_S2 * (math.sin(tilt) - grip)

@@ -42,18 +42,15 @@ GATE_POWER_SD = 0.1
 # (share of the height; of a grain) and its bow lie from another's; log of rounding and
 # toe from heap to heap; what a gate e times as fast does to crest and toe where it does
 # next to nothing; how heaps settle between photos [deg; crest and toe, mm].
-KNOWN_ENDS, KNOWN_BOW, PACKING_LOG_SD = (
-    (0.03, 0.25),
-    (0.01, 0.05),
-    float(np.log(1.5) / np.sqrt(12)),
-)
+KNOWN_ENDS = (0.03, 0.25)
+KNOWN_BOW = (0.01, 0.05)
+PACKING_LOG_SD = float(np.log(1.5) / np.sqrt(12))
 KNOWN_GATE, SETTLING_DEG, SETTLING_MM = 0.01, 0.1, 0.15
-PACKING_DEG, SIZE_DEG, GATE_DEG, HALF_MM = (
-    0.6,
-    1.5,
-    0.4,
-    60.0,
-)  # angle: of heaps alike; for e times the size, the gate
+# angle: of heaps alike; for e times the size, the gate
+PACKING_DEG = 0.6
+SIZE_DEG = 1.5
+GATE_DEG = 0.4
+HALF_MM = 60.0
 # of the skin's noise is left between two photos of one heap: the same grains lie in it
 REGISTERED = 0.1
 PLUMB_SD_DEG, SKIN = 0.05, 0.22  # skin: sd of the surface, of a grain's diameter
@@ -190,10 +187,8 @@ def photograph(
 ) -> np.ndarray:
     """One photo (h, w) uint8: in all photos of one heap the same grains lie in its
     skin, the camera's noise is each one's own."""
-    rng, camera = (
-        np.random.default_rng(run.noise_seed),
-        np.random.default_rng([run.noise_seed, photo]),
-    )
+    rng = np.random.default_rng(run.noise_seed)
+    camera = np.random.default_rng([run.noise_seed, photo])
     pixel, wide = scene.mm_per_px, _width_mm(scene, run, sizes, photo)
     tall = (
         run.half_mm * np.tan(np.radians(scene.angle_deg + 6))
@@ -272,10 +267,8 @@ def _recording_change(
     Own nuisances: level, shift, angle, size, rounding, toe; between photos level,
     shift, turn. Shared: roll, the material's crest, toe, bow and angle, what size and
     gate do to them, settling."""
-    x, without = (
-        np.arange(-run.half_mm, run.half_mm, scene.mm_per_px),
-        {k: v for k, v in sizes.items() if k != name},
-    )
+    x = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px)
+    without = {k: v for k, v in sizes.items() if k != name}
     photos = np.array([profile(x, scene, run, sizes, k) for k in range(PHOTOS)])
     drawn, run = run, _nearest(x, photos.mean(axis=0), scene, run, without)
     plain = np.array([profile(x, scene, run, without, k) for k in range(PHOTOS)])
@@ -301,10 +294,8 @@ def _recording_change(
     crest, toe = (
         column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer)
     )
-    bow, faster = (
-        np.sin(np.pi * np.clip(middle / height, 0, 1)),
-        np.log(run.gate_mm_s / GATE_MM_S),
-    )
+    bow = np.sin(np.pi * np.clip(middle / height, 0, 1))
+    faster = np.log(run.gate_mm_s / GATE_MM_S)
     gate, size = KNOWN_GATE * height * faster, np.log(drawn.half_mm / HALF_MM)
     angles = [20.0 * steeper, SIZE_DEG * size * steeper, GATE_DEG * faster * steeper]
     scales = (height, scene.grain_mm)

@@ -39,18 +39,15 @@ from benchtwin.prove.cases.stated import (
 )
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
-START_SD_DEG, UNSTATED_START_SD_DEG = (
-    0.2,
-    10.0,
-)  # of a tilt that nobody recorded, at the film's first moment
-COLUMN_GRIDS, COLUMN_SHARES = (
-    (0.0, 0.1, 0.5),
-    (0.65, 0.23, 0.12),
-)  # [deg] on which a recorded tilt lies
-DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (
-    (0.4, 1.6),
-    (0.35, 1.0),
-)  # of a lone seed's drag; as sd, its size and mass known or not
+# of a tilt that nobody recorded, at the film's first moment
+START_SD_DEG = 0.2
+UNSTATED_START_SD_DEG = 10.0
+# [deg] on which a recorded tilt lies
+COLUMN_GRIDS = (0.0, 0.1, 0.5)
+COLUMN_SHARES = (0.65, 0.23, 0.12)
+# of a lone seed's drag; as sd, its size and mass known or not
+DRAG_NEAR_PLATE = (0.4, 1.6)
+DRAG_NEAR_PLATE_SD = (0.35, 1.0)
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
 READ = ("reading-delay",)
 FOLLOWS = ("follows", "order-drift")
@@ -137,14 +134,11 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         round(length * rng.uniform(0.75, 0.95), 2),
         round(length * rng.uniform(0.65, 0.74), 2),
     )
-    pixel, scale_sd, mu = (
-        float(rng.uniform(0.08, 0.3)),
-        draw_scale_sd(request, rng),
-        rng.uniform(0.25, 0.5),
-    )
-    ahead = (
-        3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0
-    )  # it may let go so much sooner
+    pixel = float(rng.uniform(0.08, 0.3))
+    scale_sd = draw_scale_sd(request, rng)
+    mu = rng.uniform(0.25, 0.5)
+    # it may let go so much sooner
+    ahead = 3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0
     runs = tuple(
         Run(
             rate,
@@ -212,23 +206,15 @@ def block(
     out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get(
         "stribeck", 0.0
     )
-    out[ground.FALLING], out[ground.STRIBECK_SPEED] = (
-        sizes.get("stribeck", 0.0),
-        scene.stribeck_m_s,
-    )
-    out[ground.VISCOUS], out[ground.WORN] = (
-        sizes.get("viscous-sliding", 0.0),
-        sizes.get("worn-track", 0.0),
-    )
+    out[ground.FALLING] = sizes.get("stribeck", 0.0)
+    out[ground.STRIBECK_SPEED] = scene.stribeck_m_s
+    out[ground.VISCOUS] = sizes.get("viscous-sliding", 0.0)
+    out[ground.WORN] = sizes.get("worn-track", 0.0)
     out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
-    out[ground.SHAKE], out[ground.SHAKE_HZ] = (
-        sizes.get("plate-vibration", 0.0),
-        scene.shake_hz,
-    )
-    out[ground.ADDED], out[ground.HINGE] = (
-        sizes.get("partial-rolling", 0.0),
-        run.hinge_m,
-    )
+    out[ground.SHAKE] = sizes.get("plate-vibration", 0.0)
+    out[ground.SHAKE_HZ] = scene.shake_hz
+    out[ground.ADDED] = sizes.get("partial-rolling", 0.0)
+    out[ground.HINGE] = run.hinge_m
     out[ground.STAIR] = np.radians(sizes.get("stepped-tilt", 0.0))
     lone, out[ground.REYNOLDS] = drag_scale(
         scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9)
@@ -291,10 +277,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
         own = np.column_stack([np.ones(n), mu, tilt])
         air = (moved[3] - base) / 0.5 * bool(scene.air)
-        lone, shade = (
-            run.count**-scene.shade,
-            scene.air * math.log(run.count) * run.count**-scene.shade,
-        )
+        lone = run.count**-scene.shade
+        shade = scene.air * math.log(run.count) * run.count**-scene.shade
         track = Channel(
             base - moved[0],
             own,
@@ -324,9 +308,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         ]
     )
     fit = fitted(recordings, known, scene.noise)
-    comparable = (
-        name not in FOLLOWS
-    )  # at which value of a condition friction is to be compared nobody says
+    # at which value of a condition friction is to be compared nobody says
+    comparable = name not in FOLLOWS
     return Visibility(
         fit.snr,
         (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if comparable else None,
@@ -484,8 +467,6 @@ def _column(
         + sizes.get("angle-offset", 0.0)
         + rng.normal(0, 0.005, len(t))
     )
-    return (
-        Reading(scene.column_grid_deg, "nearest").of(tilt)
-        if scene.column_grid_deg
-        else tilt.round(4)
-    )
+    if scene.column_grid_deg:
+        return Reading(scene.column_grid_deg, "nearest").of(tilt)
+    return tilt.round(4)

@@ -102,10 +102,8 @@ def scatter_snr(
     or known to floating_sd (p,)."""
     s, b = change / sd, floating / sd[:, None]
     if floating_sd is not None:
-        s, b = (
-            np.r_[s, np.zeros(len(floating_sd))],
-            np.vstack([b, np.diag(1 / floating_sd)]),
-        )
+        s = np.r_[s, np.zeros(len(floating_sd))]
+        b = np.vstack([b, np.diag(1 / floating_sd)])
     if b.shape[1]:
         s = s - b @ np.linalg.lstsq(b, s, rcond=None)[0]
     return float(np.sqrt(s @ s))

@@ -56,9 +56,8 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
             ),
         )
     scatter = scatter_of(photos)
-    orders = (
-        (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
-    )  # no plumb: a later tilt shows nothing
+    # no plumb: a later tilt shows nothing
+    orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
     problems = [problem_of(photos, scatter, after=after) for after in orders]
     alternatives = tuple(
         Alternative(with_conditions(p, REPOSE, follows)) for p in problems
@@ -100,9 +99,8 @@ def windows_of(fit: Fit) -> Windows:
         (m, "surface", "crest" if m < 1 / 3 else "middle" if m < 0.75 else "toe")
         for m in middles
     ]
-    kinds += [
-        (at, f"break at {at:.0%}", "middle") for at in BREAKS
-    ]  # each is a component of its own
+    # each is a component of its own
+    kinds += [(at, f"break at {at:.0%}", "middle") for at in BREAKS]
     bins = [
         Bin(
             "x_mm" if scaled else "x_share",

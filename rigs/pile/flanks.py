@@ -24,9 +24,8 @@ LEAST_ROWS = 40
 # only the round side is seen
 EDGE = 0.03
 SAME_SIZE = 0.2  # of ln
-SAME_VIEW = (
-    0.5  # correlation of the grains' outline between photos that follow each other
-)
+# correlation of the grains' outline between photos that follow each other
+SAME_VIEW = 0.5
 GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
@@ -197,11 +196,9 @@ def photo_of(seen) -> Photo:
 def _rig_mm(pile: dict) -> float:
     """√(width × fill height) of what was emptied, or its width; NaN if not stated."""
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
-    return (
-        float(np.sqrt(across * pile["fill_height_mm"]))
-        if "fill_height_mm" in pile
-        else float(across)
-    )
+    if "fill_height_mm" in pile:
+        return float(np.sqrt(across * pile["fill_height_mm"]))
+    return float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
@@ -390,11 +387,9 @@ def _alike(one, other) -> float:
     a, b = (_grains(seen.z[:count], high) for seen in (one, other))
     there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
     a, b = a[there], b[there]
-    return (
-        float(np.corrcoef(a, b)[0, 1])
-        if len(a) > 2 and a.std() > 0 and b.std() > 0
-        else 0.0
-    )
+    if len(a) > 2 and a.std() > 0 and b.std() > 0:
+        return float(np.corrcoef(a, b)[0, 1])
+    return 0.0
 
 
 def _grains(z: np.ndarray, wide: int) -> np.ndarray:

@@ -52,10 +52,8 @@ class Model:
 
 def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> Problem:
     """after: whether a tilted plate was tilted after its heap was poured."""
-    nuisances, acted = (
-        _nuisances(photos),
-        {n: _acted(photos, e, after) for n, e in EFFECTS.items()},
-    )
+    nuisances = _nuisances(photos)
+    acted = {n: _acted(photos, e, after) for n, e in EFFECTS.items()}
     acted = {
         n: columns for n, columns in acted.items() if any(c.any() for c in columns)
     }
@@ -195,11 +193,9 @@ def rows(
 
 def seeds_high(photo: Photo) -> float:
     """The heap's height over a seed's length, NaN if unknown."""
-    return (
-        float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm
-        if photo.unit == "mm"
-        else float("nan")
-    )
+    if photo.unit == "mm":
+        return float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm
+    return float("nan")
 
 
 def _own(photo: Photo) -> np.ndarray:

@@ -61,9 +61,8 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     rates = [r.tilt.rate_deg_s for r in session.runs] + [
         r.rate_deg_s for r in session.reads
     ]
-    if (
-        np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1
-    ):  # friction may age at rest
+    # friction may age at rest
+    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:
         z = np.log(rates) - np.log(rates).mean()
         spread = float(z.std())
         follows = (

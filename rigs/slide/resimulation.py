@@ -45,9 +45,8 @@ def resimulate(
             f"slide: finding the twin's friction for {r.recording} ({k + 1} of"
             f" {min(len(seen), MOST)})"
         )
-        nil = values[r.recording] | dict.fromkeys(
-            names, 0.0
-        )  # the same laws at 0: one set of compiled kernels
+        # the same laws at 0: one set of compiled kernels
+        nil = values[r.recording] | dict.fromkeys(names, 0.0)
         made = [fitted(r, onset_deg(r), v, k) for v in (nil, values[r.recording])]
         twins.append(TwinPair(r.recording, travelled(r), BEGUN_MM, *made))
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""

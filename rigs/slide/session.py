@@ -14,21 +14,18 @@ from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
-LEAST_OF_FEW = (
-    4  # rows of sliding in a short record: place, onset, friction, and one more
-)
+# rows of sliding in a short record: place, onset, friction, and one more
+LEAST_OF_FEW = 4
 FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
 POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
-EARLIEST, LATEST = (
-    -0.1,
-    0.25,
-)  # of the slide's duration, after the onset as first guessed
-ONSETS, MAX_ITERATIONS = (
-    9,
-    3,
-)  # grid search for the onset, refined to 1e-3 of the duration
+# of the slide's duration, after the onset as first guessed
+EARLIEST = -0.1
+LATEST = 0.25
+# grid search for the onset, refined to 1e-3 of the duration
+ONSETS = 9
+MAX_ITERATIONS = 3
 ENOUGH = 200  # rows used for the onset
 
 

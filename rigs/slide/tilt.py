@@ -7,17 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from benchtwin.bench.priors import stated_sd
 
-SLIDES_SEEN = (
-    3.0  # the angle is learnt from so many times the slide's duration, up to its end
-)
+# the angle is learnt from so many times the slide's duration, up to its end
+SLIDES_SEEN = 3.0
 EXACT_RATE = 1e-9  # [rad/s]: of a column without noise, what rounding leaves
 TILTS_SDS = 3.0  # of its rate: a column that rises by less shows a plate that stands
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
-STAIR_SHARE, STAIR_CHI2 = (
-    0.6,
-    60.0,
-)  # of steps: greatest share of the variance left, least fall of χ²
+# of steps: greatest share of the variance left, least fall of χ²
+STAIR_SHARE = 0.6
+STAIR_CHI2 = 60.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,11 +80,9 @@ def predict(
                 P[turning.J1 + t] = trait[2 * n + 1]
             else:
                 row = shape[shape_of[n]]
-                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = (
-                    row[J1],
-                    row[J2],
-                    row[J3],
-                )
+                P[turning.J1 + t] = row[J1]
+                P[turning.J2 + t] = row[J2]
+                P[turning.J3 + t] = row[J3]
         if single:
             turn_round(P, (count + 3) // 4 * 4, dt)
         else:
@@ -124,17 +122,13 @@ def start_step(t, dt, P, m, q, spun, f, inverse_mass):
     m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
     m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
     kx, ky, kz = h * f[3], h * f[4], h * f[5]
-    P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = (
-        q[0],
-        q[1],
-        q[2],
-        q[3],
-    )
-    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = (
-        spun[0] + kx,
-        spun[1] + ky,
-        spun[2] + kz,
-    )
+    P[turning.QW + t] = q[0]
+    P[turning.QX + t] = q[1]
+    P[turning.QY + t] = q[2]
+    P[turning.QZ + t] = q[3]
+    P[turning.LX + t] = spun[0] + kx
+    P[turning.LY + t] = spun[1] + ky
+    P[turning.LZ + t] = spun[2] + kz
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
     P[turning.BRAKE + t] = h * f[BRAKE]
 
@@ -143,12 +137,10 @@ def end_step(t, P, m, q, spun):
     """Orientation, spin and angular momentum (that of the middle of the step) of a body
     from lane t."""
     spun[0], spun[1], spun[2] = P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t]
-    q[0], q[1], q[2], q[3] = (
-        P[turning.QW + t],
-        P[turning.QX + t],
-        P[turning.QY + t],
-        P[turning.QZ + t],
-    )
+    q[0] = P[turning.QW + t]
+    q[1] = P[turning.QX + t]
+    q[2] = P[turning.QY + t]
+    q[3] = P[turning.QZ + t]
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
 
 
@@ -173,16 +165,12 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
     a, b, c, d, e, f, g, h, i = turned
     first = shape_start[kind]
     for k in range(shape_start[kind + 1] - first):
-        u, v, w = (
-            shape_ball[first + k, 0],
-            shape_ball[first + k, 1],
-            shape_ball[first + k, 2],
-        )
-        x, y, z = (
-            cx + a * u + b * v + c * w,
-            cy + d * u + e * v + f * w,
-            cz + g * u + h * v + i * w,
-        )
+        u = shape_ball[first + k, 0]
+        v = shape_ball[first + k, 1]
+        w = shape_ball[first + k, 2]
+        x = cx + a * u + b * v + c * w
+        y = cy + d * u + e * v + f * w
+        z = cz + g * u + h * v + i * w
         farthest = max(farthest, put_ball(at + k, x, y, z, ball, path))
     return farthest
 
@@ -271,15 +259,13 @@ def correct(
             if asleep:
                 if not balanced:  # from rest
                     calm[n] = 0
-                    f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
-                        fx,
-                        fy,
-                        fz,
-                        tx,
-                        ty,
-                        tz,
-                        new[BRAKE],
-                    )
+                    f[0] = fx
+                    f[1] = fy
+                    f[2] = fz
+                    f[3] = tx
+                    f[4] = ty
+                    f[5] = tz
+                    f[BRAKE] = new[BRAKE]
                 continue
             calm[n] = calm[n] + 1 if balanced and slow else 0
             if calm[n] >= CALM:
@@ -291,15 +277,13 @@ def correct(
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
         lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
-            fx,
-            fy,
-            fz,
-            tx,
-            ty,
-            tz,
-            new[BRAKE],
-        )
+        f[0] = fx
+        f[1] = fy
+        f[2] = fz
+        f[3] = tx
+        f[4] = ty
+        f[5] = tz
+        f[BRAKE] = new[BRAKE]
         j = trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:
@@ -310,27 +294,21 @@ def correct(
             q, row = turn[n], shape[shape_of[n]]
             j1, j2, j3 = row[J1], row[J2], row[J3]
             a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
-            p1, p2, p3 = (
-                a * lx + d * ly + o * lz,
-                b * lx + e * ly + u * lz,
-                c * lx + k * ly + i * lz,
-            )
+            p1 = a * lx + d * ly + o * lz
+            p2 = b * lx + e * ly + u * lz
+            p3 = c * lx + k * ly + i * lz
             if HAS_BRAKE:
                 p1, p2, p3, taken = turning.braked(
                     p1, p2, p3, j1, j2, j3, h * new[BRAKE]
                 )
                 lost += taken
-                lx, ly, lz = (
-                    a * p1 + b * p2 + c * p3,
-                    d * p1 + e * p2 + k * p3,
-                    o * p1 + u * p2 + i * p3,
-                )
+                lx = a * p1 + b * p2 + c * p3
+                ly = d * p1 + e * p2 + k * p3
+                lz = o * p1 + u * p2 + i * p3
             p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
-            m[W], m[W + 1], m[W + 2] = (
-                a * p1 + b * p2 + c * p3,
-                d * p1 + e * p2 + k * p3,
-                o * p1 + u * p2 + i * p3,
-            )
+            m[W] = a * p1 + b * p2 + c * p3
+            m[W + 1] = d * p1 + e * p2 + k * p3
+            m[W + 2] = o * p1 + u * p2 + i * p3
         spun[0], spun[1], spun[2] = lx, ly, lz
         v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
         kinetic += 0.5 * m[MASS] * v2 + 0.5 * (

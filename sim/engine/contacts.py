@@ -65,9 +65,8 @@ def touching_pairs(
     pair is not looked at. `ball` is flat, four numbers a ball."""
     near = np.uint64(0)
     if few < 0:
-        for k in range(
-            np.uint64(first), np.uint64(last)
-        ):  # an index that could be negative is checked at each use
+        # an index that could be negative is checked at each use
+        for k in range(np.uint64(first), np.uint64(last)):
             active[near] = k
             near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     else:
@@ -163,12 +162,10 @@ def touching_walls(
                 limit += reach(r, table[row, 0], row, table)
             if distance < limit:
                 active[count] = c
-                meet[count, 0], meet[count, 1], meet[count, 2], meet[count, 3] = (
-                    nx,
-                    ny,
-                    nz,
-                    r - distance,
-                )
+                meet[count, 0] = nx
+                meet[count, 1] = ny
+                meet[count, 2] = nz
+                meet[count, 3] = r - distance
                 meet[count, 4] = feature
                 count += 1
         if count - start > 1:
@@ -248,11 +245,9 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
             total = 0.0
             for c in range(a, end):
                 i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
-                dx, dy, dz = (
-                    ball[i] - ball[j],
-                    ball[i + 1] - ball[j + 1],
-                    ball[i + 2] - ball[j + 2],
-                )
+                dx = ball[i] - ball[j]
+                dy = ball[i + 1] - ball[j + 1]
+                dz = ball[i + 2] - ball[j + 2]
                 overlap = (
                     ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
                 )
@@ -298,14 +293,12 @@ def block_forces(b, dt, look, woken, s, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of
     the state (`kernels.View`). look: those between sleeping bodies too; woken: whether
     a body has just woken."""
-    P, active, meet, share, rows, early = (
-        scratch.tile,
-        scratch.active,
-        scratch.meet,
-        scratch.share,
-        scratch.rows,
-        scratch.early,
-    )
+    P = scratch.tile
+    active = scratch.active
+    meet = scratch.meet
+    share = scratch.share
+    rows = scratch.rows
+    early = scratch.early
     base = s.block_window[b] - s.block_body[b]
     s.window[
         s.block_window[b] * FROM_CONTACTS : s.block_window[b + 1] * FROM_CONTACTS
@@ -397,9 +390,8 @@ def block_forces(b, dt, look, woken, s, scratch):
                 rows,
             )
         approach(P, (count + 7) // 8 * 8, dt, early)
-        laws(
-            P, (count + 7) // 8 * 8, dt, s.pull, s.whole
-        )  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        laws(P, (count + 7) // 8 * 8, dt, s.pull, s.whole)
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
         else:

@@ -38,9 +38,8 @@ View = namedtuple(
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple(
-    "Scratch", "tile active meet share fresh rows early who"
-)  # each thread's own
+# each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows early who")
 
 T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_WAY = range(5)
 TOTALS = 5
@@ -77,12 +76,11 @@ def advance(
     then, its positions a step ahead. status: [why, steps done]. ledger adds up the
     dissipated energies, impulse (walls, 3) the seeds' push on the walls."""
     blocks = len(s.block_body) - 1
-    done, more, forces, look = (
-        0,
-        True,
-        False,
-        False,
-    )  # forces: of these positions are known; look: also between sleepers
+    # forces: of these positions are known; look: also between sleepers
+    done = 0
+    more = True
+    forces = False
+    look = False
     while True:
         if forces or status[0] != STALE:
             more = done + forces < steps
@@ -162,9 +160,8 @@ def advance(
             if why == DONE and more and stale(s.totals, s.wall_way, skin):
                 why = STALE
             if why != DONE or not more:
-                barrier(
-                    counters, threads
-                )  # nobody may change `status` before all have read it
+                # nobody may change `status` before all have read it
+                barrier(counters, threads)
                 if me == 0:
                     status[0], status[1] = why, done
                 return
@@ -343,10 +340,8 @@ def build(
     their numbers are read from tables. Also its mark, by which it is kept on disk."""
     contact = assemble.extra_columns(laws)
     bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
-    body, motion = (
-        assemble.body_laws(tuple(law for law in laws if law.kind == "body")),
-        assemble.motions(motion_laws),
-    )
+    body = assemble.body_laws(tuple(law for law in laws if law.kind == "body"))
+    motion = assemble.motions(motion_laws)
     used = [law.function for law in (*laws, *motion_laws)] + [
         law.reach for law in laws if law.reach
     ]

@@ -123,15 +123,11 @@ def _grid(tables: Tables, state: State, keep: np.ndarray) -> dict:
     size = _kernels()["cells"](motion, reach, sides, low)
     axes = np.argsort(-sides, kind="stable")  # longest first
     strides = np.empty(3, np.int64)
-    strides[axes[2]], strides[axes[1]], strides[axes[0]] = (
-        1,
-        sides[axes[2]],
-        sides[axes[2]] * sides[axes[1]],
-    )
-    order, starts = (
-        np.empty(len(motion), np.int64),
-        np.empty(int(sides.prod()) + 1, np.int64),
-    )
+    strides[axes[2]] = 1
+    strides[axes[1]] = sides[axes[2]]
+    strides[axes[0]] = sides[axes[2]] * sides[axes[1]]
+    order = np.empty(len(motion), np.int64)
+    starts = np.empty(int(sides.prod()) + 1, np.int64)
     _kernels()["sort"](motion, size, sides, low, strides, order, starts)
     return {
         "size": size,
@@ -201,9 +197,8 @@ def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndar
         a, b = old.ball_id[old.pair_i[touching]], old.ball_id[old.pair_j[touching]]
         kept = old.pair_memory[touching]
         swapped = a > b
-        signs = np.where(
-            np.arange(kept.shape[1]) == 3, 1.0, -1.0
-        )  # the impact speed has no direction
+        # the impact speed has no direction
+        signs = np.where(np.arange(kept.shape[1]) == 3, 1.0, -1.0)
         kept[swapped] *= signs
         lo, hi = np.minimum(a, b), np.maximum(a, b)
         order = np.argsort(lo, kind="stable")
@@ -243,9 +238,8 @@ def _walls(tables: Tables, state: State, grid: dict):
             break
         room = int(1.1 * count)
     i, p = i[:count], p[:count]
-    order = np.lexsort(
-        (p, i, walls.wall[p], state.owner[i])
-    )  # balls of one body on one wall next to each other
+    # balls of one body on one wall next to each other
+    order = np.lexsort((p, i, walls.wall[p], state.owner[i]))
     return i[order], p[order]
 
 

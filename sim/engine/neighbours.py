@@ -71,11 +71,9 @@ def stencil(axes):
         for b in range(-1, 2):
             for c in range(-1, 2):
                 if a > 0 or (a == 0 and (b > 0 or (b == 0 and c > 0))):
-                    (
-                        forward[count, outer],
-                        forward[count, middle],
-                        forward[count, inner],
-                    ) = a, b, c
+                    forward[count, outer] = a
+                    forward[count, middle] = b
+                    forward[count, inner] = c
                     count += 1
     return forward
 
@@ -125,9 +123,8 @@ def find_pairs(
                 if not inside:
                     continue
                 begin, end = starts[other], starts[other + 1]
-            for b in range(
-                np.uint64(begin), np.uint64(end)
-            ):  # an index that could be negative is checked at each use
+            # an index that could be negative is checked at each use
+            for b in range(np.uint64(begin), np.uint64(end)):
                 dx = motion[a, X] - motion[b, X]
                 dy = motion[a, X + 1] - motion[b, X + 1]
                 dz = motion[a, X + 2] - motion[b, X + 2]

@@ -74,10 +74,8 @@ def energy(world: World, state: State) -> Energy:
     )
     sums = state.sums.sum(axis=0)
     spent = dict(zip(LEDGER_NAMES, (float(v) for v in state.ledger), strict=True))
-    normal, tangential = (
-        float(sums[gathering.S_NORMAL]),
-        float(sums[gathering.S_TANGENTIAL]),
-    )
+    normal = float(sums[gathering.S_NORMAL])
+    tangential = float(sums[gathering.S_TANGENTIAL])
     spent["friction"] -= tangential
     return Energy(kinetic(state), potential, normal, tangential, **spent)
 

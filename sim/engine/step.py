@@ -27,9 +27,8 @@ from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.world import Tables, World, tabulate_world, time_step
 
-BALL_STEPS_A_CALL = (
-    2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
-)
+# a quarter of a second or so, after which Ctrl-C gets its turn
+BALL_STEPS_A_CALL = 2_000_000
 
 
 class Stopped(RuntimeError):
@@ -172,16 +171,12 @@ def start_bodies(
         turned = turning.matrix(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
         a, b, c, d, e, f, g, h, i = turned
         x, y, z = m[6], m[7], m[8]
-        p, q, r = (
-            (a * x + d * y + g * z) / s[0],
-            (b * x + e * y + h * z) / s[1],
-            (c * x + f * y + i * z) / s[2],
-        )
-        spin[n, 0], spin[n, 1], spin[n, 2] = (
-            a * p + b * q + c * r,
-            d * p + e * q + f * r,
-            g * p + h * q + i * r,
-        )
+        p = (a * x + d * y + g * z) / s[0]
+        q = (b * x + e * y + h * z) / s[1]
+        r = (c * x + f * y + i * z) / s[2]
+        spin[n, 0] = a * p + b * q + c * r
+        spin[n, 1] = d * p + e * q + f * r
+        spin[n, 2] = g * p + h * q + i * r
         bodies.place_balls(
             ball_start[n],
             m[0],

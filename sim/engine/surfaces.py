@@ -14,11 +14,9 @@ from numba import njit
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
 ROW = 10
 # features of a triangle: face 0, edges 1–3 (from corner 0, 1, 2 onwards), corners 4–6
-FACE, EDGE, VERTEX = (
-    0,
-    1,
-    4,
-)
+FACE = 0
+EDGE = 1
+VERTEX = 4
 
 
 @njit(**OPTIONS)
@@ -189,9 +187,8 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
         tw[3], tw[4], tw[5] = wx, wy, wz
     way[0] = 0.0
     for k in range(len(prim)):
-        if (
-            kind[k] != PLANE
-        ):  # a plane that moves is listed with every ball, however far
+        # a plane that moves is listed with every ball, however far
+        if kind[k] != PLANE:
             way[0] = max(way[0], moved(prim[k], ref[k]))
 
 

@@ -19,9 +19,8 @@ from benchtwin.sim.laws.law import Chosen, Law
 from benchtwin.sim.material import Material
 
 Vector = tuple[float, float, float]
-Primitives = tuple[
-    list[int], np.ndarray, np.ndarray
-]  # kinds (n), rows (n, ROW), corners (n, 3)
+# kinds (n), rows (n, ROW), corners (n, 3)
+Primitives = tuple[list[int], np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)

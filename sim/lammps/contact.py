@@ -17,12 +17,10 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, effective_moduli
 from benchtwin.sim.rigs.bench import Bench
 
-RESTING_WEIGHTS = (
-    10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight
-)
-ROLLING_DAMPING = (
-    0.3  # of critical, as type C has it (Ai et al. 2011); below the cap only
-)
+# the rolling spring is as stiff as Mindlin's under so many seeds' weight
+RESTING_WEIGHTS = 10.0
+# of critical, as type C has it (Ai et al. 2011); below the cap only
+ROLLING_DAMPING = 0.3
 WRITTEN = ("rolling_sds", "drag")
 
 
@@ -42,10 +40,8 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
     before = bench.seed_seed.rolling_convention
     if before != "sds":
         seed, wall = bench.seed_seed, bench.seed_wall
-        on_seed, on_wall = (
-            seed.rolling_friction_in("sds", on_wall=False),
-            wall.rolling_friction_in("sds", on_wall=True),
-        )
+        on_seed = seed.rolling_friction_in("sds", on_wall=False)
+        on_wall = wall.rolling_friction_in("sds", on_wall=True)
         notes.append(
             f"rolling friction: LAMMPS has no {before!r} model; spring-dashpot-slider"
             " (sds) in the R* convention was used, between seeds"

@@ -13,11 +13,10 @@ from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.rigs.bench import turned
 from benchtwin.sim.seed import Seed
 
-TOUCHING, CENTRE, INNER = (
-    1,
-    2,
-    3,
-)  # types: a ball; a ball at the centre of mass; one there that touches nothing
+# types: a ball; a ball at the centre of mass; one there that touches nothing
+TOUCHING = 1
+CENTRE = 2
+INNER = 3
 INNER_SHARE = 0.05  # its radius, of the smallest ball's
 APART = 1e-6  # of a radius: LAMMPS refuses bodies whose balls all lie in one point
 
@@ -46,10 +45,8 @@ def balls_of(shape: Seed) -> Balls:
             f"seed: moments of inertia {shown} kg m²: LAMMPS's fix rigid/small carries"
             " no body without all three"
         )
-    centres, radii = (
-        np.asarray(shape.centres_m, float).reshape(-1, 3),
-        np.atleast_1d(np.asarray(shape.radii_m, float)),
-    )
+    centres = np.asarray(shape.centres_m, float).reshape(-1, 3)
+    radii = np.atleast_1d(np.asarray(shape.radii_m, float))
     off = np.linalg.norm(centres, axis=1)
     types = np.full(len(radii), TOUCHING)
     nearest = int(np.argmin(off))

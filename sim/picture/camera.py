@@ -142,10 +142,8 @@ def project(camera: Camera, points_m: Array) -> Array:
 def distort(camera: Camera, offset_px: Array) -> Array:
     """Offsets from the centre (n, 2) [px] after the lens: o (1 + k |o|²/R²), for k < 0
     as far as that grows with |o|."""
-    k, ratio = (
-        camera.distortion,
-        (offset_px**2).sum(axis=-1, keepdims=True) / camera.corner_px**2,
-    )
+    k = camera.distortion
+    ratio = (offset_px**2).sum(axis=-1, keepdims=True) / camera.corner_px**2
     # beyond its maximum, well outside the picture, the formula would fold things back
     # into it
     if k < 0.0:

@@ -171,10 +171,8 @@ def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
         return None
     low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
     bend = abs(camera.distortion) * camera.corner_px * 1.5
-    low, high = (
-        np.floor(low - MARGIN - bend).astype(int),
-        np.ceil(high + MARGIN + bend).astype(int) + 1,
-    )
+    low = np.floor(low - MARGIN - bend).astype(int)
+    high = np.ceil(high + MARGIN + bend).astype(int) + 1
     x0, y0 = np.maximum(low, 0)
     x1, y1 = np.minimum(high, [camera.width_px, camera.height_px])
     return (int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
@@ -225,11 +223,9 @@ def _layer(stage: Stage, box: Box, fine: int) -> Array:
         samples = _distort(stage, box, fine)
     else:
         samples = stage.draw(box, fine)
-    return (
-        samples
-        if fine == 1
-        else cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
-    )
+    if fine == 1:
+        return samples
+    return cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
 
 
 def _distort(stage: Stage, box: Box, fine: int) -> Array:

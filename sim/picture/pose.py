@@ -44,9 +44,8 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
         1.0,
         np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0,
     )
-    pose = (
-        pose + share * step
-    )  # over a fraction of a frame a turn is small: the chord will do
+    # over a fraction of a frame a turn is small: the chord will do
+    pose = pose + share * step
     return np.r_[pose[:3], pose[3:] / np.linalg.norm(pose[3:])]
 
 

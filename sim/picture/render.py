@@ -145,9 +145,8 @@ class Stage:
         boxes = np.hstack([middle - reach, middle + reach]) + np.tile(
             self.camera.centre_px, 2
         )
-        for number, part in enumerate(
-            self.motion.parts, start=self.motion.seeds
-        ):  # long and flat: a sphere would be far too large
+        # long and flat: a sphere would be far too large
+        for number, part in enumerate(self.motion.parts, start=self.motion.seeds):
             corners = (
                 self.places_m[number]
                 + part.mesh.vertices_m @ self.poses[number, :3, :3].T
@@ -196,9 +195,8 @@ class Stage:
         primitive._poses = np.ascontiguousarray(self.poses[who], dtype=np.float32)
         data = np.ascontiguousarray(primitive._poses.transpose(0, 2, 1))
         self.context.platform.make_current()
-        gl.glBindBuffer(
-            gl.GL_ARRAY_BUFFER, primitive._buffers[1]
-        )  # 0: vertices, 1: poses, 2: faces
+        # 0: vertices, 1: poses, 2: faces
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, primitive._buffers[1])
         gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, data.nbytes, data)
 
     def _depths(self) -> tuple[float, float]:

@@ -75,10 +75,8 @@ def run_drum(
     world = bench.world(
         filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench)
     )
-    frames, whole = (
-        Frames(len(filled.shape_of), fps, rig.wait_s),
-        rig.wait_s + rig.film_s,
-    )
+    frames = Frames(len(filled.shape_of), fps, rig.wait_s)
+    whole = rig.wait_s + rig.film_s
 
     def report(world: World, state) -> None:
         watch("turning", min(state.time_s / whole, 0.99))
@@ -137,10 +135,8 @@ def _fill(
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
     level = _level(rig.fill_share) * radius
     seeds = count_for(bench, rng, rig.fill_share * np.pi * radius**2 * width)
-    low, high = (
-        (-CORNER * radius, -width / 2, -CORNER * radius),
-        (CORNER * radius, width / 2, radius),
-    )
+    low = (-CORNER * radius, -width / 2, -CORNER * radius)
+    high = (CORNER * radius, width / 2, radius)
     tall = chute_height(seeds, low, high)
     walls = [_trough(rig, bench, tall), *_ends(rig, tall)]
 

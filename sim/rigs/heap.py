@@ -64,9 +64,8 @@ class Vessel:
         )
 
 
-Engine = Callable[
-    ..., Motion
-]  # what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+# what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+Engine = Callable[..., Motion]
 
 
 def fill(
@@ -155,10 +154,8 @@ def run_heap(
         watch=watch,
     )
     begin = state.time_s
-    frames, flow = (
-        Frames(len(filled.shape_of), fps or 1.0, begin),
-        Flow(vessel, begin, watch),
-    )
+    frames = Frames(len(filled.shape_of), fps or 1.0, begin)
+    flow = Flow(vessel, begin, watch)
     state = run(
         world(begin),
         state,
@@ -239,10 +236,8 @@ def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
     height = outline(motion, x)
     flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
     there = flanks[np.isfinite(flanks)]
-    angle, crest = (
-        float(there.mean()) if len(there) else float("nan"),
-        1e3 * float(height.max()),
-    )
+    angle = float(there.mean()) if len(there) else float("nan")
+    crest = 1e3 * float(height.max())
     of_centroid = centroid_angle(x, height, wall_m)
     return {
         "repose_angle_deg": angle,

@@ -10,11 +10,9 @@ from scipy.ndimage import uniform_filter1d
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile
 # ends
-FOOT, TOE, GAP_M = (
-    0.1,
-    0.02,
-    5e-3,
-)
+FOOT = 0.1
+TOE = 0.02
+GAP_M = 5e-3
 WINDOW = (
     0.2,
     0.8,

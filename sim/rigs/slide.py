@@ -34,9 +34,8 @@ PULLED = (
     0.10,
     0.15,
 )  # of a seed's size: how far neighbours are pulled into each other
-TIPPED_DEG = (
-    20.0  # turned by more against the plate, the block rolls and does not slide
-)
+# turned by more against the plate, the block rolls and does not slide
+TIPPED_DEG = 20.0
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
@@ -90,10 +89,8 @@ def run_slide(
     rate, first = np.radians(rig.tilt_rate_deg_s), np.radians(rig.start_deg)
     steady = LAWS["motion_steady"].use(rate=rate, start=LIE_S)
     width = rig.plate_m[1]
-    along, up = (
-        np.array([np.cos(first), 0, np.sin(first)]),
-        np.array([-np.sin(first), 0, np.cos(first)]),
-    )
+    along = np.array([np.cos(first), 0, np.sin(first)])
+    up = np.array([-np.sin(first), 0, np.cos(first)])
     lift = Turn(steady, (0.0, 0.0, 0.0), (0.0, -1.0, 0.0))  # the far end rises
     plate = Rectangle(
         "plate",
@@ -103,9 +100,8 @@ def run_slide(
         (0, width, 0),
         (lift,),
     )
-    lying = Rotation.from_matrix(block.axes).as_quat(
-        scalar_first=True
-    )  # as on the table where it was taped
+    # as on the table where it was taped
+    lying = Rotation.from_matrix(block.axes).as_quat(scalar_first=True)
     start = (
         (rig.start_m + block.origin_m[0]) * along
         + block.origin_m[2] * up
@@ -181,10 +177,8 @@ def _pulled_together(seeds: list[Seed], pull: float) -> Seed:
     centres = []
     for k, seed in enumerate(seeds):
         row, column = divmod(k, 2)
-        half_width, half_length = (
-            seed.radii_m.max(),
-            reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0)),
-        )
+        half_width = seed.radii_m.max()
+        half_length = reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0))
         side = (
             (1 - pull) * half_width * (1 if column else -1) if len(seeds) > 1 else 0.0
         )
@@ -211,13 +205,11 @@ class Sliding:
     def __init__(
         self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch
     ) -> None:
-        self.rig, self.end_s, self.rate, self.first, self.watch = (
-            rig,
-            end_s,
-            rate,
-            first,
-            watch,
-        )
+        self.rig = rig
+        self.end_s = end_s
+        self.rate = rate
+        self.first = first
+        self.watch = watch
         self.t_s: list[float] = []
         self.place: list[np.ndarray] = []
         self.travel_m: list[float] = []

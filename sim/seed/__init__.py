@@ -140,10 +140,8 @@ class Seed:
         own, axes, origin = shape.principal()
         centres = (centres - origin) @ axes
         _check_balls(centres, radii)
-        sizes, moments = (
-            np.ptp(own.vertices_m, axis=0),
-            np.diag(own.solid.inertia(density_kg_m3)).copy(),
-        )
+        sizes = np.ptp(own.vertices_m, axis=0)
+        moments = np.diag(own.solid.inertia(density_kg_m3)).copy()
         return cls(
             centres,
             radii,

@@ -30,10 +30,9 @@ LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
 # not another side
 SAME_SIDE_DEG = 40.0
 STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
-STARTS, BEST_STARTS = (
-    24,
-    3,
-)  # fits from balls drawn at random, and how many of the best are improved
+# fits from balls drawn at random, and how many of the best are improved
+STARTS = 24
+BEST_STARTS = 3
 
 
 def fit_clump(
@@ -152,9 +151,8 @@ def _medial_balls(shape: Shape) -> Balls:
         chord = points - around[nearest]
         depth = np.einsum("ki,ki->k", chord, normals)
         smaller = np.sum(chord**2, axis=1) / np.maximum(2.0 * depth, 1e-12)
-        beside = (
-            1.0 - depth / np.maximum(smaller, 1e-12) > same
-        )  # cosine of the angle in which the smaller ball sees the two
+        # cosine of the angle in which the smaller ball sees the two
+        beside = 1.0 - depth / np.maximum(smaller, 1e-12) > same
         shrinks = (
             (far < radii * (1 - 1e-3))
             & (smaller < radii * (1 - 1e-3))
@@ -171,9 +169,8 @@ def _medial_balls(shape: Shape) -> Balls:
 def _choose_greedily(
     points: Array, centres: Array, radii: Array, spheres: int
 ) -> Balls:
-    gap = (
-        np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]
-    )  # (candidates, points)
+    # (candidates, points)
+    gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]
     least = np.full(len(points), np.inf)
     chosen: list[int] = []
     for _ in range(min(spheres, len(radii))):
@@ -242,10 +239,8 @@ def _add_balls(
     while len(radii) < spheres:
         least = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
         new = int(np.argmin(np.sum(np.minimum(gaps, least) ** 2, axis=1)))
-        centres, radii = (
-            np.vstack([centres, candidates[0][new]]),
-            np.append(radii, candidates[1][new]),
-        )
+        centres = np.vstack([centres, candidates[0][new]])
+        radii = np.append(radii, candidates[1][new])
     return centres, radii
 
 
@@ -275,9 +270,8 @@ def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
     gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
     for _ in range(STEPS):
-        row = np.concatenate(
-            [toward, np.ones((len(points), 1))], axis=1
-        )  # minus the gap's derivative
+        # minus the gap's derivative
+        row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)
         mine = (ball[:, None] == np.arange(n)).astype(float)  # (points, n)
         normal = (mine.T @ (row[:, :, None] * row[:, None, :]).reshape(-1, 16)).reshape(
             n, 4, 4

@@ -322,11 +322,9 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
 def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Array:
     """Whether segments (n, 3) to (n, 3) pass through triangles (n, 3, 3) (Möller &
     Trumbore 1997)."""
-    a, u, v = (
-        triangle[:, 0],
-        triangle[:, 1] - triangle[:, 0],
-        triangle[:, 2] - triangle[:, 0],
-    )
+    a = triangle[:, 0]
+    u = triangle[:, 1] - triangle[:, 0]
+    v = triangle[:, 2] - triangle[:, 0]
     along = end - start
     p = np.cross(along, v)
     volume = np.einsum("ij,ij->i", u, p)
@@ -335,9 +333,8 @@ def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Arra
         * np.linalg.norm(u, axis=1)
         * np.linalg.norm(v, axis=1)
     )
-    safe = np.where(
-        np.abs(volume) > 1e-9 * scale, volume, np.nan
-    )  # parallel ones pass nowhere
+    # parallel ones pass nowhere
+    safe = np.where(np.abs(volume) > 1e-9 * scale, volume, np.nan)
     offset = start - a
     s = np.einsum("ij,ij->i", offset, p) / safe
     q = np.cross(offset, u)

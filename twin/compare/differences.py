@@ -66,9 +66,8 @@ def _line(row: str, parameters: str, quantity: str, pairs: pd.DataFrame) -> tupl
         if n > 1
         else float("nan")
     )
-    parts = bool(
-        abs(mean) > half
-    )  # False of a single pair, which tells nothing of scatter
+    # False of a single pair, which tells nothing of scatter
+    parts = bool(abs(mean) > half)
     return (
         row,
         parameters,

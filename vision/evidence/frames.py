@@ -206,9 +206,8 @@ class Video(FrameSource):
         ):
             if i % stride == 0:
                 frames.append(frame.pixels)
-            if len(frames) > limit_to_memory(
-                n, frame.pixels
-            ):  # drop every second one, and go on half as densely
+            # drop every second one, and go on half as densely
+            if len(frames) > limit_to_memory(n, frame.pixels):
                 frames, stride = frames[::2], 2 * stride
         return frames
 
@@ -217,9 +216,8 @@ class Video(FrameSource):
         exact random access."""
         first, last = between or (0, self.count - 1)
         every = max(1, -(-(last - first + 1) // n))
-        stop = (
-            None if between is None else last + 1
-        )  # the count in a file's header may be wrong
+        # the count in a file's header may be wrong
+        stop = None if between is None else last + 1
         return list(
             itertools.islice(self._decode(every, first=first, stop=stop), 2 * n)
         )

@@ -136,10 +136,8 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
     wide = max(1, len(angle) // 100)
     smooth = np.convolve(angle, np.ones(wide) / wide, "valid")
     middle = time[wide // 2 : wide // 2 + len(smooth)]
-    start, up = (
-        float(np.median(smooth[: max(3, len(smooth) // 20)])),
-        float(smooth.max()),
-    )
+    start = float(np.median(smooth[: max(3, len(smooth) // 20)]))
+    up = float(smooth.max())
     first_rows = int(np.argmax(smooth >= up - _TURNING * (up - start)))
     rising = np.flatnonzero(smooth[: first_rows + 1] < start + _TURNING * (up - start))
     first = int(rising[-1]) if rising.size else 0
@@ -159,9 +157,8 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
 def _axes(headings: list) -> list[int]:
     """Columns of acceleration along x, y and z; [] unless there is one of each."""
     found: dict[str, dict[str, int]] = {}
-    bare = (
-        ("a", "") if "seconds_elapsed" in headings else ("a",)
-    )  # x, y, z of Sensor Logger; elsewhere they are places
+    # x, y, z of Sensor Logger; elsewhere they are places
+    bare = ("a", "") if "seconds_elapsed" in headings else ("a",)
     for k, heading in enumerate(headings):
         name, unit = name_and_unit(heading)
         axis = _AXIS.fullmatch(name)

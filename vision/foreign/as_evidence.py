@@ -64,10 +64,8 @@ def _foreign_track(path: Path) -> Table:
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
     point_track, choice = choose_track(path, found, None)
-    guesses, questions = (
-        (f"taken to be so: {g}" for g in found.guesses),
-        (f"not known: {q}" for q in found.questions),
-    )
+    guesses = (f"taken to be so: {g}" for g in found.guesses)
+    questions = (f"not known: {q}" for q in found.questions)
     return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 

@@ -58,9 +58,8 @@ _COPIED = (
     (SOUND_SUFFIXES, "recording of sound"),
     (PHOTO_SUFFIXES, "photo"),
 )
-DRAFTED = re.compile(
-    r"# Drafted from (.*) \([^()]*\)\. GUESS"
-)  # how a drafted recording.toml begins, with the name of its file
+# how a drafted recording.toml begins, with the name of its file
+DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
 BENCH_QUESTIONS = (  # (section, key, question)
     (

@@ -63,10 +63,8 @@ def read(source: Source) -> Contents:
     rows = source.rows
     at = heading_row(rows)
     headings = [parsed(h) for h in rows[at]]
-    numbers, above = (
-        rows[at + 1 :],
-        [row for row in rows[:at] if not str(row[0]).startswith("#")],
-    )
+    numbers = rows[at + 1 :]
+    above = [row for row in rows[:at] if not str(row[0]).startswith("#")]
     names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
     xs, ys = (
         [k for k, (name, _) in enumerate(headings) if name == place]

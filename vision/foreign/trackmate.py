@@ -68,9 +68,8 @@ def _table(source: Source) -> Contents:
     tracks = []
     for n in np.unique(number[~np.isnan(number)]):
         use = number == n
-        when = (
-            frame if np.isnan(time[use]).all() else time
-        )  # without a frame interval POSITION_T is empty
+        # without a frame interval POSITION_T is empty
+        when = frame if np.isnan(time[use]).all() else time
         tracks.append(point_track(path, f"track {n:g}", when[use], x[use], y[use]))
     return _with_units(
         source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"]

@@ -12,9 +12,8 @@ import cv2
 import numpy as np
 from benchtwin.vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
-MOVES_SD = (
-    6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
-)
+# off the background, at which a coarse pixel moves; one in 5e8 by chance
+MOVES_SD = 6.0
 # of the strongest difference in the frame: below it are codec errors and reflected
 # light
 FAINTEST = 0.03
@@ -129,10 +128,8 @@ def _measure(
     f, (height, width) = scene.factor, scene.shape
     pad = 7 + f
     x0, y0 = max(int(left * f) - pad, 0), max(int(top * f) - pad, 0)
-    x1, y1 = (
-        min(int((left + wide) * f) + pad, width),
-        min(int((top + high) * f) + pad, height),
-    )
+    x1 = min(int((left + wide) * f) + pad, width)
+    y1 = min(int((top + high) * f) + pad, height)
     image = colours(pixels[y0:y1, x0:x1])
     background = gain * scene.background[y0:y1, x0:x1]
     rough: np.ndarray = np.zeros(image.shape[:2], np.uint8)
@@ -185,22 +182,18 @@ def _outline(
         np.percentile(strength[inside], 80) < CLEAR_SD
         or not LIKE_SHADOW[0] < np.median(brighter) < LIKE_SHADOW[1]
     ):
-        shade = (
-            0.0  # colour does not separate it from a shadow, or brightness alone does
-        )
+        # colour does not separate it from a shadow, or brightness alone does
+        shade = 0.0
         strength = np.sqrt(weighted_product(smooth, smooth, background_sds, shade))
         strong = inside & (strength >= np.percentile(strength[inside], 60))
     level = float(np.median(strength[strong]))
-    colour, back = (
-        np.median((smooth + background_sds)[strong], axis=0),
-        background_sds[strong].mean(axis=0),
-    )
+    colour = np.median((smooth + background_sds)[strong], axis=0)
+    back = background_sds[strong].mean(axis=0)
     off = colour - background_sds
     power = weighted_product(off, off, background_sds, shade)
     along = weighted_product(smooth, off, background_sds, shade)
-    if (
-        along[strong] > 0
-    ).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is not included
+    # of one colour: a dark shadow beside a light seed is not included
+    if (along[strong] > 0).mean() > 0.8:
         share = along / np.maximum(power, (0.3 * level) ** 2)
         above = (share > 0.5) & (along > 4 * 0.29 * np.sqrt(np.maximum(power, 1e-9)))
     else:  # lighter and darker than the background: a shaded seed before a grey wall
@@ -260,9 +253,8 @@ def _coverage(
         -0.35,
         1.35,
     )
-    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(
-        np.maximum(power, 1e-9)
-    )  # the background is a median of 25 frames
+    # the background is a median of 25 frames
+    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))
     by_pixel = (
         alpha.astype(np.float16),
         np.where(poor, np.inf, noise_share).astype(np.float16),
@@ -371,10 +363,8 @@ def _moments(
         if size > 1e-9
         else np.inf
     )
-    ys, xs = (
-        np.nonzero(outline.mask.any(axis=1))[0],
-        np.nonzero(outline.mask.any(axis=0))[0],
-    )
+    ys = np.nonzero(outline.mask.any(axis=1))[0]
+    xs = np.nonzero(outline.mask.any(axis=0))[0]
     height, width = shape
     cut = bool(
         x0 + xs[0] <= 1

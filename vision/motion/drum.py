@@ -104,10 +104,8 @@ def _flicker(
         )
         if sums is None or squares is None or first is None:
             first = frame.pixels
-            sums, squares = (
-                np.zeros((stretches, *grey.shape), np.float32),
-                np.zeros((stretches, *grey.shape), np.float32),
-            )
+            sums = np.zeros((stretches, *grey.shape), np.float32)
+            squares = np.zeros((stretches, *grey.shape), np.float32)
         if grey.shape != sums.shape[1:]:
             raise MeasurementError(
                 f"{source.path}: frame {frame.index} is of another size than the first"
@@ -135,9 +133,8 @@ def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
     """Row of the upper edge of the flickering pixels in each column, NaN where there is
     none, (stretches, w), reduced."""
     whole = np.sqrt((flicker**2).mean(axis=0))
-    level, separable = binarise(
-        np.log(np.maximum(whole, LEAST_FLICKER))
-    )  # logarithm: the surface flickers more than the seeds below it
+    # logarithm: the surface flickers more than the seeds below it
+    level, separable = binarise(np.log(np.maximum(whole, LEAST_FLICKER)))
     threshold = float(np.exp(level))
     if separable < SEPARABLE or whole.max() < CLEAR * np.median(
         whole[whole <= threshold]
@@ -229,10 +226,8 @@ def _overlay(
     for line in lines:
         x = np.array([line.x_low, line.x_high])
         canvas.curve(factor * x, factor * line.at(x), YELLOW, 0.5)
-    slope, x = (
-        np.mean([line.slope for line in lines]),
-        np.array([lines[0].x_low, lines[0].x_high]),
-    )
+    slope = np.mean([line.slope for line in lines])
+    x = np.array([lines[0].x_low, lines[0].x_high])
     middle = np.mean([line.at(x.mean()) for line in lines])
     canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
     legend = [

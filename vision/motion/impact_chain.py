@@ -22,9 +22,8 @@ from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
 LEAST_E, MOST_E = 0.08, 1.0
-E_SD = (
-    0.12  # of ln e from bounce to bounce, by which a seed's shape and plate scatter it
-)
+# of ln e from bounce to bounce, by which a seed's shape and plate scatter it
+E_SD = 0.12
 # of ln e of the first bounce, from the stated height, which was read off a ruler
 FIRST_E_SD = 0.5
 LEVEL_POWER, LEVEL_SD_DB = 1.2, 6.0  # loudness against speed, and its scatter
@@ -32,9 +31,8 @@ LEVEL_POWER, LEVEL_SD_DB = 1.2, 6.0  # loudness against speed, and its scatter
 # cosine
 ALIKE, ALIKE_WEIGHT = (0.75, 5.0)
 SUDDEN_S, LASTS_DB = 5e-3, -4.0
-NOT_SUDDEN = (
-    4.0  # ln likelihood ratio against an impact where a sound rises slowly or lasts
-)
+# ln likelihood ratio against an impact where a sound rises slowly or lasts
+NOT_SUDDEN = 4.0
 LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
 OTHERS = 0.3  # other sounds as loud that are expected in a recording without any
 PASSES = 4
@@ -46,11 +44,10 @@ HIGHER = 6.0
 UNKNOWN_FAINTER_DB = -6.0  # the second impact than the first, where no height is stated
 MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
 COST = 2.0  # in ln likelihood, of each impact
-ECHO_S, ECHO_SD_S, FAINTER_DB = (
-    (3e-3, 0.065),
-    4e-4,
-    3.0,
-)  # delay of echoes, its scatter, by how much they are fainter
+# delay of echoes, its scatter, by how much they are fainter
+ECHO_S = (3e-3, 0.065)
+ECHO_SD_S = 4e-4
+FAINTER_DB = 3.0
 ECHO = 4.0  # ln likelihood ratio against an impact at the delay of an echo
 BESIDE_S = (
     0.02,
@@ -247,11 +244,9 @@ def _likeliest_chain(
     alike = o.timbre @ o.timbre.T
     audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
-    interval, e, previous = (
-        np.zeros((n, n)),
-        np.full((n, n), np.nan),
-        np.full((n, n), -1),
-    )
+    interval = np.zeros((n, n))
+    e = np.full((n, n), np.nan)
+    previous = np.full((n, n), -1)
     skipped = np.zeros((n, n), bool)
     for k in range(n):
         for j in range(k - 1, -1, -1):
@@ -298,12 +293,10 @@ def _likeliest_chain(
                 )
                 best = int(np.argmax(whole))
                 if whole[best] > score[j, k]:
-                    score[j, k], previous[j, k], e[j, k], skipped[j, k] = (
-                        whole[best],
-                        before[best],
-                        now[best],
-                        lost,
-                    )
+                    score[j, k] = whole[best]
+                    previous[j, k] = before[best]
+                    e[j, k] = now[best]
+                    skipped[j, k] = lost
                     interval[j, k] = gap * now[best] / (1 + now[best]) if lost else gap
     return _backtrack(score, previous, skipped)
 

@@ -15,9 +15,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi_square
 from scipy.stats import t as student
 
-RHO_MAX = (
-    0.995  # beyond this a few thousand frames cannot tell correlated noise from a drift
-)
+# beyond this a few thousand frames cannot tell correlated noise from a drift
+RHO_MAX = 0.995
 LEAST_P = 0.01  # of a χ² as large by chance, below which stated sds are doubted
 
 
@@ -96,16 +95,13 @@ def fit(
     alone = np.linalg.lstsq(white, aim, rcond=None)[0]
     freedom = max(n - np.linalg.matrix_rank(white), 1)
     noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
-    noise = max(
-        noise, 1e-12 * float(np.abs(data).max()), 1e-9
-    )  # a simulated track may be exact, or exactly 0
+    # a simulated track may be exact, or exactly 0
+    noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)
     white, aim = white / noise, aim / noise
     if prior is not None:
         rows, values, sds = prior
-        white, aim = (
-            np.vstack([white, rows / sds[:, None]]),
-            np.concatenate([aim, values / sds]),
-        )
+        white = np.vstack([white, rows / sds[:, None]])
+        aim = np.concatenate([aim, values / sds])
     inverse = (
         np.linalg.pinv(white.T @ white, hermitian=True)
         if p > 2

@@ -11,11 +11,10 @@ LEAST_ROWS = 15
 # 5,000 true rows
 SPIKE_SD = 6.0
 SMOOTH = 6  # degree of the curve through a flight
-LEAP, LEAST_LEAP, RETURN = (
-    5.0,
-    0.1,
-    2.5,
-)  # in typical steps; of the extent; in typical steps
+# in typical steps; of the extent; in typical steps
+LEAP = 5.0
+LEAST_LEAP = 0.1
+RETURN = 2.5
 WINDOW, MOST_SLIPPED = 13, 12  # rows
 STILL = 0.01  # of the extent: rows so near the first are those of a seed that is held
 MOST_OUTLIERS = 0.05  # of a flight's rows; more are no outliers but its path

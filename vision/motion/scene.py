@@ -23,9 +23,8 @@ RESTLESS = 2.0
 # Orthonormal: brightness and two colours; a grey picture has only the first.
 AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]])
 AXES /= np.linalg.norm(AXES, axis=1, keepdims=True)
-HUE_FLOOR = (
-    1.5 / 255
-)  # of white: video stores colours coarsely, with errors where something moves
+# of white: video stores colours coarsely, with errors where something moves
+HUE_FLOOR = 1.5 / 255
 
 
 @dataclass(frozen=True)
@@ -116,10 +115,8 @@ def learn_scene(
     sd, spread, coarse_sd = _noise(
         frames[:: max(1, len(frames) // 7)], background, coarse
     )
-    white, steady = (
-        float(np.iinfo(first.dtype).max),
-        np.ones(coarse.shape[:2], np.float32),
-    )
+    white = float(np.iinfo(first.dtype).max)
+    steady = np.ones(coarse.shape[:2], np.float32)
     matrices = noise_matrix(sd, white), noise_matrix(coarse_sd, white)
     plain = Scene(background, factor, coarse, *matrices, steady, spread, white, first)
     return replace(plain, restless=_restless(chosen, plain))
@@ -138,9 +135,8 @@ def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     # thing would count as motion.
     level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
     moved = (change > level).mean(axis=(1, 2))
-    moved = np.maximum(
-        moved, 0.02 * moved.max() + 1e-12
-    )  # a little for time, so that nothing is skipped
+    # a little for time, so that nothing is skipped
+    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
     # A frame may be taken several times, so that the few frames of a short motion
@@ -242,20 +238,16 @@ def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:
 
 def colour_axes(colours: np.ndarray) -> np.ndarray:
     """(h, w, c): brightness and the two other axes."""
-    return (
-        colours
-        if colours.shape[2] == 1
-        else cv2.transform(colours, AXES.astype(np.float32))
-    )
+    if colours.shape[2] == 1:
+        return colours
+    return cv2.transform(colours, AXES.astype(np.float32))
 
 
 def in_sds(colours: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """(h, w, c) float32 in sds of the noise."""
-    return (
-        colours * matrix[0, 0]
-        if matrix.shape == (1, 1)
-        else cv2.transform(colours, matrix)
-    )
+    if matrix.shape == (1, 1):
+        return colours * matrix[0, 0]
+    return cv2.transform(colours, matrix)
 
 
 def weighted_product(

@@ -34,9 +34,8 @@ from benchtwin.vision.motion.tracklets import (
     join_alike,
 )
 
-MOST_AREA_CHANGE = (
-    0.12  # from the frames around: more means merged with something, or partly hidden
-)
+# from the frames around: more means merged with something, or partly hidden
+MOST_AREA_CHANGE = 0.12
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
 # (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading
 # give a ball 0.003
@@ -151,10 +150,8 @@ def _nearest_to(
     found: list[tuple[float, int, Tracklet]] = []
     for tracklet in tracklets:
         k = int(np.argmin(np.abs(np.array(tracklet.frames) - frame)))
-        away, size = (
-            np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y),
-            np.sqrt(tracklet.area),
-        )
+        away = np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y)
+        size = np.sqrt(tracklet.area)
         if abs(tracklet.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
             found.append((float(away), len(found), tracklet))
     return join_alike(min(found)[2], tracklets) if found else None
@@ -193,10 +190,8 @@ def _with_further_falls(
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
     """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
     height fallen, times contrast."""
-    x, y = (
-        np.array([s.x for s in tracklet.shapes]),
-        -np.array([s.y for s in tracklet.shapes]),
-    )
+    x = np.array([s.x for s in tracklet.shapes])
+    y = -np.array([s.y for s in tracklet.shapes])
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):

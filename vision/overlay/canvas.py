@@ -7,18 +7,15 @@ import cv2
 import numpy as np
 
 LONGEST_PX, SHORTEST_PX = 1600, 800
-SHOWN_PX = (
-    480  # the longest side at which overlays/index.html and report.html show a picture
-)
-LETTER_PX, LINE_PX = (
-    13,
-    18,
-)  # there: size of the letters, from one line of text to the next
+# the longest side at which overlays/index.html and report.html show a picture
+SHOWN_PX = 480
+# there: size of the letters, from one line of text to the next
+LETTER_PX = 13
+LINE_PX = 18
 TALL = 1.3  # height over width beyond which the legend stands beside the picture
 FONT = cv2.FONT_HERSHEY_SIMPLEX
-ASCII_ONLY = (
-    int(cv2.__version__.split(".")[0]) < 5
-)  # older versions of OpenCV have no other letters
+# older versions of OpenCV have no other letters
+ASCII_ONLY = int(cv2.__version__.split(".")[0]) < 5
 ASCII = {
     "°": " deg",
     "±": "+/-",
@@ -30,13 +27,11 @@ ASCII = {
     "μ": "mu",
     "²": "2",
 }
-GREEN, RED, BLUE, YELLOW, WHITE = (
-    (0, 200, 60),
-    (235, 50, 40),
-    (60, 150, 255),
-    (255, 210, 0),
-    (255, 255, 255),
-)
+GREEN = (0, 200, 60)
+RED = (235, 50, 40)
+BLUE = (60, 150, 255)
+YELLOW = (255, 210, 0)
+WHITE = (255, 255, 255)
 Colour = tuple[int, int, int]  # red, green, blue
 
 
@@ -275,9 +270,8 @@ def _eight_bits(image: np.ndarray) -> np.ndarray:
 def plain(text: str) -> str:
     """The text in letters that this OpenCV has."""
     if not ASCII_ONLY:
-        return (
-            text.encode("utf8", "replace").decode()
-        )  # half a surrogate pair, as in a folder's name that is no text, ends OpenCV
+        # half a surrogate pair, as in a folder's name that is no text, ends OpenCV
+        return text.encode("utf8", "replace").decode()
     for mark, ascii_mark in ASCII.items():
         text = text.replace(mark, ascii_mark)
     return text.encode("ascii", "replace").decode()

@@ -35,11 +35,9 @@ def plot(
     shown = max(size) / SHOWN_PX
     line, gap = round(LINE_PX * shown), round(6 * shown)
     image = np.full((high, wide, 3), 255, np.uint8)
-    x, y, outlier = (
-        np.asarray(x, float),
-        np.asarray(y, float),
-        np.asarray(outlier, bool),
-    )
+    x = np.asarray(x, float)
+    y = np.asarray(y, float)
+    outlier = np.asarray(outlier, bool)
     good = ~outlier if (~outlier).any() else np.ones(len(x), bool)
     ends = [np.asarray(u, float)[[0, -1]] for u, _ in curves]
     across, up = _range(np.concatenate([x[good], *ends])), _range(y[good])
@@ -155,9 +153,8 @@ def ticks(low: float, high: float) -> np.ndarray:
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:
-    shown = np.clip(
-        values[np.isfinite(values)], -1e15, 1e15
-    )  # beyond, a picture has no use for it
+    # beyond, a picture has no use for it
+    shown = np.clip(values[np.isfinite(values)], -1e15, 1e15)
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
     pad = 0.04 * (high - low) or max(1.0, 0.04 * abs(high))
     return low - pad, high + pad

@@ -13,13 +13,11 @@ from benchtwin.vision.shape.outline import from_fourier_terms
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 REGION, LINE = (0, 120, 255), (0, 200, 255)
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
-PAPER, INK, OUTLINE, BOLD, BAR = (
-    255,
-    (60, 60, 60),
-    (190, 170, 140),
-    (160, 60, 30),
-    (200, 160, 110),
-)
+PAPER = 255
+INK = (60, 60, 60)
+OUTLINE = (190, 170, 140)
+BOLD = (160, 60, 30)
+BAR = (200, 160, 110)
 
 
 def draw_grains(

@@ -7,13 +7,11 @@ import numpy as np
 from benchtwin.vision.overlay.canvas import WHITE, Canvas
 from numpy.typing import ArrayLike
 
-CROSS, BAD, CURVE, MARK, LINE = (
-    (0, 200, 255),
-    (255, 60, 60),
-    (255, 220, 0),
-    (255, 0, 255),
-    (0, 230, 90),
-)
+CROSS = (0, 200, 255)
+BAD = (255, 60, 60)
+CURVE = (255, 220, 0)
+MARK = (255, 0, 255)
+LINE = (0, 230, 90)
 MOST_CROSSES = 160
 
 

@@ -156,11 +156,9 @@ def _peak(power: np.ndarray, iy: int, ix: int) -> np.ndarray:
     def shift(before, here, after):
         a, b, c = (np.log(p + 1e-20) for p in (before, here, after))
         bend = a - 2 * b + c
-        return (
-            float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5))
-            if bend < 0 and min(before, after) > 0
-            else 0.0
-        )
+        if bend < 0 and min(before, after) > 0:
+            return float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5))
+        return 0.0
 
     rows, columns = power.shape
     dy = shift(power[iy - 1, ix], power[iy, ix], power[(iy + 1) % rows, ix])

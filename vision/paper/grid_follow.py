@@ -108,10 +108,8 @@ def from_waves(
     """A flat map with its origin at `at` [px] and the grid's wave vectors `wave_u`,
     `wave_v` [lines per px]."""
     height, width = shape
-    centre, radius = (
-        ((width - 1) / 2, (height - 1) / 2),
-        float(np.hypot(width, height) / 2),
-    )
+    centre = ((width - 1) / 2, (height - 1) / 2)
+    radius = float(np.hypot(width, height) / 2)
     offset = np.subtract(centre, at)
     p = np.array(
         [

@@ -239,9 +239,8 @@ def _tilt(
 
     def turn(g: GridMap) -> float:
         j = g.jacobian(*at)
-        return float(
-            np.degrees(np.arctan2(j[0, 1], j[0, 0]))
-        )  # along (−∂u/∂y, ∂u/∂x) u does not change
+        # along (−∂u/∂y, ∂u/∂x) u does not change
+        return float(np.degrees(np.arctan2(j[0, 1], j[0, 0])))
 
     return turn(grid), _sd(grid, covariance, turn)
 

@@ -35,9 +35,8 @@ BASES = (
     "mirror",
     "toe",
 )  # how the pile's foot was found, best first
-CLEAR_STEP_SDS = (
-    6.0  # standard errors of a step's mean over the columns, below which it is none
-)
+# standard errors of a step's mean over the columns, below which it is none
+CLEAR_STEP_SDS = 6.0
 MOST_SLOPE = np.tan(np.radians(2.0))
 # of the heap's height: a larger sag of a leaning heap's foot means that the camera
 # looks down
@@ -244,9 +243,8 @@ def plate_edge(
             0.0,
         )
         at = int(np.abs(mean).argmax())
-        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[
-            inside[at]
-        ]  # a blot is not a line
+        # a blot is not a line
+        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]
         if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
             best = (float(mean[at]), slope, float(offsets[at]))
     step, slope, row = best
@@ -301,18 +299,14 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     if leaning and (
         line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE
     ):
-        line, source = (
-            _fit_line_and_bow(
-                columns, bottom - level * columns, middle, half, tilted=False
-            ),
-            "toe",
+        line = _fit_line_and_bow(
+            columns, bottom - level * columns, middle, half, tilted=False
         )
+        source = "toe"
         line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
     if line[2] > MIRROR_SAG * heap_height:
-        line, source = (
-            _fit_line_and_bow(columns, (top + bottom) / 2, middle, half),
-            "mirror",
-        )
+        line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
+        source = "mirror"
     intercept, slope, _, slope_sd = line
     if abs(slope) > MAX_PLATE_SLOPE:
         return None

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-MAX_PLATE_SLOPE = np.tan(
-    np.radians(6.0)
-)  # a plate farther from level than this is taken for a slope
+# a plate farther from level than this is taken for a slope
+MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
 TOE = 0.02  # of the crest's height: where the pile ends
 

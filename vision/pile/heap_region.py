@@ -13,11 +13,10 @@ import numpy as np
 from benchtwin.vision.pile.surface import as_float, shrink
 from benchtwin.vision.pile.triangle_search import best_triangle
 
-SEARCH_PX, FEATURES_PX, CUT_PX = (
-    96,
-    480,
-    480,
-)  # longest side: for the triangles, the features, the cut of the close-up
+# longest side: for the triangles, the features, the cut of the close-up
+SEARCH_PX = 96
+FEATURES_PX = 480
+CUT_PX = 480
 CLUSTERS = 20  # of colour and texture
 # of the close-up's width: radius within which colours of seeds and surroundings are
 # compared
@@ -56,16 +55,13 @@ def pixel_features(small: np.ndarray) -> np.ndarray:
     contrast = np.sqrt(
         np.clip(cv2.GaussianBlur(light**2, (0, 0), reach) - mean**2, 0, None)
     )
-    gx, gy = (
-        cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8,
-        cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8,
-    )
+    gx = cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8
+    gy = cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8
     xx, yy, xy = (
         cv2.GaussianBlur(g, (0, 0), reach) for g in (gx * gx, gy * gy, gx * gy)
     )
-    weaker = (xx + yy) / 2 - np.sqrt(
-        ((xx - yy) / 2) ** 2 + xy**2
-    )  # eigenvalue of the structure tensor: 0 along an edge or a stripe
+    # eigenvalue of the structure tensor: 0 along an edge or a stripe
+    weaker = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(reach) + 1,) * 2)
     gaps = cv2.GaussianBlur(
         cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach
@@ -183,10 +179,8 @@ def _confidence(
     form = _triangle_mask(mask.shape, triangle, 0.0)
     if not core.any() or not around.any():
         return 0.0
-    inside, outside = (
-        float(np.percentile(texture[core], 10)),
-        float(np.median(texture[around])),
-    )
+    inside = float(np.percentile(texture[core], 10))
+    outside = float(np.median(texture[around]))
     overlap = float((mask & form).sum() / (mask | form).sum())
     return min(
         overlap / LEAST_OVERLAP,

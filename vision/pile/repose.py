@@ -116,9 +116,8 @@ def measure_repose(
     if isinstance(segmented, str) or (
         isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)
     ):
-        return _or_raise(
-            smooth
-        )  # the more exact one: its edges are read off the full picture
+        # the more exact one: its edges are read off the full picture
+        return _or_raise(smooth)
     doubt = "" if by_hand else _doubt_of_region(region)
     return replace(
         segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)
@@ -167,11 +166,9 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
             break  # there is no better kind of base line
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
-        return (
-            str(tried[0])
-            if tried
-            else "no pile in the picture: nothing stands out from the background"
-        )
+        if tried:
+            return str(tried[0])
+        return "no pile in the picture: nothing stands out from the background"
     best = min(found, key=lambda r: BASES.index(r.base.source))
     cut_off = next(
         (
@@ -181,9 +178,8 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
         ),
         "",
     )
-    if (
-        best.base.source == "toe" and cut_off
-    ):  # by a better base line the foot is not in the picture
+    # by a better base line the foot is not in the picture
+    if best.base.source == "toe" and cut_off:
         return replace(
             best,
             quantities=tuple(
@@ -240,10 +236,8 @@ def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     apart = max(
         np.abs(smooth.base.at(x) - foot)[under].mean(), loose - top, top - close
     )
-    height, area = (
-        float(np.ptp(segmented.surface[under])),
-        float((foot - segmented.surface).sum()),
-    )
+    height = float(np.ptp(segmented.surface[under]))
+    area = float((foot - segmented.surface).sum())
     return bool(max(missed, surplus) < MOST_AREA * area and apart < MOST_APART * height)
 
 

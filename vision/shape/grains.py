@@ -194,9 +194,8 @@ def measure_seeds(
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
     row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
-    grains.sort(
-        key=lambda g: (round(g.y_px / row), g.x_px)
-    )  # in rows, each from left to right
+    # in rows, each from left to right
+    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))
     return Grains(tuple(grains), scale, tuple(notes), relative_sd)
 
 
@@ -233,11 +232,9 @@ def _grain(
 ) -> Grain | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
-        return (
-            _rejected(piece.outline, "too small for a seed")
-            if area >= 0.1 * typical
-            else None
-        )
+        if area >= 0.1 * typical:
+            return _rejected(piece.outline, "too small for a seed")
+        return None
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
         return _rejected(piece.outline, "too much of its edge is hidden by neighbours")
@@ -256,17 +253,13 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
         in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
     elif isinstance(scale, Scale):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
-        in_mm, relative, area_mm2 = (
-            feret(flat)[:2],
-            _scale_sd(scale, *middle),
-            centroid(flat)[1],
-        )
+        in_mm = feret(flat)[:2]
+        relative = _scale_sd(scale, *middle)
+        area_mm2 = centroid(flat)[1]
     else:
-        in_mm, relative, area_mm2 = (
-            (length * scale, width * scale),
-            relative_sd,
-            area * scale**2,
-        )
+        in_mm = (length * scale, width * scale)
+        relative = relative_sd
+        area_mm2 = area * scale**2
     sds_mm = [
         float(mm * np.hypot(sd / px, relative))
         for mm, sd, px in zip(in_mm, sds, (length, width))
@@ -318,9 +311,8 @@ def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
     that dust does not count."""
     whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
     lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
-    if sum(lone) < 0.2 * sum(
-        cv2.contourArea(p) for p in whole
-    ):  # nearly all touch: split them first
+    # nearly all touch: split them first
+    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):
         lone = [
             cv2.contourArea(q.outline.astype(np.float32))
             for p in whole
@@ -344,10 +336,8 @@ def _rejection(
 ) -> str:
     """Why a patch is no whole seed; "" where it may be one or several."""
     if region is not None:
-        x, y = (
-            np.clip(patch[:, 0], 2, region.shape[1] - 3),
-            np.clip(patch[:, 1], 2, region.shape[0] - 3),
-        )
+        x = np.clip(patch[:, 0], 2, region.shape[1] - 3)
+        y = np.clip(patch[:, 1], 2, region.shape[0] - 3)
         if any(
             region[y + dy, x + dx].any()
             for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))

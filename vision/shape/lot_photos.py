@@ -34,10 +34,9 @@ SAME_PLACE = 0.75  # of a length: within it, a seed turned on its side is the sa
 SAME_SHARE = 0.8  # of the seeds that must be in the same place
 NEAREST_M, FARTHEST_M = 0.25, 1.5  # distance of the camera where it is not stated
 DISTANCE_SD = 0.05  # relative, of a stated distance
-THICKNESS_SHARE, THICKNESS_SD = (
-    0.8,
-    0.25,
-)  # thickness over width of seeds on their broad side; its relative sd
+# thickness over width of seeds on their broad side; its relative sd
+THICKNESS_SHARE = 0.8
+THICKNESS_SD = 0.25
 
 
 @dataclass(frozen=True)
@@ -88,10 +87,8 @@ def measure_lot_photos(
                 f" ({grains.scale.reason}); state --mm-per-px"
             )
         image = read_photo(photo)
-        bright, middle = (
-            _contrasts(image, grains),
-            (np.array(image.shape[1::-1]) - 1) / 2,
-        )
+        bright = _contrasts(image, grains)
+        middle = (np.array(image.shape[1::-1]) - 1) / 2
         kinds = _kinds(grains.grains, bright)
         for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
             row, outline = _seed(

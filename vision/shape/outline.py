@@ -55,10 +55,8 @@ def ellipse_agreement(points: np.ndarray) -> float:
     (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
     turn = np.radians(angle)
     x, y = points[:, 0] - cx, points[:, 1] - cy
-    along, across = (
-        x * np.cos(turn) + y * np.sin(turn),
-        -x * np.sin(turn) + y * np.cos(turn),
-    )
+    along = x * np.cos(turn) + y * np.sin(turn)
+    across = -x * np.sin(turn) + y * np.cos(turn)
     depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
     return float(1 - 2 * np.mean(np.abs(depth - 1)))
 

@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 from benchtwin.vision.measurement import MeasurementError
 
-SMALL_SIDE = (
-    700  # px of the reduced picture on which background and threshold are found
-)
+# px of the reduced picture on which background and threshold are found
+SMALL_SIDE = 700
 LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
 # two maxima of depth are one grain where the path between them stays above this share
 # of the lower one
@@ -258,9 +257,8 @@ def split(shape: np.ndarray) -> list[Piece]:
     Every pixel is assigned to the grain with the least Mahalanobis distance,
     iterated."""
     padded = np.pad(shape, 3)
-    step = max(
-        1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20)
-    )  # resolution of the cut
+    # resolution of the cut
+    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))
     coarse = (
         padded
         if step == 1
@@ -277,9 +275,8 @@ def split(shape: np.ndarray) -> list[Piece]:
     labels = cv2.resize(
         labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST
     )
-    near = cv2.dilate(
-        labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8)
-    )  # the rim that the coarse patch lacks
+    # the rim that the coarse patch lacks
+    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))
     labels = np.where(labels == 0, near, labels)
     grains = (
         (labels == label).astype(np.uint8) & padded
@@ -296,9 +293,8 @@ def _assigned(
     ys, xs = np.nonzero(coarse)
     place = np.stack([xs, ys], -1).astype(np.float32)
     centre = np.array(summits, np.float32)
-    spread = np.stack(
-        [np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits]
-    )  # a full ellipse has covariance semi-axis²/4
+    # a full ellipse has covariance semi-axis²/4
+    spread = np.stack([np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits])
     for _ in range(6):
         away = np.empty((len(summits), len(place)), np.float32)
         for i, (c, s) in enumerate(zip(centre, spread)):
@@ -308,10 +304,8 @@ def _assigned(
         for i in range(len(summits)):
             members = place[owner == i]
             if len(members) > 10:
-                centre[i], spread[i] = (
-                    members.mean(0),
-                    np.cov(members.T) + 0.05 * np.eye(2),
-                )
+                centre[i] = members.mean(0)
+                spread[i] = np.cov(members.T) + 0.05 * np.eye(2)
     labels = np.zeros(coarse.shape, np.int32)
     labels[ys, xs] = owner + 1
     return labels

@@ -20,14 +20,12 @@ from benchtwin.rigs.pile.effects.shapes import (
 _SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
 _SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
 _TIME = as_stated(photo_s=1.0)
-TOE, STEEPER_DEG = (
-    0.5,
-    20.0,
-)  # toe shortened, and angle steepened [deg], per rise of the crest
-RUPTURE, GATE_MM_S = (
-    0.01,
-    50.0,
-)  # how far a film is drawn out, of a seed's width; a gate of which nothing is stated
+# toe shortened, and angle steepened [deg], per rise of the crest
+TOE = 0.5
+STEEPER_DEG = 20.0
+# how far a film is drawn out, of a seed's width; a gate of which nothing is stated
+RUPTURE = 0.01
+GATE_MM_S = 50.0
 _FILM = (
     "a film's pull ∝ d, a seed's weight ∝ d³: the stress it holds ∝ 1/d, over that of a"
     " heap's weight ∝ 1/(d H)"
