@@ -10,6 +10,7 @@ import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.measure import batch
 from benchtwin.measure.observe import LEAST_WINDOW
@@ -126,7 +127,7 @@ class Measurements:
                 "recording": table["recording"],
                 "quantity": table["quantity"],
                 "value ± sd": [
-                    shown.with_sd(value, sd)
+                    plus_minus(value, sd)
                     for value, sd in zip(table["value"], table["sd"], strict=True)
                 ],
                 "unit": table["unit"].map(shown.unit),

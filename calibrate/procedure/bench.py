@@ -52,11 +52,23 @@ class RigReadings:
         """The bench's mean. other: (sd, df) of single simulated runs, which stands in
         for the scatter of a single reading. Raises ValueError as `bench_mean`."""
         name = f"{self.rig}: {self.response}"
-        errors = {"reading_sd": self.reading_sd, "shared_sd": self.shared_sd}
         if self.values.size == 1 and other is not None and other[0] > 0:
             sd, df = other
-            return pooled_mean(self.values, name=name, scatter_sd=sd, df=df, **errors)
-        return bench_mean(self.values, name=name, trimmed=self.trimmed, **errors)
+            return pooled_mean(
+                self.values,
+                name=name,
+                scatter_sd=sd,
+                df=df,
+                reading_sd=self.reading_sd,
+                shared_sd=self.shared_sd,
+            )
+        return bench_mean(
+            self.values,
+            name=name,
+            reading_sd=self.reading_sd,
+            shared_sd=self.shared_sd,
+            trimmed=self.trimmed,
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -121,7 +121,9 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         )
     drops, said = [], []
     for number in np.flatnonzero(counts >= 2):
-        one, notes = _heard_drop(chain, onsets, number, recording, bool(corrections))
+        one, notes = _heard_drop(
+            chain, onsets, int(number), recording, bool(corrections)
+        )
         drops.append(one)
         said += [
             note if len(counts) == 1 else f"drop {len(drops)}: {note}" for note in notes
@@ -130,10 +132,10 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         f"the impact at {onsets.time_s[row]:.3f} s is alone and is not used"
         for row in chain.impacts[counts[chain.drop] == 1]
     ]
-    found = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
+    count = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
     first, *others = said
     rejected = _rejection_notes(chain, onsets)
-    notes = [*sound.notes, *found, first, *corrections, *others, *alone, *rejected]
+    notes = [*sound.notes, *count, first, *corrections, *others, *alone, *rejected]
     return SoundImpacts(sound, onsets, chain, added, tuple(drops), tuple(notes))
 
 
@@ -342,7 +344,11 @@ def _combine_drops(seen: Observation, heard: Observation, shift: float) -> Obser
     """Several drops, each by both where one bounce of it is seen and heard, else by
     what there is of it; means over all."""
     drops = []
-    others = {float(one.bounces.t_s.iloc[0]) - shift: one for one in each_drop(heard)}
+    others = {
+        float(one.bounces.t_s.iloc[0]) - shift: one
+        for one in each_drop(heard)
+        if one.bounces is not None
+    }
     for one in each_drop(seen):
         assert one.bounces is not None
         begin, end = one.bounces.t_s.min(), one.bounces.t_s.max()

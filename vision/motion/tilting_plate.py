@@ -110,7 +110,7 @@ def track_slide(
     track = replace(tracked.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
-    places = np.array(
+    on_film = np.array(
         [strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)]
     )
     shown = [lines[min(lines)], lines[max(lines)]]
@@ -119,7 +119,7 @@ def track_slide(
         for line in shown
     ]
     return replace(tracked, track=track), PlateOverlay(
-        last, (places[:, 0], places[:, 1]), segments
+        last, (on_film[:, 0], on_film[:, 1]), segments
     )
 
 
