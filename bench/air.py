@@ -57,11 +57,10 @@ def air_of(description: dict) -> Air:
     density = density or 1.2
     sizes = stated_sizes_mm(description)
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000 if sizes else 7e-3
-    mass = (
-        seed["mass_g"] / 1000
-        if seed.get("mass_g")
-        else seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
-    )
+    if seed.get("mass_g"):
+        mass = seed["mass_g"] / 1000
+    else:
+        mass = seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
     reynolds = density * diameter / viscosity
     known = bool(sizes) and mass > 0
     mass = mass or 1250 * sphere_volume(diameter)

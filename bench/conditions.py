@@ -148,11 +148,10 @@ def _word_error(key: str, word: str) -> str:
         return ""
     value, unit = number
     name = key if not unit or key.lower().endswith(f"_{unit}") else f"{key}_{unit}"
-    label = (
-        f'; a name such as plate {value} is a word: "no {value}"'
-        if value.isdigit() and not unit
-        else ""
-    )
+    if value.isdigit() and not unit:
+        label = f'; a name such as plate {value} is a word: "no {value}"'
+    else:
+        label = ""
     return (
         f"{key} = {word!r}: a number stands without quotes, with a point, its unit in"
         f" the name: {name} = {value}{label}"

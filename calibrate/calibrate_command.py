@@ -117,11 +117,10 @@ def _make_room(asked: Asked) -> None:
 def _reported(found: Calibration, out: Path) -> bool:
     """Write the report; a fault of ours in drawing it costs neither the results nor a
     simulation."""
-    kept = (
-        f"the numbers are in {out / 'result.json'}"
-        if found.finished
-        else "the calibration goes on"
-    )
+    if found.finished:
+        kept = f"the numbers are in {out / 'result.json'}"
+    else:
+        kept = "the calibration goes on"
     return reported(lambda: write_report(found, out), kept, "calibrate")
 
 

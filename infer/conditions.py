@@ -50,11 +50,10 @@ def conditions_of(
     found, notes = [], []
     for key in dict.fromkeys(k for s in stated for k in s):
         values = [s.get(key) for s in stated]
-        made = (
-            _of_words(key, values)
-            if any(isinstance(v, str) for v in values)
-            else _of_numbers(key, values)
-        )
+        if any(isinstance(v, str) for v in values):
+            made = _of_words(key, values)
+        else:
+            made = _of_numbers(key, values)
         if made is None:
             said = "is the same in all recordings that state it: nothing can follow it"
             notes.append(f"[conditions] {key} {said}")
@@ -63,11 +62,10 @@ def conditions_of(
             if missing := sum(v is None for v in values):
                 said = f"is not stated in {missing} of {len(values)} recordings"
                 notes.append(f"[conditions] {key} {said}; it is used where it is")
-    order = (
-        _of_numbers("order", list(range(len(descriptions))))
-        if len(descriptions) > 3
-        else None
-    )
+    if len(descriptions) > 3:
+        order = _of_numbers("order", list(range(len(descriptions))))
+    else:
+        order = None
     kept = []
     for extra in filter(None, (order, _of_words("session", list(sessions)))):
         same = next((c for c in found if _confounded(c, extra)), None)

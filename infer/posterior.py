@@ -112,11 +112,10 @@ class _Search:
         )
         components = [replace(c, columns=c.columns / root) for c in components]
         columns = columns / root
-        spread = (
-            problem.unknown_scatter(problem, reduced)
-            if problem.unknown_scatter
-            else None
-        )
+        if problem.unknown_scatter:
+            spread = problem.unknown_scatter(problem, reduced)
+        else:
+            spread = None
         table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
         here[listed] = Explanation(
             listed, k, found, reduced, windows, columns, table, power
@@ -171,11 +170,10 @@ class _Search:
             for names in self.priors[k]:
                 listed = tuple(n for n in names if self.kind(k, n) is not Kind.UNLISTED)
                 if listed not in parents:
-                    able = (
-                        [listed]
-                        if listed in here
-                        else [own for own in here if set(own) <= set(listed)]
-                    )
+                    if listed in here:
+                        able = [listed]
+                    else:
+                        able = [own for own in here if set(own) <= set(listed)]
                     parents[listed] = max(
                         able, key=lambda own: (len(own), own_value[own])
                     )

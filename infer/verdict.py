@@ -225,11 +225,10 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     own = posterior.alternatives[holding[0].alternative]
     if name in own.effects:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
-        size = (
-            mixture_interval([(1.0, value, sd)])
-            if np.isfinite(value)
-            else Interval(np.nan, np.nan, np.nan)
-        )
+        if np.isfinite(value):
+            size = mixture_interval([(1.0, value, sd)])
+        else:
+            size = Interval(np.nan, np.nan, np.nan)
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
 

@@ -66,11 +66,10 @@ class Field:
             return text
         if self.kind == "text":
             return str(text).strip()
-        parts = (
-            re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip())
-            if self.kind == "list"
-            else [str(text)]
-        )
+        if self.kind == "list":
+            parts = re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip())
+        else:
+            parts = [str(text)]
         numbers = [_number(part, self) for part in parts if part]
         return numbers if self.kind == "list" else numbers[0]
 

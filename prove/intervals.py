@@ -59,11 +59,10 @@ def power_curve(
         rows = rng.integers(len(snr), size=len(snr))
         if found[rows].any() and not found[rows].all():
             drawn.append(_points(*_fit(snr[rows], found[rows])))
-    bands = (
-        np.quantile(drawn, [0.025, 0.975], axis=0)
-        if len(drawn) > 20
-        else np.full((2, 2), math.nan)
-    )
+    if len(drawn) > 20:
+        bands = np.quantile(drawn, [0.025, 0.975], axis=0)
+    else:
+        bands = np.full((2, 2), math.nan)
     return Power(
         len(snr),
         math.exp(fit[0]),
@@ -179,9 +178,8 @@ def log_score(judged: list[Judged]) -> tuple[float, float, int]:
     some = [math.log(max(j.p_truth, FLOOR)) for j in judged if j.p_truth is not None]
     if not some:
         return math.nan, math.nan, 0
-    error = (
-        float(np.std(some, ddof=1)) / math.sqrt(len(some))
-        if len(some) > 1
-        else math.nan
-    )
+    if len(some) > 1:
+        error = float(np.std(some, ddof=1)) / math.sqrt(len(some))
+    else:
+        error = math.nan
     return float(np.mean(some)), error, len(some)

@@ -74,11 +74,10 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     held = verdict == "class" and len(truth) == 1 and truth <= set(names)
     sector = main_sector(answer.get("sectors") or [])
     alarm, matters = bool(answer.get("alarm", verdict != "none")), answer.get("matters")
-    matters_right = (
-        matters == key.matters
-        if alarm and isinstance(matters, bool) and key.matters is not None
-        else None
-    )
+    if alarm and isinstance(matters, bool) and key.matters is not None:
+        matters_right = matters == key.matters
+    else:
+        matters_right = None
     covers, stated = interval_coverage(key, answer) if right else ((), ())
     within = all(
         n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth
@@ -135,11 +134,10 @@ def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | N
     if not isinstance(explanations, list) or not explanations:
         return None
     truth = {e.name for e in key.effects}
-    sets = (
-        [{f"{UNLISTED} {sector}"} for sector in key.sectors]
-        if unlisted(key)
-        else [truth]
-    )
+    if unlisted(key):
+        sets = [{f"{UNLISTED} {sector}"} for sector in key.sectors]
+    else:
+        sets = [truth]
     true = [
         one
         for one in explanations
@@ -174,11 +172,10 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
     for effect in key.effects:
         if not effect.scored:
             continue
-        law = (
-            next((found[n] for n in RESTITUTION if n in found), None)
-            if effect.name in RESTITUTION
-            else None
-        )
+        if effect.name in RESTITUTION:
+            law = next((found[n] for n in RESTITUTION if n in found), None)
+        else:
+            law = None
         one = found.get(effect.name) or law or {}
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
         if low is None or high is None:

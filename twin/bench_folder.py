@@ -187,13 +187,12 @@ def _measured(
         if other.quality != FAILED
     }
     if q is None or q.quality == FAILED or not np.isfinite(q.value):
-        why = (
-            q.reason
-            if q is not None
-            else (
+        if q is not None:
+            why = q.reason
+        else:
+            why = (
                 f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
             )
-        )
         raise MeasurementError(f"{entry.path}: {why}")
     if q.unit != unit:
         raise MeasurementError(

@@ -121,11 +121,10 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
         defaults = _defaults_beside(path)
-    known = (
-        read_toml(path / "recording.toml")
-        if (path / "recording.toml").is_file()
-        else {}
-    )
+    if (path / "recording.toml").is_file():
+        known = read_toml(path / "recording.toml")
+    else:
+        known = {}
     rig = validate(merge(defaults, known), path / "recording.toml").rig
     evidence, files = _find_evidence(path, rig)
     return _recording(

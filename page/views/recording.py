@@ -444,11 +444,10 @@ class View:
         )
         drop = self.recording.drop
         by_hand = bool(drop.impacts_added_s or drop.impacts_struck_s)
-        columns = (
-            {"corrected": now.quantities, "automatic": now.automatic}
-            if by_hand
-            else {"automatic": now.quantities}
-        )
+        if by_hand:
+            columns = {"corrected": now.quantities, "automatic": now.automatic}
+        else:
+            columns = {"automatic": now.quantities}
         self.numbers.set_content(quantities_table(columns))
         self.plots.clear()
         with self.plots:
@@ -538,11 +537,10 @@ class View:
             struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
             await self._keep({("track", "left_out_frames"): sorted(struck) or None})
         elif what in KEPT_AS:
-            kept = (
-                [int(v) for v in value]
-                if what == "roi"
-                else [round(float(v), 2) for v in value]
-            )
+            if what == "roi":
+                kept = [int(v) for v in value]
+            else:
+                kept = [round(float(v), 2) for v in value]
             await self._keep({KEPT_AS[what]: kept})
 
     async def _set_scale(self) -> None:

@@ -225,11 +225,10 @@ def _draw_plumb_sd(request: Request, rng: np.random.Generator) -> float:
 
 
 def _camera(request: Request, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
-    plumb_deg = (
-        0.0
-        if "camera.plumb_deg" in request.absent or rng.random() < 0.6
-        else float(rng.uniform(-2, 2))
-    )
+    if "camera.plumb_deg" in request.absent or rng.random() < 0.6:
+        plumb_deg = 0.0
+    else:
+        plumb_deg = float(rng.uniform(-2, 2))
     return Camera(
         (float(rng.uniform(-5, 5)), middle_mm),
         middle_mm + 20,

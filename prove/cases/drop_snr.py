@@ -287,11 +287,10 @@ def _by_impact(
         return Visibility(spread_snr(now / usual, len(log)))
     if name == "plate-tilt":
         change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
-        turning = (
-            log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4
-            if scene.angle_sd_deg
-            else 0.0
-        )
+        if scene.angle_sd_deg:
+            turning = log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4
+        else:
+            turning = 0.0
         # nobody states how much of it friction takes
         slip = (log[:, VX_IN] + turning) / speed
         return Visibility(

@@ -197,11 +197,10 @@ def roll(times, length, incline, seed):
                 v += h * middle
                 if v * way <= 0.0:  # it turns back, or stays
                     v, push = 0.0, driven(x, incline, seed)
-                    way = (
-                        0.0
-                        if abs(push) <= resisted(x, 0.0, incline, seed)
-                        else math.copysign(1.0, push)
-                    )
+                    if abs(push) <= resisted(x, 0.0, incline, seed):
+                        way = 0.0
+                    else:
+                        way = math.copysign(1.0, push)
             if before < 0.0 <= x:
                 v *= 1 - seed[LOST]
             now = now + h if h < times[k] - now else times[k]

@@ -123,11 +123,10 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         if several
         else (float(rng.choice([1.0, 2.0, 4.0])),)
     )
-    loads = (
-        (2, 8)
-        if "adhesion" in request.effects or (several and rng.random() < 0.4)
-        else (4,)
-    )
+    if "adhesion" in request.effects or (several and rng.random() < 0.4):
+        loads = (2, 8)
+    else:
+        loads = (4,)
     length = rng.uniform(6, 10)
     axes = (
         round(length, 2),
@@ -153,16 +152,14 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         for i, rate in enumerate((rates * count)[:count])
     )
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
-    stribeck = (
-        rng.uniform(0.004, 0.01)
-        if request.separated is False
-        else rng.uniform(0.08, 0.16)
-    )
-    air = (
-        rng.uniform(*DRAG_NEAR_PLATE)
-        if "air" in request.absent or rng.random() < AIRY_SHARE
-        else 0.0
-    )
+    if request.separated is False:
+        stribeck = rng.uniform(0.004, 0.01)
+    else:
+        stribeck = rng.uniform(0.08, 0.16)
+    if "air" in request.absent or rng.random() < AIRY_SHARE:
+        air = rng.uniform(*DRAG_NEAR_PLATE)
+    else:
+        air = 0.0
     return Scene(
         runs=runs,
         mu=mu,

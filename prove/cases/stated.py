@@ -194,11 +194,10 @@ def _value(toml: dict, key: str) -> str:
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
-    sizes = (
-        ("seed.length_mm", "seed.width_mm", "seed.thickness_mm")
-        if "seed.sizes" in absent
-        else ()
-    )
+    if "seed.sizes" in absent:
+        sizes = ("seed.length_mm", "seed.width_mm", "seed.thickness_mm")
+    else:
+        sizes = ()
     gone, out = {*absent, *sizes}, {}
     for key, value in toml.items():
         if isinstance(value, dict):

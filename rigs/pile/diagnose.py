@@ -184,11 +184,10 @@ def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     ]
     for p in photos:
         if p.reference != "plumb":
-            from_what = (
-                "the plate's own line"
-                if p.reference == "plate"
-                else "the picture's rows"
-            )
+            if p.reference == "plate":
+                from_what = "the plate's own line"
+            else:
+                from_what = "the picture's rows"
             notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
     unscaled = [p.recording for p in photos if p.unit == "px"]
     notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []

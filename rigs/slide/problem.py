@@ -321,11 +321,10 @@ def _onset(
             solution = np.array(
                 [left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0]
             )
-        lost = (
-            2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
-            if jump
-            else 0.0
-        )
+        if jump:
+            lost = 2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
+        else:
+            lost = 0.0
         return (
             float(((left - design @ solution) ** 2).sum()),
             float(solution[0]),

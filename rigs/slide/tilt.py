@@ -70,11 +70,10 @@ def seen_tilt(
     coefficients, covariance, noise = _line(s, y, 1)
     bent, wide, fine = _line(s, y, 3)
     spread = _independent(s, y, bent)
-    gain = (
-        len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread
-        if len(s) > 20
-        else 0.0
-    )
+    if len(s) > 20:
+        gain = len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread
+    else:
+        gain = 0.0
     ramp = np.degrees(np.polynomial.polynomial.polyval(s, coefficients))
     stair = _stairs(ramp, np.degrees(y)) if steps else 0.0
     if gain > BEND_CHI2 and not stair:

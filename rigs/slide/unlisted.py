@@ -113,11 +113,10 @@ def law_of(fit: Fit) -> str | None:
         for (a, _), fall in zip(keys, falls, strict=True)
         if a != axis and fall > falls[best] - FALL_95
     }
-    also = (
-        f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well"
-        if others
-        else ""
-    )
+    if others:
+        also = f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well"
+    else:
+        also = ""
     grows = "grows" if signs[best] > 0 else "falls"
     return (
         f"a friction that {grows} with {WORDS[axis]} to the power {power:g}"

@@ -158,11 +158,10 @@ def _farther(f, is_on, numbers, before):
     else:
 
         def call(radius, modulus, row, table):
-            own = (
-                f(radius, modulus, *numbers(table, row))
-                if is_on(table, row)[0] > 0.5
-                else 0.0
-            )
+            if is_on(table, row)[0] > 0.5:
+                own = f(radius, modulus, *numbers(table, row))
+            else:
+                own = 0.0
             return max(own, before(radius, modulus, row, table))
 
     return njit(**OPTIONS)(call)

@@ -39,47 +39,31 @@ def traits(shape, shape_of):
     )[shape_of].ravel()
 
 
-def predict(
-    first,
-    last,
-    dt,
-    P,
-    who,
-    calm,
-    motion,
-    turn,
-    spin,
-    load,
-    trait,
-    shape_of,
-    shape,
-    shape_start,
-    shape_ball,
-    ball_start,
-    ball,
-    path,
-):
+def predict(first, last, dt, s, P, who):
     """Advance bodies first … last−1 and their balls by dt. Returns the longest path of
     a ball since the lists were made, and the energy that rolling friction has taken
-    [J]. P is a tile, who its lanes' bodies."""
+    [J]. s: the kernel's view of the state (`kernels.View`); P is a tile, who its lanes'
+    bodies."""
     farthest, lost = 0.0, 0.0
     while first < last:
         count, single = 0, False
         while count < LANES and first < last:
-            if calm[first] < CALM:
-                if count > 0 and (trait[2 * first + 1] > 0.0) != single:
+            if s.calm[first] < CALM:
+                if count > 0 and (s.trait[2 * first + 1] > 0.0) != single:
                     break
-                single = trait[2 * first + 1] > 0.0
+                single = s.trait[2 * first + 1] > 0.0
                 who[count] = first
                 count += 1
             first += 1
         for t in range(count):
             n = who[t]
-            start_step(t, dt, P, motion[n], turn[n], spin[n], load[n], trait[2 * n])
+            start_step(
+                t, dt, P, s.body[n], s.turn[n], s.spin[n], s.load[n], s.trait[2 * n]
+            )
             if single:
-                P[turning.J1 + t] = trait[2 * n + 1]
+                P[turning.J1 + t] = s.trait[2 * n + 1]
             else:
-                row = shape[shape_of[n]]
+                row = s.shape[s.shape_of[n]]
                 P[turning.J1 + t] = row[J1]
                 P[turning.J2 + t] = row[J2]
                 P[turning.J3 + t] = row[J3]
@@ -89,25 +73,27 @@ def predict(
             turn_free(P, (count + 3) // 4 * 4, dt)
         for t in range(count):
             n = who[t]
-            m = motion[n]
-            end_step(t, P, m, turn[n], spin[n])
+            m = s.body[n]
+            end_step(t, P, m, s.turn[n], s.spin[n])
             if HAS_BRAKE:
                 lost += P[turning.LOST + t]
             if single:
-                way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
+                way = put_ball(
+                    s.ball_start[n], m[X], m[X + 1], m[X + 2], s.ball, s.path
+                )
             else:
                 turned = turning.turned(P, t)
                 way = place_balls(
-                    ball_start[n],
+                    s.ball_start[n],
                     m[X],
                     m[X + 1],
                     m[X + 2],
                     turned,
-                    shape_of[n],
-                    shape_start,
-                    shape_ball,
-                    ball,
-                    path,
+                    s.shape_of[n],
+                    s.shape_start,
+                    s.shape_ball,
+                    s.ball,
+                    s.path,
                 )
             farthest = max(farthest, way)
     return farthest, lost
@@ -185,25 +171,7 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(
-    first,
-    last,
-    dt,
-    look,
-    woken,
-    slot,
-    calm,
-    gravity,
-    body_numbers,
-    fresh,
-    motion,
-    turn,
-    spin,
-    load,
-    trait,
-    shape_of,
-    shape,
-):
+def correct(first, last, dt, look, slot, s, fresh):
     """Bring velocities of bodies first … last−1 up to date with the mean of the old
     forces `load` and the `fresh` ones (contacts only; weight and body laws are added
     here), which replace them. Returns kinetic energy, largest squared speed, body laws'
@@ -213,16 +181,18 @@ def correct(
     kinetic, fastest, power, lost = 0.0, 0.0, 0.0, 0.0
     h = 0.5 * dt
     g = math.sqrt(
-        gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]
+        s.gravity[0] * s.gravity[0]
+        + s.gravity[1] * s.gravity[1]
+        + s.gravity[2] * s.gravity[2]
     )
     for n in range(first, last):
-        asleep = calm[n] >= CALM
-        m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
+        asleep = s.calm[n] >= CALM
+        m, f, new, spun = s.body[n], s.load[n], fresh[n - first], s.spin[n]
         if asleep and not look:
-            if sleeping.is_struck(new[STIR], g, shape[shape_of[n], DIAMETER]):
-                calm[n] = 0
+            if sleeping.is_struck(new[STIR], g, s.shape[s.shape_of[n], DIAMETER]):
+                s.calm[n] = 0
                 f[:] = 0.0
-                woken[slot] = 1
+                s.woken[slot] = 1
             continue
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
@@ -233,8 +203,8 @@ def correct(
                 m[W],
                 m[W + 1],
                 m[W + 2],
-                shape[shape_of[n], DIAMETER],
-                body_numbers,
+                s.shape[s.shape_of[n], DIAMETER],
+                s.body_numbers,
             )
             power += (
                 gx * m[V]
@@ -244,12 +214,12 @@ def correct(
                 + hy * m[W + 1]
                 + hz * m[W + 2]
             )
-        fx = new[0] + m[MASS] * gravity[0] + gx
-        fy = new[1] + m[MASS] * gravity[1] + gy
-        fz = new[2] + m[MASS] * gravity[2] + gz
+        fx = new[0] + m[MASS] * s.gravity[0] + gx
+        fy = new[1] + m[MASS] * s.gravity[1] + gy
+        fz = new[2] + m[MASS] * s.gravity[2] + gz
         tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
         if look:
-            size = shape[shape_of[n], DIAMETER]
+            size = s.shape[s.shape_of[n], DIAMETER]
             balanced = sleeping.is_balanced(
                 asleep, fx, fy, fz, tx, ty, tz, new[BRAKE], size, m[MASS] * g
             )
@@ -258,7 +228,7 @@ def correct(
             )
             if asleep:
                 if not balanced:  # from rest
-                    calm[n] = 0
+                    s.calm[n] = 0
                     f[0] = fx
                     f[1] = fy
                     f[2] = fz
@@ -267,12 +237,12 @@ def correct(
                     f[5] = tz
                     f[BRAKE] = new[BRAKE]
                 continue
-            calm[n] = calm[n] + 1 if balanced and slow else 0
-            if calm[n] >= CALM:
+            s.calm[n] = s.calm[n] + 1 if balanced and slow else 0
+            if s.calm[n] >= CALM:
                 m[V : V + 6] = 0.0
                 spun[:] = 0.0
                 continue
-        half = h * trait[2 * n]
+        half = h * s.trait[2 * n]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
@@ -284,14 +254,14 @@ def correct(
         f[4] = ty
         f[5] = tz
         f[BRAKE] = new[BRAKE]
-        j = trait[2 * n + 1]
+        j = s.trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:
                 lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[BRAKE])
                 lost += taken
             m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
         else:
-            q, row = turn[n], shape[shape_of[n]]
+            q, row = s.turn[n], s.shape[s.shape_of[n]]
             j1, j2, j3 = row[J1], row[J2], row[J3]
             a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
             p1 = a * lx + d * ly + o * lz

@@ -91,48 +91,19 @@ def advance(
                 t = s.totals[b]
                 t[T_BRAKED] = 0.0
                 if forces:
-                    gather_forces(
-                        b, s.block_body, s.block_window, s.window, scratch.fresh
-                    )
+                    gather_forces(b, s, scratch.fresh)
                     t[T_KINETIC], t[T_FASTEST], t[T_POWER], t[T_BRAKED] = correct(
                         first,
                         last,
                         dt,
                         look and s.sleeps,
-                        s.woken,
                         (start + done + 1) % 2,
-                        s.calm,
-                        s.gravity,
-                        s.body_numbers,
+                        s,
                         scratch.fresh,
-                        s.body,
-                        s.turn,
-                        s.spin,
-                        s.load,
-                        s.trait,
-                        s.shape_of,
-                        s.shape,
                     )
                 if more:
                     t[T_WAY], braked = predict(
-                        first,
-                        last,
-                        dt,
-                        scratch.tile,
-                        scratch.who,
-                        s.calm,
-                        s.body,
-                        s.turn,
-                        s.spin,
-                        s.load,
-                        s.trait,
-                        s.shape_of,
-                        s.shape,
-                        s.shape_start,
-                        s.shape_ball,
-                        s.ball_start,
-                        s.ball,
-                        s.path,
+                        first, last, dt, s, scratch.tile, scratch.who
                     )
                     t[T_BRAKED] += braked
                 b = take(counters, NEXT_BODIES, threads, b + 1)
@@ -143,7 +114,7 @@ def advance(
                     if LEDGER:
                         add_ledger(s.sums, dt, ledger)
                 if more:
-                    walls_at((start + done + forces + 1) * dt, s)
+                    place_walls((start + done + forces + 1) * dt, s)
             barrier(counters, threads)
             why = DONE
             if LEDGER and me == 0:
@@ -152,11 +123,10 @@ def advance(
                     ledger[5] += dt * s.totals[b, T_POWER] * forces
             if forces:
                 done += 1
-                why = (
-                    SQUEEZED
-                    if overlap > most_overlap
-                    else runaway(s.totals, most_speed)
-                )
+                if overlap > most_overlap:
+                    why = SQUEEZED
+                else:
+                    why = runaway(s.totals, most_speed)
             if why == DONE and more and stale(s.totals, s.wall_way, skin):
                 why = STALE
             if why != DONE or not more:
@@ -176,22 +146,6 @@ def advance(
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         forces = True
-
-
-def walls_at(t, s):
-    """Put the moving walls where they are at time `t` [s]."""
-    place_walls(
-        t,
-        s.moves,
-        s.move_numbers,
-        s.prim_rest,
-        s.prim_ref,
-        s.prim_kind,
-        s.prim_wall,
-        s.prim,
-        s.twist,
-        s.wall_way,
-    )
 
 
 @njit(**OPTIONS)
@@ -356,11 +310,8 @@ def build(
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, HAS_BRAKE=brake, **of_body),
         predict=inner(bodies.predict, **_turning_parts(brake)),
-        walls_at=inner(
-            walls_at,
-            place_walls=inner(
-                surfaces.place_walls, motion=motion or inner(surfaces.motion)
-            ),
+        place_walls=inner(
+            surfaces.place_walls, motion=motion or inner(surfaces.motion)
         ),
     )
     return loop, mark

@@ -29,11 +29,10 @@ class Program:
     def command(self, ranks: int, arguments: list[str]) -> list[str]:
         """The command line; LAMMPS ends when who started it is killed, where the system
         can see to that."""
-        tied = (
-            [setpriv, "--pdeathsig", "TERM"]
-            if (setpriv := shutil.which("setpriv"))
-            else []
-        )
+        if setpriv := shutil.which("setpriv"):
+            tied = [setpriv, "--pdeathsig", "TERM"]
+        else:
+            tied = []
         if ranks == 1:
             return [*tied, self.executable, *arguments]
         if self.launcher is None:

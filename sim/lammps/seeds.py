@@ -69,11 +69,10 @@ def write_seeds(folder: Path, name: str, placed: Placed) -> None:
     x = np.asarray(placed.positions, float)
     n = len(x)
     kind = np.zeros(n, int) if placed.shape_of is None else np.asarray(placed.shape_of)
-    q = (
-        np.tile([1.0, 0, 0, 0], (n, 1))
-        if placed.orientations is None
-        else np.asarray(placed.orientations, float)
-    )
+    if placed.orientations is None:
+        q = np.tile([1.0, 0, 0, 0], (n, 1))
+    else:
+        q = np.asarray(placed.orientations, float)
     v, w = (
         np.zeros((n, 3)) if given is None else np.asarray(given, float)
         for given in (placed.velocities, placed.spins)

@@ -113,11 +113,10 @@ def _turned(wall: Rectangle) -> Turned | None:
     along = [_axis_of(edge) for edge in edges]
     if None not in along and not turns:
         return None
-    axis = (
-        _axis_of(np.asarray(turns[0].axis, float))
-        if turns
-        else next((k for k in along if k is not None), None)
-    )
+    if turns:
+        axis = _axis_of(np.asarray(turns[0].axis, float))
+    else:
+        axis = next((k for k in along if k is not None), None)
     if axis is None or axis not in along or len(turns) > 1:
         raise ValueError(
             f"wall {wall.name!r}: the LAMMPS input holds rectangles that are tilted"

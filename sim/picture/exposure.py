@@ -114,16 +114,14 @@ def _check(stage: Stage, frames) -> None:
         )
         if inside.any():
             return
-    middle = (
-        np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
-        if np.isfinite(box).any()
-        else None
-    )
-    where = (
-        "all have left the rig"
-        if middle is None
-        else f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
-    )
+    if np.isfinite(box).any():
+        middle = np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
+    else:
+        middle = None
+    if middle is None:
+        where = "all have left the rig"
+    else:
+        where = f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
     raise ValueError(
         f"the camera does not see any of the {len(box)} seeds: {where}, the picture is"
         f" {camera.width_px} × {camera.height_px} px; change target_m, mm_per_px or the"

@@ -98,11 +98,10 @@ def run_drop(
     plate or lies still."""
     (seed,) = bench.draw(rng, 1)
     q = _orientation(rig, rng)
-    spin = (
-        rng.normal(0.0, rig.spin_sd_rad_s, 3)
-        if rig.spin_rad_s is None
-        else np.asarray(rig.spin_rad_s, float)
-    )
+    if rig.spin_rad_s is None:
+        spin = rng.normal(0.0, rig.spin_sd_rad_s, 3)
+    else:
+        spin = np.asarray(rig.spin_rad_s, float)
     x, y = np.array(rig.plate_m) / 2
     tilt = np.radians(rig.tilt_deg)
     along = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])

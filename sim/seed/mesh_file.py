@@ -80,11 +80,10 @@ def _load(file: Path) -> tuple[Array, Array]:
         raise ValueError(f"{file}: holds no triangles")
     if faces.max() >= len(vertices) or faces.min() < 0:
         raise ValueError(f"{file}: a face names a vertex that is not there")
-    vertices = (
-        vertices[: int(faces.max()) + 1]
-        if not np.isfinite(vertices).all()
-        else vertices
-    )
+    if not np.isfinite(vertices).all():
+        vertices = vertices[: int(faces.max()) + 1]
+    else:
+        vertices = vertices
     if not np.isfinite(vertices).all():
         raise ValueError(f"{file}: a vertex is not finite")
     return vertices, faces

@@ -211,11 +211,10 @@ def _show(
             heading, justify="left" if heading in ("row", "quantity", "") else "right"
         )
     for r in table.itertuples():
-        apart = (
-            f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
-            if r.low == r.low
-            else f"{r.difference:+.2f}"
-        )
+        if r.low == r.low:
+            apart = f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
+        else:
+            apart = f"{r.difference:+.2f}"
         numbers = (
             str(r.pairs),
             f"{r.ours:.2f}",

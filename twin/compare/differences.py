@@ -61,11 +61,10 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
 def _line(row: str, parameters: str, quantity: str, pairs: pd.DataFrame) -> tuple:
     apart = (pairs["lammps"] - pairs["benchtwin"]).to_numpy(float)
     n, mean = len(apart), float(apart.mean())
-    half = (
-        float(stats.t.ppf(0.975, n - 1) * apart.std(ddof=1) / np.sqrt(n))
-        if n > 1
-        else float("nan")
-    )
+    if n > 1:
+        half = float(stats.t.ppf(0.975, n - 1) * apart.std(ddof=1) / np.sqrt(n))
+    else:
+        half = float("nan")
     # False of a single pair, which tells nothing of scatter
     parts = bool(abs(mean) > half)
     return (

@@ -179,11 +179,10 @@ class Video(FrameSource):
                     f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels;"
                     " scale it down"
                 )
-            duration = (
-                float(stream.duration * stream.time_base)
-                if stream.duration and stream.time_base
-                else 0.0
-            )
+            if stream.duration and stream.time_base:
+                duration = float(stream.duration * stream.time_base)
+            else:
+                duration = 0.0
             self._file_fps = float(stream.average_rate) if stream.average_rate else None
             expected = stream.frames or round(duration * (self._file_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
@@ -249,11 +248,10 @@ class Video(FrameSource):
                         f" ({error.strerror})"
                     )
                     break
-                stamp = (
-                    frame.time
-                    if frame.time is not None
-                    else index / (self._file_fps or np.nan)
-                )
+                if frame.time is not None:
+                    stamp = frame.time
+                else:
+                    stamp = index / (self._file_fps or np.nan)
                 start = stamp if start is None else start
                 time = index / self._stated_fps if self._stated_fps else stamp - start
                 if time <= last:

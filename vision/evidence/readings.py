@@ -46,19 +46,17 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
         values = values[1:-1]
     step, n = reading_step(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
-    sd_mean = (
-        float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
-        if n > 1
-        else float("nan")
-    )
+    if n > 1:
+        sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
+    else:
+        sd_mean = float("nan")
     # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the
     # scatter before rounding; all of it when σ = 0.
     unrounded = max(sd**2 - step**2 / 12, 0.0) if n > 1 else 0.0
-    rounding = (
-        step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
-        if step
-        else 0.0
-    )
+    if step:
+        rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
+    else:
+        rounding = 0.0
     return Summary(
         float(values.mean()),
         sd,

@@ -120,11 +120,10 @@ def falls_freely(found: Contents, point_track: PointTrack) -> bool:
 
 def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
     """Rows of track.csv."""
-    time = (
-        {"t_s": point_track.time}
-        if found.time_unit == "s"
-        else {"frame": point_track.time}
-    )
+    if found.time_unit == "s":
+        time = {"t_s": point_track.time}
+    else:
+        time = {"frame": point_track.time}
     return pd.DataFrame(
         time
         | {

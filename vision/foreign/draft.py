@@ -150,11 +150,10 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 )
     else:
         point_track, reasons = choose_track(path, found, track)
-        told = (
-            None
-            if rig or found.doubt
-            else rig_of_motion(point_track.time, point_track.x, point_track.y)
-        )
+        if rig or found.doubt:
+            told = None
+        else:
+            told = rig_of_motion(point_track.time, point_track.x, point_track.y)
         if not rig and falls_freely(found, point_track):
             told = "drop", "it falls freely"
         elif told is not None and told[0] == "drop":

@@ -123,11 +123,10 @@ def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str
         near.insert(
             0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"
         )
-    meant = (
-        f": are the {' or the '.join(near)}?"
-        if near
-        else ": in which units are its times and lengths?"
-    )
+    if near:
+        meant = f": are the {' or the '.join(near)}?"
+    else:
+        meant = ": in which units are its times and lengths?"
     shown = f"{best:,.0f}" if 100 <= best < 1e9 else f"{best:.3g}"
     return f"the fall accelerates by {shown} m/s²{meant}"
 

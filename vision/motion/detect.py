@@ -358,11 +358,10 @@ def _moments(
     p, q = xx - yy, 2 * xy
     turn = (np.outer(dv, 2 * du) - q) * p - (du**2 - (dv**2)[:, None] - p) * q
     size = p**2 + q**2
-    angle_sd = (
-        0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
-        if size > 1e-9
-        else np.inf
-    )
+    if size > 1e-9:
+        angle_sd = 0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
+    else:
+        angle_sd = np.inf
     ys = np.nonzero(outline.mask.any(axis=1))[0]
     xs = np.nonzero(outline.mask.any(axis=0))[0]
     height, width = shape

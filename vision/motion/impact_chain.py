@@ -98,11 +98,10 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
     for _ in range(PASSES if drops else 0):
         known = _rows(drops)
         likelihoods = _log_likelihoods(onsets, duration_s, known)
-        first = (
-            drops[0]
-            if len(drops) == 1
-            else _likeliest_chain(onsets, likelihoods, height_mm)
-        )
+        if len(drops) == 1:
+            first = drops[0]
+        else:
+            first = _likeliest_chain(onsets, likelihoods, height_mm)
         drops = _further(onsets, likelihoods, height_mm, first)
         if np.array_equal(_rows(drops), known):
             break
@@ -261,11 +260,10 @@ def _likeliest_chain(
             )
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
             first_e = gap / fall if fall else math.nan
-            fainter = (
-                20 * LEVEL_POWER * math.log10(min(first_e, 1.0))
-                if fall
-                else UNKNOWN_FAINTER_DB
-            )
+            if fall:
+                fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0))
+            else:
+                fainter = UNKNOWN_FAINTER_DB
             begin += _log_likelihood_of_level(o.level_db[k] - o.level_db[j], fainter)
             if fall and first_e > MOST_E:
                 begin -= HIGHER

@@ -102,11 +102,10 @@ def fit(
         rows, values, sds = prior
         white = np.vstack([white, rows / sds[:, None]])
         aim = np.concatenate([aim, values / sds])
-    inverse = (
-        np.linalg.pinv(white.T @ white, hermitian=True)
-        if p > 2
-        else np.linalg.pinv(white.T @ white)
-    )
+    if p > 2:
+        inverse = np.linalg.pinv(white.T @ white, hermitian=True)
+    else:
+        inverse = np.linalg.pinv(white.T @ white)
     params = np.linalg.lstsq(white, aim, rcond=None)[0]
     widen = (student.ppf(0.975, freedom) / 1.96) ** 2
     return Fit(params, inverse * widen, noise, rho, data - design @ params)

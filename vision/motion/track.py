@@ -177,11 +177,10 @@ def track_from_table(
         for name in (*_OPTIONAL, "t_s", "frame")
     }
     x, y = rows[f"x_{unit}"].to_numpy(float), rows[f"y_{unit}"].to_numpy(float)
-    sd = (
-        rows[f"sd_{unit}"].to_numpy(float)
-        if f"sd_{unit}" in rows
-        else np.full(len(rows), np.nan)
-    )
+    if f"sd_{unit}" in rows:
+        sd = rows[f"sd_{unit}"].to_numpy(float)
+    else:
+        sd = np.full(len(rows), np.nan)
     if unit == "px" and camera.mm_per_px:
         x = x * camera.mm_per_px
         y = y * camera.mm_per_px
@@ -192,11 +191,10 @@ def track_from_table(
         frame = _frame_numbers(time, camera.fps)
     elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
-    outlier = (
-        rows["outlier"].fillna(0).to_numpy(float) != 0
-        if "outlier" in rows
-        else np.zeros(len(rows), dtype=bool)
-    )
+    if "outlier" in rows:
+        outlier = rows["outlier"].fillna(0).to_numpy(float) != 0
+    else:
+        outlier = np.zeros(len(rows), dtype=bool)
     if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
         outlier = outlier | slipped
         notes = (

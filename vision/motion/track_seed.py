@@ -95,11 +95,10 @@ def track_seed(
     if progress:
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
-    chosen = (
-        _choose(tracklets, falling, scene)
-        if at is None
-        else _nearest_to(tracklets, *at)
-    )
+    if at is None:
+        chosen = _choose(tracklets, falling, scene)
+    else:
+        chosen = _nearest_to(tracklets, *at)
     if chosen is None and len(places) >= LEAST_PLACES:
         return _by_hand(places, times, scene, area_px)
     if only_places:
@@ -108,11 +107,10 @@ def track_seed(
             f" far; {LEAST_PLACES} make a track"
         )
     if chosen is None:
-        where = (
-            ""
-            if at is None
-            else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
-        )
+        if at is None:
+            where = ""
+        else:
+            where = f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
         raise MeasurementError(
             f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
         )
@@ -209,11 +207,10 @@ def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
     those opening upwards."""
     if len(y) < 4:
         return 0.3 * float(np.ptp(y))
-    turns = (
-        np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
-        if len(y) > 4
-        else np.array([], int)
-    )
+    if len(y) > 4:
+        turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
+    else:
+        turns = np.array([], int)
     big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
     height = 0.0
     for a, b in itertools.pairwise(big):

@@ -79,11 +79,10 @@ def extend(
         for s, shape in enumerate(shapes):
             size = np.sqrt(max(shape.area, last.area))
             away, speed = tracklet.distance(shape, frame)
-            gate = (
-                1.2 * size + 2.2 * speed + 3.0
-                if len(tracklet.shapes) > 1
-                else 2.5 * size + 40.0
-            )
+            if len(tracklet.shapes) > 1:
+                gate = 1.2 * size + 2.2 * speed + 3.0
+            else:
+                gate = 2.5 * size + 40.0
             area = abs(np.log(shape.area / last.area))
             colour_distance = shape.colour_distance(last)
             if away < gate and area < 1.1 and colour_distance < MOST_COLOUR_STEP:

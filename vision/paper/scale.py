@@ -128,11 +128,10 @@ def darkest_channel(image: np.ndarray) -> np.ndarray:
             " graph paper in it"
         )
     if image.ndim == 3:
-        image = (
-            cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2])
-            if image.shape[2] == 3
-            else image[..., 0]
-        )
+        if image.shape[2] == 3:
+            image = cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2])
+        else:
+            image = image[..., 0]
     return image.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
 
 

@@ -81,11 +81,10 @@ def _rise_and_reach(
     area = height.sum()
     if not area > 0:
         return None
-    axis = (
-        ends[next(iter(leaning))]
-        if leaning
-        else float((x[inside] * height).sum() / area)
-    )
+    if leaning:
+        axis = ends[next(iter(leaning))]
+    else:
+        axis = float((x[inside] * height).sum() / area)
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
     return rise / reach, rise, reach

@@ -233,11 +233,10 @@ def _flank(
     if length < 8 or length < 0.25 * top:
         return Flank(side, crest, toe, "a wall or nothing on this side")
     if lowest > window[0] * 0.9:
-        what = (
-            f"the pile is cut by the picture's {side} border"
-            if at_border
-            else "the surface ends"
-        )
+        if at_border:
+            what = f"the pile is cut by the picture's {side} border"
+        else:
+            what = "the surface ends"
         return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
     upwards = outward[: length + 1][::-1]
     upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it

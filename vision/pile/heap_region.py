@@ -262,11 +262,10 @@ def _as_rgb(small: np.ndarray) -> np.ndarray:
 def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Unit vector in (a, b) from the colour of the surroundings to that of the
     seeds."""
-    off = (
-        lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
-        if seeds.any() and others.any()
-        else np.ones(2)
-    )
+    if seeds.any() and others.any():
+        off = lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
+    else:
+        off = np.ones(2)
     return (off / max(float(np.linalg.norm(off)), 1e-6)).astype(np.float32)
 
 

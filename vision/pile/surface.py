@@ -32,11 +32,10 @@ def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray,
 def as_float(image: np.ndarray) -> np.ndarray:
     """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
     channels)."""
-    scale = (
-        255.0 / np.iinfo(image.dtype).max
-        if np.issubdtype(image.dtype, np.integer)
-        else 1.0
-    )
+    if np.issubdtype(image.dtype, np.integer):
+        scale = 255.0 / np.iinfo(image.dtype).max
+    else:
+        scale = 1.0
     pixels = image.astype(np.float32) * np.float32(scale)
     return pixels if pixels.ndim == 3 else pixels[..., None]
 

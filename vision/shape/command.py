@@ -159,11 +159,10 @@ def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
     for name in SIZES:
         if name in content:
             of = content[name]
-            interval = (
-                " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
-                if of["mean_low_high_mm"]
-                else ""
-            )
+            if of["mean_low_high_mm"]:
+                interval = " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
+            else:
+                interval = ""
             print(
                 f"{name:9}  {of['mean_mm']:.3f}{interval} mm, sd {of['sd_mm']:.3f}, n ="
                 f" {of['n']}"

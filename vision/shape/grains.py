@@ -84,11 +84,10 @@ class Grains:
                 f"{q}_{unit}": getattr(g, f"{q}_{unit}")
                 for q in ("length", "length_sd", "width", "width_sd")
             }
-            area = (
-                {"area_px": g.area_px}
-                if self.scale is None
-                else {"area_mm2": g.area_mm2}
-            )
+            if self.scale is None:
+                area = {"area_px": g.area_px}
+            else:
+                area = {"area_mm2": g.area_mm2}
             place = {"seed": number, "x_px": g.x_px, "y_px": g.y_px}
             rows.append(
                 {
@@ -111,11 +110,10 @@ class Grains:
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
-            mean_sd = (
-                float(np.hypot(spread / np.sqrt(len(values)), common))
-                if len(values) > 1
-                else float("nan")
-            )
+            if len(values) > 1:
+                mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common))
+            else:
+                mean_sd = float("nan")
             mean, low, high = (
                 float(v) for v in (values.mean(), values.min(), values.max())
             )
@@ -179,11 +177,10 @@ def measure_seeds(
             else 0
         ),
     )
-    relative_sd = (
-        UNKNOWN_SCALE_SD
-        if mm_per_px_sd is None or not isinstance(scale, int | float)
-        else mm_per_px_sd / scale
-    )
+    if mm_per_px_sd is None or not isinstance(scale, int | float):
+        relative_sd = UNKNOWN_SCALE_SD
+    else:
+        relative_sd = mm_per_px_sd / scale
     grains = [
         g for g in _find_grains(relief, scale, relative_sd, region) if g is not None
     ]

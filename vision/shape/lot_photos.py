@@ -212,11 +212,10 @@ def _seed(
     if kind != WHOLE:
         return row, []
     scale = grains.scale
-    points = (
-        np.stack(scale.to_mm(*grain.edge.T), -1)
-        if isinstance(scale, Scale)
-        else grain.edge * float(scale or 1.0)
-    )
+    if isinstance(scale, Scale):
+        points = np.stack(scale.to_mm(*grain.edge.T), -1)
+    else:
+        points = grain.edge * float(scale or 1.0)
     found = fourier_terms(aligned_outline(share * points))
     return row, [
         dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6))))
@@ -248,11 +247,10 @@ def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, 
 def _mean_magnification(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
     """Mean relative magnification and its sd; for an unknown distance no correction,
     but an sd that contains it."""
-    height = (
-        THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
-        if seeds["width_mm"].notna().any()
-        else 0.0
-    )
+    if seeds["width_mm"].notna().any():
+        height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
+    else:
+        height = 0.0
     if view.distance_mm is not None:
         return height / view.distance_mm, float(
             height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD)

@@ -259,13 +259,12 @@ def split(shape: np.ndarray) -> list[Piece]:
     padded = np.pad(shape, 3)
     # resolution of the cut
     step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))
-    coarse = (
-        padded
-        if step == 1
-        else cv2.resize(
+    if step == 1:
+        coarse = padded
+    else:
+        coarse = cv2.resize(
             padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA
         )
-    )
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
     depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
     summits = _summits(depth)
