@@ -108,16 +108,9 @@ class Measurements:
         for (_, rows), place in zip(groups, places, strict=True):
             colour = [shown.COLOURS[quality] for quality in rows["quality"]]
             reach = 1.96 * rows["sd"].fillna(0.0)
-            figure.add_trace(
-                shown.points(
-                    rows["recording"],
-                    rows["value"],
-                    reach,
-                    colour=colour,
-                    text=rows["reason"],
-                ),
-                **place,
-            )
+            across, up, text = rows["recording"], rows["value"], rows["reason"]
+            trace = shown.points(across, up, reach, colour=colour, text=text)
+            figure.add_trace(trace, **place)
         return figure
 
     def _repr_html_(self) -> str:

@@ -186,28 +186,10 @@ def calibrate(
 
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
     stopped, or nothing could be calibrated; 2: the command was misused."""
+    asked = locals() | {"ranges": dict(ranges), "priors": dict(priors)}
     from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 
-    asked = Asked(
-        bench,
-        out,
-        tables=tables,
-        twin=twin,
-        quick=quick,
-        whole_pile=whole_pile,
-        rendered=rendered,
-        design=design,
-        ranges=dict(ranges),
-        priors=dict(priors),
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        engine=engine,
-        ranks=ranks,
-        overwrite=overwrite,
-        quiet=quiet,
-    )
-    raise Exit(calibrate_command(asked))
+    raise Exit(calibrate_command(Asked(**asked)))
 
 
 def predict(
@@ -234,7 +216,7 @@ def predict(
         Path | None,
         Option(help="Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
-    setting: Annotated[
+    settings: Annotated[
         list[Setting],
         Option(
             "--set",
@@ -267,25 +249,10 @@ def predict(
 
     Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
     stopped, or too many runs gave nothing; 2: the command was misused."""
+    asked = locals() | {"settings": dict(settings)}
     from benchtwin.calibrate.predict_command import Asked, predict_command
 
-    asked = Asked(
-        calibrated,
-        rig,
-        out,
-        beside=beside,
-        like=like,
-        settings=dict(setting),
-        draws=draws,
-        packings=packings,
-        rendered=rendered,
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        overwrite=overwrite,
-        quiet=quiet,
-    )
-    raise Exit(predict_command(asked))
+    raise Exit(predict_command(Asked(**asked)))
 
 
 def compare_engines(
@@ -306,7 +273,7 @@ def compare_engines(
         int, Option(help="Piles of each row, with seeds and packing of their own.")
     ] = 4,
     rng: Rng = 1,
-    setting: Annotated[
+    settings: Annotated[
         list[Setting],
         Option(
             "--set",
@@ -325,20 +292,10 @@ def compare_engines(
 
     Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
     stopped, or LAMMPS is not there; 2: the command was misused."""
+    asked = locals() | {"settings": dict(settings)}
     from benchtwin.twin.compare.command import Compared, compare_command
 
-    asked = Compared(
-        out=out,
-        rows=rows,
-        packings=packings,
-        rng=rng,
-        settings=dict(setting),
-        ranks=ranks,
-        workers=workers,
-        scheduler=scheduler,
-        quiet=quiet,
-    )
-    raise Exit(compare_command(asked))
+    raise Exit(compare_command(Compared(**asked)))
 
 
 def diagnose(
@@ -444,16 +401,7 @@ def prove(
     Run again with the same --rng, a stopped proof goes on where it was. Exit code 0:
     scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the
     command was misused."""
+    asked = locals()
     from benchtwin.prove.command import prove_command
 
-    raise Exit(
-        prove_command(
-            out,
-            cases,
-            rng,
-            workers=workers,
-            limit_s=limit_s,
-            keep_frames=keep_frames,
-            quiet=quiet,
-        )
-    )
+    raise Exit(prove_command(**asked))

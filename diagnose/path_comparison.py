@@ -59,13 +59,8 @@ def compared(
             again, picture=_picture(twins[best], *ways[best]), caption=caption
         )
         if pictures:
-            again = replace(
-                again,
-                compared=(
-                    *again.compared,
-                    _followed(twins[best], best, again.rig, folder, say),
-                ),
-            )
+            more = _followed(twins[best], best, again.rig, folder, say)
+            again = replace(again, compared=(*again.compared, more))
     except (RuntimeError, ValueError) as error:
         again = replace(
             again, notes=(*again.notes, f"no pictures of the twin: {error}")
@@ -82,12 +77,8 @@ def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
     """The recording with the frame rate of these rows where none is stated."""
     if recording.camera.fps is not None:
         return recording
-    return replace(
-        recording,
-        camera=recording.camera.model_copy(
-            update={"fps": float(1 / np.median(np.diff(time_s)))}
-        ),
-    )
+    fps = float(1 / np.median(np.diff(time_s)))
+    return replace(recording, camera=recording.camera.model_copy(update={"fps": fps}))
 
 
 def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
@@ -144,13 +135,8 @@ def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
         int(np.argmin(np.abs(new.way - way)))
         for way in twin.seen.at(begin + np.array(moments))
     ]
-    frames = [
-        [
-            int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t)))
-            for t in moments
-        ]
-        for path in (old, new)
-    ]
+    since = [path.time - path.reached(twin.from_mm) for path in (old, new)]
+    frames = [[int(np.argmin(np.abs(s - t))) for t in moments] for s in since]
     drawn = [shown(twin.new[0], new.motion, recorded)]
     drawn += [
         shown(made[0], path.motion, which)

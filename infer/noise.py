@@ -12,6 +12,7 @@ rest, is not considered; of two descriptions that fit alike the one with less po
 low frequency is taken. Whitening is by the innovations of a Kalman filter, exact with
 gaps."""
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -24,11 +25,7 @@ CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs lon
 CELLS_AT_REST = 3  # the same beside a constant
 COARSE = [
     (0.0, 0.0),
-    *(
-        (rho, white)
-        for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98)
-        for white in (0.0, 0.4, 0.8)
-    ),
+    *itertools.product((0.3, 0.6, 0.8, 0.9, 0.95, 0.98), (0.0, 0.4, 0.8)),
 ]
 LEAST_ROWS = 40  # of a stretch that tells a correlation
 FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
@@ -260,22 +257,10 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
 
     def measured(*shares: tuple[float, float]) -> np.ndarray:
         """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
-        found = [
-            (
-                _loss(packed, *_from_logits(centre + share * step, highest)),
-                centre + share * step,
-            )
-            for share in np.array(shares)
-        ]
-        return np.array(
-            [
-                (
-                    f[0] / 2,
-                    f[1] + np.log(Noise(*_from_logits(u, highest), 0.0).low_frequency),
-                )
-                for f, u in found
-            ]
-        )
+        places = [centre + share * step for share in np.array(shares)]
+        found = [(_loss(packed, *_from_logits(u, highest)), u) for u in places]
+        low = [Noise(*_from_logits(u, highest), 0.0).low_frequency for u in places]
+        return np.array([(f[0] / 2, f[1] + np.log(p)) for (f, _), p in zip(found, low)])
 
     step = np.full(2, WIDEST_STEP)
     here = measured((0, 0))[0, 0]

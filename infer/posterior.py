@@ -317,17 +317,9 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
         )
         sd = np.array([p.prior_sd for p in parts])
         scaled_prior = np.array([p.scaled_prior for p in parts])
+        ends = (effect.low, effect.high)
         out.append(
-            Component(
-                name,
-                kind,
-                effect.sector,
-                a[:, at],
-                sd,
-                scaled_prior,
-                effect.low,
-                effect.high,
-            )
+            Component(name, kind, effect.sector, a[:, at], sd, scaled_prior, *ends)
         )
     return out
 

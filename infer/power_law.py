@@ -100,12 +100,8 @@ def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
     """With `count` columns behind the globals, summed over sessions: a law is common to
     all."""
     a, columns = np.split(mine.a, [globals_], axis=1)
-    return replace(
-        mine,
-        a=np.hstack(
-            [a, columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)]
-        ),
-    )
+    summed = columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)
+    return replace(mine, a=np.hstack([a, summed]))
 
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:

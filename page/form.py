@@ -162,14 +162,9 @@ def _field(
 ) -> Field:
     kind, choices, bounds = _kind(info.annotation)
     plain = key.removesuffix("_sd")
-    unit = next(
-        (
-            UNITS[end]
-            for end in sorted(UNITS, key=len, reverse=True)
-            if plain == end or plain.endswith(f"_{end}")
-        ),
-        "",
-    )
+    longest_first = sorted(UNITS, key=len, reverse=True)
+    ends = (e for e in longest_first if plain == e or plain.endswith(f"_{e}"))
+    unit = next((UNITS[end] for end in ends), "")
     help_text = " ".join((info.description or "").split())
     return Field(
         section,

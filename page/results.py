@@ -86,16 +86,9 @@ def explained(results: Path) -> list[Explained]:
             for one in found["explanations"][:MOST_EXPLANATIONS]
             if one["probability"] >= LEAST_PROBABILITY
         ]
-        out.append(
-            Explained(
-                rig,
-                found.get("sentence") or DIAGNOSE_AGAIN,
-                found.get("tone", "open"),
-                tuple(listed),
-                found["next_record"] or "",
-                found["matters"],
-            )
-        )
+        said, tone = found.get("sentence") or DIAGNOSE_AGAIN, found.get("tone", "open")
+        then, matters = found["next_record"] or "", found["matters"]
+        out.append(Explained(rig, said, tone, tuple(listed), then, matters))
     return out
 
 

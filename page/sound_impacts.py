@@ -42,12 +42,8 @@ def find_with_corrections(
 ) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
-    plain = replace(
-        recording,
-        drop=drop.model_copy(
-            update={"impacts_added_s": None, "impacts_struck_s": None}
-        ),
-    )
+    automatic_keys = {"impacts_added_s": None, "impacts_struck_s": None}
+    plain = replace(recording, drop=drop.model_copy(update=automatic_keys))
     struck = [float(t) for t in drop.impacts_struck_s or ()]
     sudden = [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
@@ -60,16 +56,8 @@ def find_with_corrections(
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return SoundView(
-            [],
-            list(drop.impacts_added_s or ()),
-            struck,
-            sudden,
-            (),
-            automatic,
-            (),
-            str(error),
-        )
+        added, why = list(drop.impacts_added_s or ()), str(error)
+        return SoundView([], added, struck, sudden, (), automatic, (), why)
     seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]

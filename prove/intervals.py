@@ -160,15 +160,9 @@ def reliability(judged: list[Judged]) -> list[Bin]:
             if j.p is not None and (low <= j.p < high or j.p == high == EDGES[-1])
         ]
         if some:
-            out.append(
-                Bin(
-                    low,
-                    high,
-                    len(some),
-                    sum(j.as_said for j in some),
-                    float(np.mean([j.p for j in some])),
-                )
-            )
+            right = sum(j.as_said for j in some)
+            mean_p = float(np.mean([j.p for j in some]))
+            out.append(Bin(low, high, len(some), right, mean_p))
     return out
 
 

@@ -17,22 +17,22 @@ class Judged:
     """One case compared with its key."""
 
     key: Key
-    missing: bool  # there is no diagnosis
-    alarm: bool  # the diagnosis says that something is missing
-    verdict: str
-    names: tuple[str, ...]
-    right: bool  # names the concealed effects, all of them and no others
-    wrong_name: bool  # names effects definitely, and not the right ones
-    class_holds: bool  # a class that holds the truth
-    unknown: bool
-    sector: str
-    sector_right: bool
+    missing: bool = False  # there is no diagnosis
+    alarm: bool = False  # the diagnosis says that something is missing
+    verdict: str = "missing"
+    names: tuple[str, ...] = ()
+    right: bool = False  # names the concealed effects, all of them and no others
+    wrong_name: bool = False  # names effects definitely, and not the right ones
+    class_holds: bool = False  # a class that holds the truth
+    unknown: bool = False
+    sector: str = ""
+    sector_right: bool = False
     # of each scored effect: whether the 95 % interval holds its value
-    covers: tuple[bool, ...]
+    covers: tuple[bool, ...] = ()
     # of each: (SNR, value, (low, high)), the last two over the truth
-    stated: tuple[tuple[float, float, tuple[float, float]], ...]
-    removed: float | None  # held-out fraction as stated
-    seconds: float
+    stated: tuple[tuple[float, float, tuple[float, float]], ...] = ()
+    removed: float | None = None  # held-out fraction as stated
+    seconds: float = math.nan
     as_said: bool = False  # the verdict is true in the sense of its probability
     p: float | None = None  # probability of the verdict; None: not stated
     # probability of the true set of effects; None: not stated
@@ -46,23 +46,7 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
     seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
-        return Judged(
-            key,
-            True,
-            False,
-            "missing",
-            (),
-            False,
-            False,
-            False,
-            False,
-            "",
-            False,
-            (),
-            (),
-            None,
-            seconds,
-        )
+        return Judged(key, missing=True, seconds=seconds)
     verdict = str(answer.get("verdict", "none"))
     names = tuple(str(n) for n in answer.get("names") or ())
     truth = {e.name for e in key.effects}
@@ -90,24 +74,23 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     as_said = said.get(verdict, right)
     return Judged(
         key,
-        False,
-        alarm,
-        verdict,
-        names,
-        right,
-        definite and not right,
-        held,
-        verdict == "unknown",
-        sector,
-        sector in key.sectors,
-        covers,
-        stated,
-        _number((answer.get("held_out") or {}).get("removed_fraction")),
-        seconds,
-        as_said,
-        _number(answer.get("p_verdict")),
-        probability_of_truth(key, answer.get("explanations")),
-        matters_right,
+        alarm=alarm,
+        verdict=verdict,
+        names=names,
+        right=right,
+        wrong_name=definite and not right,
+        class_holds=held,
+        unknown=verdict == "unknown",
+        sector=sector,
+        sector_right=sector in key.sectors,
+        covers=covers,
+        stated=stated,
+        removed=_number((answer.get("held_out") or {}).get("removed_fraction")),
+        seconds=seconds,
+        as_said=as_said,
+        p=_number(answer.get("p_verdict")),
+        p_truth=probability_of_truth(key, answer.get("explanations")),
+        matters=matters_right,
     )
 
 

@@ -137,24 +137,13 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
     rig, tried = RIGS[spec.rig], []
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
-        scene = rig.draw(
-            Request(
-                spec.effects,
-                spec.separated,
-                spec.rendered,
-                draw_absent_keys(spec.effects, rng),
-            ),
-            rng,
-        )
+        absent = draw_absent_keys(spec.effects, rng)
+        asked = Request(spec.effects, spec.separated, spec.rendered, absent)
+        scene = rig.draw(asked, rng)
         scene, conditions = _with_conditions(scene, rig, spec, rng)
         sizes, seen = sized(rig, scene, spec, rng)
-        off = max(
-            (
-                abs(math.log(max(one.snr, 1e-3) / w))
-                for one, w in zip(seen, spec.wanted_snr)
-            ),
-            default=0.0,
-        )
+        ratios = [max(one.snr, 1e-3) / w for one, w in zip(seen, spec.wanted_snr)]
+        off = max((abs(math.log(ratio)) for ratio in ratios), default=0.0)
         tried.append((off, MadeCase(scene, sizes, conditions), seen))
         if off < math.log(NEAR):
             break
@@ -185,13 +174,9 @@ def _with_conditions(
         else None
     )
     if follows is not None:
-        scene = replace(
-            scene,
-            runs=tuple(
-                replace(run, follows=float(f))
-                for run, f in zip(scene.runs, follows, strict=True)
-            ),
-        )
+        pairs = zip(scene.runs, follows, strict=True)
+        runs = tuple(replace(run, follows=float(f)) for run, f in pairs)
+        scene = replace(scene, runs=runs)
     return scene, conditions
 
 
@@ -247,13 +232,9 @@ def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
         if hasattr(scene, "noise")
         else {}
     )
-    absent = tuple(
-        sorted(
-            k
-            for k in scene.request.absent
-            if k.split(".")[0] not in set(RIGS) - {spec.rig}
-        )
-    )
+    others = set(RIGS) - {spec.rig}
+    stated = scene.request.absent
+    absent = tuple(sorted(k for k in stated if k.split(".")[0] not in others))
     known = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
     return Key(
         spec.name,

@@ -85,14 +85,8 @@ class Job:
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""
         known = validate(self.description, Path("settings"))
-        return Recording(
-            out.name,
-            out,
-            self.rig,
-            "",
-            (),
-            **{name: getattr(known, name) for name in SECTIONS},
-        )
+        told = {name: getattr(known, name) for name in SECTIONS}
+        return Recording(out.name, out, self.rig, "", (), **told)
 
     def run(
         self,

@@ -59,14 +59,8 @@ def like(rig: str, description: dict, **changes: Any) -> Recording:
         kept[name] = {k: v for k, v in description.get(name, {}).items() if k in known}
     kept[rig] |= changes
     sections = validate(kept, Path("recording.toml"))
-    return Recording(
-        "twin",
-        Path("twin"),
-        rig,
-        "",
-        (),
-        **{name: getattr(sections, name) for name in kept},
-    )
+    told = {name: getattr(sections, name) for name in kept}
+    return Recording("twin", Path("twin"), rig, "", (), **told)
 
 
 def run_path(recording: Recording, parameters: Parameters, number: int) -> Ran:

@@ -27,12 +27,8 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     materials["seed"]["shear_modulus_pa_simulated"] = {
         rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()
     }
-    sizes = dict(
-        zip(
-            ("length_mm", "width_mm", "thickness_mm"),
-            (float(f"{1e3 * v:.9g}") for v in whole),
-        )
-    )
+    sides = ("length_mm", "width_mm", "thickness_mm")
+    sizes = dict(zip(sides, (float(f"{1e3 * v:.9g}") for v in whole)))
     return materials, {**sizes, "spheres": spheres}
 
 

@@ -157,16 +157,8 @@ def _folders(path: Path) -> tuple[list[Path], list[Path]]:
 
 
 def _is_recording(folder: Path) -> bool:
-    named = any(
-        (folder / name).exists()
-        for name in (
-            "recording.toml",
-            "track.csv",
-            "impacts.csv",
-            "readings.csv",
-            "frames",
-        )
-    )
+    files = ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames")
+    named = any((folder / name).exists() for name in files)
     heard = bool(sounds_in(folder)) and not photos_in(folder)
     return named or (
         (heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists()

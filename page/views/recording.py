@@ -420,13 +420,8 @@ class View:
                 "corrected": found.quantities,
                 "automatic": uncorrected.quantities,
             }
-        self._draw(
-            **{
-                k: v
-                for k, v in asdict(found).items()
-                if k not in ("quantities", "notes", "trouble")
-            }
-        )
+        told = {"quantities", "notes", "trouble"}
+        self._draw(**{k: v for k, v in asdict(found).items() if k not in told})
         self.numbers.set_content(quantities_table(columns))
         return measuring.reasons(found.quantities, found.notes, found.trouble)
 
@@ -455,16 +450,8 @@ class View:
         return measuring.reasons(now.quantities, now.notes, now.trouble)
 
     def _overlay(self, name: str) -> None:
-        version = hash(
-            (
-                (
-                    self.recording.toml.stat().st_mtime_ns
-                    if self.recording.toml.exists()
-                    else 0
-                ),
-                name,
-            )
-        )
+        toml = self.recording.toml
+        version = hash((toml.stat().st_mtime_ns if toml.exists() else 0, name))
         ui.image(
             f"/overlay?r={quote(self.name)}&name={quote(name)}&v={version}"
         ).classes("w-full")

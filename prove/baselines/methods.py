@@ -89,14 +89,8 @@ def _parameter(name: str, residual: np.ndarray, columns: np.ndarray) -> dict:
     c = columns[:, FLIGHT_NAMES.index(name)]
     value = float(c @ residual) / float(c @ c)
     se = float(np.std(residual - value * c)) / float(np.sqrt(c @ c))
-    return {
-        name: {
-            "unit": "",
-            "value": value,
-            "low95": value - 1.96 * se,
-            "high95": value + 1.96 * se,
-        }
-    }
+    low, high = value - 1.96 * se, value + 1.96 * se
+    return {name: {"unit": "", "value": value, "low95": low, "high95": high}}
 
 
 def all_free(drops: list[list[Flight]]) -> dict:
@@ -170,12 +164,8 @@ def _sparse(library: np.ndarray, target: np.ndarray) -> np.ndarray:
     with warnings.catch_warnings():
         # that the threshold took all terms is an answer
         warnings.simplefilter("ignore")
-        return (
-            np.ravel(
-                STLSQ(threshold=SPARSE_M_S2, alpha=1e-6).fit(a, target[:, None]).coef_
-            )
-            / scale
-        )
+        sparse = STLSQ(threshold=SPARSE_M_S2, alpha=1e-6)
+        return np.ravel(sparse.fit(a, target[:, None]).coef_) / scale
 
 
 def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:

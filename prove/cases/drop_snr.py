@@ -275,12 +275,8 @@ def _by_impact(
     kicked = (log[:, VX_OUT] - log[:, VX_IN]) / speed
     measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
     if name == "shape-conversion":
-        before = np.concatenate(
-            [
-                d.log
-                for d in fly_all(scene, {k: v for k, v in sizes.items() if k != name})
-            ]
-        )
+        others = {k: v for k, v in sizes.items() if k != name}
+        before = np.concatenate([d.log for d in fly_all(scene, others)])
         now, usual = (
             np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before)
         )
@@ -332,10 +328,7 @@ def _restitution_change(
         e, lost = drop.log[:, E_LAW], sizes[name] / drop.log[:, V_NORMAL]
         return np.sqrt(np.maximum(e**2 - lost**2, 0)) - e
     _, other, _ = world(scene, drop.run, {k: v for k, v in sizes.items() if k != name})
+    hits = [(row[V_NORMAL], k, row[UPRIGHT]) for k, row in enumerate(drop.log)]
     return np.array(
-        [
-            restitution(row[V_NORMAL], k, row[UPRIGHT], drop.impact)
-            - restitution(row[V_NORMAL], k, row[UPRIGHT], other)
-            for k, row in enumerate(drop.log)
-        ]
+        [restitution(*hit, drop.impact) - restitution(*hit, other) for hit in hits]
     )

@@ -178,15 +178,8 @@ def roll(times, length, incline, seed):
                 tilt = incline if x < 0 else -seed[LEVEL]
                 grip = seed[SLIP_FRICTION] * math.cos(tilt)
                 a = G_M_S2 * (math.sin(tilt) - grip)
-                slip += (
-                    h
-                    * G_M_S2
-                    * (
-                        math.sin(tilt)
-                        - 3.5 * grip
-                        + 2.5 * seed[ROLLING] * math.cos(tilt)
-                    )
-                )
+                turning = 2.5 * seed[ROLLING] * math.cos(tilt)
+                slip += h * G_M_S2 * (math.sin(tilt) - 3.5 * grip + turning)
                 x += h * (v + h / 2 * a)
                 v += h * a
                 slips = slip >= 0.0

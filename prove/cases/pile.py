@@ -247,15 +247,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         0,
     )
     recordings = [_recording_change(scene, run, sizes, name) for run in scene.runs]
-    known = np.array(
-        [
-            known_plumb_deg(scene.request, PLUMB_SD_DEG),
-            *[1.0] * 11,
-            SETTLING_DEG,
-            SETTLING_MM,
-            SETTLING_MM,
-        ]
-    )
+    plumb_sd = known_plumb_deg(scene.request, PLUMB_SD_DEG)
+    known = np.r_[plumb_sd, [1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM]
     return Visibility(fitted(recordings, known, noise).snr)
 
 
@@ -278,13 +271,8 @@ def _recording_change(
     def more(changed: Run) -> np.ndarray:
         return profile(x, scene, changed, without, PHOTOS // 2) - middle
 
-    rounder, longer = (
-        more(changed) / np.log(1.1)
-        for changed in (
-            replace(run, round_mm=run.round_mm * 1.1),
-            replace(run, toe_mm=run.toe_mm * 1.1),
-        )
-    )
+    rounder = more(replace(run, round_mm=run.round_mm * 1.1)) / np.log(1.1)
+    longer = more(replace(run, toe_mm=run.toe_mm * 1.1)) / np.log(1.1)
     steeper = more(replace(run, angle_off_deg=run.angle_off_deg + 0.1)) / 0.1
     larger = more(replace(run, half_mm=run.half_mm + 0.1)) / 0.1
     turned = -np.radians(sizes[name]) * x if name == "camera-roll" else np.zeros_like(x)
@@ -305,25 +293,9 @@ def _recording_change(
         for sd, scale in zip(sds, scales)
     ]
     one, nil = np.ones_like(x), np.zeros_like(x)
-    shape = Channel(
-        changes.mean(axis=0),
-        np.column_stack(
-            [
-                one,
-                np.gradient(middle, x),
-                steeper,
-                larger,
-                rounder,
-                longer,
-                nil,
-                nil,
-                nil,
-            ]
-        ),
-        np.column_stack(
-            [np.radians(x), *known, *angles, gate * crest, gate * toe, nil, nil, nil]
-        ),
-    )
+    own = [one, np.gradient(middle, x), steeper, larger, rounder, longer, nil, nil, nil]
+    shared = [np.radians(x), *known, *angles, gate * crest, gate * toe, nil, nil, nil]
+    shape = Channel(changes.mean(axis=0), np.column_stack(own), np.column_stack(shared))
     between = Channel(
         changes[-1] - changes[0],
         np.column_stack([*[nil] * 6, one, np.gradient(middle, x), x]),
@@ -332,17 +304,8 @@ def _recording_change(
     between = Channel(
         *(part / REGISTERED for part in (between.change, between.own, between.shared))
     )
-    own_sd = np.array(
-        [
-            np.inf,
-            np.inf,
-            PACKING_DEG,
-            np.inf,
-            PACKING_LOG_SD,
-            PACKING_LOG_SD,
-            *[np.inf] * 3,
-        ]
-    )
+    free = np.inf
+    own_sd = np.r_[free, free, PACKING_DEG, free, [PACKING_LOG_SD] * 2, [free] * 3]
     return RecordingChange(
         (shape, between) if np.ptp(between.change) > 0 else (shape,), own_sd
     )
@@ -358,13 +321,9 @@ def _nearest(
         return replace(run, angle_off_deg=float(values[0]), half_mm=float(values[1]))
 
     def off(values: np.ndarray) -> np.ndarray:
-        return (
-            np.mean(
-                [profile(x, scene, made(values), without, k) for k in range(PHOTOS)],
-                axis=0,
-            )
-            - seen
-        )
+        heap = made(values)
+        photos = [profile(x, scene, heap, without, k) for k in range(PHOTOS)]
+        return np.mean(photos, axis=0) - seen
 
     return made(
         least_squares(

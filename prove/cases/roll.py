@@ -206,16 +206,8 @@ def travel(
     """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at
     the end."""
     incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
-    longest = (
-        4
-        * np.sqrt(
-            2
-            * (scene.way_mm + reach_mm(scene))
-            * 1e-3
-            / (ground.G_M_S2 * scene.mu * 0.7)
-        )
-        + 1
-    )
+    way_mm = scene.way_mm + reach_mm(scene)
+    longest = 4 * np.sqrt(2 * way_mm * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
     t = np.arange(int(longest * scene.fps)) / scene.fps
     rolling = np.maximum(t + run.late_s, 0.0)
     args = (

@@ -295,15 +295,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
             )
         )
     beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
-    known = np.array(
-        [
-            np.inf,
-            TILT_SD_DEG,
-            known_scale(scene.request, scene.scale_sd),
-            beside,
-            SHADE_SD,
-        ]
-    )
+    scale_sd = known_scale(scene.request, scene.scale_sd)
+    known = np.array([np.inf, TILT_SD_DEG, scale_sd, beside, SHADE_SD])
     fit = fitted(recordings, known, scene.noise)
     # at which value of a condition friction is to be compared nobody says
     comparable = name not in FOLLOWS

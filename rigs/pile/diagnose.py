@@ -101,14 +101,9 @@ def windows_of(fit: Fit) -> Windows:
     ]
     # each is a component of its own
     kinds += [(at, f"break at {at:.0%}", "middle") for at in BREAKS]
+    axis, half = "x_mm" if scaled else "x_share", WIDTH / 2
     bins = [
-        Bin(
-            "x_mm" if scaled else "x_share",
-            float(length * (m - WIDTH / 2)),
-            float(length * (m + WIDTH / 2)),
-            push,
-            sector,
-        )
+        Bin(axis, float(length * (m - half)), float(length * (m + half)), push, sector)
         for m, push, sector in kinds
     ]
     return Windows([rows(p, surface) for p in photos], tuple(bins))

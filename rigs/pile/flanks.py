@@ -257,17 +257,8 @@ def _flanks(
             min(side * (toe - start) / length, REACH),
         )
         if len(u) >= LEAST_ROWS:
-            made.append(
-                Flank(
-                    side,
-                    u,
-                    v,
-                    float(np.degrees(np.arctan(slope + side * lean))),
-                    level,
-                    length,
-                    start,
-                )
-            )
+            angle = float(np.degrees(np.arctan(slope + side * lean)))
+            made.append(Flank(side, u, v, angle, level, length, start))
     return tuple(made)
 
 
@@ -373,17 +364,8 @@ def _alike(one, other) -> float:
         or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0])
     ):
         return 0.0
-    high = (
-        max(
-            3,
-            round(
-                GRAINS
-                * float(np.nanmax(one.z - one.base_z))
-                / float(one.x[1] - one.x[0])
-            ),
-        )
-        | 1
-    )
+    height, column = float(np.nanmax(one.z - one.base_z)), float(one.x[1] - one.x[0])
+    high = max(3, round(GRAINS * height / column)) | 1
     a, b = (_grains(seen.z[:count], high) for seen in (one, other))
     there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
     a, b = a[there], b[there]

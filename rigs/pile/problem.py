@@ -181,14 +181,8 @@ def rows(
         np.isfinite(photo.creep_deg)
     )
     across = parts[0].shape[1:]
-    return np.concatenate(
-        [
-            *parts,
-            np.broadcast_to(
-                np.reshape(last, (-1,) + (1,) * len(across)), (len(last), *across)
-            ),
-        ]
-    )
+    column = np.reshape(last, (-1,) + (1,) * len(across))
+    return np.concatenate([*parts, np.broadcast_to(column, (len(last), *across))])
 
 
 def seeds_high(photo: Photo) -> float:

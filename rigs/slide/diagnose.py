@@ -100,13 +100,8 @@ def alternatives(
         )
     ]
     if not known:
-        out.append(
-            Alternative(
-                _problem(prepared, replace(model, turning=0.0), follows),
-                FIXED_PLATE_ODDS,
-                FIXED_PLATE_NOTE,
-            )
-        )
+        fixed = _problem(prepared, replace(model, turning=0.0), follows)
+        out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
         stepped = _problem(prepared, replace(model, stair_deg=height), follows)
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}

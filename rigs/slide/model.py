@@ -136,8 +136,6 @@ def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
             mu += effect.rest(values[name]) if effect.rest else 0.0
             if effect.act and np.isfinite(read.mass_g):
                 laws = effect.act(laws, read, values[name])
-            else:
-                laws = laws
     # sin θ − μ cos θ = μ F/(m g), and sin θ − μ cos θ = √(1 + μ²) sin(θ − atan μ)
     lean = mu * laws.press / G_M_S2 / math.hypot(1.0, mu)
     out = math.degrees(math.atan(mu) + math.asin(min(max(lean, -0.99), 0.99)))

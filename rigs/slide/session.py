@@ -244,14 +244,8 @@ def _sliding(
         beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
         stop = min(stop, int(beyond[0])) if len(beyond) else stop
     first = first_in_motion(travel[:stop], noise)  # later than the onset by t ~ x^⅓
-    first = max(
-        int(
-            np.searchsorted(
-                time, time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
-            )
-        ),
-        0,
-    )
+    before = time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
+    first = max(int(np.searchsorted(time, before)), 0)
     if first < LEAST_REST:
         raise ValueError(
             "the block moves from the first rows on: the onset is not in the recording"

@@ -84,12 +84,8 @@ def law_of(fit: Fit) -> str | None:
     pushes = []
     for r, run in enumerate(fit.problem.model.session.runs):
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
-        pushes.append(
-            [
-                -cosine * (axes[a][r] / max(v.max() for v in axes[a])) ** p
-                for a, p in keys
-            ]
-        )
+        most = {a: max(v.max() for v in axes[a]) for a, _ in keys}
+        pushes.append([-cosine * (axes[a][r] / most[a]) ** p for a, p in keys])
     columns, project, b = beside_globals(
         fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0],
         fit.prior_sd,

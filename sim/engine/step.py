@@ -92,14 +92,8 @@ def init(
     counts = lists.ball_counts(tables, kind)
     ball_start = np.concatenate([[0], np.cumsum(counts)])
     m = int(ball_start[-1])
-    numbers = np.concatenate(
-        [
-            np.arange(a, b)
-            for a, b in zip(
-                tables.shape_start[kind], tables.shape_start[kind + 1], strict=True
-            )
-        ]
-    )
+    starts = tables.shape_start
+    numbers = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in kind])
     ball = np.zeros((m, 4))
     ball[:, 3] = tables.shape_ball[numbers, 3]
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)

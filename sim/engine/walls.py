@@ -271,15 +271,8 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
             law = move.law.law
             if law not in laws:
                 laws.append(law)
-            moves.append(
-                [
-                    w,
-                    SLIDE if isinstance(move, Slide) else TURN,
-                    *direction,
-                    *pivot,
-                    laws.index(law),
-                ]
-            )
+            how = SLIDE if isinstance(move, Slide) else TURN
+            moves.append([w, how, *direction, *pivot, laws.index(law)])
             numbers.append(move.law.numbers)
     width = max([len(row) for row in numbers], default=0)
     moving = {int(row[0]) for row in moves}

@@ -95,23 +95,16 @@ def axes(camera: Camera) -> Array:
         [camera.azimuth_deg, camera.elevation_deg, camera.roll_deg]
     )
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    level = np.cos(elevation)
     away = np.array(
-        [
-            -np.sin(azimuth) * np.cos(elevation),
-            np.cos(azimuth) * np.cos(elevation),
-            -np.sin(elevation),
-        ]
+        [-np.sin(azimuth) * level, np.cos(azimuth) * level, -np.sin(elevation)]
     )
     up = np.cross(right, away)
     # What the picture shows turns clockwise by roll when the camera turns
     # anticlockwise.
-    return np.array(
-        [
-            np.cos(roll) * right + np.sin(roll) * up,
-            np.sin(roll) * right - np.cos(roll) * up,
-            away,
-        ]
-    )
+    across = np.cos(roll) * right + np.sin(roll) * up
+    down = np.sin(roll) * right - np.cos(roll) * up
+    return np.array([across, down, away])
 
 
 def view(camera: Camera, points_m: Array) -> Array:

@@ -92,12 +92,8 @@ def coverage(
     with Stage(motion, camera, Look(), of=of) as stage:
         stage.place(frame)
         whole = (0, 0, camera.width_px, camera.height_px)
-        return (
-            np.vstack(
-                [_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]
-            )
-            / 255.0
-        )
+        bands = [_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]
+        return np.vstack(bands) / 255.0
 
 
 def _check(stage: Stage, frames) -> None:

@@ -15,14 +15,9 @@ def level_for(radius_px: float, seeds: int) -> int:
     Below 0.1 px is fine enough; of more than 100 seeds level 3 is, 0.2 % of the radius:
     their number counts, not each outline."""
     finest = 4 if seeds <= 100 else 3
-    return next(
-        (
-            level
-            for level in range(2, finest)
-            if radius_px * (1.1 / 2**level) ** 2 / 8.0 < 0.1
-        ),
-        finest,
-    )
+    levels = range(2, finest)
+    enough = (k for k in levels if radius_px * (1.1 / 2**k) ** 2 / 8.0 < 0.1)
+    return next(enough, finest)
 
 
 def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:

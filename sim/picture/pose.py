@@ -58,12 +58,8 @@ def from_rotation_vector(angles_rad: Array) -> Array:
 def product(a: Array, b: Array) -> Array:
     """Quaternion products a b (n, 4): first b, then a."""
     scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
-    return np.hstack(
-        [
-            scalar,
-            a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:]),
-        ]
-    )
+    turned = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
+    return np.hstack([scalar, turned])
 
 
 def matrices(places_m: Array, turns: Array) -> Array:

@@ -43,14 +43,9 @@ class Stage:
             [motion.shapes[s].bounding_radius_m for s in motion.shape_of]
             + [np.linalg.norm(p.mesh.vertices_m, axis=1).max() for p in motion.parts]
         ).reshape(-1)
+        parts = [looks.part_colour(look, p.finish)[None] for p in motion.parts]
         self.colours = (
-            np.vstack(
-                [
-                    looks.seed_colours(look, motion.seeds),
-                    *[looks.part_colour(look, p.finish)[None] for p in motion.parts],
-                ]
-            )
-            / 255.0
+            np.vstack([looks.seed_colours(look, motion.seeds), *parts]) / 255.0
         )
         self.context, self._open = Context(), True
         try:
@@ -109,14 +104,8 @@ class Stage:
             mesh.vertices_m, normals=mesh.normals, indices=mesh.faces, poses=poses
         )
         node = self.scene.add(self.context.pyrender.Mesh([primitive]))
-        self.forms.append(
-            _Form(
-                primitive,
-                node,
-                who,
-                float(np.linalg.norm(mesh.vertices_m, axis=1).max()),
-            )
-        )
+        radius_m = float(np.linalg.norm(mesh.vertices_m, axis=1).max())
+        self.forms.append(_Form(primitive, node, who, radius_m))
 
     def place(
         self, frame: int, later_s: float = 0.0, *, only: Array | None = None

@@ -153,13 +153,8 @@ class Bench:
                 moves=(Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),),
             )
         if self.air_density_kg_m3 > 0 and not any(c.law.name == "drag" for c in laws):
-            laws = (
-                LAWS["drag"].use(
-                    air_density=self.air_density_kg_m3,
-                    viscosity=self.air_viscosity_pa_s,
-                ),
-                *laws,
-            )
+            density, viscosity = self.air_density_kg_m3, self.air_viscosity_pa_s
+            laws = (LAWS["drag"].use(air_density=density, viscosity=viscosity), *laws)
         return World(
             (seeds,),
             tuple(walls),
@@ -241,12 +236,8 @@ def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """Quaternion of the turn q followed by the turn p."""
     a, b = np.asarray(p, float), np.asarray(q, float)
-    return np.concatenate(
-        [
-            [a[0] * b[0] - a[1:] @ b[1:]],
-            a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]),
-        ]
-    )
+    turned = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], turned])
 
 
 def about(axis: ArrayLike, angle_rad: float) -> np.ndarray:

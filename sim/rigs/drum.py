@@ -189,24 +189,12 @@ def _lining(rig: Drum, bench: Bench) -> Material:
 
 def _contacts(rig: Drum, bench: Bench) -> tuple[Contact, ...]:
     on = bench.seed_wall
-    made = [
-        Contact(
-            (bench.seed.name, GLASS.name),
-            on.restitution,
-            0.0,
-            0.0,
-            on.rolling_convention,
-        )
-    ]
+    seed, convention = bench.seed.name, on.rolling_convention
+    made = [Contact((seed, GLASS.name), on.restitution, 0.0, 0.0, convention)]
     if rig.lining_friction is not None:
+        friction, rolling = rig.lining_friction, on.rolling_friction
         made.append(
-            Contact(
-                (bench.seed.name, "lining"),
-                on.restitution,
-                rig.lining_friction,
-                on.rolling_friction,
-                on.rolling_convention,
-            )
+            Contact((seed, "lining"), on.restitution, friction, rolling, convention)
         )
     return tuple(made)
 

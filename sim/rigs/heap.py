@@ -179,13 +179,8 @@ def tell(motion: Motion, vessel: Vessel, filled: Filled, *, still: bool) -> None
     """Add what the simulation knows of the heap's outcome to its truth. still: whether
     it lay still at the end."""
     retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
-    motion.truth.update(
-        _truth(motion, vessel.wall_m)
-        | {
-            "lies_still": float(still),
-            "retained_seeds": retained,
-        }
-    )
+    told = {"lies_still": float(still), "retained_seeds": retained}
+    motion.truth.update(_truth(motion, vessel.wall_m) | told)
     motion.truth.update(_weights(motion, filled))
 
 

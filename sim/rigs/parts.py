@@ -89,12 +89,6 @@ def ring(
             np.column_stack([k, k + 1, k + pieces + 1]),
             np.column_stack([k + 1, k + pieces + 2, k + pieces + 1]),
         ]
-    return Part(
-        name,
-        Mesh(
-            np.concatenate(vertices),
-            np.concatenate(faces).astype(np.int32),
-            np.concatenate(normals),
-        ),
-        finish,
-    )
+    triangles = np.concatenate(faces).astype(np.int32)
+    mesh = Mesh(np.concatenate(vertices), triangles, np.concatenate(normals))
+    return Part(name, mesh, finish)

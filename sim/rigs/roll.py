@@ -86,17 +86,10 @@ def run_roll(
     normal = np.array([sign * np.sin(beta), 0, np.cos(beta)])
     ahead = np.array([sign * np.cos(level), 0, -np.sin(level)])
     ramp = -(rig.incline_length_m + RAMP_BEYOND_M) * down
+    low, wide = tuple(-across / 2), tuple(across)
     walls = [
-        Rectangle(
-            "incline", bench.wall, tuple(-across / 2), tuple(ramp), tuple(across)
-        ),
-        Rectangle(
-            "plate",
-            bench.wall,
-            tuple(-across / 2),
-            tuple(rig.plate_m[0] * ahead),
-            tuple(across),
-        ),
+        Rectangle("incline", bench.wall, low, tuple(ramp), wide),
+        Rectangle("plate", bench.wall, low, tuple(rig.plate_m[0] * ahead), wide),
     ]
     q = _orientation(rig, rng, beta * sign)
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal

@@ -82,8 +82,6 @@ def _load(file: Path) -> tuple[Array, Array]:
         raise ValueError(f"{file}: a face names a vertex that is not there")
     if not np.isfinite(vertices).all():
         vertices = vertices[: int(faces.max()) + 1]
-    else:
-        vertices = vertices
     if not np.isfinite(vertices).all():
         raise ValueError(f"{file}: a vertex is not finite")
     return vertices, faces

@@ -84,14 +84,8 @@ def kernels_of(job: Any) -> str:
     )
     if job.input.get("engine", {}).get("name") == "lammps":
         return "lammps"
-    return "-".join(
-        [
-            kind,
-            parameters["rolling_convention"],
-            *sorted(parameters["laws"]),
-            *(["vacuum"] if air else []),
-        ]
-    )
+    laws, vacuum = sorted(parameters["laws"]), ["vacuum"] if air else []
+    return "-".join([kind, parameters["rolling_convention"], *laws, *vacuum])
 
 
 @dataclass

@@ -47,14 +47,8 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
         for (row, parameters), pairs in wide.groupby(["row", "parameters"], sort=True):
             lines.append(_line(str(row), parameters, quantity, pairs))
         if wide["row"].nunique() > 1:
-            lines.append(
-                _line(
-                    ALL,
-                    "",
-                    quantity,
-                    wide.groupby("packing")[["benchtwin", "lammps"]].mean(),
-                )
-            )
+            means = wide.groupby("packing")[["benchtwin", "lammps"]].mean()
+            lines.append(_line(ALL, "", quantity, means))
     return pd.DataFrame(lines, columns=COLUMNS)
 
 

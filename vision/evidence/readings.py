@@ -92,20 +92,8 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         doubts = list(_doubts(recording, rig, values, s))
         quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
-        rows.append(
-            (
-                recording.id,
-                name,
-                s.mean,
-                s.sd,
-                s.sd_mean,
-                s.n,
-                s.low,
-                s.high,
-                unit,
-                left_out,
-            )
-        )
+        told = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
+        rows.append((recording.id, name, *told, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
             notes.append(
@@ -183,16 +171,8 @@ def _derived(
     if rig == "slide":
         angle = np.radians(s.mean)
         steep = float(np.radians(1.0) / np.cos(angle) ** 2)
-        return [
-            _quantity(
-                "static_friction",
-                float(np.tan(angle)),
-                steep * s.sd_mean,
-                steep * common,
-                "1",
-                s.n,
-            )
-        ]
+        sds = (steep * s.sd_mean, steep * common)
+        return [_quantity("static_friction", float(np.tan(angle)), *sds, "1", s.n)]
     if rig == "roll":
         length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
         if length is None or beta is None:

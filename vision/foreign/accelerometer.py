@@ -55,20 +55,15 @@ def read(source: Source) -> Contents:
             " as time (s) or timestamp (ms)"
         )
 
-    def alike(
-        k: int,
-    ) -> int:  # of several clocks the one named like the sensor is its own
+    # of several clocks the one named like the sensor is its own
+    def alike(k: int) -> int:
         pairs = zip(headings[k], headings[axes[0]])
         return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
-    best = max(
-        clocks,
-        key=lambda k: (
-            alike(k),
-            "since" in headings[k] or "elapsed" in headings[k],
-            -k,
-        ),
-    )
+    def since(k: int) -> bool:
+        return "since" in headings[k] or "elapsed" in headings[k]
+
+    best = max(clocks, key=lambda k: (alike(k), since(k), -k))
     time = (
         column(path, rows[1:], best, headings[best], 2)
         * TIME[_unit_of_time(headings[best])]

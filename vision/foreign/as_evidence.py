@@ -124,13 +124,8 @@ def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
         time = {"t_s": point_track.time}
     else:
         time = {"frame": point_track.time}
-    return pd.DataFrame(
-        time
-        | {
-            f"x_{found.length_unit}": point_track.x,
-            f"y_{found.length_unit}": point_track.y,
-        }
-    )
+    x, y = f"x_{found.length_unit}", f"y_{found.length_unit}"
+    return pd.DataFrame(time | {x: point_track.x, y: point_track.y})
 
 
 def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:

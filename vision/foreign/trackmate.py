@@ -46,14 +46,9 @@ def read(source: Source) -> Contents:
 
 def _table(source: Source) -> Contents:
     path, headings = source.path, [str(h) for h in source.rows[0]]
-    first = next(
-        (
-            k
-            for k, row in enumerate(source.rows)
-            if k and any(isinstance(cell, float) for cell in row)
-        ),
-        len(source.rows),
-    )
+    lines = enumerate(source.rows)
+    numbers = (k for k, row in lines if k and any(isinstance(c, float) for c in row))
+    first = next(numbers, len(source.rows))
     rows, at = source.rows[first:], need(path, headings, _COLUMNS)
     units = {name: "" for name in _COLUMNS}
     for row in source.rows[1:first]:  # the third of them names the units, in brackets

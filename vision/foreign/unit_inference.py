@@ -78,13 +78,8 @@ def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
             & (sagitta > LEAST_SAGITTA * extent)
             & (aside < LARGEST_SIDEWAYS * sagitta)
         ):
-            found.append(
-                Fall(
-                    float(2 * fitted[k, 2, 0] / span[k] ** 2),
-                    float(span[k]),
-                    float(worth[k]),
-                )
-            )
+            pull = float(2 * fitted[k, 2, 0] / span[k] ** 2)
+            found.append(Fall(pull, float(span[k]), float(worth[k])))
     return found
 
 

@@ -101,16 +101,8 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
         if area < 2 or area > LARGEST * mask.size:
             continue
         here = labels[top : top + high, left : left + wide] == k
-        candidates.append(
-            (
-                float(strength[top : top + high, left : left + wide][here].sum()),
-                left,
-                top,
-                wide,
-                high,
-                here,
-            )
-        )
+        power = float(strength[top : top + high, left : left + wide][here].sum())
+        candidates.append((power, left, top, wide, high, here))
     candidates.sort(key=lambda c: -c[0])
     found: list[Silhouette | None] = []
     for strong, left, top, wide, high, here in candidates[:MOST]:
@@ -229,16 +221,12 @@ def _coverage(
     band = (outer > 0) & (inner == 0)
     background = _shaded(image, background, outer == 0, scene)
     noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
+    inside, depth_px = (inner > 0) & (depth < half + 3.5), half + 1.0
+    channels = range(image.shape[2])
     colour = np.dstack(
         [
-            _own_brightness(
-                image[..., k],
-                (inner > 0) & (depth < half + 3.5),
-                half + 1.0,
-                noise,
-                scene.white,
-            )
-            for k in range(image.shape[2])
+            _own_brightness(image[..., k], inside, depth_px, noise, scene.white)
+            for k in channels
         ]
     )
     shift, background_sds, off = (
@@ -324,12 +312,8 @@ def _band(share: np.ndarray, mask: np.ndarray) -> float:
     pixel of outline."""
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
-    outline = float(
-        (
-            mask
-            - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)
-        ).sum()
-    )
+    square, kept = np.ones((3, 3), np.uint8), cv2.BORDER_CONSTANT
+    outline = float((mask - cv2.erode(mask, square, borderType=kept)).sum())
     softness = soft / max(outline, 1.0)
     return BAND_PX + float(np.clip(0.9 * (softness - SHARP), 0.0, 12.0))
 

@@ -203,12 +203,8 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
             f"the angle goes on changing ({abs(early.mean()):.1f}°, then"
             f" {abs(late.mean()):.1f}°): no steady flow yet"
         )
-    bend = np.mean(
-        [
-            np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-            for line in lines
-        ]
-    )
+    ends = [(line.slope_low, line.slope_high) for line in lines]
+    bend = np.mean([np.degrees(np.arctan(b) - np.arctan(a)) for a, b in ends])
     if bend > BENT_DEG:
         yield (
             f"the surface is bent (its slope differs by {bend:.0f}° within the window):"
@@ -230,11 +226,7 @@ def _overlay(
     x = np.array([lines[0].x_low, lines[0].x_high])
     middle = np.mean([line.at(x.mean()) for line in lines])
     canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
-    legend = [
-        (
-            f"{value.in_words}  {value.quality}",
-            WHITE if value.quality == GOOD else YELLOW,
-        )
-    ]
+    colour = WHITE if value.quality == GOOD else YELLOW
+    legend = [(f"{value.in_words}  {value.quality}", colour)]
     canvas.legend([*legend, (value.reason, YELLOW)] if value.reason else legend)
     return canvas.pixels

@@ -227,24 +227,14 @@ def _estimate_ellipse(
     used = (speed > RESTING_PX) & ~cut
     used = used if used.sum() >= LEAST_ROWS else ~cut
     typical = float(np.median(area[used])) if used.any() else 0.0
-    typical = float(
-        np.clip(
-            typical,
-            stated_px[0] * (1 - STATED_MARGIN),
-            stated_px[1] * (1 + STATED_MARGIN),
-        )
-    )
+    least, most = stated_px[0] * (1 - STATED_MARGIN), stated_px[1] * (1 + STATED_MARGIN)
+    typical = float(np.clip(typical, least, most))
     clean = (np.abs(area / max(typical, 1e-9) - 1) < CLEAN) & ~cut
     calm = np.flatnonzero(clean)[np.argsort(speed[clean])][
         : max(LEAST_ROWS, int(clean.sum()) // 3)
     ]
-    ratio = [
-        math.sqrt(
-            max(_principal_moments(shapes[i])[0], 1e-9)
-            / max(_principal_moments(shapes[i])[1], 1e-9)
-        )
-        for i in calm
-    ]
+    moments = [_principal_moments(shapes[i]) for i in calm]
+    ratio = [math.sqrt(max(m[0], 1e-9) / max(m[1], 1e-9)) for m in moments]
     stretch = float(np.median(ratio)) if ratio else 1.0
     radius = math.sqrt(typical / math.pi)
     return Ellipse(radius * math.sqrt(stretch), radius / math.sqrt(stretch)), clean

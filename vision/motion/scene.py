@@ -174,31 +174,20 @@ def _noise(
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
         plain = colours(frame)
-        gain = float(
-            np.median(
-                plain[::5, ::5].sum(axis=2)
-                / np.maximum(background[::5, ::5].sum(axis=2), 1.0)
-            )
-        )
+        dark = np.maximum(background[::5, ::5].sum(axis=2), 1.0)
+        gain = float(np.median(plain[::5, ::5].sum(axis=2) / dark))
         off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         power = float((clear**2).mean())
-        near = (
-            float(
-                (clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()
-            )
-            / power
-            if power > 0
-            else 0.0
-        )
+        near = 0.0
+        if power > 0:
+            beside, below = clear[:, 1:] * clear[:, :-1], clear[1:] * clear[:-1]
+            near = float(beside.mean() + below.mean()) / power
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
-        small = (
-            colours(
-                cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)
-            )
-            - gain * coarse
-        )
+        size = coarse.shape[1::-1]
+        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
+        small = colours(small) - gain * coarse
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
     return (
         np.median(sds, axis=0),

@@ -255,12 +255,8 @@ def _to_track(
     frame, t_s = np.array(tracklet.frames), np.array(tracklet.times)
     outlying = _outlying_areas(area)
     if (poses := fit_ellipses(shapes, area_px)) is not None:
-        x, y, sd = np.array(
-            [
-                (s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd)
-                for s, one in zip(shapes, poses)
-            ]
-        ).T
+        best = [s if one is None else one for s, one in zip(shapes, poses)]
+        x, y, sd = np.array([(s.x, s.y, s.sd) for s in best]).T
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)

@@ -113,13 +113,8 @@ class Canvas:
     ) -> None:
         """A polyline; NaNs interrupt it."""
         keep = np.isfinite(x) & np.isfinite(y)
-        points = np.stack(
-            [
-                (np.asarray(x) + 0.5) * self.scale - 0.5,
-                (np.asarray(y) + 0.5) * self.scale - 0.5,
-            ],
-            axis=1,
-        )
+        x, y = ((np.asarray(v) + 0.5) * self.scale - 0.5 for v in (x, y))
+        points = np.stack([x, y], axis=1)
         for piece in np.split(np.arange(len(points)), np.flatnonzero(~keep)):
             piece = piece[keep[piece]]
             if piece.size > 1:

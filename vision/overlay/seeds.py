@@ -36,12 +36,8 @@ def draw_grains(
             for ends in _axes(grain):
                 canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
         canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
-    canvas.legend(
-        [
-            *_words(grains),
-            *([(scale_words(paper), REGION)] if paper is not None else []),
-        ]
-    )
+    scale = [(scale_words(paper), REGION)] if paper is not None else []
+    canvas.legend([*_words(grains), *scale])
     return canvas.pixels
 
 
@@ -65,12 +61,9 @@ def _axes(grain: Grain) -> list[np.ndarray]:
     across = np.array([-along[1], along[0]])
     place = grain.edge @ along
     middle = np.array([grain.x_px, grain.y_px])
-    return [
-        grain.edge[[place.argmin(), place.argmax()]],
-        np.stack(
-            [middle - across * grain.width_px / 2, middle + across * grain.width_px / 2]
-        ),
-    ]
+    half = across * grain.width_px / 2
+    ends = grain.edge[[place.argmin(), place.argmax()]]
+    return [ends, np.stack([middle - half, middle + half])]
 
 
 def scale_words(scale: Scale) -> str:

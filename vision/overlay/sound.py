@@ -128,12 +128,8 @@ def _reasons(onsets: Onsets, chain: Chain, begin: float, end: float) -> dict[str
         for row, reason in chain.rejected.items()
         if begin <= onsets.time_s[row] <= end
     )
-    return {
-        reason: n
-        for n, reason in enumerate(
-            list(dict.fromkeys(_kind(reason) for reason in inside))[:MOST_REASONS], 1
-        )
-    }
+    kinds = list(dict.fromkeys(_kind(reason) for reason in inside))
+    return {reason: n for n, reason in enumerate(kinds[:MOST_REASONS], 1)}
 
 
 def _shown(sound: Sound, onsets: Onsets, chain: Chain) -> tuple[float, float]:

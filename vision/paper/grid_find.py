@@ -164,12 +164,8 @@ def _peak(power: np.ndarray, iy: int, ix: int) -> np.ndarray:
     dy = shift(power[iy - 1, ix], power[iy, ix], power[(iy + 1) % rows, ix])
     left = power[-iy % rows, 1] if ix == 0 else power[iy, ix - 1]
     dx = shift(left, power[iy, ix], power[iy, min(ix + 1, columns - 1)])
-    return np.array(
-        [
-            (ix + dx) / WINDOW_PX,
-            ((iy if iy < rows // 2 else iy - rows) + dy) / WINDOW_PX,
-        ]
-    )
+    y = iy if iy < rows // 2 else iy - rows
+    return np.array([(ix + dx) / WINDOW_PX, (y + dy) / WINDOW_PX])
 
 
 def _upright(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

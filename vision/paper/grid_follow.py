@@ -111,18 +111,8 @@ def from_waves(
     centre = ((width - 1) / 2, (height - 1) / 2)
     radius = float(np.hypot(width, height) / 2)
     offset = np.subtract(centre, at)
-    p = np.array(
-        [
-            *(wave_u * radius),
-            wave_u @ offset,
-            *(wave_v * radius),
-            wave_v @ offset,
-            0,
-            0,
-            0,
-        ],
-        dtype=float,
-    )
+    start = [*(wave_u * radius), wave_u @ offset, *(wave_v * radius), wave_v @ offset]
+    p = np.array([*start, 0, 0, 0], dtype=float)
     return GridMap(centre, radius, p)
 
 

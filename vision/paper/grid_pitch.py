@@ -184,20 +184,11 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     ground = np.stack(waves if known.all() else waves[:1], -1)
     fits = []
     for width in (0.06, 0.09, 0.13, 0.18, 0.24, 0.32, 0.42):
-        design = (
-            np.concatenate([np.exp(-0.5 * (near[:, seen] / width) ** 2), ground], 1)[
-                known
-            ]
-            / noise[known, None]
-        )
+        lines = np.exp(-0.5 * (near[:, seen] / width) ** 2)
+        design = np.concatenate([lines, ground], 1)[known] / noise[known, None]
         answer, *_ = np.linalg.lstsq(design, mean[known] / noise[known], rcond=1e-9)
-        fits.append(
-            (
-                float(((design @ answer - mean[known] / noise[known]) ** 2).sum()),
-                design,
-                answer,
-            )
-        )
+        left = design @ answer - mean[known] / noise[known]
+        fits.append((float((left**2).sum()), design, answer))
     misfit, design, answer = min(fits, key=lambda f: f[0])
     unit = max(1.0, misfit / max(1, known.sum() - design.shape[1]))
     spread = np.sqrt(np.diag(np.linalg.pinv(design.T @ design)) * unit)

@@ -67,12 +67,8 @@ class Scale:
     def sd_at(self, x_px: float, y_px: float) -> float:
         """One standard deviation of `at` [mm per px], the paper's own error
         included."""
-        return float(
-            self.at(x_px, y_px)
-            * np.hypot(
-                _relative_sd(self.grid, self.covariance, x_px, y_px), self.paper_sd
-            )
-        )
+        of_fit = _relative_sd(self.grid, self.covariance, x_px, y_px)
+        return float(self.at(x_px, y_px) * np.hypot(of_fit, self.paper_sd))
 
     def to_mm(self, x_px: ArrayLike, y_px: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Places on the paper [mm] of picture points [px]: perspective and lens
@@ -273,13 +269,9 @@ def _hull(fit: Fit) -> np.ndarray:
 
 
 def _ambiguity(fit: Fit, pitch: Pitch) -> str:
-    line_px = 1 / float(
-        _mean_scale(
-            fit.grid.with_density(1 / pitch.ratio),
-            fit.windows.x.mean(),
-            fit.windows.y.mean(),
-        )
-    )
+    finest = fit.grid.with_density(1 / pitch.ratio)
+    x, y = fit.windows.x.mean(), fit.windows.y.mean()
+    line_px = 1 / float(_mean_scale(finest, x, y))
     mm, scales = (
         " or ".join(f"{f * m:.5g}" for m in pitch.may_be) for f in (1.0, 1 / line_px)
     )

@@ -191,16 +191,8 @@ def find_horizontal(
     if camera.plumb_deg is not None:
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
-        return (
-            0.0,
-            UNKNOWN_PLUMB_SD_DEG,
-            (
-                (
-                    "no plate line and no plumb_deg: the picture's rows are taken as"
-                    " level, ± 0.5°"
-                ),
-            ),
-        )
+        why = "no plate line and no plumb_deg: the picture's rows are taken as level, ± 0.5°"
+        return 0.0, UNKNOWN_PLUMB_SD_DEG, (why,)
     angle = np.arctan(base.slope)
     return (
         float(np.degrees(angle)),

@@ -118,14 +118,8 @@ def _wall_face(heap: Heap, side: str) -> float | None:
     """Column [small px] of the face of the wall nearest to the crest on that side; None
     where no wall is seen."""
     if side == "left":
-        return max(
-            (
-                high - MARGIN
-                for _, high in heap.walls
-                if high - MARGIN <= heap.crest + 1
-            ),
-            default=None,
-        )
+        ends = (high - MARGIN for _, high in heap.walls)
+        return max((end for end in ends if end <= heap.crest + 1), default=None)
     return min(
         (low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1),
         default=None,

@@ -128,13 +128,8 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     near = near[np.abs(near - crest) <= reach]
     top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
-        return Heap(
-            crest,
-            top,
-            (),
-            walls,
-            "no pile in the picture: nothing rises above the plate",
-        )
+        why = "no pile in the picture: nothing rises above the plate"
+        return Heap(crest, top, (), walls, why)
     if profile[crest] <= 1:
         return Heap(
             crest, top, (), walls, "the pile is cut by the picture's top border"

@@ -211,20 +211,10 @@ def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS), core > 0, reach == 0)
     certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    mask = np.where(
-        certain,
-        cv2.GC_FGD,
-        np.where(
-            reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
-        ),
-    )
-    picture = np.dstack(
-        [
-            255 * odds,
-            2.55 * lab[..., 0],
-            128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0),
-        ]
-    )
+    unsure = np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
+    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
+    chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
+    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
     return _graph_cut(picture, mask, rounds=3)
 
 
@@ -250,13 +240,9 @@ def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray
 
 def _as_rgb(small: np.ndarray) -> np.ndarray:
     """Float RGB 0–1 of a grey or colour picture."""
-    return (
-        np.ascontiguousarray(
-            small if small.shape[2] == 3 else np.repeat(small[..., :1], 3, axis=2),
-            dtype=np.float32,
-        )
-        / 255
-    )
+    if small.shape[2] != 3:
+        small = np.repeat(small[..., :1], 3, axis=2)
+    return np.ascontiguousarray(small, dtype=np.float32) / 255
 
 
 def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
@@ -328,13 +314,8 @@ def _coarse_cut(
     )
     along = colour @ (axis / max(np.linalg.norm(axis), 1e-9)).astype(np.float32)
     low, high = np.percentile(along, [1, 99])
-    picture = np.dstack(
-        [
-            255 * odds,
-            255 * np.clip((along - low) / max(high - low, 1.0), 0, 1),
-            colour[..., 0] * 2.55,
-        ]
-    )
+    height = 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1)
+    picture = np.dstack([255 * odds, height, colour[..., 0] * 2.55])
     return _graph_cut(picture, mask, rounds=2)
 
 

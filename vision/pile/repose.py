@@ -170,22 +170,12 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
             return str(tried[0])
         return "no pile in the picture: nothing stands out from the background"
     best = min(found, key=lambda r: BASES.index(r.base.source))
-    cut_off = next(
-        (
-            r
-            for r in tried
-            if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r
-        ),
-        "",
-    )
+    reasons = (r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE))
+    cut_off = next((r for r in reasons if "cut by" in r), "")
     # by a better base line the foot is not in the picture
     if best.base.source == "toe" and cut_off:
-        return replace(
-            best,
-            quantities=tuple(
-                q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities
-            ),
-        )
+        why = cut_off.removeprefix(NO_SLOPE)
+        return replace(best, quantities=tuple(q.doubt(why) for q in best.quantities))
     return best
 
 
@@ -420,13 +410,9 @@ def _height_over_radius(
     ratio = height / radius
     rms = float(np.mean([s.line.rms for s in slopes]))
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
-    sd_ratio = (
-        np.hypot(
-            max(rms, blunt) / height,
-            max(rms / ratio, factor) / radius / np.sqrt(len(known)),
-        )
-        * ratio
-    )
+    up = max(rms, blunt) / height
+    aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
+    sd_ratio = np.hypot(up, aside) * ratio
     return _angle(
         name,
         float(np.degrees(np.arctan(ratio))),

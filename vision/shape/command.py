@@ -149,12 +149,8 @@ def _photos(paths: list[Path]) -> list[Path]:
 
 
 def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
-    counts = ", ".join(
-        f"{n} {kind}"
-        for kind, n in sorted(
-            content["counts"].items(), key=lambda item: item[0] != WHOLE
-        )
-    )
+    kinds = sorted(content["counts"].items(), key=lambda item: item[0] != WHOLE)
+    counts = ", ".join(f"{n} {kind}" for kind, n in kinds)
     print(counts)
     for name in SIZES:
         if name in content:

@@ -168,15 +168,10 @@ def measure_seeds(
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
     # Seeds on graph paper: its lines are below 0.4 mm wide.
-    relief = make_relief(
-        image,
-        region,
-        (
-            int(np.ceil(0.5 / paper.mm_per_px))
-            if paper is not None and region is None
-            else 0
-        ),
-    )
+    blur_px = 0
+    if paper is not None and region is None:
+        blur_px = int(np.ceil(0.5 / paper.mm_per_px))
+    relief = make_relief(image, region, blur_px)
     if mm_per_px_sd is None or not isinstance(scale, int | float):
         relative_sd = UNKNOWN_SCALE_SD
     else:
@@ -386,10 +381,5 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
     if region.mean() > 0.5:
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
-    return (
-        np.maximum(
-            cv2.dilate(region, np.ones((1, size), np.uint8)),
-            cv2.dilate(region, np.ones((size, 1), np.uint8)),
-        )
-        > 0
-    )
+    across, down = np.ones((1, size), np.uint8), np.ones((size, 1), np.uint8)
+    return np.maximum(cv2.dilate(region, across), cv2.dilate(region, down)) > 0

@@ -55,27 +55,18 @@ def _film(
         * seed["density_kg_m3"]
         * (seed["mean_mm"] / seed["length_mm"]) ** 2
     )
-    return (
-        seed,
-        pile,
-        {
-            "film_adhesion": {
-                "pull": float(f"{pull:.6g}"),
-                "rupture": 1e-3 * RUPTURE * seed["width_mm"],
-            }
-        },
-    )
+    film = {
+        "pull": float(f"{pull:.6g}"),
+        "rupture": 1e-3 * RUPTURE * seed["width_mm"],
+    }
+    return seed, pile, {"film_adhesion": film}
 
 
 def _faster(
     seed: dict, pile: dict, stated: dict, strength: float
 ) -> tuple[dict, dict, dict]:
-    return (
-        seed,
-        pile
-        | {"gate_speed_mm_s": pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)},
-        {},
-    )
+    speed = pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)
+    return seed, pile | {"gate_speed_mm_s": speed}, {}
 
 
 def _law(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
@@ -107,23 +98,14 @@ def _ends(
         law=_law(up, weight, twin=twin, strengths=strengths),
         **about,
     )
+    toes = Law(surface=lambda u: -up * toe(u), weight=weight)
+    slopes = Law(angle_deg=up, weight=weight)
+    beside = f"toe {'below' if up > 0 else 'above'} a usual one"
     more = further(
         name,
         source,
-        toe=(
-            "toe",
-            "1",
-            f"toe {'below' if up > 0 else 'above'} a usual one",
-            0.10,
-            Law(surface=lambda u: -up * toe(u), weight=weight),
-        ),
-        angle=(
-            "crest",
-            "deg",
-            "steeper" if up > 0 else "flatter",
-            6.0,
-            Law(angle_deg=up, weight=weight),
-        ),
+        toe=("toe", "1", beside, 0.10, toes),
+        angle=("crest", "deg", "steeper" if up > 0 else "flatter", 6.0, slopes),
     )
     return (first, *more, *bends(name, source, weight))
 

@@ -103,17 +103,9 @@ def bends(
         return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
 
     said = "crest's own shape at {:.0%} of the way"
-    return further(
-        effect,
-        source,
-        **{
-            f"bend-{at:g}": (
-                "crest",
-                "1",
-                said.format(at),
-                BEND_SD,
-                Law(surface=bump(at), weight=weight),
-            )
-            for at in BENDS
-        },
-    )
+    laws = {at: Law(surface=bump(at), weight=weight) for at in BENDS}
+    bumps = {
+        f"bend-{at:g}": ("crest", "1", said.format(at), BEND_SD, law)
+        for at, law in laws.items()
+    }
+    return further(effect, source, **bumps)
