@@ -82,10 +82,8 @@ def audit(bench: Bench) -> Audit:
     for rig in rigs:
         mine = [r for r in recordings if (r.rig or "") == rig]
         rows += _keys(rig, mine, _said(found, rig))
-    return Audit(
-        pd.DataFrame(rows, columns=KEYS),
-        pd.DataFrame(found.notes, columns=["recording", "note"]),
-    )
+    keys = pd.DataFrame(rows, columns=KEYS)
+    return Audit(keys, pd.DataFrame(found.notes, columns=["recording", "note"]))
 
 
 def _said(found: Measurements, rig: str) -> list[str]:

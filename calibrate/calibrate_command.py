@@ -198,11 +198,9 @@ def _prescribed(asked: Asked, options: dict) -> Prescribed:
 
 def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
     """The tables' own values, path, design and published optimum."""
-    prescribed = replace(
-        prescribed,
-        values={n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()},
-        trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()},
-    )
+    values = {n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()}
+    trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
+    prescribed = replace(prescribed, values=values, trimmed=trimmed)
     if (pile := printed.pile) is None:
         return prescribed
     path = None

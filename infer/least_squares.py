@@ -184,13 +184,9 @@ def _ended(
     if reduce is not None:
         at = Linearisation.of(at.starts, at.values, reduce(at.starts, at.values), held)
     if stepped:
+        starts = at.step_to(at.predicted)[0]
         return Minimum(
-            at.prior,
-            at.predicted,
-            at.covariance,
-            at.step_to(at.predicted)[0],
-            at.predicted_chi2,
-            at.reduced,
+            at.prior, at.predicted, at.covariance, starts, at.predicted_chi2, at.reduced
         )
     return Minimum(at.prior, at.values, at.covariance, at.starts, at.chi2, at.reduced)
 

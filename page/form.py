@@ -166,17 +166,9 @@ def _field(
     ends = (e for e in longest_first if plain == e or plain.endswith(f"_{e}"))
     unit = next((UNITS[end] for end in ends), "")
     help_text = " ".join((info.description or "").split())
-    return Field(
-        section,
-        key,
-        kind,
-        unit,
-        bounds,
-        help_text,
-        choices,
-        content.get(key),
-        defaults.get(key),
-    )
+    value = content.get(key)
+    inherited = defaults.get(key)
+    return Field(section, key, kind, unit, bounds, help_text, choices, value, inherited)
 
 
 def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
@@ -216,11 +208,8 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         (m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)),
         None,
     )
-    return (
-        "number",
-        (),
-        _range(low, high, reached=any(isinstance(m, Ge) for m in limits)),
-    )
+    reached = any(isinstance(m, Ge) for m in limits)
+    return ("number", (), _range(low, high, reached=reached))
 
 
 def _is_tuple(annotation: Any) -> bool:

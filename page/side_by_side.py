@@ -59,12 +59,8 @@ def read_pair(chosen: BenchTwinPair) -> Pair:
     """Both read by the same code and laid over each other. MeasurementError where one
     cannot be read."""
     bench, twin = (read_recording(p) for p in (chosen.recording, chosen.twin))
-    return pair(
-        bench,
-        twin,
-        alike=chosen.alike,
-        timed=any(r.evidence in FILMED for r in (bench, twin)),
-    )
+    timed = any(r.evidence in FILMED for r in (bench, twin))
+    return pair(bench, twin, alike=chosen.alike, timed=timed)
 
 
 def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:

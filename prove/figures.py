@@ -120,10 +120,8 @@ def confusion_figure(judged: list[Judged]) -> dict:
         "xgap": 1,
         "ygap": 1,
     }
-    layout = _layout(
-        xaxis={"tickangle": -50, "automargin": True},
-        yaxis={"autorange": "reversed", "automargin": True},
-    )
+    xaxis = {"tickangle": -50, "automargin": True}
+    layout = _layout(xaxis=xaxis, yaxis={"autorange": "reversed", "automargin": True})
     return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
 
 

@@ -91,11 +91,9 @@ def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
             + 0.5 * ((p[1] - math.log(6)) / 1.0) ** 2
         )
 
+    options = {"xatol": 1e-3, "fatol": 1e-4}
     best = minimize(
-        cost,
-        [math.log(4), math.log(5)],
-        method="Nelder-Mead",
-        options={"xatol": 1e-3, "fatol": 1e-4},
+        cost, [math.log(4), math.log(5)], method="Nelder-Mead", options=options
     )
     return float(best.x[0]), float(math.exp(best.x[1]))
 

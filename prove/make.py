@@ -101,10 +101,8 @@ class MadeCase:
     conditions: tuple[Condition, ...]
 
     def bench(self, rig: Rig) -> Bench:
-        return without_absent_keys(
-            stating(rig.bench(self.scene, self.sizes), self.conditions),
-            self.scene.request.absent,
-        )
+        bench = stating(rig.bench(self.scene, self.sizes), self.conditions)
+        return without_absent_keys(bench, self.scene.request.absent)
 
 
 def _rig(module: ModuleType, *design: str) -> Rig:

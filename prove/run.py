@@ -63,10 +63,8 @@ def prove(settings: Settings, progress: Progress) -> list[Judged]:
             if file.is_file():
                 hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
         write_json(settings.out / "submitted.json", hashes)  # before any key is opened
-        write_json(
-            settings.out / "keys.json",
-            {"keys": keys, "salts": salts, "seed": settings.seed},
-        )
+        content = {"keys": keys, "salts": salts, "seed": settings.seed}
+        write_json(settings.out / "keys.json", content)
     return judged(settings.out)
 
 

@@ -117,14 +117,8 @@ def _seen(entry: Recording | MeasurementError, observed: Observed) -> RecordingR
             *told, nothing, nothing, 0.0, *rest, trouble=str(error)
         )
     except OSError as error:
-        return RecordingReadings(
-            *told,
-            nothing,
-            nothing,
-            0.0,
-            *rest,
-            trouble=f"{error.filename or entry.path}: {error.strerror or error}",
-        )
+        why = f"{error.filename or entry.path}: {error.strerror or error}"
+        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=why)
 
 
 def _readings(

@@ -143,13 +143,9 @@ def curve(
     used = track.used()
     if not len(used.t_s):
         raise MeasurementError(f"{recording.path}: no usable row")
-    return Curve(
-        "time (s)",
-        f"height ({track.unit})",
-        used.t_s,
-        used.y - np.nanmin(used.y),
-        frame=used.frame,
-    )
+    height = used.y - np.nanmin(used.y)
+    name = f"height ({track.unit})"
+    return Curve("time (s)", name, used.t_s, height, frame=used.frame)
 
 
 def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -222,11 +218,8 @@ def _picture(recording: Recording, observed: Observed) -> bytes:
         return b""
     image = next(iter(drawn.values()))
     if image.shape[1] > 900:
-        image = cv2.resize(
-            image,
-            (900, round(900 * image.shape[0] / image.shape[1])),
-            interpolation=cv2.INTER_AREA,
-        )
+        size = (900, round(900 * image.shape[0] / image.shape[1]))
+        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return cv2.imencode(".png", image[:, :, ::-1] if image.ndim == 3 else image)[
         1
     ].tobytes()

@@ -82,13 +82,9 @@ def filmed(
     def told(stage: str, share: float) -> None:
         watch(f"{out.name}: {stage}, {100 * share:.0f} %")
 
+    rng = np.random.default_rng([5, number])
     made = simulate(
-        recording.need_rig(),
-        parameters,
-        rng=np.random.default_rng([5, number]),
-        out=out,
-        like=recording,
-        watch=told,
+        recording.need_rig(), parameters, rng=rng, out=out, like=recording, watch=told
     )
     track = observe(made).track
     if track is None:

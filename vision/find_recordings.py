@@ -147,11 +147,9 @@ def _folders(path: Path) -> tuple[list[Path], list[Path]]:
         p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".")
     )
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
+    outputs = (LOT_SUMMARY, RESULTS_MARK)
     open_ = [
-        p
-        for p in inside
-        if may[p]
-        and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))
+        p for p in inside if may[p] and not any((p / name).exists() for name in outputs)
     ]
     return open_, [p for p in inside if not may[p]]
 

@@ -73,17 +73,11 @@ class ContactSheet:
         """One HTML file without scripts; it loads the pictures as they come into
         view."""
         cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
-        pages = Environment(
-            loader=PackageLoader("benchtwin.vision.overlay", "."),
-            autoescape=True,
-            trim_blocks=True,
-        )
+        loader = PackageLoader("benchtwin.vision.overlay", ".")
+        pages = Environment(loader=loader, autoescape=True, trim_blocks=True)
         template = pages.get_template("contact_sheet.html.j2")
-        page.write_text(
-            template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD)),
-            encoding="utf8",
-            errors="backslashreplace",
-        )
+        path = template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD))
+        page.write_text(path, encoding="utf8", errors="backslashreplace")
 
 
 class Results:
@@ -171,11 +165,9 @@ class Results:
         half = (summary["high"] - summary["low"]) / 2
         written["summary"] = _rounded(summary, ("mean", "low", "high"), half)
         for name, rows in written.items():  # a folder's name need not be valid UTF-8
+            file = self.part / f"{name}.csv"
             rows.to_csv(
-                self.part / f"{name}.csv",
-                index=False,
-                float_format="%.6g",
-                errors="backslashreplace",
+                file, index=False, float_format="%.6g", errors="backslashreplace"
             )
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")

@@ -102,12 +102,8 @@ def all_free(drops: list[list[Flight]]) -> dict:
     if len(found) > len(IMPACT_NAMES) + 3:
         e, shapes = found["restitution"].to_numpy(), impact_columns(found)
         names += _significant(e - e.mean(), shapes - shapes.mean(axis=0), IMPACT_NAMES)
-    return answer(
-        bool(names),
-        "name" if names else "none",
-        names,
-        sector_of(names[0]) if names else "flight",
-    )
+    sector = sector_of(names[0]) if names else "flight"
+    return answer(bool(names), "name" if names else "none", names, sector)
 
 
 def _significant(

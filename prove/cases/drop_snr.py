@@ -118,11 +118,8 @@ def _by_track(
         no_air[1] = 0.0
         for axis, pushed in enumerate(_pushed(drop, stated_air, no_air)):
             shared[axis][:, -1] = pushed
-        recordings.append(
-            _recording_change(
-                drop, change, shared, kick_sd, timed=name.startswith("clock")
-            )
-        )
+        timed = name.startswith("clock")
+        recordings.append(_recording_change(drop, change, shared, kick_sd, timed=timed))
     fit = fitted(recordings, shared_sd, scene.noise)
     return Visibility(
         fit.snr, _moved(drops, recordings, fit) if name in IN_FLIGHT else None

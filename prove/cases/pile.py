@@ -325,11 +325,8 @@ def _nearest(
         photos = [profile(x, scene, heap, without, k) for k in range(PHOTOS)]
         return np.mean(photos, axis=0) - seen
 
-    return made(
-        least_squares(
-            off, [run.angle_off_deg, run.half_mm], x_scale=[1.0, run.half_mm / 20]
-        ).x
-    )
+    x_scale = [1.0, run.half_mm / 20]
+    return made(least_squares(off, [run.angle_off_deg, run.half_mm], x_scale=x_scale).x)
 
 
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:

@@ -276,24 +276,15 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         air = (moved[3] - base) / 0.5 * bool(scene.air)
         lone = run.count**-scene.shade
         shade = scene.air * math.log(run.count) * run.count**-scene.shade
-        track = Channel(
-            base - moved[0],
-            own,
-            np.column_stack([mu, tilt, base, lone * air, shade * air]),
-        )
+        shared = np.column_stack([mu, tilt, base, lone * air, shade * air])
+        track = Channel(base - moved[0], own, shared)
         # its friction is the pair's within RUN_SD: that it was moved to let go at the
         # same moment is paid for by one more row
         unit = scene.noise.sd / RUN_SD
-        friction = Channel(
-            np.array([(mean - more) * unit]),
-            np.array([[0.0, unit, 0.0]]),
-            np.zeros((1, 5)),
-        )
-        recordings.append(
-            RecordingChange(
-                (track, friction), np.array([np.inf, np.inf, _own_tilt_sd(scene)])
-            )
-        )
+        change = np.array([(mean - more) * unit])
+        friction = Channel(change, np.array([[0.0, unit, 0.0]]), np.zeros((1, 5)))
+        own_sd = np.array([np.inf, np.inf, _own_tilt_sd(scene)])
+        recordings.append(RecordingChange((track, friction), own_sd))
     beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
     scale_sd = known_scale(scene.request, scene.scale_sd)
     known = np.array([np.inf, TILT_SD_DEG, scale_sd, beside, SHADE_SD])
@@ -361,10 +352,8 @@ def _visible_in_readings(
     )
     sd = scene.reading.mean_sd_deg(float(scatter), scene.readings)
     snr = scatter_snr(shift, np.full(len(shift), sd), np.ones((len(shift), 1)))
-    return Visibility(
-        snr,
-        float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)),
-    )
+    moved = float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG))
+    return Visibility(snr, moved)
 
 
 def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:

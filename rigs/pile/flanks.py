@@ -163,15 +163,8 @@ def photo_of(seen) -> Photo:
     half = (
         seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
     )
-    flanks = _flanks(
-        x,
-        height,
-        crest,
-        [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x],
-        lean,
-        half,
-        notes,
-    )
+    toes = [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x]
+    flanks = _flanks(x, height, crest, toes, lean, half, notes)
     box = pile.get("box_mm")
     both = plumb is not None and plate_seen
     return Photo(

@@ -225,11 +225,5 @@ def _series(photo: Photo, r: int, scatter: Scatter) -> Series:
     lag[: sum(len(f.u) for f in photo.flanks)] = np.concatenate(
         [scatter.lags[r, k] for k in range(len(photo.flanks))]
     )
-    return Series(
-        photo.recording,
-        data,
-        sd,
-        lag,
-        scatter.noise,
-        rows(photo, lambda u: cosines(u, range(2, WAVES + 2))),
-    )
+    smooth = rows(photo, lambda u: cosines(u, range(2, WAVES + 2)))
+    return Series(photo.recording, data, sd, lag, scatter.noise, smooth)

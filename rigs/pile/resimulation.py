@@ -125,14 +125,9 @@ def resimulate(
     counterpart = EFFECTS[effect].counterpart
     assert counterpart is not None  # checked by rerun.reason_not_simulated
     change = counterpart.what.format(value=f"{np.mean(values):.2g}")
+    figure = _figure(*shown[0][:3])
     again = Resimulation(
-        "pile",
-        (effect,),
-        change,
-        HOW,
-        tuple(rows),
-        len(seen) > 1,
-        figure=_figure(*shown[0][:3]),
+        "pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=figure
     )
     return _pictured(again, shown[0][3]) if pictures else again
 

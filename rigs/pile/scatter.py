@@ -45,13 +45,9 @@ def scatter_of(photos: tuple[Photo, ...]) -> Scatter:
     creep_sd = pooled_sd(
         creep, np.zeros(len(creep)), [p.stated for p in turned], CREEP_SD_DEG
     )
+    log_level_sd = max(LEVEL_DOUBT, noise.log_level_sd)
     return Scatter(
-        replace(noise, log_level_sd=max(LEVEL_DOUBT, noise.log_level_sd)),
-        sigma,
-        lags,
-        even,
-        odd,
-        creep_sd,
+        replace(noise, log_level_sd=log_level_sd), sigma, lags, even, odd, creep_sd
     )
 
 

@@ -94,24 +94,18 @@ def alternatives(
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not session.runs or any(run.from_hinge for run in session.runs)
-    out = [
-        Alternative(
-            _problem(prepared, model, follows), 1.0 if known else ROTATING_PLATE_ODDS
-        )
-    ]
+    problem = _problem(prepared, model, follows)
+    out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
         fixed = _problem(prepared, replace(model, turning=0.0), follows)
         out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
         stepped = _problem(prepared, replace(model, stair_deg=height), follows)
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
+        effects = (STEPPED.name,)
         out.append(
             Alternative(
-                stepped,
-                LISTED_ODDS,
-                effects=(STEPPED.name,),
-                sector=STEPPED.sector,
-                sizes=size,
+                stepped, LISTED_ODDS, effects=effects, sector=STEPPED.sector, sizes=size
             )
         )
     if heard:

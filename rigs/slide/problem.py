@@ -256,14 +256,9 @@ def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
         max(floor**2, (about + READER_ROWS * floor**2) / (spare + READER_ROWS))
     )
     n = len(read.angles)
-    return Series(
-        read.recording,
-        read.angles,
-        sigma,
-        frame_lag(np.arange(n)),
-        _white(prepared.session),
-        np.ones((n, 1)),
-    )
+    lag = frame_lag(np.arange(n))
+    noise = _white(prepared.session)
+    return Series(read.recording, read.angles, sigma, lag, noise, np.ones((n, 1)))
 
 
 def _white(session: Session) -> Noise:

@@ -59,13 +59,8 @@ def resimulate(
         )
         again = compared(replace(again, how=how + more), twins, folder, pictures, say)
     if any(followed_condition(n) for n in names):
-        again = _let_go(
-            again,
-            twins,
-            condition_shifts(FRICTION, finding, recordings),
-            {r.recording: r for r in seen},
-            more,
-        )
+        beside = condition_shifts(FRICTION, finding, recordings)
+        again = _let_go(again, twins, beside, {r.recording: r for r in seen}, more)
     return again
 
 

@@ -154,14 +154,9 @@ def _read(seen) -> Read:
         )
     rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
     stated = seen.description.get("reading", {}).get("resolution_deg") or 0.0
-    return Read(
-        seen.recording,
-        seen.session,
-        angles,
-        float(rate) if rate else float("nan"),
-        mass_of(seen.description),
-        stated,
-    )
+    rate_deg_s = float(rate) if rate else float("nan")
+    mass_g = mass_of(seen.description)
+    return Read(seen.recording, seen.session, angles, rate_deg_s, mass_g, stated)
 
 
 def _run(seen) -> Run:
@@ -303,12 +298,8 @@ def air_drag(description: dict) -> AirDrag:
     )
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
     known = (stated_sd if air.sd < air.share else unstated_sd)("drag-beside-plate")
-    return AirDrag(
-        air.share * G_M_S2 / at_2,
-        slow,
-        known if air.share else 0.0,
-        int(description.get("seed", {}).get("count") or 1),
-    )
+    count = int(description.get("seed", {}).get("count") or 1)
+    return AirDrag(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, count)
 
 
 def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:

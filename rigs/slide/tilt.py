@@ -86,15 +86,9 @@ def seen_tilt(
         coefficients, covariance, _ = _line(s, y, 0)
         level = math.sqrt(covariance[0, 0] * _independent(s, y, coefficients))
         full, rate, stair = np.array([*coefficients, 0.0, 0.0, 0.0]), 0.0, 0.0
-    return Tilt(
-        origin,
-        full,
-        max(float(level), 1e-7),
-        max(float(rate), EXACT_RATE),
-        math.degrees(full[1]),
-        True,
-        stair,
-    )
+    level_sd = max(float(level), 1e-7)
+    rate_sd = max(float(rate), EXACT_RATE)
+    return Tilt(origin, full, level_sd, rate_sd, math.degrees(full[1]), True, stair)
 
 
 def _line(

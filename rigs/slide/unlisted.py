@@ -86,10 +86,8 @@ def law_of(fit: Fit) -> str | None:
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
         most = {a: max(v.max() for v in axes[a]) for a, _ in keys}
         pushes.append([-cosine * (axes[a][r] / most[a]) ** p for a, p in keys])
-    columns, project, b = beside_globals(
-        fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0],
-        fit.prior_sd,
-    )
+    reduced = fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0]
+    columns, project, b = beside_globals(reduced, fit.prior_sd)
     signs = np.sign(columns.T @ project(b))
     falls = np.array(
         [fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(len(keys))]

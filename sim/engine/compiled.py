@@ -43,11 +43,8 @@ def cache_folder() -> Path:
     asked, user = os.environ.get("NUMBA_CACHE_DIR"), getattr(os, "getuid", lambda: 0)()
     choices = [Path(asked)] if asked else []
     with suppress(RuntimeError):  # nobody's home
-        choices += [
-            Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
-            / "benchtwin"
-            / "kernels"
-        ]
+        release = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+        choices += [Path(release).expanduser() / "benchtwin" / "kernels"]
     shared = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
     for folder in (*choices, shared):
         try:

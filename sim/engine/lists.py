@@ -27,15 +27,11 @@ def _kernels():
     mark = fingerprint("lists")
     nearest = surfaces.nearest
     extent = inner(neighbours.extent)
+    stencil = njit(**ALLOCATING)(neighbours.stencil)
     return {
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
-        "pairs": kernel(
-            neighbours.find_pairs,
-            mark,
-            ALLOCATING,
-            stencil=njit(**ALLOCATING)(neighbours.stencil),
-        ),
+        "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=stencil),
         "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
@@ -77,12 +73,8 @@ def relist(
         removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
     order, grid = _grid(tables, state, keep)
     state = _reordered(tables, state, keep[order])
-    state = replace(
-        state,
-        removed=removed,
-        path=np.zeros(len(state.ball)),
-        prim_ref=state.prim.copy(),
-    )
+    path = np.zeros(len(state.ball))
+    state = replace(state, removed=removed, path=path, prim_ref=state.prim.copy())
     bodies = Bodies(
         state.motion, state.shape_of, tables.shape, state.ball_start, state.ball
     )

@@ -80,16 +80,6 @@ def energy(world: World, state: State) -> Energy:
     return Energy(kinetic(state), potential, normal, tangential, **spent)
 
 
-def largest_overlap(state: State) -> float:
-    """Largest overlap now, as a part of the smaller ball's radius."""
-    return float(max(state.sums[:, gathering.S_OVERLAP].max(), 0.0))
-
-
-def contact_count(state: State) -> int:
-    """Contacts now, ball with ball or with wall, each once."""
-    return int(state.sums[:, gathering.S_CONTACTS].sum())
-
-
 def kinetic_per_seed(state: State) -> float:
     """Mean kinetic energy of a seed as of the last step [J], without looking at every
     seed again."""

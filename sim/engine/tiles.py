@@ -36,7 +36,6 @@ MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
 # what the contact remembers: tangential displacement (3), impact speed (1), rolling
 # spring (3)
 MEMORY = 32 * STRIDE
-MEMORY_COLUMNS = 7
 # From the geometry.
 COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
 # unit normal from j to i, overlap, effective radius

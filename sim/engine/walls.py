@@ -2,8 +2,6 @@
 sliding or turning."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from benchtwin.sim.engine.surfaces import (
@@ -54,11 +52,8 @@ class Plane:
     moves: tuple[Slide | Turn, ...] = ()
 
     def primitives(self) -> Primitives:
-        return (
-            [PLANE],
-            _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0)),
-            np.full((1, 3), -1),
-        )
+        row = _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0))
+        return ([PLANE], row, np.full((1, 3), -1))
 
 
 @dataclass(frozen=True)
@@ -120,45 +115,6 @@ class Mesh:
     vertices: np.ndarray = field(repr=False)
     faces: np.ndarray = field(repr=False)
     moves: tuple[Slide | Turn, ...] = ()
-
-    @classmethod
-    def from_file(
-        cls,
-        path: Path | str,
-        name: str,
-        material: Material,
-        *,
-        scale: float = 1.0,
-        moves: tuple[Slide | Turn, ...] = (),
-    ) -> "Mesh":
-        """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale`
-        1e-3 for files in millimetres."""
-        import trimesh
-
-        return cls.from_trimesh(
-            trimesh.load(path, force="mesh"), name, material, scale=scale, moves=moves
-        )
-
-    @classmethod
-    def from_trimesh(
-        cls,
-        mesh: Any,
-        name: str,
-        material: Material,
-        *,
-        scale: float = 1.0,
-        moves: tuple[Slide | Turn, ...] = (),
-    ) -> "Mesh":
-        mesh = mesh.copy()
-        mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        mesh.update_faces(mesh.nondegenerate_faces())
-        return cls(
-            name,
-            material,
-            np.asarray(mesh.vertices) * scale,
-            np.asarray(mesh.faces),
-            moves,
-        )
 
     def primitives(self) -> Primitives:
         vertices, faces = np.asarray(self.vertices, float), np.asarray(self.faces)

@@ -48,21 +48,17 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
             f" {seed.rolling_friction:g} as {on_seed:g}, on walls"
             f" {wall.rolling_friction:g} as {on_wall:g}"
         )
-        bench = replace(
-            bench,
-            seed_seed=replace(seed, rolling_friction=on_seed, rolling_convention="sds"),
-            seed_wall=replace(wall, rolling_friction=on_wall, rolling_convention="sds"),
-        )
+        seed_seed = replace(seed, rolling_friction=on_seed, rolling_convention="sds")
+        seed_wall = replace(wall, rolling_friction=on_wall, rolling_convention="sds")
+        bench = replace(bench, seed_seed=seed_seed, seed_wall=seed_wall)
     if not any(c.law.name == "rolling_sds" for c in bench.laws):
         spring, dashpot = _rolling_spring(bench)
         notes.append(
             f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every"
             " contact"
         )
-        bench = replace(
-            bench,
-            laws=(*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot)),
-        )
+        laws = (*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot))
+        bench = replace(bench, laws=laws)
     if bench.share_damping:
         notes.append(
             "damping: every ball of a seed damps with the seed's whole mass, as LAMMPS"

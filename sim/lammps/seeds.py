@@ -56,11 +56,8 @@ def balls_of(shape: Seed) -> Balls:
     if central and len(radii) > 1:
         return Balls(centres, radii, types)
     added = np.array([[APART * radii.min() * central, 0.0, 0.0]])
-    return Balls(
-        np.r_[centres, added],
-        np.r_[radii, INNER_SHARE * radii.min()],
-        np.r_[types, INNER],
-    )
+    radii_m = np.r_[radii, INNER_SHARE * radii.min()]
+    return Balls(np.r_[centres, added], radii_m, np.r_[types, INNER])
 
 
 def write_seeds(folder: Path, name: str, placed: Placed) -> None:

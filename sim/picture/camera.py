@@ -124,11 +124,8 @@ def project(camera: Camera, points_m: Array) -> Array:
     seen = view(camera, points_m)
     depth = camera.distance_m + seen[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        flat = (
-            camera.focal_px
-            * seen[:, :2]
-            / np.where(depth > 0.0, depth, np.nan)[:, None]
-        )
+        far = np.where(depth > 0.0, depth, np.nan)[:, None]
+        flat = camera.focal_px * seen[:, :2] / far
     return camera.centre_px + distort(camera, flat)
 
 

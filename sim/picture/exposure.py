@@ -143,11 +143,8 @@ def _subframe_times(stage: Stage, frame: int) -> Array:
     first, there = stage.boxes(), stage.there
     stage.place(frame, camera.exposure_s / 2)
     way = float(np.abs(stage.boxes() - first)[there & stage.there].max(initial=0.0))
-    turn = (
-        camera.exposure_s
-        * np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1)
-        * stage.reach_m[: motion.seeds]
-    )
+    spin = np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1)
+    turn = camera.exposure_s * spin * stage.reach_m[: motion.seeds]
     way = max(way, float(turn.max(initial=0.0)) * 1e3 / camera.mm_per_px)
     count = int(np.clip(np.ceil(way / STEP_PX), 1, camera.subframes))
     return camera.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)

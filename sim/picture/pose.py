@@ -39,10 +39,9 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
     if motion.t_s[last] <= motion.t_s[first]:
         return pose
     share = later_s / (motion.t_s[last] - motion.t_s[first])
+    same_turn = np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0
     step = part.poses[last] - part.poses[first] * np.where(
-        np.arange(7) < 3,
-        1.0,
-        np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0,
+        np.arange(7) < 3, 1.0, same_turn
     )
     # over a fraction of a frame a turn is small: the chord will do
     pose = pose + share * step

@@ -91,10 +91,8 @@ class Stage:
             who = np.flatnonzero(self.motion.shape_of == shape)
             if who.size:
                 size_px = seed.bounding_radius_m * 1e3 / self.camera.mm_per_px
-                self._add(
-                    silhouette_true(seed, level_for(size_px, self.motion.seeds), of),
-                    who,
-                )
+                level = level_for(size_px, self.motion.seeds)
+                self._add(silhouette_true(seed, level, of), who)
         for number, part in enumerate(self.motion.parts):
             self._add(flat(part.mesh), np.array([self.motion.seeds + number]))
 

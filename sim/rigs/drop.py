@@ -109,13 +109,8 @@ def run_drop(
     start = np.array(
         [0.0, 0.0, rig.height_m + reach(seed, q, tuple(-normal)) / normal[2]]
     )
-    plate = Rectangle(
-        "plate",
-        bench.wall,
-        tuple(-x * along - (0.0, y, 0.0)),
-        tuple(2 * x * along),
-        (0, 2 * y, 0),
-    )
+    corner = tuple(-x * along - (0.0, y, 0.0))
+    plate = Rectangle("plate", bench.wall, corner, tuple(2 * x * along), (0, 2 * y, 0))
     world = bench.world(
         Placed((seed,), bench.grain, start[None], q[None], spins=spin[None]), [plate]
     )
@@ -191,12 +186,9 @@ def _held(columns: Columns, frames: int, step_s: float) -> Columns:
     x, q = waited(columns["positions_m"]), waited(columns["orientations"])
     v, w = waited(columns["velocities_m_s"]), waited(columns["spins_rad_s"])
     v[:frames] = w[:frames] = 0.0
+    t_s = np.arange(len(x)) * step_s
     return Columns(
-        t_s=np.arange(len(x)) * step_s,
-        positions_m=x,
-        orientations=q,
-        velocities_m_s=v,
-        spins_rad_s=w,
+        t_s=t_s, positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w
     )
 
 

@@ -156,14 +156,8 @@ def run_heap(
     begin = state.time_s
     frames = Frames(len(filled.shape_of), fps or 1.0, begin)
     flow = Flow(vessel, begin, watch)
-    state = run(
-        world(begin),
-        state,
-        flow,
-        [Every(1 / fps, frames)] if fps > 0 else [],
-        threads=threads,
-        every_s=0.01,
-    )
+    filmed = [Every(1 / fps, frames)] if fps > 0 else []
+    state = run(world(begin), state, flow, filmed, threads=threads, every_s=0.01)
     frames.take(state, state.time_s)
     motion = Motion(
         shapes=filled.shapes,

@@ -44,11 +44,8 @@ def prism(
         vertices += list(polygon)
         normals += [normal / np.linalg.norm(normal)] * len(polygon)
         faces += [(start, start + k, start + k + 1) for k in range(1, len(polygon) - 1)]
-    return Part(
-        name,
-        Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals)),
-        finish,
-    )
+    mesh = Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals))
+    return Part(name, mesh, finish)
 
 
 def ring(

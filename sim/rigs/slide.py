@@ -92,21 +92,14 @@ def run_slide(
     along = np.array([np.cos(first), 0, np.sin(first)])
     up = np.array([-np.sin(first), 0, np.cos(first)])
     lift = Turn(steady, (0.0, 0.0, 0.0), (0.0, -1.0, 0.0))  # the far end rises
+    uphill = tuple(rig.plate_m[0] * along)
     plate = Rectangle(
-        "plate",
-        bench.wall,
-        (0, -width / 2, 0),
-        tuple(rig.plate_m[0] * along),
-        (0, width, 0),
-        (lift,),
+        "plate", bench.wall, (0, -width / 2, 0), uphill, (0, width, 0), (lift,)
     )
     # as on the table where it was taped
     lying = Rotation.from_matrix(block.axes).as_quat(scalar_first=True)
-    start = (
-        (rig.start_m + block.origin_m[0]) * along
-        + block.origin_m[2] * up
-        + (0, block.origin_m[1], 0)
-    )
+    origin = block.origin_m
+    start = (rig.start_m + origin[0]) * along + origin[2] * up + (0, origin[1], 0)
     placed = Placed(
         (block,),
         bench.grain,
@@ -178,11 +171,8 @@ def _pulled_together(seeds: list[Seed], pull: float) -> Seed:
         ahead = (1 - pull) * half_length * (1 if row else -1) if len(seeds) > 2 else 0.0
         low = float(np.min(seed.centres_m[:, 2] - seed.radii_m))
         centres.append(seed.centres_m + np.array([ahead, side, -low]))
-    return Seed.from_spheres(
-        np.vstack(centres),
-        np.concatenate([s.radii_m for s in seeds]),
-        seeds[0].density_kg_m3,
-    )
+    radii_m = np.concatenate([s.radii_m for s in seeds])
+    return Seed.from_spheres(np.vstack(centres), radii_m, seeds[0].density_kg_m3)
 
 
 def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
@@ -249,12 +239,8 @@ class Sliding:
                 " is too steep for its friction"
             )
         crawling = np.flatnonzero(speed < SLIDES_M_S / 4)[-1]
-        slow = slice(
-            crawling + 1,
-            crawling
-            + 1
-            + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3),
-        )
+        fast = int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S))
+        slow = slice(crawling + 1, crawling + 1 + max(fast, 3))
         slope, offset = np.polyfit(t[slow], np.sqrt(np.clip(speed[slow], 0, None)), 1)
         angle = float(np.degrees(self._tilt(-offset / slope)))
         seen = float(np.degrees(self._tilt(t[np.argmax(travel >= SEEN_M)])))

@@ -205,13 +205,8 @@ def _rings(
     if unit is None:
         turn = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
         unit = np.c_[np.cos(turn), np.sin(turn)]
-    rows = np.concatenate(
-        [
-            radius[:, None, None] * unit,
-            np.broadcast_to(z[:, None, None], (len(z), len(unit), 1)),
-        ],
-        axis=2,
-    )
+    height = np.broadcast_to(z[:, None, None], (len(z), len(unit), 1))
+    rows = np.concatenate([radius[:, None, None] * unit, height], axis=2)
     return _join_rings(rows, np.array([0.0, 0.0, bottom]), np.array([0.0, 0.0, top]))
 
 

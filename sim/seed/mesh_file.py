@@ -120,12 +120,8 @@ def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
     size = float(np.ptp(vertices, axis=0).max())
     if not size > 0:
         raise ValueError("all its vertices are at one place")
-    _, first, back = np.unique(
-        np.round(vertices / (SAME_PLACE * size)),
-        axis=0,
-        return_index=True,
-        return_inverse=True,
-    )
+    places = np.round(vertices / (SAME_PLACE * size))
+    _, first, back = np.unique(places, axis=0, return_index=True, return_inverse=True)
     faces = back.reshape(-1)[faces]
     faces = faces[
         (faces[:, 0] != faces[:, 1])
@@ -292,13 +288,9 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
     face = np.repeat(np.arange(len(faces)), counts)
     number = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
     spans = (last - first + 1)[face]
+    wide = spans[:, 2]
     at = first[face] + np.stack(
-        [
-            number // (spans[:, 1] * spans[:, 2]),
-            number // spans[:, 2] % spans[:, 1],
-            number % spans[:, 2],
-        ],
-        1,
+        [number // (spans[:, 1] * wide), number // wide % spans[:, 1], number % wide], 1
     )
     most = int(last.max()) + 1
     code = at @ [most * most, most, 1]

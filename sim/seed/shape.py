@@ -193,11 +193,8 @@ class Shape:
         axes = axes[:, order]
         if np.linalg.det(axes) < 0:
             axes[:, 2] *= -1.0
-        return (
-            replace(self, vertices_m=(self.vertices_m - self.solid.centre_m) @ axes),
-            axes,
-            self.solid.centre_m,
-        )
+        vertices_m = (self.vertices_m - self.solid.centre_m) @ axes
+        return (replace(self, vertices_m=vertices_m), axes, self.solid.centre_m)
 
     @property
     def dimensions_m(self) -> Array:
@@ -231,11 +228,8 @@ class Shape:
         normals = np.zeros_like(vertices)
         for k in range(3):
             np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
-        return Mesh(
-            vertices,
-            faces.astype(np.int32),
-            normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None],
-        )
+        lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        return Mesh(vertices, faces.astype(np.int32), normals / lengths)
 
 
 def open_edges(faces: Array) -> int:

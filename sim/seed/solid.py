@@ -118,14 +118,9 @@ def _on_a_line(x: Array, radii: Array) -> tuple[float, Array, Array]:
 def _by_slices(centres: Array, radii: Array) -> tuple[float, Array, Array]:
     """Moments about the origin from slices x = const, with panel ends where a ball or a
     crossing of two balls begins or ends."""
+    crossings = _crossing_ends(centres, radii)
     edges = np.unique(
-        np.concatenate(
-            [
-                centres[:, 0] - radii,
-                centres[:, 0] + radii,
-                *_crossing_ends(centres, radii),
-            ]
-        )
+        np.concatenate([centres[:, 0] - radii, centres[:, 0] + radii, *crossings])
     )
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-12])]
     half, middle = np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0
@@ -184,11 +179,9 @@ def _exposed_arcs(i: int, discs: Array, yz: Array) -> Array:
     weight = half[:, None] * _ARC_WEIGHTS
     moments = [(y * dz - z * dy) / 2.0, y**2 * dz / 2.0, -(z**2) * dy / 2.0]
     moments += [y**3 * dz / 3.0, -(z**3) * dy / 3.0, y**2 * z * dz / 2.0]
+    count = len(radius)
     return np.array(
-        [
-            np.bincount(row, (moment * weight).sum(axis=1), len(radius))
-            for moment in moments
-        ]
+        [np.bincount(row, (moment * weight).sum(axis=1), count) for moment in moments]
     )
 
 

@@ -82,11 +82,10 @@ def _unit_sphere(level: int) -> tuple[Array, Array]:
     for _ in range(level):
         faces = _cut_in_four(vertices, faces)
     points = np.array(vertices)
+    triangles = np.array(faces)
     outward = (
         np.einsum(
-            "ij,ij->i",
-            np.cross(*_edges(points, np.array(faces))),
-            points[np.array(faces)[:, 0]],
+            "ij,ij->i", np.cross(*_edges(points, triangles)), points[triangles[:, 0]]
         )
         > 0.0
     )

@@ -120,11 +120,8 @@ def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
         # taken for dead (a machine asleep): its part may have been swept from under it
         if not claim.is_valid():
             return Reply(job.key, busy=True)
-        return Reply(
-            job.key,
-            store.put_failure(claim, _failure(order, job, error)),
-            computed=True,
-        )
+        outcome = store.put_failure(claim, _failure(order, job, error))
+        return Reply(job.key, outcome, computed=True)
     more = {
         "kept": order.keep,
         "host": socket.gethostname(),

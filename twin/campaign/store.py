@@ -139,11 +139,8 @@ class Store:
             "seconds": round(seconds, 3),
             **more,
         }
-        _write(
-            folder / MEASUREMENTS,
-            json.dumps(told, indent=1, allow_nan=False),
-            durable=True,
-        )
+        text = json.dumps(told, indent=1, allow_nan=False)
+        _write(folder / MEASUREMENTS, text, durable=True)
         final = self.root / "runs" / claim.key
         try:
             folder.rename(final)
@@ -260,13 +257,10 @@ def _plain(m: Measurement) -> dict:
 
 
 def _measurement(told: dict) -> Measurement:
+    value = _number(told["value"])
+    sd = _number(told["sd"])
     return Measurement(
-        told["name"],
-        _number(told["value"]),
-        _number(told["sd"]),
-        told["unit"],
-        told["quality"],
-        told["reason"],
+        told["name"], value, sd, told["unit"], told["quality"], told["reason"]
     )
 
 

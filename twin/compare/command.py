@@ -185,11 +185,8 @@ def _write(
     (out / "compared.html").write_text(
         page(table, runs, verdict(table), notes), encoding="utf8"
     )
-    told = {
-        "versions": versions() | {"lammps": Engine(LAMMPS).version},
-        "notes": notes,
-        "verdict": verdict(table),
-    }
+    programs = versions() | {"lammps": Engine(LAMMPS).version}
+    told = {"versions": programs, "notes": notes, "verdict": verdict(table)}
     (out / "compared.json").write_text(json.dumps(told, indent=1), encoding="utf8")
 
 

@@ -37,11 +37,9 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
     mean over the rows that have it."""
     lines = []
     for quantity in QUANTITIES:
+        index = ["row", "parameters", "packing"]
         wide = runs.pivot_table(
-            index=["row", "parameters", "packing"],
-            columns="engine",
-            values=quantity,
-            dropna=False,
+            index=index, columns="engine", values=quantity, dropna=False
         )
         wide = wide.reindex(columns=["benchtwin", "lammps"]).dropna().reset_index()
         for (row, parameters), pairs in wide.groupby(["row", "parameters"], sort=True):

@@ -68,11 +68,8 @@ def merge(base: dict, over: dict) -> dict:
     """Both merged key by key; `over` takes precedence."""
     merged = dict(base)
     for key, value in over.items():
-        merged[key] = (
-            {**base[key], **value}
-            if isinstance(value, dict) and isinstance(base.get(key), dict)
-            else value
-        )
+        both = isinstance(value, dict) and isinstance(base.get(key), dict)
+        merged[key] = {**base[key], **value} if both else value
     return merged
 
 

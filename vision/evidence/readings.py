@@ -57,15 +57,9 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
         rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
     else:
         rounding = 0.0
-    return Summary(
-        float(values.mean()),
-        sd,
-        sd_mean,
-        n,
-        float(values[0]),
-        float(values[-1]),
-        float(rounding),
-    )
+    mean = float(values.mean())
+    low = float(values[0])
+    return Summary(mean, sd, sd_mean, n, low, float(values[-1]), float(rounding))
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
@@ -112,12 +106,9 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         "unit",
         "left_out",
     ]
+    readings = pd.DataFrame(rows, columns=heading)
     return Observation(
-        recording.id,
-        rig,
-        tuple(quantities),
-        tuple(notes),
-        readings=pd.DataFrame(rows, columns=heading),
+        recording.id, rig, tuple(quantities), tuple(notes), readings=readings
     )
 
 

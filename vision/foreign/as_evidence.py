@@ -38,12 +38,8 @@ def evidence_of(path: Path) -> Evidence:
             f" {found.questions[0]}"
         )
     point_track, _ = choose_track(path, found, None)
-    return Evidence(
-        "track.csv",
-        "drop" if falls_freely(found, point_track) else "",
-        found.keys,
-        found.unitless,
-    )
+    rig = "drop" if falls_freely(found, point_track) else ""
+    return Evidence("track.csv", rig, found.keys, found.unitless)
 
 
 def read_track(path: Path) -> Table:

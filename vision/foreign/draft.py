@@ -161,14 +161,9 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
         if told is not None:
             rig, why = told
             guess = (f'rig = "{rig}": {why}',)
+        table = track_rows(found, point_track)
         yield _draft(
-            path,
-            path.stem,
-            found,
-            rig,
-            "track.csv",
-            track_rows(found, point_track),
-            (*reasons, *guess),
+            path, path.stem, found, rig, "track.csv", table, (*reasons, *guess)
         )
 
 
@@ -192,16 +187,9 @@ def _draft(
 ) -> Draft:
     doubt = (found.doubt,) if found.doubt else ()
     guesses = (*reasons, *found.guesses)
+    questions = (*doubt, *found.questions)
     return Draft(
-        name,
-        path,
-        found.tool,
-        rig,
-        evidence,
-        table,
-        found.keys,
-        guesses,
-        (*doubt, *found.questions),
+        name, path, found.tool, rig, evidence, table, found.keys, guesses, questions
     )
 
 

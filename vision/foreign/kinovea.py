@@ -135,11 +135,8 @@ def _analysis(source: Source) -> Contents:
             for p in track.iter("TrackPoint")
         ]
         x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
-        tracks.append(
-            point_track(
-                path, (track.get("name") or "")[:50], np.round(stamp / step), x, y
-            )
-        )
+        name = (track.get("name") or "")[:50]
+        tracks.append(point_track(path, name, np.round(stamp / step), x, y))
     found = require_tracks(path, tracks)
     keys: dict[str, dict[str, float]] = {"camera": {}}
     if fps and 0 < fps < 5e6:

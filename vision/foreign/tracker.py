@@ -123,16 +123,9 @@ def _contents(
         keys["camera"]["mm_per_px"] = float(
             f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}"
         )
+    length_unit = unit.lower() or "m"
     return infer_units(
-        source.path,
-        TOOL,
-        tracks,
-        "s",
-        unit.lower() or "m",
-        "up",
-        keys,
-        guesses,
-        questions,
+        source.path, TOOL, tracks, "s", length_unit, "up", keys, guesses, questions
     )
 
 

@@ -79,11 +79,8 @@ def _model(source: Source) -> Contents:
     spots = {s.get("ID", ""): s for s in model.iterfind("AllSpots/SpotsInFrame/Spot")}
     tracks = []
     for track in model.iterfind("AllTracks/Track"):
-        joined = {
-            e.get(end, "")
-            for e in track.iterfind("Edge")
-            for end in ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
-        }
+        ends = ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
+        joined = {e.get(end, "") for e in track.iterfind("Edge") for end in ends}
         if missing := joined - set(spots):
             name = track.get("name", "a track")[:50]
             raise MeasurementError(
@@ -96,11 +93,9 @@ def _model(source: Source) -> Contents:
             for key in ("POSITION_X", "POSITION_Y", "POSITION_T")
         )
         tracks.append(point_track(source.path, track.get("name", "")[:50], time, x, y))
+    found = require_tracks(source.path, tracks)
     return _with_units(
-        source,
-        require_tracks(source.path, tracks),
-        model.get("timeunits", ""),
-        model.get("spatialunits", ""),
+        source, found, model.get("timeunits", ""), model.get("spatialunits", "")
     )
 
 

@@ -235,12 +235,8 @@ def _coverage(
     )
     power = weighted_product(off, off, background_sds, LEAST_SHADE)
     poor = power < (0.3 * outline.level) ** 2
-    alpha = np.clip(
-        weighted_product(shift, off, background_sds, LEAST_SHADE)
-        / np.maximum(power, 1e-9),
-        -0.35,
-        1.35,
-    )
+    share = weighted_product(shift, off, background_sds, LEAST_SHADE)
+    alpha = np.clip(share / np.maximum(power, 1e-9), -0.35, 1.35)
     # the background is a median of 25 frames
     noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))
     by_pixel = (
@@ -287,11 +283,8 @@ def _own_brightness(
     u, v = columns - columns.mean(), rows - rows.mean()
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
     determinant = uu * vv - uv**2
-    slope_u, slope_v = (
-        ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant)
-        if determinant > 1e-6
-        else (0.0, 0.0)
-    )
+    slopes = ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant)
+    slope_u, slope_v = slopes if determinant > 1e-6 else (0.0, 0.0)
     if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())

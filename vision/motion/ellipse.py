@@ -112,14 +112,8 @@ def fit_ellipse(
     p = np.array([0.0, 0.0, start.turn, start.streak])
 
     def model(p: np.ndarray) -> np.ndarray:
-        return ellipse_coverage(
-            ellipse,
-            u - p[0],
-            v - p[1],
-            p[2],
-            (direction[0] * p[3], direction[1] * p[3]),
-            blur_px,
-        )
+        streak = (direction[0] * p[3], direction[1] * p[3])
+        return ellipse_coverage(ellipse, u - p[0], v - p[1], p[2], streak, blur_px)
 
     steps = np.array([0.1, 0.1, 0.02, 0.2])
     scale = 3.0  # of the Cauchy weights: wide at first

@@ -220,13 +220,8 @@ def echo_lags(o: Onsets) -> np.ndarray:
     late, early = np.nonzero(pair & (o.timbre @ o.timbre.T > ALIKE))
     out = np.zeros(len(o))
     for i, j in zip(late, early):
-        same = (
-            (np.abs(lag[late, early] - lag[i, j]) < ECHO_SD_S)
-            & (late != i)
-            & (early != j)
-            & (late != j)
-            & (early != i)
-        )
+        alike = np.abs(lag[late, early] - lag[i, j]) < ECHO_SD_S
+        same = (alike) & (late != i) & (early != j) & (late != j) & (early != i)
         if same.any():
             out[i] = lag[i, j]
     return out
@@ -284,11 +279,8 @@ def _likeliest_chain(
                     o.level_db[k] - o.level_db[j],
                     20 * LEVEL_POWER * np.log10(now) * (1 + lost),
                 )
-                whole = np.where(
-                    fits,
-                    score[before, j] + pair + like + due + fainter - MISSED * lost,
-                    -np.inf,
-                )
+                total = score[before, j] + pair + like + due + fainter
+                whole = np.where(fits, total - MISSED * lost, -np.inf)
                 best = int(np.argmax(whole))
                 if whole[best] > score[j, k]:
                     score[j, k] = whole[best]
@@ -413,30 +405,20 @@ def _with_added(
         onset_near(sound, at) for at in moments if _nearest(onsets.time_s, at) is None
     ]
     times, sds = np.array(new).reshape(-1, 2).T
-    unknown = {
-        "time_s": times,
-        "sd_s": sds,
-        "timbre": np.full((len(new), onsets.timbre.shape[1]), np.nan),
-    }
+    timbre = np.full((len(new), onsets.timbre.shape[1]), np.nan)
+    unknown = {"time_s": times, "sd_s": sds, "timbre": timbre}
     fields = Onsets.__dataclass_fields__
+    blank = np.full(len(new), np.nan)
     grown = Onsets(
-        *(
-            np.concatenate(
-                [getattr(onsets, f), unknown.get(f, np.full(len(new), np.nan))]
-            )
-            for f in fields
-        )
+        *(np.concatenate([getattr(onsets, f), unknown.get(f, blank)]) for f in fields)
     )
     order = np.argsort(grown.time_s, kind="stable")
     row_of = np.argsort(order)
     grown = grown.take(order)
     rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
     added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
-    return (
-        grown,
-        replace(chain, impacts=row_of[chain.impacts], rejected=rejected),
-        added,
-    )
+    impacts = row_of[chain.impacts]
+    return (grown, replace(chain, impacts=impacts, rejected=rejected), added)
 
 
 def _nearest(times: np.ndarray, at: float) -> int | None:

@@ -62,11 +62,8 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
         carried[0] = 0.0
         triangle = np.abs(np.diag(np.linalg.qr(whiten(both, lag, rho), mode="r")))
         triangle = np.maximum(triangle, 1e-300)
-        return (
-            (n - p) * 2 * np.log(triangle[p])
-            + np.log(1 - carried**2).sum()
-            + 2 * np.log(triangle[:p]).sum()
-        )
+        spread = 2 * np.log(triangle[:p]).sum()
+        return (n - p) * 2 * np.log(triangle[p]) + np.log(1 - carried**2).sum() + spread
 
     found = minimize_scalar(
         loss, bounds=(0.0, RHO_MAX), method="bounded", options={"xatol": 2e-3}

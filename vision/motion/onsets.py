@@ -98,11 +98,9 @@ def find_onsets(sound: Sound) -> Onsets:
         inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
         part = found.take(inside)
         parts.append(replace(part, time_s=part.time_s + begin / rate + sound.start_s))
+    names = Onsets.__dataclass_fields__
     whole = Onsets(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in Onsets.__dataclass_fields__
-        )
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
     )
     return whole.take(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
 
@@ -159,11 +157,8 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
     level = np.maximum(level, LEAST_NOISE * np.median(level) + 1e-9).astype(np.float32)
     # the mean power before each window, at least that of the noise
-    total = np.cumsum(
-        np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]),
-        axis=0,
-        dtype=np.float64,
-    )
+    nothing = np.zeros((1, power.shape[1]), np.float32)
+    total = np.cumsum(np.concatenate([nothing, power]), axis=0, dtype=np.float64)
     stop = np.maximum(np.arange(len(power)) - round(DECAYS * DECAY_S * hops) + 1, 0)
     start = np.maximum(stop - round(BEFORE_S * hops), 0)
     mean_before = (total[stop] - total[start]) / np.maximum(stop - start, 1)[:, None]
@@ -260,14 +255,9 @@ def _describe_onset(
         np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1)
     )
     rise, lasting = _rise_and_decay(white, rate, begin)
-    return (
-        time,
-        sd,
-        10 * np.log10(max(extra.sum() / noise, 1e-9)),
-        rise,
-        lasting,
-        shares / max(np.linalg.norm(shares), 1e-30),
-    )
+    level = 10 * np.log10(max(extra.sum() / noise, 1e-9))
+    length = max(np.linalg.norm(shares), 1e-30)
+    return (time, sd, level, rise, lasting, shares / length)
 
 
 def _rise_and_decay(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:

@@ -72,11 +72,8 @@ class Scene:
             np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2))
         )
         background = in_sds(gain * self.coarse, self.coarse_matrix)
-        return (
-            (in_sds(small, self.coarse_matrix) - background) / self.restless[..., None],
-            background,
-            gain,
-        )
+        difference = in_sds(small, self.coarse_matrix) - background
+        return ((difference) / self.restless[..., None], background, gain)
 
 
 def colours(pixels: np.ndarray) -> np.ndarray:
@@ -189,11 +186,8 @@ def _noise(
         small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
         small = colours(small) - gain * coarse
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
-    return (
-        np.median(sds, axis=0),
-        float(np.median(spreads)),
-        np.maximum(np.median(coarse_sds, axis=0), 0.15),
-    )
+    coarse_sd = np.maximum(np.median(coarse_sds, axis=0), 0.15)
+    return (np.median(sds, axis=0), float(np.median(spreads)), coarse_sd)
 
 
 def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:

@@ -57,11 +57,9 @@ class Tracklet:
     @property
     def extent(self) -> float:
         """Diagonal of the box around its places [px]."""
-        return float(
-            np.hypot(
-                np.ptp([s.x for s in self.shapes]), np.ptp([s.y for s in self.shapes])
-            )
-        )
+        across = np.ptp([s.x for s in self.shapes])
+        down = np.ptp([s.y for s in self.shapes])
+        return float(np.hypot(across, down))
 
 
 def extend(
@@ -125,11 +123,8 @@ def appended(one: Tracklet, other: Tracklet) -> Tracklet:
     first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
     if first.frames[-1] >= second.frames[0]:
         return one
-    return Tracklet(
-        first.frames + second.frames,
-        first.times + second.times,
-        first.shapes + second.shapes,
-    )
+    frames = first.frames + second.frames
+    return Tracklet(frames, first.times + second.times, first.shapes + second.shapes)
 
 
 def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:

@@ -119,14 +119,9 @@ class Canvas:
             piece = piece[keep[piece]]
             if piece.size > 1:
                 path = np.rint(points[piece] * 16).astype(np.int32)
+                thickness = max(1, round(width * self.unit))
                 cv2.polylines(
-                    self.pixels,
-                    [path],
-                    False,
-                    colour,
-                    max(1, round(width * self.unit)),
-                    cv2.LINE_AA,
-                    4,
+                    self.pixels, [path], False, colour, thickness, cv2.LINE_AA, 4
                 )
 
     def cross(
@@ -141,15 +136,8 @@ class Canvas:
         path = np.rint(
             ((np.asarray(points, float) + 0.5) * self.scale - 0.5) * 16
         ).astype(np.int32)
-        cv2.polylines(
-            self.pixels,
-            [path],
-            True,
-            colour,
-            max(1, round(width * self.unit)),
-            cv2.LINE_AA,
-            4,
-        )
+        thickness = max(1, round(width * self.unit))
+        cv2.polylines(self.pixels, [path], True, colour, thickness, cv2.LINE_AA, 4)
 
     def ring(
         self,
@@ -194,14 +182,8 @@ class Canvas:
         needed = round(step * len(rows) + margin)
         strip = np.full((high if tall else needed, strip_px, 3), 30, np.uint8)
         for i, (text, colour) in enumerate(rows):
-            write(
-                strip,
-                text,
-                margin,
-                (i + 1) * step - 0.2 * LETTER_PX * self.shown,
-                colour,
-                self.shown,
-            )
+            baseline = (i + 1) * step - 0.2 * LETTER_PX * self.shown
+            write(strip, text, margin, baseline, colour, self.shown)
         self.pixels = (
             np.hstack([self.pixels, strip]) if tall else np.vstack([self.pixels, strip])
         )
@@ -221,15 +203,9 @@ def write(
     """Text on the line y, in letters that are LETTER_PX high where `shown` pixels are
     shown as one; anchor: the share of its width that stands left of x."""
     at = (round(x - anchor * text_width(text, shown)), round(y))
+    thickness = max(1, round(0.6 * bold * shown))
     cv2.putText(
-        image,
-        plain(text),
-        at,
-        FONT,
-        _size(shown),
-        colour,
-        max(1, round(0.6 * bold * shown)),
-        cv2.LINE_AA,
+        image, plain(text), at, FONT, _size(shown), colour, thickness, cv2.LINE_AA
     )
 
 

@@ -46,12 +46,8 @@ def plot(
         max((text_width(f"{value:.6g}", shown) for value in ticks(*up)), default=0)
         + 2 * gap
     )
-    axes = _Axes(
-        across,
-        up,
-        (left, wide - 4 * gap),
-        ((len(caption_lines) + 1) * line + gap, high - 2 * line - gap),
-    )
+    rows = ((len(caption_lines) + 1) * line + gap, high - 2 * line - gap)
+    axes = _Axes(across, up, (left, wide - 4 * gap), rows)
     _draw_axes(image, axes, shown)
     fine = round(16 * shown)  # a pixel as shown, in sixteenths of one of the picture
     for i, (column, row) in enumerate(axes.place(x, y)):
@@ -68,25 +64,13 @@ def plot(
     for u, v in curves:
         path = axes.place(u, v)
         path = path[np.isfinite(path).all(axis=1)]
-        cv2.polylines(
-            image,
-            [np.round(path * 16).astype(np.int32)],
-            False,
-            CURVE,
-            round(shown),
-            cv2.LINE_AA,
-            4,
-        )
+        points = np.round(path * 16).astype(np.int32)
+        cv2.polylines(image, [points], False, CURVE, round(shown), cv2.LINE_AA, 4)
     for column, row in (axes.place(u, v)[0] for u, v in marks):
         if np.isfinite([column, row]).all():
+            middle = (round(column * 16), round(row * 16))
             cv2.circle(
-                image,
-                (round(column * 16), round(row * 16)),
-                5 * fine,
-                MARK,
-                round(1.5 * shown),
-                cv2.LINE_AA,
-                4,
+                image, middle, 5 * fine, MARK, round(1.5 * shown), cv2.LINE_AA, 4
             )
     write(image, labels[0], sum(axes.columns) / 2, high - gap, INK, shown, anchor=0.5)
     write(image, labels[1], gap, axes.rows[0] - gap, INK, shown)
@@ -130,15 +114,8 @@ def _draw_axes(image: np.ndarray, axes: _Axes, shown: float) -> None:
     for value in ticks(*axes.up):
         at = round(float(axes.place(axes.across[0], value)[0, 1]))
         cv2.line(image, (left, at), (right, at), GRID, round(shown))
-        write(
-            image,
-            f"{value:.6g}",
-            left - 6 * shown,
-            at + 0.25 * line,
-            INK,
-            shown,
-            anchor=1.0,
-        )
+        baseline = at + 0.25 * line
+        write(image, f"{value:.6g}", left - 6 * shown, baseline, INK, shown, anchor=1.0)
     cv2.rectangle(image, (left, top), (right, bottom), INK, 1)
 
 

@@ -107,14 +107,8 @@ def draw_outlines(lot: Lot) -> np.ndarray:
         from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3
     )
     cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
-    write(
-        image,
-        f"1 mm; {len(lot.seeds)} seeds, their mean bold",
-        MARGIN,
-        SIDE - 38,
-        INK,
-        SIDE / SHOWN_PX,
-    )
+    words = f"1 mm; {len(lot.seeds)} seeds, their mean bold"
+    write(image, words, MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
     return image
 
 
@@ -135,31 +129,15 @@ def _histogram(values: np.ndarray, name: str) -> np.ndarray:
     step, unit = (WIDE - 2 * MARGIN) / BINS, (HIGH - 2 * MARGIN) / counts.max()
     for k, count in enumerate(counts):
         x = MARGIN + k * step
-        cv2.rectangle(
-            image,
-            (round(x), round(HIGH - MARGIN - count * unit)),
-            (round(x + step) - 1, HIGH - MARGIN),
-            BAR,
-            -1,
-        )
-    cv2.line(
-        image,
-        (MARGIN, HIGH - MARGIN),
-        (WIDE - MARGIN, HIGH - MARGIN),
-        INK,
-        1,
-        cv2.LINE_AA,
-    )
+        top = round(HIGH - MARGIN - count * unit)
+        right = round(x + step) - 1
+        cv2.rectangle(image, (round(x), top), (right, HIGH - MARGIN), BAR, -1)
+    floor = HIGH - MARGIN
+    cv2.line(image, (MARGIN, floor), (WIDE - MARGIN, floor), INK, 1, cv2.LINE_AA)
     shown = 2 * WIDE / SHOWN_PX  # two stand side by side
     for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
         write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
     sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
-    write(
-        image,
-        f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}",
-        MARGIN,
-        30,
-        INK,
-        shown,
-    )
+    words = f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}"
+    write(image, words, MARGIN, 30, INK, shown)
     return image

@@ -49,8 +49,5 @@ def _spread(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     if len(x) <= MOST_CROSSES:
         return np.arange(len(x))
     path = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    return np.unique(
-        np.searchsorted(path, np.linspace(0, path[-1], MOST_CROSSES)).clip(
-            0, len(x) - 1
-        )
-    )
+    ways = np.linspace(0, path[-1], MOST_CROSSES)
+    return np.unique(np.searchsorted(path, ways).clip(0, len(x) - 1))

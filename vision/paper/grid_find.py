@@ -61,11 +61,8 @@ def pyramid(image: np.ndarray) -> list[Level]:
         dark -= cv2.GaussianBlur(dark, (0, 0), WINDOW_PX / 8)
         np.clip(dark, -0.7, 0.7, out=dark)
         levels.append(Level(dark, width / image.shape[1], height / image.shape[0]))
-        image = cv2.resize(
-            image,
-            (image.shape[1] // 2, image.shape[0] // 2),
-            interpolation=cv2.INTER_AREA,
-        )
+        half = (image.shape[1] // 2, image.shape[0] // 2)
+        image = cv2.resize(image, half, interpolation=cv2.INTER_AREA)
     return levels
 
 
@@ -98,11 +95,8 @@ def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
     places = [(y, x) for y in ys for x in xs]
     best: list[tuple[float, int, np.ndarray, np.ndarray]] = []
     for start in range(0, len(windows), 512):  # in portions, to stay small in memory
-        spectra = fft.rfft2(
-            windows[start : start + 512] * np.outer(hann, hann),
-            s=(WINDOW_PX, WINDOW_PX),
-            workers=2,
-        )
+        cut = windows[start : start + 512] * np.outer(hann, hann)
+        spectra = fft.rfft2(cut, s=(WINDOW_PX, WINDOW_PX), workers=2)
         power = spectra.real**2 + spectra.imag**2
         ringed = power * ring
         mean = ringed.sum((1, 2)) / ring.sum() + 1e-12

@@ -224,12 +224,9 @@ def _best_pattern(ratio: float, both: list[Strengths]) -> Pitch:
         scores[pattern] = (sum(scores_of_families), (fits[0][1], fits[1][1]))
     pattern = min(scores, key=lambda k: scores[k][0])
     apart, pattern_seen = _MEANING[pattern]
+    shift = scores[pattern][1]
     return Pitch(
-        ratio,
-        apart[0] if len(apart) == 1 else None,
-        apart,
-        pattern_seen,
-        scores[pattern][1],
+        ratio, apart[0] if len(apart) == 1 else None, apart, pattern_seen, shift
     )
 
 

@@ -112,11 +112,8 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     free = np.isfinite(height)
     for low, high in walls:
         free[low:high] = False
-    pieces = [
-        p
-        for p in _true_ranges(free, gap=max(2, profile.size // 100))
-        if p[1] - p[0] >= 8
-    ]
+    gap = max(2, profile.size // 100)
+    pieces = [p for p in _true_ranges(free, gap=gap) if p[1] - p[0] >= 8]
     if not pieces:
         return Heap(0, 0.0, (), walls, "no pile in the picture")
     smooth = _smooth(height, free)
@@ -236,12 +233,10 @@ def _flank(
     upwards = outward[: length + 1][::-1]
     upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it
     if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
-        return Flank(
-            side,
-            crest,
-            toe,
-            "the surface falls and rises again: two piles, or something in front of it",
+        why = (
+            "the surface falls and rises again: two piles, or something in front of it"
         )
+        return Flank(side, crest, toe, why)
     return Flank(side, crest, toe)
 
 

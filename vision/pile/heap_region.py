@@ -66,11 +66,8 @@ def pixel_features(small: np.ndarray) -> np.ndarray:
     gaps = cv2.GaussianBlur(
         cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach
     )
-    texture = [
-        np.log(1 + contrast),
-        np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None))),
-        np.log(1 + gaps),
-    ]
+    finer = np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None)))
+    texture = [np.log(1 + contrast), finer, np.log(1 + gaps)]
     return np.dstack(
         [cv2.GaussianBlur(lab, (0, 0), 1.0) / 20, *(2 * t for t in texture)]
     ).astype(np.float32)
@@ -83,13 +80,9 @@ def cluster_pixels(features: np.ndarray, count: int) -> np.ndarray:
     cv2.setRNGSeed(1)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[:: max(1, len(flat) // 8000)])
+    labels = np.zeros((len(some), 1), np.int32)
     centres = cv2.kmeans(
-        some,
-        min(count, len(some)),
-        np.zeros((len(some), 1), np.int32),
-        stop,
-        1,
-        cv2.KMEANS_PP_CENTERS,
+        some, min(count, len(some)), labels, stop, 1, cv2.KMEANS_PP_CENTERS
     )[2]
     distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
     return distance.argmin(axis=1).reshape(features.shape[:2])
@@ -109,12 +102,9 @@ def find_region(image: np.ndarray) -> Region | None:
     rough = _coarse_cut(features, clusters, triangle)
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
+    cut = image[y0:y1, x0:x1]
     close = cv2.resize(
-        image[y0:y1, x0:x1],
-        None,
-        fx=1 / zoom,
-        fy=1 / zoom,
-        interpolation=cv2.INTER_AREA,
+        cut, None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA
     )
     scale = factor / zoom
     shift = [(0.5 * factor - 0.5 - corner) / zoom for corner in (x0, y0)]
@@ -155,11 +145,8 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None
     if count < 2 or not inside.max():
         return None
     whole = np.zeros(mask.shape, np.uint8)
-    contours = cv2.findContours(
-        (labels == inside.argmax()).astype(np.uint8),
-        cv2.RETR_EXTERNAL,
-        cv2.CHAIN_APPROX_NONE,
-    )[0]
+    heap = (labels == inside.argmax()).astype(np.uint8)
+    contours = cv2.findContours(heap, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
     return whole.astype(bool)
 
@@ -264,11 +251,8 @@ def _local_odds(
     near = LOCAL * max(size)
 
     def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        return cv2.GaussianBlur(
-            cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA),
-            (0, 0),
-            sigma,
-        )
+        small = cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        return cv2.GaussianBlur(small, (0, 0), sigma)
 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]
     odds = np.zeros(clusters.shape, np.float32)
@@ -293,11 +277,10 @@ def _coarse_cut(
     core, body, shell = (
         _triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8)
     )
-    mask = np.where(
-        core,
-        cv2.GC_FGD,
-        np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)),
-    ).astype(np.uint8)
+    beyond = np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)
+    mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, beyond)).astype(
+        np.uint8
+    )
     near = _triangle_mask(clusters.shape, triangle, 1.5)
     inside = np.bincount(clusters[body], minlength=CLUSTERS) / max(body.sum(), 1) + 1e-3
     outside = (

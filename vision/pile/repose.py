@@ -95,12 +95,8 @@ def measure_repose(
     background at the picture's top."""
     camera, options = camera or Camera(), options or PileOptions()
     x0, y0, width, height = roi = _roi(image, options)
-    photo = _Photo(
-        np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width]),
-        camera,
-        options,
-        roi,
-    )
+    crop = np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width])
+    photo = _Photo(crop, camera, options, roi)
     if min(photo.crop.shape[:2]) < 24:
         raise MeasurementError(
             f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile"
@@ -152,14 +148,9 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
         surface = subpixel_edge(
             photo.crop, background, silhouette.top, silhouette.threshold
         )
+        stated = photo.options.baseline
         base = find_base_line(
-            photo.crop,
-            background,
-            silhouette,
-            surface,
-            photo.options.baseline,
-            photo.camera,
-            photo.roi,
+            photo.crop, background, silhouette, surface, stated, photo.camera, photo.roi
         )
         tried.append(_of_surface(photo, surface, base, background.factor))
         if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
@@ -413,12 +404,9 @@ def _height_over_radius(
     up = max(rms, blunt) / height
     aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
     sd_ratio = np.hypot(up, aside) * ratio
-    return _angle(
-        name,
-        float(np.degrees(np.arctan(ratio))),
-        float(np.degrees(sd_ratio / (1 + ratio**2))),
-        doubts,
-    )
+    angle = float(np.degrees(np.arctan(ratio)))
+    sd = float(np.degrees(sd_ratio / (1 + ratio**2)))
+    return _angle(name, angle, sd, doubts)
 
 
 def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:

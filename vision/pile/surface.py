@@ -96,10 +96,9 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
     mean = np.cumsum(counts * middles) / counts.sum()
     total = mean[-1]
     with np.errstate(divide="ignore", invalid="ignore"):
+        mixed = (weight > 0) & (weight < 1)
         between = np.where(
-            (weight > 0) & (weight < 1),
-            (total * weight - mean) ** 2 / (weight * (1 - weight)),
-            0.0,
+            mixed, (total * weight - mean) ** 2 / (weight * (1 - weight)), 0.0
         )
     variance = float((counts * (middles - total) ** 2).sum() / counts.sum())
     # an empty valley is a plateau: take its middle

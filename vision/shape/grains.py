@@ -118,10 +118,8 @@ class Grains:
                 float(v) for v in (values.mean(), values.min(), values.max())
             )
             rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
-        return pd.DataFrame(
-            rows,
-            columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"],
-        )
+        columns = ["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"]
+        return pd.DataFrame(rows, columns=columns)
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
@@ -346,15 +344,9 @@ def _rejection(
 
 def _rejected(patch: np.ndarray, reason: str) -> Grain:
     (x, y), area = centroid(patch.astype(float))
+    unknown = float("nan")
     return Grain(
-        x,
-        y,
-        *(float("nan"),) * 9,
-        area,
-        float("nan"),
-        FAILED,
-        reason,
-        patch.astype(float),
+        x, y, *(unknown,) * 9, area, unknown, FAILED, reason, patch.astype(float)
     )
 
 

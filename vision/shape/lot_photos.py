@@ -91,14 +91,8 @@ def measure_lot_photos(
         middle = (np.array(image.shape[1::-1]) - 1) / 2
         kinds = _kinds(grains.grains, bright)
         for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
-            row, outline = _seed(
-                photo.name,
-                number,
-                grain,
-                kind,
-                grains,
-                magnification(grain, middle, view),
-            )
+            larger = magnification(grain, middle, view)
+            row, outline = _seed(photo.name, number, grain, kind, grains, larger)
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
@@ -123,15 +117,9 @@ def measure_lot_photos(
             "the camera's distance is not stated: seeds are above the paper, so that"
             f" {hint}; state --distance-mm"
         )
-    return LotPhotos(
-        seeds,
-        pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)),
-        pictures,
-        sizes,
-        "; ".join(dict.fromkeys(scales)),
-        shared,
-        tuple(notes),
-    )
+    outlines = pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS))
+    scale = "; ".join(dict.fromkeys(scales))
+    return LotPhotos(seeds, outlines, pictures, sizes, scale, shared, tuple(notes))
 
 
 def with_thickness(
@@ -291,11 +279,9 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     every = np.zeros(image.shape[:2], np.uint8)
     masks = [np.rint(g.edge).astype(np.int32) for g in grains.grains]
     cv2.fillPoly(every, masks, 1)
-    ground = (
-        cv2.dilate(every, np.ones((25, 25), np.uint8))
-        - cv2.dilate(every, np.ones((7, 7), np.uint8))
-        > 0
-    )
+    wide = cv2.dilate(every, np.ones((25, 25), np.uint8))
+    tight = cv2.dilate(every, np.ones((7, 7), np.uint8))
+    ground = wide - tight > 0
     behind = (
         np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
     )
@@ -331,11 +317,9 @@ def observe_seeds(
     except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from error
     if scale is None:
-        grains = replace(
-            grains,
-            notes=(
-                *grains.notes,
-                f"sizes are in px: no mm_per_px was given and {trouble}",
-            ),
+        notes = (
+            *grains.notes,
+            f"sizes are in px: no mm_per_px was given and {trouble}",
         )
+        grains = replace(grains, notes=notes)
     return grains, draw_grains(image, grains, paper)

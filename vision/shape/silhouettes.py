@@ -67,13 +67,10 @@ def make_relief(
             " contrasting colour"
         )
     if others:
+        size = allowed.shape[::-1]
+        small_mask = small_allowed.astype(np.uint8)
         allowed = allowed & (
-            cv2.resize(
-                small_allowed.astype(np.uint8),
-                allowed.shape[::-1],
-                interpolation=cv2.INTER_NEAREST,
-            )
-            > 0
+            cv2.resize(small_mask, size, interpolation=cv2.INTER_NEAREST) > 0
         )
     _, surface, gain, threshold, name = best
     height = channel(image, name)
@@ -116,11 +113,8 @@ def _large_things(
     height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(
         gain
     )
-    contours = cv2.findContours(
-        ((height > threshold) & allowed).astype(np.uint8),
-        cv2.RETR_EXTERNAL,
-        cv2.CHAIN_APPROX_NONE,
-    )[0]
+    seeds = ((height > threshold) & allowed).astype(np.uint8)
+    contours = cv2.findContours(seeds, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
     chosen = [
@@ -181,12 +175,8 @@ def _separate_levels(
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
         return None
-    return (
-        abs(gap) / spread,
-        surface,
-        1 / gap,
-        float(np.clip(_isodata_threshold(flat[allowed] / gap), 0.2, 0.3)),
-    )
+    level = _isodata_threshold(flat[allowed] / gap)
+    return (abs(gap) / spread, surface, 1 / gap, float(np.clip(level, 0.2, 0.3)))
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
@@ -336,12 +326,9 @@ def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
 def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
     """Least depth on the straight line from `a` to `b` [px]."""
     n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
-    return float(
-        depth[
-            np.rint(np.linspace(a[1], b[1], n)).astype(int),
-            np.rint(np.linspace(a[0], b[0], n)).astype(int),
-        ].min()
-    )
+    rows = np.rint(np.linspace(a[1], b[1], n)).astype(int)
+    columns = np.rint(np.linspace(a[0], b[0], n)).astype(int)
+    return float(depth[rows, columns].min())
 
 
 def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:

@@ -123,23 +123,17 @@ def _edge_shifts(
     typical = np.median(outer[free])
     # A shadow lowers the background locally (for light grains), a neighbour raises it:
     # only the first is used.
-    outer = np.minimum(
-        ndimage.median_filter(
-            np.where(free, outer, typical), size=_odd(len(base) / 12), mode="wrap"
-        ),
-        typical,
-    )
+    known = np.where(free, outer, typical)
+    size = _odd(len(base) / 12)
+    outer = np.minimum(ndimage.median_filter(known, size=size, mode="wrap"), typical)
     shifts = {
         k: _crossing(profile, offsets, outer + k * (inner - outer))
         for k in (0.5 - LEVEL_STEP, 0.5, 0.5 + LEVEL_STEP)
     }
     uneven = float(np.std(outer[free]) / max(np.median(inner - outer), 0.05))
-    return {
-        **shifts,
-        "peak": profile[:, offsets < 0].max(1),
-        "uneven": uneven,
-        "inner": float(np.median(inner[free])),
-    }
+    peak = profile[:, offsets < 0].max(1)
+    inside = float(np.median(inner[free]))
+    return {**shifts, "peak": peak, "uneven": uneven, "inner": inside}
 
 
 def _blur(shifts: dict, seen: np.ndarray) -> float:

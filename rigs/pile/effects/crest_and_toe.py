@@ -101,12 +101,8 @@ def _ends(
     toes = Law(surface=lambda u: -up * toe(u), weight=weight)
     slopes = Law(angle_deg=up, weight=weight)
     beside = f"toe {'below' if up > 0 else 'above'} a usual one"
-    more = further(
-        name,
-        source,
-        toe=("toe", "1", beside, 0.10, toes),
-        angle=("crest", "deg", "steeper" if up > 0 else "flatter", 6.0, slopes),
-    )
+    angle = ("crest", "deg", "steeper" if up > 0 else "flatter", 6.0, slopes)
+    more = further(name, source, toe=("toe", "1", beside, 0.10, toes), angle=angle)
     return (first, *more, *bends(name, source, weight))
 
 
