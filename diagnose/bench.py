@@ -91,16 +91,8 @@ def diagnose_bench(
         for n, f in findings.items()
         if len(f.recordings) == 1
     )
-    return Diagnosis(
-        observed.folder,
-        findings,
-        used,
-        refused,
-        tuple(dict.fromkeys(trouble)),
-        notes,
-        took,
-        seed,
-    )
+    said = tuple(dict.fromkeys(trouble))
+    return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
 
 
 def _diagnosed(

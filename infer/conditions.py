@@ -101,12 +101,8 @@ def _of_words(name: str, values: list) -> Condition | None:
         return None
     member = np.array([[w == level for level in levels] for w in words], dtype=float)
     seen = member.sum(1) > 0
-    return Condition(
-        name,
-        member - np.where(seen[:, None], member[seen].mean(0), 0.0),
-        float("nan"),
-        levels,
-    )
+    mean = np.where(seen[:, None], member[seen].mean(0), 0.0)
+    return Condition(name, member - mean, float("nan"), levels)
 
 
 def _confounded(one: Condition, other: Condition) -> bool:

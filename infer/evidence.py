@@ -81,11 +81,8 @@ class EvidenceTable:
         at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
         widths = _widths(parts)
-        j = (
-            self.information[:, at][:, :, at][:, None]
-            * widths[:, :, None]
-            * widths[:, None, :]
-        )
+        chosen = self.information[:, at][:, :, at][:, None]
+        j = chosen * widths[:, :, None] * widths[:, None, :]
         h = self.right[:, at][:, None] * widths
         posterior = np.linalg.inv(j + np.eye(len(at)))
         mean = np.einsum("swij,swj->swi", posterior, h)

@@ -44,11 +44,8 @@ class GlobalPrior:
         √(sd |value|/TAIL_SDS) in the tail, so that the prior falls as exp(−|value|/sd):
         a normal one would shrink a strong effect and leave the rest of it to another.
         """
-        return np.where(
-            self.heavy_tailed,
-            np.maximum(self.sd, np.sqrt(self.sd * np.abs(values) / TAIL_SDS)),
-            self.sd,
-        )
+        wider = np.sqrt(self.sd * np.abs(values) / TAIL_SDS)
+        return np.where(self.heavy_tailed, np.maximum(self.sd, wider), self.sd)
 
     def chi2(self, values: np.ndarray) -> float:
         """χ² of the prior."""

@@ -255,11 +255,8 @@ class _Search:
             self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood
             for k, a in enumerate(self.alternatives)
         ]
-        alive = [
-            k
-            for k, value in enumerate(own)
-            if value > max(own) + np.log(BASELINE_WEIGHT)
-        ]
+        least = max(own) + np.log(BASELINE_WEIGHT)
+        alive = [k for k, value in enumerate(own) if value > least]
         weights = {
             (k, names): self.value(k, (), names)[0]
             + prior
@@ -291,11 +288,8 @@ class _Search:
                 bases.append(explanation)
             if probability > 1e-6 or not whole:
                 found.append(explanation)
-        return Posterior(
-            tuple(sorted(found, key=lambda e: -e.probability)),
-            self.alternatives,
-            tuple(bases),
-        )
+        ranked = sorted(found, key=lambda e: -e.probability)
+        return Posterior(tuple(ranked), self.alternatives, tuple(bases))
 
 
 def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Component]:

@@ -61,11 +61,8 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
         column = len(base.names) + at
         without = np.zeros(a.shape[1])
         without[: len(base.names)] = base.prior_sd  # effects found stay free
-        wide = (
-            10
-            * float(np.linalg.norm(b))
-            / max(float(np.linalg.norm(a[:, column])), 1e-300)
-        )
+        size = max(float(np.linalg.norm(a[:, column])), 1e-300)
+        wide = 10 * float(np.linalg.norm(b)) / size
         term = np.where(np.arange(len(without)) == column, wide, without)
         if len(reduced) > 1:
             errors = [sum(squared_errors(reduced, sd)) for sd in (term, without)]

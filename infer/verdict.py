@@ -51,11 +51,8 @@ class ParameterShift:
     @property
     def shift_sds(self) -> float:
         """The shift in sds of the former."""
-        half = (
-            (self.nothing_missing.high95 - self.nothing_missing.low95)
-            / 2
-            / stats.norm.ppf(ENDS[1])
-        )
+        both = self.nothing_missing.high95 - self.nothing_missing.low95
+        half = (both) / 2 / stats.norm.ppf(ENDS[1])
         if half > 0:
             return (self.explained.value - self.nothing_missing.value) / half
         return 0.0

@@ -66,11 +66,8 @@ def read_pair(chosen: BenchTwinPair) -> Pair:
 def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
     """What the browser draws: places of both over x, thinned to MOST_STEPS, and where
     their pictures are."""
-    rows = np.unique(
-        np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS))
-        .round()
-        .astype(int)
-    )
+    most = min(len(both.x), MOST_STEPS)
+    rows = np.unique(np.linspace(0, len(both.x) - 1, most).round().astype(int))
     recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
     return {
         "rig": both.rig,

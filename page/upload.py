@@ -148,12 +148,9 @@ def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:
 def _is_evidence(file: ReceivedFile, *, loose: bool) -> bool:
     """Whether this file makes those beside it one recording."""
     name = file.name.rpartition("/")[2]
+    films = (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
     return name == "recording.toml" or (
-        not loose
-        and (
-            name in TABLES
-            or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
-        )
+        not loose and (name in TABLES or Path(name).suffix.lower() in films)
     )
 
 

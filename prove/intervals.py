@@ -63,14 +63,9 @@ def power_curve(
         bands = np.quantile(drawn, [0.025, 0.975], axis=0)
     else:
         bands = np.full((2, 2), math.nan)
-    return Power(
-        len(snr),
-        math.exp(fit[0]),
-        fit[1],
-        *_points(*fit),
-        tuple(bands[:, 0].tolist()),
-        tuple(bands[:, 1].tolist()),
-    )
+    low = tuple(bands[:, 0].tolist())
+    high = tuple(bands[:, 1].tolist())
+    return Power(len(snr), math.exp(fit[0]), fit[1], *_points(*fit), low, high)
 
 
 def _share(log_snr, middle: float, steepness: float):

@@ -251,14 +251,8 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
     """A parameter that follows a condition: its slope in the condition's unit; of words
     the greatest difference, halved."""
     slope = value if condition.per is None else value / condition.per
-    return Concealed(
-        f"{FOLLOWING[rig][0]}-follows-{condition.name}",
-        slope,
-        condition.unit,
-        snr,
-        False,
-        bool(condition.unit),
-    )
+    name = f"{FOLLOWING[rig][0]}-follows-{condition.name}"
+    return Concealed(name, slope, condition.unit, snr, False, bool(condition.unit))
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:

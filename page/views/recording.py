@@ -277,20 +277,16 @@ class View:
                 ui.button(
                     "Automatic again", on_click=errors_shown(self._automatic)
                 ).props("flat dense no-caps")
-        self.wave = Wave(
-            f"/wave?r={quote(self.name)}",
-            sound.start_s,
-            sound.start_s + sound.duration_s,
-            self._clicked,
-        )
+        address = f"/wave?r={quote(self.name)}"
+        end_s = sound.start_s + sound.duration_s
+        self.wave = Wave(address, sound.start_s, end_s, self._clicked)
 
     async def _clicked(self, at_s: float, reach_s: float) -> None:
         """An impact was added or struck out."""
         if self.heard is not None:
+            drop = self.recording.drop
             await self._keep(
-                sound_impacts.changes_of_click(
-                    at_s, reach_s, self.heard, self.recording.drop
-                )
+                sound_impacts.changes_of_click(at_s, reach_s, self.heard, drop)
             )
 
     def _tools(self, tools: tuple[str, ...]) -> None:
@@ -531,12 +527,9 @@ class View:
             await self._keep({KEPT_AS[what]: kept})
 
     async def _set_scale(self) -> None:
-        points = self.ruler or [
-            0.35 * self.size[0],
-            0.5 * self.size[1],
-            0.65 * self.size[0],
-            0.5 * self.size[1],
-        ]
+        width = self.size[0]
+        height = self.size[1]
+        points = self.ruler or [0.35 * width, 0.5 * height, 0.65 * width, 0.5 * height]
         try:
             scale, sd = measuring.ruler(points, float(self.length.value or np.nan))
         except MeasurementError as error:

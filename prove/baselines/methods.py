@@ -200,12 +200,9 @@ def _gp_gain(flight: Flight) -> float:
             k = np.eye(m) + ratio * np.exp(-0.5 * ((t[:, None] - t) / length) ** 2)
             low = np.linalg.cholesky(k)
             z = np.linalg.solve(low, both)
+            size = np.log(np.diag(low)).sum()
             best = np.maximum(
-                best,
-                -0.5 * m * np.log((z**2).sum(axis=0) / m)
-                - np.log(np.diag(low)).sum()
-                - white
-                - 2,
+                best, -0.5 * m * np.log((z**2).sum(axis=0) / m) - size - white - 2
             )
     return float(best.sum())
 

@@ -78,12 +78,8 @@ def _drawn(name: str, count: int, rng: np.random.Generator) -> Condition:
     half = rng.uniform(0.2, 0.5) * (high - low)
     middle = rng.uniform(low + half, high - half)
     values = np.round(middle + half * place[level], digits)
-    return Condition(
-        name,
-        tuple(values.tolist()),
-        tuple(((values - middle) / half).tolist()),
-        float(half),
-    )
+    follows = tuple(((values - middle) / half).tolist())
+    return Condition(name, tuple(values.tolist()), follows, float(half))
 
 
 def _idle(one: Condition, clean: bool, rng: np.random.Generator) -> Condition:

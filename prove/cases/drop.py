@@ -308,9 +308,6 @@ def world(
     for name, key in IN_CAMERA.items():
         if name in sizes and not (scene.one_session and run.session):
             camera = replace(camera, **{key: getattr(camera, key) + sizes[name]})
-    e = (
-        scene.e
-        + run.e_off
-        + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    )
+    followed = sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    e = scene.e + run.e_off + run.follows * followed
     return law, impact_array(**impact_changes(sizes, e)), camera

@@ -210,13 +210,9 @@ def _flights(drop: SimulatedDrop) -> np.ndarray:
 
 def _places(drop: SimulatedDrop, camera) -> tuple[np.ndarray, np.ndarray]:
     turned = angle(outlines(drop.rows, np.array(drop.run.axes)))
-    return project(
-        camera,
-        drop.rows[:, 0] * 1e3,
-        drop.rows[:, 2] * 1e3,
-        turned,
-        drop.rows[:, 1] * 1e3,
-    )
+    x = drop.rows[:, 0] * 1e3
+    z = drop.rows[:, 2] * 1e3
+    return project(camera, x, z, turned, drop.rows[:, 1] * 1e3)
 
 
 def _pushed(

@@ -143,21 +143,15 @@ def resisted(x, v, incline, seed):
     if seed[PATCH_FROM] < x < seed[PATCH_TO]:
         resist += seed[PATCH]
     air = abs(blown(v, seed[BLOWN], seed[RE])) / G_M_S2
-    return (
-        resist * math.cos(incline if x < 0 else seed[LEVEL])
-        + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2
-        + air
-    )
+    tilt = incline if x < 0 else seed[LEVEL]
+    return resist * math.cos(tilt) + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2 + air
 
 
 @njit(cache=True)
 def rolled(x, v, way, incline, seed):
     """Acceleration [m/s²] of pure rolling in the direction `way` (±1)."""
-    return (
-        ROLLS
-        * G_M_S2
-        * (driven(x, incline, seed) - way * resisted(x, v, incline, seed))
-    )
+    against = way * resisted(x, v, incline, seed)
+    return ROLLS * G_M_S2 * (driven(x, incline, seed) - against)
 
 
 @njit(cache=True)

@@ -129,11 +129,8 @@ def profile(
     is none."""
     plate = np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
     faster = run.gate_mm_s / GATE_MM_S
-    steep = np.tan(
-        np.radians(
-            scene.angle_deg + run.angle_off_deg - scene.gate_deg * np.log(faster)
-        )
-    )
+    lower = scene.gate_deg * np.log(faster)
+    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg - lower))
     shaken = sizes.get("base-vibration", 0.0) * (1 + photo) / PHOTOS
     longer = faster * sizes.get("gate-speed", 0.0) + shaken
     rounding = run.round_mm * faster**scene.gate_power + longer
@@ -173,11 +170,8 @@ def skin(
         0, rough * scene.grain_mm, len(centres)
     )
     off = (x[:, None] - centres) / radius
-    arcs = np.where(
-        np.abs(off) < 1,
-        top - radius + radius * np.sqrt(np.maximum(1 - off**2, 0)),
-        -np.inf,
-    )
+    rise = np.sqrt(np.maximum(1 - off**2, 0))
+    arcs = np.where(np.abs(off) < 1, top - radius + radius * rise, -np.inf)
     arcs[:, np.interp(centres, x, height - plate) < 0.35 * scene.grain_mm] = -np.inf
     return np.maximum(arcs.max(axis=1), plate)
 
@@ -237,15 +231,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     material."""
     grain = scene.grain_mm
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
-    noise = Noise(
-        rough * grain,
-        float(np.exp(-scene.mm_per_px * 2 / grain)),
-        0.02,
-        np.inf,
-        0,
-        1,
-        0,
-    )
+    rho = float(np.exp(-scene.mm_per_px * 2 / grain))
+    noise = Noise(rough * grain, rho, 0.02, np.inf, 0, 1, 0)
     recordings = [_recording_change(scene, run, sizes, name) for run in scene.runs]
     plumb_sd = known_plumb_deg(scene.request, PLUMB_SD_DEG)
     known = np.r_[plumb_sd, [1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM]

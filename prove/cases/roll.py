@@ -210,11 +210,8 @@ def travel(
     longest = 4 * np.sqrt(2 * way_mm * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
     t = np.arange(int(longest * scene.fps)) / scene.fps
     rolling = np.maximum(t + run.late_s, 0.0)
-    args = (
-        (scene.way_mm + run.start_off_mm) * 1e-3,
-        incline,
-        seed(scene, run, sizes, mu_factor, level_more, air_more),
-    )
+    start = (scene.way_mm + run.start_off_mm) * 1e-3
+    args = (start, incline, seed(scene, run, sizes, mu_factor, level_more, air_more))
     x, v = ground.roll(np.r_[0.0, rolling], *args)
     x, v = x[1:], v[1:]
     moving = np.flatnonzero(np.abs(v) > 0)
@@ -259,11 +256,8 @@ def _visible_beside(
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
         struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
         lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
-        air = (
-            (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x)
-            / 0.1
-            * bool(scene.air)
-        )
+        blown = _padded(travel(scene, run, sizes, air_more=0.1)[1], n)
+        air = (blown - x) / 0.1 * bool(scene.air)
         astray = (
             _seen(scene, replace(run, astray=run.astray + 1e-4), x)
             - _seen(scene, run, x)

@@ -192,12 +192,8 @@ def block(
 ) -> np.ndarray:
     """The block as ground_motion.slide takes it. air_more: of free flight's, on each
     seed."""
-    mu = (
-        scene.mu
-        + run.mu_off
-        + mu_more
-        + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    )
+    followed = sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    mu = scene.mu + run.mu_off + mu_more + run.follows * followed
     out = np.zeros(ground.BLOCK)
     out[[ground.STATIC, ground.KINETIC]] = mu
     out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get(
@@ -261,11 +257,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         with_tilt, other_tilt = _tilt_off(sizes, run), _tilt_off(without, run)
         base = travel(scene, run, sizes, tilt_more=with_tilt)[1]
         n = len(base)
-        moved = [
-            _padded(
-                travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1], n
-            )
-        ]
+        shifted = travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1]
+        moved = [_padded(shifted, n)]
         moved += [
             _padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
             _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n),
@@ -360,12 +353,8 @@ def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
     """By how much the plate has tilted on when the block has gone `delay_mm`: x = g Ω
     (cos θ + μ sin θ) t³ / 6."""
     theta, rate = np.arctan(mu), np.radians(rate_deg_s)
-    t = (
-        6
-        * delay_mm
-        * 1e-3
-        / (ground.G_M_S2 * rate * (np.cos(theta) + mu * np.sin(theta)))
-    ) ** (1 / 3)
+    grows = np.cos(theta) + mu * np.sin(theta)
+    t = (6 * delay_mm * 1e-3 / (ground.G_M_S2 * rate * (grows))) ** (1 / 3)
     return float(rate_deg_s * t)
 
 

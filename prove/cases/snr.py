@@ -62,12 +62,8 @@ def fitted(
         normal, right = np.zeros((p + q, p + q)), np.zeros(p + q)
         normal[:p, :p] = np.diag(_precision(recording.own_sd))
         for c in recording.channels:
-            white = whitened(
-                np.column_stack([c.own, c.shared, c.change]),
-                noise.rho,
-                noise.white,
-                noise.sd,
-            )
+            columns = np.column_stack([c.own, c.shared, c.change])
+            white = whitened(columns, noise.rho, noise.white, noise.sd)
             basis, signal = white[:, :-1], white[:, -1]
             normal += basis.T @ basis
             right += basis.T @ signal
