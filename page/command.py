@@ -30,7 +30,7 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
         listener = socket.create_server((LOOPBACK, port))
     except OSError as error:
         if isinstance(error, FileExistsError | PermissionError) and not folder.is_dir():
-            where = folder
+            where = str(folder)
         else:
             where = f"port {port}"
         print(f"benchtwin page: {where}: {error.strerror or error}", file=sys.stderr)

@@ -5,6 +5,7 @@ import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import pandas as pd
 from benchtwin.bench.numbers import with_sd
@@ -94,8 +95,8 @@ def _main_results(means: Sequence[Line]) -> list[Line]:
 def _show_rows(console: Console, table: pd.DataFrame) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in ("recording", "quantity", "value", "± sd", "unit"):
-        justify = "right" if heading in ("value", "± sd") else "left"
-        shown.add_column(heading, justify=justify, no_wrap=True)
+        right = heading in ("value", "± sd")
+        shown.add_column(heading, justify="right" if right else "left", no_wrap=True)
     shown.add_column("quality")
     for row in table.itertuples():
         value, sd = with_sd(row.value, row.sd)
@@ -127,8 +128,9 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
         "sd of reading",
         "",
     ):
-        justify = "left" if heading in ("mean over repeats", "unit", "") else "right"
-        shown.add_column(heading, justify=justify, no_wrap=bool(heading))
+        words = heading in ("mean over repeats", "unit", "")
+        side: Literal["left", "right"] = "left" if words else "right"
+        shown.add_column(heading, justify=side, no_wrap=bool(heading))
     for line in lines:
         bench = line.bench if several else ""
         name = " ".join(part for part in (bench, line.rig, line.quantity) if part)

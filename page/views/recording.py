@@ -520,6 +520,7 @@ class View:
             struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
             await self._keep({("track", "left_out_frames"): sorted(struck) or None})
         elif what in KEPT_AS:
+            kept: list[float]
             if what == "roi":
                 kept = [int(v) for v in value]
             else:

@@ -123,10 +123,9 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         if several
         else (float(rng.choice([1.0, 2.0, 4.0])),)
     )
+    loads = [4]
     if "adhesion" in request.effects or (several and rng.random() < 0.4):
-        loads = (2, 8)
-    else:
-        loads = (4,)
+        loads = [2, 8]
     length = rng.uniform(6, 10)
     axes = (
         round(length, 2),

@@ -194,11 +194,9 @@ def _value(toml: dict, key: str) -> str:
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
+    gone, out = set(absent), {}
     if "seed.sizes" in absent:
-        sizes = ("seed.length_mm", "seed.width_mm", "seed.thickness_mm")
-    else:
-        sizes = ()
-    gone, out = {*absent, *sizes}, {}
+        gone |= {"seed.length_mm", "seed.width_mm", "seed.thickness_mm"}
     for key, value in toml.items():
         if isinstance(value, dict):
             value = {k: v for k, v in value.items() if f"{key}.{k}" not in gone}

@@ -121,8 +121,8 @@ def run_slide(
     tilt = first + rate * np.clip(columns["t_s"] - LIE_S, 0, None)
     poses = np.array([[0, 0, 0, *about((0, -1, 0), angle)] for angle in tilt])
     ends = (rig.plate_m[0], width / 2, 0)
-    plate = slab("", (0, -width / 2, -PLATE_THICKNESS_M), ends).mesh
-    parts = (Part("plate", plate, "steel", poses),)
+    seen = slab("", (0, -width / 2, -PLATE_THICKNESS_M), ends).mesh
+    parts = (Part("plate", seen, "steel", poses),)
     series = {
         "tilt_deg": np.degrees(tilt),
         "travel_mm": 1e3 * _travel(columns["positions_m"][:, 0], tilt),

@@ -64,8 +64,8 @@ def clump_command(
         print(f"benchtwin clump: {error}", file=sys.stderr)
         return MISUSED
     if not quiet:
-        error = clump_error(own, seed.centres_m, seed.radii_m)
-        print("\n".join([*_summary(own, seed, error, tried), *shape.notes]))
+        misses = clump_error(own, seed.centres_m, seed.radii_m)
+        print("\n".join([*_summary(own, seed, misses, tried), *shape.notes]))
         print(
             f"Files for LAMMPS, LIGGGHTS, YADE and EDEM: {out}; look at"
             f" {out / 'clump.png'}"
