@@ -309,3 +309,9 @@ def test_a_time_without_a_unit_is_asked_for(tmp_path):
         MeasurementError, match=r"plate\.csv: no column of time says its unit"
     ):
         read_foreign(tmp_path / "plate.csv")
+
+
+def test_a_workbook_under_another_suffix_is_told_by_its_content(tmp_path):
+    (tmp_path / "clap.xls").write_bytes(FILES["clap.xlsx"])
+    (_, times), *_ = read_foreign(tmp_path / "clap.xls").runs
+    assert times == pytest.approx(HEARD)
