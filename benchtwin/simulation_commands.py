@@ -7,6 +7,7 @@ from typing import Annotated
 from typer import Argument, Exit, Option
 
 from benchtwin.options import (
+    BenchFolder,
     EngineName,
     Pair,
     Quiet,
@@ -14,10 +15,9 @@ from benchtwin.options import (
     Rendered,
     Rng,
     Scheduler,
-    Setting,
+    Settings,
     Workers,
     pair_of,
-    setting_of,
 )
 
 
@@ -58,15 +58,7 @@ def simulate(
         ),
     ] = 1,
     rng: Rng = 1,
-    setting: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE of anything else: pile.fill_height_mm=80 …",
-        ),
-    ] = [],  # noqa: B006
+    setting: Settings = [],  # noqa: B006
     like: Annotated[
         Path | None,
         Option("--from", help="A recording.toml whose rig, seed and camera to copy."),
@@ -119,13 +111,7 @@ def simulate(
 
 
 def calibrate(
-    bench: Annotated[
-        Path,
-        Argument(
-            metavar="BENCH",
-            help="Bench folder: recordings of drop, slide, roll and pile.",
-        ),
-    ],
+    bench: BenchFolder,
     out: Annotated[
         Path,
         Option(
@@ -216,15 +202,7 @@ def predict(
         Path | None,
         Option(help="Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
-    settings: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …",
-        ),
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     like: Annotated[
         Path | None,
         Option("--from", help="A recording.toml whose rig and seed to copy."),
@@ -273,15 +251,7 @@ def compare_engines(
         int, Option(help="Piles of each row, with seeds and packing of their own.")
     ] = 4,
     rng: Rng = 1,
-    settings: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE of the pile: pile.fill_height_mm=40 …",
-        ),
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     ranks: Ranks = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -299,13 +269,7 @@ def compare_engines(
 
 
 def diagnose(
-    bench: Annotated[
-        Path,
-        Argument(
-            metavar="BENCH",
-            help="Bench folder: recordings of drop, slide, roll and pile.",
-        ),
-    ],
+    bench: BenchFolder,
     out: Annotated[
         Path,
         Option(help="Folder for diagnosis.json, report.html, and the twin's new runs."),

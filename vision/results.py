@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import stored
-from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    FAILED,
+    GOOD,
+    Observation,
+    Quantity,
+    worst,
+)
 from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 from jinja2 import Environment, PackageLoader
@@ -80,6 +87,13 @@ class ContactSheet:
         page.write_text(path, encoding="utf8", errors="backslashreplace")
 
 
+def row_of(observation: Observation, quantity: Quantity) -> tuple:
+    """What COLUMNS say of a quantity, but for the overlay."""
+    q = quantity
+    told = (q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason)
+    return (observation.recording, observation.rig, *told)
+
+
 class Results:
     """Writes observations to a folder that appears whole or not at all.
     measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv,
@@ -125,18 +139,7 @@ class Results:
                 tables.append(table.assign(**stated))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
-            row = (
-                observation.recording,
-                observation.rig,
-                q.name,
-                q.value,
-                q.sd,
-                q.sd_common,
-                q.unit,
-                q.quality,
-                q.reason,
-                overlay,
-            )
+            row = (*row_of(observation, q), overlay)
             self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
         self.observations.append(
             replace(observation, pictures={}, track=None, bounces=None, seeds=None)
