@@ -283,8 +283,10 @@ def _own_brightness(
     u, v = columns - columns.mean(), rows - rows.mean()
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
     determinant = uu * vv - uv**2
-    slopes = ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant)
-    slope_u, slope_v = slopes if determinant > 1e-6 else (0.0, 0.0)
+    slope_u = slope_v = 0.0
+    if determinant > 1e-6:
+        slope_u = (zu * vv - zv * uv) / determinant
+        slope_v = (zv * uu - zu * uv) / determinant
     if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())
