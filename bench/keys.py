@@ -44,9 +44,8 @@ class Seed(Section):
     """Middle axis."""
     thickness_mm: SeedSize | None = None
     """Shortest axis."""
-    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = (
-        None  # sand: 0.0002, a bowling ball: 7,260
-    )
+    # sand: 0.0002, a bowling ball: 7,260
+    mass_g: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = None
     """Of one seed; with the axes it gives the air drag. Or state the density."""
     density_kg_m3: (
         Annotated[float, Field(gt=0.1, lt=30_000, allow_inf_nan=False)] | None

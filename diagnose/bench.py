@@ -82,16 +82,8 @@ def diagnose_bench(
         for n, f in findings.items()
         if len(f.recordings) == 1
     )
-    return Diagnosis(
-        observed.folder,
-        findings,
-        used,
-        refused,
-        tuple(dict.fromkeys(trouble)),
-        notes,
-        took,
-        seed,
-    )
+    said = tuple(dict.fromkeys(trouble))
+    return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
 
 
 def _diagnosed(
@@ -109,9 +101,8 @@ def _diagnosed(
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
         seen = record.part("read")(observed)
-        known = {
-            e.recording for e in entries
-        }  # every rig's reader reports unreadable files
+        # every rig's reader reports unreadable files
+        known = {e.recording for e in entries}
         wrong = [
             (s.recording, rig, s.trouble)
             for s in seen

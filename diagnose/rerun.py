@@ -244,11 +244,9 @@ def reason_not_simulated(rig: str, name: str) -> str:
     """Why the simulation has no counterpart of an effect; "" where it has one."""
     effect = effect_named(rig, name)
     if effect is None and (found := followed_condition(name)):
-        return (
-            ""
-            if RIGS[rig].own_parameters
-            else f"the twin's {RIGS[rig].in_plural} have one {found[0]} for all"
-        )
+        if RIGS[rig].own_parameters:
+            return ""
+        return f"the twin's {RIGS[rig].in_plural} have one {found[0]} for all"
     if effect is None or effect.counterpart is None:
         return (effect and effect.not_simulated) or "nothing in the twin stands for it"
     return ""

@@ -186,11 +186,10 @@ def _moved(finding: Finding) -> str:
         if abs(moved.shift_sds) < MATTERS_SDS:
             continue
         off = moved.explained.value - moved.nothing_missing.value
-        share = (
-            100 * abs(off / moved.explained.value)
-            if moved.explained.value
-            else math.inf
-        )
+        if moved.explained.value:
+            share = 100 * abs(off / moved.explained.value)
+        else:
+            share = math.inf
         how = f"{brief(share)} % too {'low' if off > 0 else 'high'}"
         out.append(
             f"{name.removesuffix('_deg').replace('_', ' ')} reads {how}"
@@ -233,11 +232,10 @@ def _following(name: str, parameter: str, condition: str, finding: Finding) -> s
     if told is None or told.unit == "1" or not math.isfinite(told.size.value):
         return f"{parameter} follows {condition}"
     what, _, unit = condition.rpartition("_")
-    of = (
-        f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
-        if what
-        else f"unit of {condition}"
-    )
+    if what:
+        of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
+    else:
+        of = f"unit of {condition}"
     size = half_interval(told.size).lstrip("−")
     return (
         f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of}"

@@ -44,10 +44,8 @@ def find_with_corrections(
     drop = recording.drop
     uncorrected = {"impacts_added_s": None, "impacts_struck_s": None}
     plain = replace(recording, **{"drop": drop.model_copy(update=uncorrected)})
-    struck, sudden = (
-        [float(t) for t in drop.impacts_struck_s or ()],
-        [float(t) for t in onsets.time_s],
-    )
+    struck = [float(t) for t in drop.impacts_struck_s or ()]
+    sudden = [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
     with suppress(
         MeasurementError
@@ -58,16 +56,8 @@ def find_with_corrections(
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return SoundView(
-            [],
-            list(drop.impacts_added_s or ()),
-            struck,
-            sudden,
-            (),
-            automatic,
-            (),
-            str(error),
-        )
+        added, why = list(drop.impacts_added_s or ()), str(error)
+        return SoundView([], added, struck, sudden, (), automatic, (), why)
     seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]

@@ -149,12 +149,9 @@ def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:
 def _is_evidence(file: ReceivedFile, *, loose: bool) -> bool:
     """Whether this file makes those beside it one recording."""
     name = file.name.rpartition("/")[2]
+    films = (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
     return name == "recording.toml" or (
-        not loose
-        and (
-            name in TABLES
-            or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
-        )
+        not loose and (name in TABLES or Path(name).suffix.lower() in films)
     )
 
 
@@ -193,11 +190,9 @@ def _loose(files: list[ReceivedFile]) -> list[NewRecording]:
 
 def _rig_of(inside: Iterable[str]) -> str | None:
     """What is heard and not seen is a drop."""
-    return (
-        "drop"
-        if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside)
-        else None
-    )
+    if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside):
+        return "drop"
+    return None
 
 
 def _table_name(name: str, path: Path) -> str:

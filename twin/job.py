@@ -42,9 +42,8 @@ class Job:
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
             raise ValueError(f"rig = {self.rig!r}: one of {', '.join(RIGS)}")
-        rig_of(
-            self.recording(Path("job"))
-        )  # so that a rig that does not fit is refused before anything runs
+        # so that a rig that does not fit is refused before anything runs
+        rig_of(self.recording(Path("job")))
 
     @property
     def input(self) -> dict:
@@ -86,14 +85,8 @@ class Job:
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""
         known = validate(self.description, Path("settings"))
-        return Recording(
-            out.name,
-            out,
-            self.rig,
-            "",
-            (),
-            **{name: getattr(known, name) for name in SECTIONS},
-        )
+        told = {name: getattr(known, name) for name in SECTIONS}
+        return Recording(out.name, out, self.rig, "", (), **told)
 
     def run(
         self,

@@ -191,10 +191,8 @@ def material(seed: Seed) -> Material:
 def sizes(seed: Seed) -> Sizes | tuple[float, float, float]:
     """The lot: means with ranges scatter; means alone are every seed's size; nothing
     stated: the paper's soybeans."""
-    whole, ranges = (
-        [getattr(seed, f"{name}_mm") for name in WHOLE],
-        [getattr(seed, name + RANGE) for name in WHOLE],
-    )
+    whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
+    ranges = [getattr(seed, name + RANGE) for name in WHOLE]
     if None in whole:
         if any(v is not None for v in (*whole, *ranges)):
             raise ValueError(

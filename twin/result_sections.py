@@ -14,10 +14,8 @@ from benchtwin.vision.evidence.read_keys import validate
 def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:
     """`materials` and `seed_shape` of result.json, for a recording's sections.
     ValueError for sections that do not fit."""
-    known = validate(
-        {k: v for k, v in description.items() if k in ("seed", "air")},
-        Path("bench.toml"),
-    )
+    content = {k: v for k, v in description.items() if k in ("seed", "air")}
+    known = validate(content, Path("bench.toml"))
     of = bench(parameters, "pile", known.seed, known.air)
     seed, whole = of.mean_seed(), of.mean_dimensions_m
     spheres = [
@@ -30,12 +28,8 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
         for name, rig in RIGS.items()
         if rig.setup
     }
-    sizes = dict(
-        zip(
-            ("length_mm", "width_mm", "thickness_mm"),
-            (float(f"{1e3 * v:.9g}") for v in whole),
-        )
-    )
+    sides = ("length_mm", "width_mm", "thickness_mm")
+    sizes = dict(zip(sides, (float(f"{1e3 * v:.9g}") for v in whole)))
     return materials, {**sizes, "spheres": spheres}
 
 

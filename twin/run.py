@@ -81,11 +81,10 @@ def simulate(
     part.mkdir(parents=True)
     try:
         told = replace(told, id=out.name, path=part)
-        kind = (
-            write.pictures(motion, told, part, rng, watch)
-            if rendered
-            else write.numbers(motion, told, part)
-        )
+        if rendered:
+            kind = write.pictures(motion, told, part, rng, watch)
+        else:
+            kind = write.numbers(motion, told, part)
         write_recording(told)
         _, converted = engine.bench(parameters, recording)
         computed = {

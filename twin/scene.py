@@ -51,20 +51,16 @@ def key_of(name: str) -> str:
 
 
 def _scaled(value, factor: float):
-    return (
-        tuple(factor * v for v in value)
-        if isinstance(value, tuple | list)
-        else factor * value
-    )
+    if isinstance(value, tuple | list):
+        return tuple(factor * v for v in value)
+    return factor * value
 
 
 def _rounded(value):
     """0.105 m are 105 mm, not 104.99999999999999."""
-    return (
-        tuple(float(f"{v:.9g}") for v in value)
-        if isinstance(value, tuple)
-        else float(f"{value:.9g}")
-    )
+    if isinstance(value, tuple):
+        return tuple(float(f"{v:.9g}") for v in value)
+    return float(f"{value:.9g}")
 
 
 def camera_of(recording: Recording) -> Camera:

@@ -104,12 +104,8 @@ def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
             update[f"{name}_mm"] = 1e3 * size.mean_m
             update[f"{name}_range_mm"] = (1e3 * size.least_m, 1e3 * size.most_m)
     else:
-        update |= dict(
-            zip(
-                ("length_mm", "width_mm", "thickness_mm"),
-                (1e3 * v for v in bench.mean_dimensions_m),
-            )
-        )
+        sides = ("length_mm", "width_mm", "thickness_mm")
+        update |= dict(zip(sides, (1e3 * v for v in bench.mean_dimensions_m)))
     count = getattr(rig_of(recording), "count", None)
     if count is not None:
         update["count"] = count

@@ -37,11 +37,10 @@ def import_command(
             raise MeasurementError(f"{missing[0]}: no such file or folder")
         found = []
         for path in files:
-            inside = (
-                sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
-                if path.is_dir()
-                else [path]
-            )
+            if path.is_dir():
+                inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
+            else:
+                inside = [path]
             if not inside:
                 raise MeasurementError(
                     f"{path}: no file of another tool in this folder"

@@ -124,11 +124,10 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
         defaults = _defaults_beside(path)
-    known = (
-        read_toml(path / "recording.toml")
-        if (path / "recording.toml").is_file()
-        else {}
-    )
+    if (path / "recording.toml").is_file():
+        known = read_toml(path / "recording.toml")
+    else:
+        known = {}
     rig = validate(merge(defaults, known), path / "recording.toml").rig
     evidence, files = _find_evidence(path, rig)
     return _recording(
@@ -154,11 +153,9 @@ def _recording(
             raise MeasurementError(
                 f"{files[0]}: {message}; write the unit into its heading, such as x (m)"
             )
-        kind, rig, stated = (
-            evidence.kind,
-            evidence.rig or None,
-            merge(evidence.keys, stated),
-        )
+        kind = evidence.kind
+        rig = evidence.rig or None
+        stated = merge(evidence.keys, stated)
     else:
         kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
         if kind == "photos" and _series(files).kind != PHOTOS:

@@ -103,13 +103,8 @@ def read_gates(path: Path, rig: str) -> Table:
     positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
-    _check_columns(
-        path,
-        rows,
-        columns,
-        GATE_EXTRA,
-        numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")],
-    )
+    numeric = [c for c in rows if c in (*columns, "sd_s", "sd_mm")]
+    _check_columns(path, rows, columns, GATE_EXTRA, numeric=numeric)
     rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
     time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()

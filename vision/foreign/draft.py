@@ -32,9 +32,8 @@ _COPIED = (
     (SOUND_SUFFIXES, "recording of sound"),
     (PHOTO_SUFFIXES, "photo"),
 )
-DRAFTED = re.compile(
-    r"# Drafted from (.*) \([^()]*\)\. GUESS"
-)  # how a drafted recording.toml begins, with the name of its file
+# how a drafted recording.toml begins, with the name of its file
+DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
 BENCH_QUESTIONS = (  # (section, key, question)
     (
@@ -125,11 +124,10 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 )
     else:
         point_track, reasons = choose_track(path, found, track)
-        told = (
-            None
-            if rig or found.doubt
-            else rig_of_motion(point_track.time, point_track.x, point_track.y)
-        )
+        if rig or found.doubt:
+            told = None
+        else:
+            told = rig_of_motion(point_track.time, point_track.x, point_track.y)
         if not rig and falls_freely(found, point_track):
             told = "drop", "it falls freely"
         elif told is not None and told[0] == "drop":
@@ -137,14 +135,9 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
         if told is not None:
             rig, why = told
             guess = (f'rig = "{rig}": {why}',)
+        table = track_rows(found, point_track)
         yield _draft(
-            path,
-            path.stem,
-            found,
-            rig,
-            "track.csv",
-            track_rows(found, point_track),
-            (*reasons, *guess),
+            path, path.stem, found, rig, "track.csv", table, (*reasons, *guess)
         )
 
 
@@ -168,16 +161,9 @@ def _draft(
 ) -> Draft:
     doubt = (found.doubt,) if found.doubt else ()
     guesses = (*reasons, *found.guesses)
+    questions = (*doubt, *found.questions)
     return Draft(
-        name,
-        path,
-        found.tool,
-        rig,
-        evidence,
-        table,
-        found.keys,
-        guesses,
-        (*doubt, *found.questions),
+        name, path, found.tool, rig, evidence, table, found.keys, guesses, questions
     )
 
 
