@@ -51,19 +51,16 @@ def stated_sizes_mm(description: dict) -> list[float]:
 def air_of(description: dict) -> Air:
     """From `seed` and `air` sections; absent keys get typical values and a wide sd."""
     seed, air = description.get("seed", {}), description.get("air", {})
-    density, viscosity = (
-        air.get("density_kg_m3", 1.2),
-        air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5,
-    )
+    density = air.get("density_kg_m3", 1.2)
+    viscosity = air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
     stated = density > 0
     density = density or 1.2
     sizes = stated_sizes_mm(description)
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000 if sizes else 7e-3
-    mass = (
-        seed["mass_g"] / 1000
-        if seed.get("mass_g")
-        else seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
-    )
+    if seed.get("mass_g"):
+        mass = seed["mass_g"] / 1000
+    else:
+        mass = seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
     reynolds = density * diameter / viscosity
     known = bool(sizes) and mass > 0
     mass = mass or 1250 * sphere_volume(diameter)

@@ -190,9 +190,8 @@ class DiagnosisTask:
         default_factory=dict
     )
     law: Callable[[Fit], str | None] = lambda fit: None  # of unlisted physics, in words
-    advice: Callable[[tuple[str, ...]], str | None] = lambda names: (
-        None
-    )  # what to record next
+    # what to record next
+    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()
     remarks: Callable[[Fit], tuple[str, ...]] = lambda fit: ()  # notes on what was fit
 

@@ -216,11 +216,9 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     if len(pooled) < 2 or spread == 0:
         return []
     own = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) for s in pooled]
-    found = agreement(
-        [s.recording for s in pooled],
-        [s.readings.mean() for s in pooled],
-        [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)],
-    )
+    names = [s.recording for s in pooled]
+    sds = [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)]
+    found = agreement(names, [s.readings.mean() for s in pooled], sds)
     return [
         f"{r.name}: {r.value:.4g} contradicts the other recordings ({r.others:.4g},"
         f" {abs(r.z):.1f} standard deviations apart)"

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.bench.resolution import reading_step
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.evidence.tables import READING_COLUMNS, Table, read_readings
+from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,
@@ -18,8 +19,8 @@ from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
-# protractor or ruler, release height.
-INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2}
+# protractor, ruler or scale, a stop watch by hand; release height.
+INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2, "g": 0.05, "s": 0.1}
 
 
 @dataclass(frozen=True)
@@ -45,28 +46,20 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
         values = values[1:-1]
     step, n = reading_step(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
-    sd_mean = (
-        float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
-        if n > 1
-        else float("nan")
-    )
+    if n > 1:
+        sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
+    else:
+        sd_mean = float("nan")
     # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the
     # scatter before rounding; all of it when σ = 0.
     unrounded = max(sd**2 - step**2 / 12, 0.0) if n > 1 else 0.0
-    rounding = (
-        step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
-        if step
-        else 0.0
-    )
-    return Summary(
-        float(values.mean()),
-        sd,
-        sd_mean,
-        n,
-        float(values[0]),
-        float(values[-1]),
-        float(rounding),
-    )
+    if step:
+        rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
+    else:
+        rounding = 0.0
+    mean = float(values.mean())
+    low = float(values[0])
+    return Summary(mean, sd, sd_mean, n, low, float(values[-1]), float(rounding))
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
@@ -93,20 +86,8 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         doubts = list(_doubts(recording, rig, values, s))
         quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
-        rows.append(
-            (
-                recording.id,
-                name,
-                s.mean,
-                s.sd,
-                s.sd_mean,
-                s.n,
-                s.low,
-                s.high,
-                unit,
-                left_out,
-            )
-        )
+        told = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
+        rows.append((recording.id, name, *told, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
             notes.append(
@@ -125,12 +106,9 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         "unit",
         "left_out",
     ]
+    readings = pd.DataFrame(rows, columns=heading)
     return Observation(
-        recording.id,
-        rig,
-        tuple(quantities),
-        tuple(notes),
-        readings=pd.DataFrame(rows, columns=heading),
+        recording.id, rig, tuple(quantities), tuple(notes), readings=readings
     )
 
 
@@ -188,16 +166,8 @@ def _derived(
     if rig == "slide":
         angle = np.radians(s.mean)
         steep = float(np.radians(1.0) / np.cos(angle) ** 2)
-        return [
-            _quantity(
-                "static_friction",
-                float(np.tan(angle)),
-                steep * s.sd_mean,
-                steep * common,
-                "1",
-                s.n,
-            )
-        ]
+        sds = (steep * s.sd_mean, steep * common)
+        return [_quantity("static_friction", float(np.tan(angle)), *sds, "1", s.n)]
     if rig == "roll":
         length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
         if length is None or beta is None:

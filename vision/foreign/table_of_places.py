@@ -125,12 +125,13 @@ Heading(holds='x', unit=''))
 
 def heading_row(rows: Rows) -> int:
     """Row of the headings, −1 where there are none: a time and a place, numbers
-    below."""
+    below; with one length, nothing but that length and the time."""
     for k, row in enumerate(rows[:MOST_ABOVE]):
         held = [parsed(cell).holds for cell in row if isinstance(cell, str)]
         below = (sum(isinstance(c, float) for c in r) >= 2 for r in rows[k + 1 : k + 4])
         timed = "clock" in held or "count" in held
-        if timed and ("x" in held or "y" in held) and any(below):
+        place = {"x", "y"} <= {*held} or (len({*held} & {"x", "y"}) == 1 and all(held))
+        if timed and place and any(below):
             return k
     return -1
 

@@ -278,3 +278,11 @@ def test_one_length_and_one_time(tmp_path, heading, falls):
     (track,) = found.tracks
     moving, still = (track.y, track.x) if falls else (track.x, track.y)
     assert np.ptp(moving) > 0 and np.ptp(still) == 0
+
+
+def test_one_length_among_other_columns_is_no_track(tmp_path):
+    """A table of bounces has a time and a height, and is none."""
+    head = "recording,bounce,t_s,height_mm,restitution"
+    rows = [f"a,{k},{0.1 * k},{50 - k},0.6" for k in range(9)]
+    (tmp_path / "bounces.csv").write_text("\n".join([head, *rows]))
+    assert tool_of(tmp_path / "bounces.csv") == ""

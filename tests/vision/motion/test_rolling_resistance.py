@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Air, Camera, Roll, Seed
+from benchtwin.bench.keys import Air, Camera, Seed
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.vision.motion.rolling_resistance import LEVEL_SD_DEG, fit_resistance
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording

@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.bench.keys import Air, Camera, Drop
+from benchtwin.bench.keys import Air, Camera
 from benchtwin.measure.observe import observe
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.twin.bench_folder import read_bench
 from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import GOOD
