@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchtwin.measure.observe_motion import observe_moving
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.overlay.track import BAD, CROSS, on_picture
 from benchtwin.vision.recording import (
     Air,
     Camera,
-    Drop,
     Recording,
-    Roll,
     read_recording,
     write_recording,
 )

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.vision.motion.run_out import (
     INCLINE_SD_DEG,
     LENGTH_SD_MM,
     measure_run_out,
 )
-from benchtwin.vision.recording import Camera, Recording, Roll
+from benchtwin.vision.recording import Camera, Recording
 from synthetic.motion import draw_roll, film_track
 
 KNOWN = Recording(
