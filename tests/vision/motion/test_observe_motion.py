@@ -56,7 +56,7 @@ def test_a_drop_in_frames(tmp_path):
     look = Look(noise=4, clutter=6, clamp=True, plate_row=440, mirror=0.4)
     made = write_frames(known, film(DROP, look, np.random.default_rng(1), fps=240))
     shares = []
-    seen = observe_moving(read_recording(made.path), shares.append)
+    seen = observe_moving(read_recording(made.path), progress=shares.append)
     for name, q in named(seen).items():
         truth = 0.5 if name.startswith("restitution") else DROP.truth[name]
         assert abs(q.value - truth) < 3 * q.sd and q.quality == "good", name
