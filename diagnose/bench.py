@@ -19,7 +19,6 @@ Say = Callable[[str], None]
 # function in it that reads recordings.
 READERS = {
     "drop": ("tracks", "read_drops"),
-    "roll": ("roll_tracks", "read_rolls"),
     "pile": ("piles", "read_piles"),
 }
 

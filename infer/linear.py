@@ -18,6 +18,7 @@ class Reduced:
         None  # at the point of linearisation with the locals' prior, if known
     )
     half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
+    own: np.ndarray | None = None  # (L, L): triangle of the locals, globals given
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:

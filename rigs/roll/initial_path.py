@@ -136,7 +136,8 @@ def path_of_few(
             return fit_path(time, x)
         raise ValueError(
             f"{len(x)} rows; [roll] incline_deg and incline_length_mm are missing,"
-            f" without which it takes {FEW_UNKNOWNS + 1}"
+            f" without which it takes {FEW_UNKNOWNS + 1} ([roll] level = false says"
+            " that the seed stays on its incline)"
         )
     drive = f * (np.sin(incline) - USUAL_FRICTION * np.cos(incline))
     down = (2 * length / drive) ** 0.5

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchtwin.bench.keys import Camera, Roll, Seed
+from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.vision.motion.inertia import inertia_of
-from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from rolling_balls import Ball, way

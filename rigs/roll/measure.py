@@ -1,0 +1,524 @@
+"""One roll → run-out, rolling friction and rolling resistance, or acceleration and
+rolling resistance of a seed that stays on its incline: the fit of the rig's model to
+that recording, with nothing missing.
+
+    rolling_resistance   μ_r: torque over normal force times rolling radius
+    rolling_friction     S sin β / (S cos β + L): Eq. 3 (bench/run_out.py)
+    run_out              L, from the junction of the plates to the stop
+    acceleration         g (sin β − μ_r cos β) / (1 + I/(m r²)), without air
+
+Films, tracks, few rows and light gates are evidence of the same model. A quantity is
+good where its 95 % interval would still hold if the next likeliest explanation, an
+effect of `effects/`, were true."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.robust import difference_noise
+from benchtwin.bench.run_out import rolling_friction
+from benchtwin.infer.evidence import student_ln_likelihood
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
+from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
+from benchtwin.rigs.roll.diagnose import baseline
+from benchtwin.rigs.roll.model import (
+    OWN,
+    incline_of,
+    junction_of,
+    resistance_of,
+    run_motion,
+    way_of,
+)
+from benchtwin.rigs.roll.motion import travel
+from benchtwin.rigs.roll.problem import FREE_SCALE_SD
+from benchtwin.rigs.roll.run_noise import has_few_rows
+from benchtwin.rigs.roll.session import (
+    FEW_ROWS,
+    Run,
+    Seed,
+    run_of,
+    seed_of,
+    weight_over_inertia,
+)
+from benchtwin.twin.roll_tracks import SeenRoll, seen_roll
+from benchtwin.vision.measurement import (
+    MeasurementError,
+    Quantity,
+    all_failed,
+    failed,
+)
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.motion.least_squares import (
+    correlated_mean,
+    propagate,
+    variance_factor,
+)
+from benchtwin.vision.motion.roll_path import ends_on_incline, stays_on_incline
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
+from scipy.stats import t as student
+
+LEAST_ROWS, LEAST_OF_FILM = 4, 8
+LEAST_TRAVEL = {"mm": 1.0, "px": 4.0}
+FRAME_S = 0.01  # of frames of unknown rate, for a first scale
+USUAL_FRICTION = 0.03  # for a first scale
+LATER_S = 20.0  # after the last row, when a seed has stopped
+LEAST_REST = 5  # rows that show where a seed rests
+NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
+UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
+CONFLICT_SDS = 4.0  # of what is stated
+VAGUE = 0.5  # relative sd of a run-out that the rows do not tell
+CURVE_POINTS = 400
+LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
+INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
+SHARED = ("incline", "inertia", "corner", "air", "level")  # by all rolls of a session
+
+
+@dataclass(frozen=True)
+class RunOut:
+    """Quantities; places along the path [track unit]; fitted: (time, x) for the plot;
+    notes."""
+
+    quantities: tuple[Quantity, ...]
+    junction: float | None = None
+    stop: float | None = None
+    stop_time: float | None = None
+    fitted: tuple[np.ndarray, np.ndarray] | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A recording as it is fitted. unit: of the track's lengths [m], where the scale is
+    unknown a first guess, beside which it is fitted; sign: of the motion along x."""
+
+    recording: Recording
+    track: Track
+    seen: SeenRoll
+    run: Run
+    seed: Seed
+    unit: float
+    sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Evidence and its fit. looser: factor on the sds of rows; rest: where the seed lay
+    at rest, and its sd [m as read], or None."""
+
+    told: Evidence
+    fit: Fit
+    looser: float
+    rest: tuple[float, float] | None = None
+
+    def values_of(self, fit: Fit) -> np.ndarray:
+        """The run's own values, those that all runs share, and the place of rest."""
+        rest = [] if self.rest is None else [self.rest[0]]
+        return np.concatenate([fit.starts[0], fit.values, rest])
+
+    def split(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
+        """The run's own values, and the shared ones by name."""
+        shared = values[len(OWN) : len(OWN) + len(self.fit.names)]
+        return values[: len(OWN)], dict(zip(self.fit.names, shared, strict=True))
+
+    def motion(
+        self, time: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Places as read [m] and speeds [m/s] (n,) at any times."""
+        own, at = self.split(values)
+        model = self.fit.problem.model
+        x, v = travel(time, way_of(model, 0, own, at), resistance_of(model, 0, own, at))
+        return x / (1 + at[f"scale.{self.told.run.session}"]), v
+
+    def stop(self, values: np.ndarray) -> float:
+        """Where the seed stops by the fit [m as read]."""
+        return float(self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0][0])
+
+    def junction(self, values: np.ndarray) -> float:
+        """From where the run-out counts [m as read]."""
+        return junction_of(self.fit.problem.model, 0, *self.split(values))
+
+    def quantities_at(self, values: np.ndarray) -> dict[str, float]:
+        """The quantities for some values."""
+        own, at = self.split(values)
+        model, told = self.fit.problem.model, self.told
+        way = way_of(model, 0, own, at)
+        if told.run.stays:
+            speeding = way.f * (way.sin - way.cos * way.mu)
+            return {"acceleration": speeding, "rolling_resistance": way.mu}
+        stop = self.stop(values) if self.rest is None else values[-1]
+        seen = stop - self.junction(values)
+        true = seen * (1 + at[f"scale.{told.run.session}"])
+        length = float(model.length[0] + own[OWN.index("length_m")])
+        beta = math.degrees(incline_of(model, 0, own, at))
+        return {
+            "run_out": (true if told.track.physical else seen) / told.unit,
+            "rolling_friction": rolling_friction(length, beta, true)[0],
+            "rolling_resistance": way.mu,
+        }
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """With their sds; the common part is what those errors explain that all rolls
+        of a session share. An unknown slope averages out over rolls in both directions,
+        where these are stated."""
+        told = self.told
+        units = dict(INCLINE) if told.run.stays else dict(LEVEL)
+        units |= {} if told.run.stays else {"run_out": told.track.unit}
+        own = ("level",) if told.recording.roll.direction else ()
+        shared = [
+            len(OWN) + k
+            for k, name in enumerate(self.fit.names)
+            if (name in SHARED and name not in own)
+            or name.startswith(("scale.", "gate."))
+        ]
+
+        def asked(values: np.ndarray) -> np.ndarray:
+            found = self.quantities_at(values)
+            return np.append([found[n] for n in units], values[shared])
+
+        values = self.values_of(self.fit)
+        covariance = np.zeros((len(values), len(values)))
+        fitted = len(OWN) + len(self.fit.names)
+        covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
+        if self.rest is not None:
+            covariance[-1, -1] = self.rest[1] ** 2
+        value, spread = propagate(asked, values, covariance)
+        n = len(units)
+        variance, across = np.diag(spread)[:n], spread[:n, n:]
+        by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
+        common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
+        rows = zip(units.items(), value, np.sqrt(variance), common, strict=False)
+        return {
+            name: Quantity(name, float(v), float(sd), unit, sd_common=float(part))
+            for (name, unit), v, sd, part in rows
+        }
+
+    @cached_property
+    def rivals(self) -> list[Rival]:
+        """Each effect that this recording may show, fitted in full."""
+        problem, out = self.fit.problem, []
+        for name, effect in problem.effects.items():
+            columns = problem.columns_of(name)
+            if effect.group or any(n in problem.known_sd for n in columns):
+                continue
+            other = fit(problem, free=(name,), start=self.fit)
+            size = other.by_name.get(name, 0.0)
+            if not effect.low <= size <= effect.high:
+                continue
+            ln_bayes = ln_evidence(other) + other.chi2 / 2
+            ln_bayes -= ln_evidence(self.fit) + self.fit.chi2 / 2
+            fall = min(other.chi2 - self.fit.chi2, 0.0)
+            ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
+            odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
+            then = self.quantities_at(self.values_of(other))
+            out.append(Rival(odds, effect.wording[0], lambda q, v=then: v[q.name]))
+        return out
+
+
+def measure_roll(
+    track: Track, recording: Recording, *, junction: tuple[float, float] | None = None
+) -> RunOut:
+    """Measure a roll; junction: (place, sd) along the path where the picture shows
+    it."""
+    used = track.used()
+    stays = stays_on_incline(used, recording)
+    try:
+        told = _evidence(used, recording, stays, junction)
+        return _measured(told)
+    except ValueError as error:
+        return RunOut(all_failed(INCLINE if stays else LEVEL, str(error)))
+
+
+def _evidence(
+    track: Track,
+    recording: Recording,
+    stays: bool,
+    junction: tuple[float, float] | None,
+) -> Evidence:
+    few = recording.evidence == "gates.csv" or len(track) < FEW_ROWS
+    if few or stays:
+        track.need_physical(recording)
+    _check(track, recording, LEAST_ROWS if few or stays else LEAST_OF_FILM)
+    inertia_of_recording(recording)  # a gap that the ball falls through is told now
+    unit = 1e-3 if track.physical else _first_unit(track, recording)
+    seen = _in_mm(track, recording, unit, stays)
+    seed = seed_of(seen.description)
+    run, sign = run_of(seen, seed), 1.0 if track.x[-1] >= track.x[0] else -1.0
+    if junction is not None:
+        run = replace(run, junction=(sign * junction[0] * unit, junction[1] * unit))
+    elif has_few_rows(run) and not stays and not _waits(seen):
+        at = (run.length, stated_sd("way-on-incline") / 1000)  # from the release
+        run = replace(run, junction=at if math.isfinite(run.length) else None)
+    return Evidence(recording, track, seen, run, seed, unit, sign)
+
+
+def _check(track: Track, recording: Recording, least: int) -> None:
+    if len(track) < least:
+        raise MeasurementError(
+            f"{len(track)} usable rows; a roll needs at least {least}"
+        )
+    moved = float(np.ptp(track.x))
+    if moved < LEAST_TRAVEL[track.unit]:
+        raise MeasurementError(
+            f"the seed does not roll: it moves {moved:.3g} {track.unit} in all"
+        )
+    length = recording.roll.incline_length_mm
+    is_level = recording.roll.level and length and track.physical
+    if is_level and ends_on_incline(track.t_s, track.x, length):
+        raise MeasurementError(
+            f"the seed does not leave the incline ({moved:.4g} of {length:g} mm):"
+            " there is no run-out"
+        )
+
+
+def _waits(seen: SeenRoll) -> bool:
+    """Whether a track begins before the release."""
+    first = float(seen.x_mm[1] - seen.x_mm[0])
+    return not seen.gates and abs(first) < 0.01 * float(np.ptp(seen.x_mm))
+
+
+def _in_mm(track: Track, recording: Recording, unit: float, stays: bool) -> SeenRoll:
+    """The track in millimetres and seconds, by a first guess where these are
+    unknown."""
+    seconds = track.t_s if track.timed else FRAME_S * track.frame
+    mm = 1e3 * unit
+    scaled = replace(track, x=mm * track.x, sd=mm * track.sd, t_s=seconds, unit="mm")
+    return seen_roll(scaled, recording, stays)
+
+
+def _first_unit(track: Track, recording: Recording) -> float:
+    """Of the track's lengths [m], from the seed's acceleration."""
+    seen = _in_mm(track, recording, 1e-3, stays=False)
+    seed = seed_of(seen.description)
+    way, f = run_of(seen, seed).way, weight_over_inertia(seed)
+    if recording.roll.incline_deg is None:
+        return 1e-3 * f * USUAL_FRICTION / way.slowing
+    beta = math.radians(recording.roll.incline_deg)
+    drive = math.sin(beta) - USUAL_FRICTION * math.cos(beta)
+    return 1e-3 * f * drive / way.acceleration
+
+
+def _measured(told: Evidence) -> RunOut:
+    run, camera = told.run, told.seen.description["camera"]
+    scale_sd = float(camera["scale_sd"]) if told.track.physical else FREE_SCALE_SD
+    scales, rng = {run.session: scale_sd}, np.random.default_rng(1)
+    problem, base, notes = baseline((run,), told.seed, scales, rng)
+    base = base if base.problem is problem else fit(problem)
+    looser, doubt = _looser(base)
+    found = Fitted(told, base, looser)
+    notes = (*run.notes, *notes, *_said(told))
+    doubts = [doubt, *_conflicts(found)]
+    if run.stays:
+        return _on_incline(found, doubts, notes)
+    return _with_run_out(found, doubts, notes)
+
+
+def _looser(base: Fit) -> tuple[float, str]:
+    """Factor on the rows' sds so that ± 1.96 sd is a 95 % interval, and why stated sds
+    cannot hold, or ""."""
+    run, problem = base.problem.model.runs[0], base.problem
+    shown = 0 if run.stays else 1 + math.isnan(run.incline) + math.isnan(run.length)
+    freedom = problem.freedom - 1 - shown  # friction, and what the corner may do
+    if has_few_rows(run):
+        stated = bool(np.isfinite(run.sd_m).all())
+        if stated or not run.stays:
+            factor, doubt = variance_factor(base.chi2, max(freedom, 1), stated)
+            return math.sqrt(factor), doubt
+    of_level = 2 / max(problem.level_sd, 1e-3) ** 2
+    wider = float(student.ppf(0.975, of_level)) / INSIDE_SDS
+    uneven = 1.0 if has_few_rows(run) else max(base.chi2 / freedom, 1.0)
+    return wider * math.sqrt(uneven), ""
+
+
+def _conflicts(found: Fitted) -> list[str]:
+    """What is stated that the motion contradicts."""
+    own, at = found.split(found.values_of(found.fit))
+    run, out = found.told.run, []
+    longer, beside = 1e3 * own[OWN.index("length_m")], own[OWN.index("incline_deg")]
+    told = math.isfinite(run.length) and not run.stays
+    if told and abs(longer) > CONFLICT_SDS * stated_sd("way-on-incline"):
+        out.append(
+            f"by the motion the incline ends {longer:+.3g} mm from where it is stated"
+            " to: check incline_length_mm and the scale"
+        )
+    steeper = beside + at["incline"]
+    if abs(steeper) > CONFLICT_SDS * stated_sd("incline") and math.isfinite(
+        run.incline
+    ):
+        out.append(
+            f"by the motion the incline is {steeper:+.2g}° from the stated angle: check"
+            " incline_deg, the scale and the times"
+        )
+    name = f"scale.{run.session}"
+    sd = found.fit.problem.known_sd[name]
+    if abs(at[name]) > CONFLICT_SDS * sd and found.told.track.physical:
+        out.append(
+            f"by the motion the scale is off by {100 * at[name]:+.2g} %: check"
+            " mm_per_px and the times"
+        )
+    return out
+
+
+def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
+    told, roll = found.told, found.told.recording.roll
+    acceleration, friction = found.quantities.values()
+    if acceleration.value < -INSIDE_SDS * acceleration.sd:
+        raise MeasurementError(
+            "the seed slows down; are its rows on an incline, and in the right order?"
+        )
+    acceleration = acceleration.doubt(*doubts, *unless(found.rivals, acceleration))
+    if roll.incline_deg is None:
+        why = "without it an acceleration gives no rolling friction"
+        message = f"{told.recording.toml}: [roll] incline_deg is missing; {why}"
+        friction = failed("rolling_resistance", "1", message)
+    else:
+        fast = "negative: the seed rolls faster than without resistance; check"
+        fast += " incline_deg, scale and inertia_factor"
+        fast = fast if friction.value < -2 * friction.sd else ""
+        friction = friction.doubt(*doubts, fast, *unless(found.rivals, friction))
+    return RunOut((acceleration, friction), fitted=_curve(found), notes=notes)
+
+
+def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
+    told, fitted = found.told, found.values_of(found.fit)
+    junction, rest, stops = found.junction(fitted), None, []
+    few, unit, length_unit = has_few_rows(told.run), told.unit, told.track.unit
+    places = (told.sign * junction / unit, None, None)
+    x, end, no_stop = told.seen.x_mm / 1000, found.stop(fitted), ""
+    at_rest = _rest_rows(found, fitted)
+    ahead = end - float(x[-1])
+    if at_rest and not few:
+        rest, stops = _rest(x[-at_rest:], told.seen.frame[-at_rest:], unit, length_unit)
+        end = rest[0]
+    elif ahead > FAR_AHEAD * (float(np.ptp(x)) if not few else end - junction):
+        how = f"by {ahead / unit:.3g} {length_unit} beyond the last row"
+        stops = [f"the stop is extrapolated {how}"]
+        no_stop = (
+            ""
+            if few
+            else (
+                "the seed is still moving in the last frame: it leaves the picture, or"
+                " the recording ends too early"
+            )
+        )
+    elif not few and ahead > NEAR_AHEAD * float(np.ptp(x)):
+        stops = [f"the stop is extrapolated by {ahead / unit:.3g} {length_unit}"]
+    if end <= junction:
+        raise MeasurementError(
+            "the seed stops before the junction: it never reaches the level plate"
+        )
+    found = replace(found, rest=rest)
+    run_out, eq_3, resistance = found.quantities.values()
+    if not run_out.sd < VAGUE * run_out.value:
+        no_stop = no_stop or (
+            "neither the release nor the end of the incline is in the track: begin it"
+            " before the seed is let go, or state [roll] incline_length_mm"
+        )
+    left = told.run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
+    off = float(np.sqrt(np.mean(left**2)))
+    if off > UNEVEN * (end - junction) and not few:
+        doubts.append(
+            "the travel is not that of one seed that slows down evenly: it is off by"
+            f" {off / unit:.2g} {length_unit}"
+        )
+    run_out = run_out.doubt(*doubts, *stops, *unless(found.rivals, run_out))
+    eq_3 = eq_3.doubt(*doubts, *stops, *unless(found.rivals, eq_3))
+    resistance = resistance.doubt(*doubts, *unless(found.rivals, resistance))
+    for_eq_3, for_resistance = _lacking(told)
+    if no_stop:
+        run_out = failed("run_out", length_unit, no_stop)
+        for_eq_3 = no_stop
+    else:
+        places = (places[0], told.sign * end / unit, _stop_time(found, fitted))
+    if for_eq_3:
+        eq_3 = failed("rolling_friction", "1", for_eq_3)
+    if for_resistance:
+        resistance = failed("rolling_resistance", "1", for_resistance)
+    above = eq_3.value - resistance.value
+    if above > 3 * math.hypot(eq_3.sd, resistance.sd) and resistance.value > 0:
+        share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
+        losses = "it counts losses to the air and at the corner as friction"
+        notes = (*notes, f"rolling_friction (Eq. 3) is {share}: {losses}")
+    return RunOut((run_out, eq_3, resistance), *places, _curve(found), notes)
+
+
+def _rest_rows(found: Fitted, fitted: np.ndarray) -> int:
+    """Rows behind the stop, 0 for too few to show it."""
+    time = found.told.seen.time_s
+    speed = found.motion(time, fitted)[1]
+    moving = np.flatnonzero(speed)
+    rows = len(time) - 1 - int(moving[-1]) if len(moving) else 0
+    return rows if rows >= LEAST_REST else 0
+
+
+def _rest(
+    x: np.ndarray, frame: np.ndarray, unit: float, length_unit: str
+) -> tuple[tuple[float, float], list[str]]:
+    """Where a seed rests, and its sd [m]; by the last two thirds, when what rocks has
+    lost most of its swing; and doubts."""
+    late = slice(len(x) // 3, None)
+    place, sd = correlated_mean(x[late], frame[late])
+    swing = float(np.ptp(x[late])) / 2
+    if swing <= 6 * difference_noise(x, 2) + 0.5 * unit:
+        return (place, sd), []
+    said = f"the seed still rocks by ± {swing / unit:.2g} {length_unit} at the end"
+    return (place, math.hypot(sd, swing / 2)), [f"{said} of the recording"]
+
+
+def _stop_time(found: Fitted, fitted: np.ndarray) -> float:
+    """Of the track's clock."""
+    time = found.told.seen.time_s
+    rows = _rest_rows(found, fitted)
+    at = float(time[len(time) - 1 - rows])
+    return at if found.told.track.timed else at / FRAME_S
+
+
+def _lacking(told: Evidence) -> tuple[str, str]:
+    """Why there is no rolling friction by Eq. 3, and no rolling resistance; "" where
+    there is."""
+    why = ["", ""]
+    try:
+        told.track.need_physical(told.recording)
+    except MeasurementError as error:
+        why = [str(error), str(error)]
+    try:
+        for key in ("roll.incline_length_mm", "roll.incline_deg"):
+            told.recording.need(key, "for rolling_friction (Eq. 3)")
+    except MeasurementError as error:
+        why[0] = str(error)
+    return why[0], why[1]
+
+
+def _curve(found: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    """Times and places of the fitted curve in the track's units, for the plot."""
+    told = found.told
+    time = np.linspace(told.seen.time_s[0], told.seen.time_s[-1], CURVE_POINTS)
+    x = told.sign * found.motion(time, found.values_of(found.fit))[0] / told.unit
+    return time / (1.0 if told.track.timed else FRAME_S), x
+
+
+def _said(told: Evidence) -> list[str]:
+    """What the numbers are based on."""
+    roll, inertia = told.recording.roll, inertia_of_recording(told.recording)
+    on = f"on rails {roll.rail_gap_mm:g} mm apart" if roll.rail_gap_mm else "on a plate"
+    sd = inertia.factor * inertia.sd
+    notes = [f"1 + I/(m r²) is taken as {inertia.factor:.4g} ± {sd:.2g}, {on}"]
+    if told.seed.drag and told.seed.drag_sd >= told.seed.drag:
+        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
+        notes.append(f"air drag is a usual seed's, ± 100 %: {missing}")
+    if roll.slope_deg is None and not told.run.stays:
+        both = (
+            "rolled both ways it averages out"
+            if roll.direction
+            else "state [roll] direction and roll in both"
+        )
+        level = unstated_sd("level-plate")
+        notes.append(
+            f"the plate is taken to be level to ± {level:g}°, as [roll] slope_deg is"
+            f" not stated; {both}"
+        )
+    return notes
