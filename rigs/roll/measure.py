@@ -20,12 +20,15 @@ from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.infer.evidence import student_ln_likelihood
+from benchtwin.infer.noise import Stretch, estimate, spreads
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
 from benchtwin.rigs.roll.diagnose import baseline
 from benchtwin.rigs.roll.model import (
     OWN,
+    as_read,
+    beside_m,
     incline_of,
     junction_of,
     resistance_of,
@@ -33,8 +36,8 @@ from benchtwin.rigs.roll.model import (
     way_of,
 )
 from benchtwin.rigs.roll.motion import travel
-from benchtwin.rigs.roll.problem import FREE_SCALE_SD
-from benchtwin.rigs.roll.run_noise import has_few_rows
+from benchtwin.rigs.roll.problem import FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
 from benchtwin.rigs.roll.session import (
     FEW_ROWS,
     Run,
@@ -66,12 +69,19 @@ LEAST_TRAVEL = {"mm": 1.0, "px": 4.0}
 FRAME_S = 0.01  # of frames of unknown rate, for a first scale
 USUAL_FRICTION = 0.03  # for a first scale
 LATER_S = 20.0  # after the last row, when a seed has stopped
+LEAST_BEFORE = 3  # rows before the corner that tell where it is
 LEAST_REST = 5  # rows that show where a seed rests
 NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
 VAGUE = 0.5  # relative sd of a run-out that the rows do not tell
+TINY = 1e-4  # of a prior sd, for slopes
+ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 400
+NO_CORNER = (
+    "neither the release nor the end of the incline is in the track: begin it before"
+    " the seed is let go, or state [roll] incline_length_mm"
+)
 LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
 SHARED = ("incline", "inertia", "corner", "air", "level")  # by all rolls of a session
@@ -131,15 +141,15 @@ class Fitted:
         own, at = self.split(values)
         model = self.fit.problem.model
         x, v = travel(time, way_of(model, 0, own, at), resistance_of(model, 0, own, at))
-        return x / (1 + at[f"scale.{self.told.run.session}"]), v
+        return as_read(model, 0, own, at, x), v
 
-    def stop(self, values: np.ndarray) -> float:
-        """Where the seed stops by the fit [m as read]."""
-        return float(self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0][0])
-
-    def junction(self, values: np.ndarray) -> float:
-        """From where the run-out counts [m as read]."""
-        return junction_of(self.fit.problem.model, 0, *self.split(values))
+    def ends(self, values: np.ndarray) -> np.ndarray:
+        """Where the run-out begins and, by the fit, ends [m as read]."""
+        own, at = self.split(values)
+        model = self.fit.problem.model
+        junction = as_read(model, 0, own, at, junction_of(model, 0, own, at))
+        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0][0]
+        return np.array([junction, stop])
 
     def quantities_at(self, values: np.ndarray) -> dict[str, float]:
         """The quantities for some values."""
@@ -149,13 +159,15 @@ class Fitted:
         if told.run.stays:
             speeding = way.f * (way.sin - way.cos * way.mu)
             return {"acceleration": speeding, "rolling_resistance": way.mu}
-        stop = self.stop(values) if self.rest is None else values[-1]
-        seen = stop - self.junction(values)
-        true = seen * (1 + at[f"scale.{told.run.session}"])
+        ends = self.ends(values)
+        if self.rest is not None:
+            ends[1] = values[-1]
+        scale = 1 + at[f"scale.{told.run.session}"]
+        true = float(np.diff(scale * ends + beside_m(model, 0, own, scale * ends))[0])
         length = float(model.length[0] + own[OWN.index("length_m")])
         beta = math.degrees(incline_of(model, 0, own, at))
         return {
-            "run_out": (true if told.track.physical else seen) / told.unit,
+            "run_out": true / (1.0 if told.track.physical else scale) / told.unit,
             "rolling_friction": rolling_friction(length, beta, true)[0],
             "rolling_resistance": way.mu,
         }
@@ -308,6 +320,8 @@ def _measured(told: Evidence) -> RunOut:
     scales, rng = {run.session: scale_sd}, np.random.default_rng(1)
     problem, base, notes = baseline((run,), told.seed, scales, rng)
     base = base if base.problem is problem else fit(problem)
+    if not has_few_rows(run):
+        base = fit(roll_problem(problem.model, scales, _noise_about(base)))
     looser, doubt = _looser(base)
     found = Fitted(told, base, looser)
     notes = (*run.notes, *notes, *_said(told))
@@ -315,6 +329,28 @@ def _measured(told: Evidence) -> RunOut:
     if run.stays:
         return _on_incline(found, doubts, notes)
     return _with_run_out(found, doubts, notes)
+
+
+def _noise_about(base: Fit) -> RunNoise:
+    """Noise about the fit and its slopes, effects' too, so that what may be missing
+    is not taken for noise."""
+    model, at, known = base.problem.model, base.by_name, base.problem.known_sd
+    own, run, effects = base.starts[0], model.runs[0], model.effects
+    seen = run_motion(model, 0, own, at)[0]
+    columns = [
+        run_motion(model, 0, own + step, at)[0] - seen for step in np.diag(OWN_STEP)
+    ]
+    for name in base.names:
+        sd = effects[name].prior_sd if name in effects else known[name]
+        moved = run_motion(model, 0, own, at | {name: at[name] + TINY * sd})[0]
+        columns.append(moved - seen)
+    slopes = np.column_stack([c for c in columns if c.any()])
+    basis, size, _ = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0), False)
+    design = basis[:, size > ALIKE * size[0]]
+    about = [Stretch(design, run.x - seen, run.lag)]
+    noise = estimate(about)
+    sigma = spreads(about, [0], 1, noise)
+    return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
 
 def _looser(base: Fit) -> tuple[float, str]:
@@ -330,8 +366,7 @@ def _looser(base: Fit) -> tuple[float, str]:
             return math.sqrt(factor), doubt
     of_level = 2 / max(problem.level_sd, 1e-3) ** 2
     wider = float(student.ppf(0.975, of_level)) / INSIDE_SDS
-    uneven = 1.0 if has_few_rows(run) else max(base.chi2 / freedom, 1.0)
-    return wider * math.sqrt(uneven), ""
+    return wider, ""
 
 
 def _conflicts(found: Fitted) -> list[str]:
@@ -366,10 +401,6 @@ def _conflicts(found: Fitted) -> list[str]:
 def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
     told, roll = found.told, found.told.recording.roll
     acceleration, friction = found.quantities.values()
-    if acceleration.value < -INSIDE_SDS * acceleration.sd:
-        raise MeasurementError(
-            "the seed slows down; are its rows on an incline, and in the right order?"
-        )
     acceleration = acceleration.doubt(*doubts, *unless(found.rivals, acceleration))
     if roll.incline_deg is None:
         why = "without it an acceleration gives no rolling friction"
@@ -385,10 +416,10 @@ def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> Run
 
 def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
     told, fitted = found.told, found.values_of(found.fit)
-    junction, rest, stops = found.junction(fitted), None, []
+    (junction, end), rest, stops = found.ends(fitted), None, []
     few, unit, length_unit = has_few_rows(told.run), told.unit, told.track.unit
     places = (told.sign * junction / unit, None, None)
-    x, end, no_stop = told.seen.x_mm / 1000, found.stop(fitted), ""
+    x, no_stop = told.seen.x_mm / 1000, ""
     at_rest = _rest_rows(found, fitted)
     ahead = end - float(x[-1])
     if at_rest and not few:
@@ -407,6 +438,16 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
         )
     elif not few and ahead > NEAR_AHEAD * float(np.ptp(x)):
         stops = [f"the stop is extrapolated by {ahead / unit:.3g} {length_unit}"]
+    model, own, at = found.fit.problem.model, *found.split(fitted)
+    if way_of(model, 0, own, at).mu <= 0:
+        raise MeasurementError(
+            "the seed does not slow down on the level: its rows give neither run-out"
+            " nor friction"
+        )
+    unstated = math.isnan(told.run.length) and told.run.junction is None
+    corner = way_of(model, 0, own, at).corner
+    if unstated and (told.run.x < corner).sum() < LEAST_BEFORE:
+        raise MeasurementError(NO_CORNER)
     if end <= junction:
         raise MeasurementError(
             "the seed stops before the junction: it never reaches the level plate"
@@ -414,10 +455,7 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     found = replace(found, rest=rest)
     run_out, eq_3, resistance = found.quantities.values()
     if not run_out.sd < VAGUE * run_out.value:
-        no_stop = no_stop or (
-            "neither the release nor the end of the incline is in the track: begin it"
-            " before the seed is let go, or state [roll] incline_length_mm"
-        )
+        no_stop = no_stop or NO_CORNER
     left = told.run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
     off = float(np.sqrt(np.mean(left**2)))
     if off > UNEVEN * (end - junction) and not few:

@@ -154,15 +154,31 @@ def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.n
             model.seen.clear()
         x = run_motion(model, r, own, at)[0]
         if model.runs[r].junction is not None:
-            x = np.append(x, junction_of(model, r, own, at))
+            at_corner = as_read(model, r, own, at, junction_of(model, r, own, at))
+            x = np.append(x, at_corner)
         model.seen[key] = x
     return model.seen[key]
 
 
 def junction_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> float:
-    """Place [m] as read from which run r's run-out counts."""
-    place = own[1] + model.length[r] + own[2] - 2 * cut_m(model, r, own, at)
-    return float(place / (1 + at.get(f"scale.{model.runs[r].session}", 0.0)))
+    """Place [m] from which run r's run-out counts."""
+    return float(own[1] + model.length[r] + own[2] - 2 * cut_m(model, r, own, at))
+
+
+def beside_m(model: Model, r: int, own: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """By how much less than x (n,) [m] a camera reads of a run beside the plane of the
+    scale: perspective about the picture's middle."""
+    run = model.runs[r]
+    off = x - 0.5 * (run.x.min() + run.x.max())
+    return off * (own[6] + own[7] * (x - own[1])) / run.away
+
+
+def as_read(
+    model: Model, r: int, own: np.ndarray, at: dict[str, float], x: np.ndarray
+) -> np.ndarray:
+    """Places (n,) as the camera reads them."""
+    scale = at.get(f"scale.{model.runs[r].session}", 0.0)
+    return (x - beside_m(model, r, own, x)) / (1 + scale)
 
 
 def run_motion(
@@ -196,11 +212,7 @@ def run_motion(
             times.ravel(), way or way_of(model, r, own, at), by_speed, place, time
         )
     )
-    off = x - 0.5 * (
-        run.x.min() + run.x.max()
-    )  # perspective about the picture's middle
-    x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
-    x = x / (1 + at.get(f"scale.{run.session}", 0.0))
+    x = as_read(model, r, own, at, x)
     if run.gates:
         x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
     return x, v

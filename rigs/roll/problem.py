@@ -134,10 +134,13 @@ def build(
     )
 
 
-def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
-    """scales: relative sd of each session's scale."""
+def roll_problem(
+    model: Model, scales: dict[str, float], noise: RunNoise | None = None
+) -> Problem:
+    """scales: relative sd of each session's scale; noise: by flexible curves where
+    nothing better is known."""
     effects, seed = model.effects, model.seed
-    noise = estimate_noise(model.runs, model.turn)
+    noise = noise or estimate_noise(model.runs, model.turn)
     known = {n: PRIORS[n] for n in ("mu", "incline", "level", "corner")} | {
         "inertia": seed.inertia_sd
     }

@@ -155,6 +155,9 @@ def run_of(roll, seed: Seed) -> Run:
                 "no row lies behind the incline; [roll] level = false says that the"
                 " seed stays on it"
             )
+        speed = np.diff(x) / np.diff(time)
+        if x[-2] > length and speed[-1] == speed.max() and len(speed) > 1:
+            raise ValueError("the seed does not slow down on the level")
     else:
         way = fit_path(time, x)
         moving = max(way.stop - way.release, 1e-3)
