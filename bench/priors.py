@@ -90,10 +90,10 @@ PRIORS = {
     ),
     "level-plate": Prior(
         "deg",
-        0.01,
+        0.005,
         0.02,
-        "a spirit level of 0.5 mm/m whose bubble is centred to a third of its mark; a"
-        " stated slope is read off an inclinometer",
+        "an engineer's spirit level: 0.1 mm/m; a stated slope is read off an"
+        " inclinometer",
     ),
     "sharp-corner": Prior(
         "normal rank", 1.0, None, "a corner takes nothing to what a sharp one takes"

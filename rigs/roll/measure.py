@@ -82,6 +82,10 @@ NO_CORNER = (
     "neither the release nor the end of the incline is in the track: begin it before"
     " the seed is let go, or state [roll] incline_length_mm"
 )
+STILL_MOVING = (
+    "the seed is still moving in the last frame: it leaves the picture, or the"
+    " recording ends too early"
+)
 LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
 SHARED = ("incline", "inertia", "corner", "air", "level")  # by all rolls of a session
@@ -269,6 +273,8 @@ def _evidence(
 
 
 def _check(track: Track, recording: Recording, least: int) -> None:
+    """MeasurementError for too few rows, a seed that rests, or one that never reaches
+    the level on which it is stated to roll."""
     if len(track) < least:
         raise MeasurementError(
             f"{len(track)} usable rows; a roll needs at least {least}"
@@ -380,10 +386,8 @@ def _conflicts(found: Fitted) -> list[str]:
             f"by the motion the incline ends {longer:+.3g} mm from where it is stated"
             " to: check incline_length_mm and the scale"
         )
-    steeper = beside + at["incline"]
-    if abs(steeper) > CONFLICT_SDS * stated_sd("incline") and math.isfinite(
-        run.incline
-    ):
+    steeper, known = beside + at["incline"], math.isfinite(run.incline)
+    if known and abs(steeper) > CONFLICT_SDS * stated_sd("incline"):
         out.append(
             f"by the motion the incline is {steeper:+.2g}° from the stated angle: check"
             " incline_deg, the scale and the times"
@@ -415,104 +419,108 @@ def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> Run
 
 
 def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
-    told, fitted = found.told, found.values_of(found.fit)
-    (junction, end), rest, stops = found.ends(fitted), None, []
-    few, unit, length_unit = has_few_rows(told.run), told.unit, told.track.unit
-    places = (told.sign * junction / unit, None, None)
-    x, no_stop = told.seen.x_mm / 1000, ""
-    at_rest = _rest_rows(found, fitted)
-    ahead = end - float(x[-1])
-    if at_rest and not few:
-        rest, stops = _rest(x[-at_rest:], told.seen.frame[-at_rest:], unit, length_unit)
-        end = rest[0]
-    elif ahead > FAR_AHEAD * (float(np.ptp(x)) if not few else end - junction):
-        how = f"by {ahead / unit:.3g} {length_unit} beyond the last row"
-        stops = [f"the stop is extrapolated {how}"]
-        no_stop = (
-            ""
-            if few
-            else (
-                "the seed is still moving in the last frame: it leaves the picture, or"
-                " the recording ends too early"
-            )
-        )
-    elif not few and ahead > NEAR_AHEAD * float(np.ptp(x)):
-        stops = [f"the stop is extrapolated by {ahead / unit:.3g} {length_unit}"]
-    model, own, at = found.fit.problem.model, *found.split(fitted)
-    if way_of(model, 0, own, at).mu <= 0:
-        raise MeasurementError(
-            "the seed does not slow down on the level: its rows give neither run-out"
-            " nor friction"
-        )
-    unstated = math.isnan(told.run.length) and told.run.junction is None
-    corner = way_of(model, 0, own, at).corner
-    if unstated and (told.run.x < corner).sum() < LEAST_BEFORE:
-        raise MeasurementError(NO_CORNER)
-    if end <= junction:
+    told, fitted, unit = found.told, found.values_of(found.fit), found.told.unit
+    junction = float(found.ends(fitted)[0])
+    _need_corner_and_level(found, fitted)
+    stop = _stop(found, fitted)
+    if stop.place <= junction:
         raise MeasurementError(
             "the seed stops before the junction: it never reaches the level plate"
         )
-    found = replace(found, rest=rest)
+    found = replace(found, rest=stop.rest)
     run_out, eq_3, resistance = found.quantities.values()
-    if not run_out.sd < VAGUE * run_out.value:
-        no_stop = no_stop or NO_CORNER
-    left = told.run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
+    run = told.run
+    left = run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
     off = float(np.sqrt(np.mean(left**2)))
-    if off > UNEVEN * (end - junction) and not few:
+    if off > UNEVEN * (stop.place - junction) and not has_few_rows(run):
         doubts.append(
             "the travel is not that of one seed that slows down evenly: it is off by"
-            f" {off / unit:.2g} {length_unit}"
+            f" {off / unit:.2g} {told.track.unit}"
         )
-    run_out = run_out.doubt(*doubts, *stops, *unless(found.rivals, run_out))
-    eq_3 = eq_3.doubt(*doubts, *stops, *unless(found.rivals, eq_3))
+    run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
+    eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
     resistance = resistance.doubt(*doubts, *unless(found.rivals, resistance))
-    for_eq_3, for_resistance = _lacking(told)
-    if no_stop:
-        run_out = failed("run_out", length_unit, no_stop)
-        for_eq_3 = no_stop
-    else:
-        places = (places[0], told.sign * end / unit, _stop_time(found, fitted))
-    if for_eq_3:
-        eq_3 = failed("rolling_friction", "1", for_eq_3)
-    if for_resistance:
-        resistance = failed("rolling_resistance", "1", for_resistance)
+    vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
+    lacking = _lacking(told)
+    if none := stop.none or vague:
+        run_out = failed("run_out", told.track.unit, none)
+        lacking = (none, lacking[1])
+    eq_3 = failed("rolling_friction", "1", lacking[0]) if lacking[0] else eq_3
+    if lacking[1]:
+        resistance = failed("rolling_resistance", "1", lacking[1])
     above = eq_3.value - resistance.value
     if above > 3 * math.hypot(eq_3.sd, resistance.sd) and resistance.value > 0:
         share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
         losses = "it counts losses to the air and at the corner as friction"
         notes = (*notes, f"rolling_friction (Eq. 3) is {share}: {losses}")
-    return RunOut((run_out, eq_3, resistance), *places, _curve(found), notes)
+    return RunOut(
+        (run_out, eq_3, resistance),
+        told.sign * junction / unit,
+        None if none else told.sign * stop.place / unit,
+        None if none else stop.time / _clock(told),
+        _curve(found),
+        notes,
+    )
 
 
-def _rest_rows(found: Fitted, fitted: np.ndarray) -> int:
-    """Rows behind the stop, 0 for too few to show it."""
-    time = found.told.seen.time_s
-    speed = found.motion(time, fitted)[1]
-    moving = np.flatnonzero(speed)
-    rows = len(time) - 1 - int(moving[-1]) if len(moving) else 0
-    return rows if rows >= LEAST_REST else 0
+def _need_corner_and_level(found: Fitted, fitted: np.ndarray) -> None:
+    """MeasurementError where the rows show no corner, or no slowing down."""
+    own, at = found.split(fitted)
+    run, way = found.told.run, way_of(found.fit.problem.model, 0, own, at)
+    if way.mu <= 0:
+        raise MeasurementError(
+            "the seed does not slow down on the level: its rows give neither run-out"
+            " nor friction"
+        )
+    unstated = math.isnan(run.length) and run.junction is None
+    if unstated and (run.x < way.corner).sum() < LEAST_BEFORE:
+        raise MeasurementError(NO_CORNER)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """place [m as read] and time [s] of a seed's stop; rest: that place and its sd
+    where it was seen at rest; doubt, and why there is no stop, or ""."""
+
+    place: float
+    time: float
+    rest: tuple[float, float] | None = None
+    doubt: str = ""
+    none: str = ""
+
+
+def _stop(found: Fitted, fitted: np.ndarray) -> Stop:
+    """Where the seed is at rest in the last rows, else where the fit says that it will
+    be."""
+    seen, unit = found.told.seen, found.told.unit
+    time, x, few = seen.time_s, seen.x_mm / 1000, has_few_rows(found.told.run)
+    moving = np.flatnonzero(found.motion(time, fitted)[1])
+    last = int(moving[-1]) if len(moving) else len(time) - 1
+    if len(time) - 1 - last >= LEAST_REST and not few:
+        rest, doubt = _rest(x[last + 1 :], seen.frame[last + 1 :], found.told)
+        return Stop(rest[0], float(time[last]), rest, doubt)
+    junction, end = found.ends(fitted)
+    ahead, way = end - x[-1], end - junction if few else float(np.ptp(x))
+    said = f"by {ahead / unit:.3g} {found.told.track.unit} beyond the last row"
+    doubt = f"the stop is extrapolated {said}"
+    if ahead <= (FAR_AHEAD if few else NEAR_AHEAD) * way:
+        doubt = ""
+    none = STILL_MOVING if ahead > FAR_AHEAD * way and not few else ""
+    return Stop(float(end), float(time[last]), None, doubt, none)
 
 
 def _rest(
-    x: np.ndarray, frame: np.ndarray, unit: float, length_unit: str
-) -> tuple[tuple[float, float], list[str]]:
-    """Where a seed rests, and its sd [m]; by the last two thirds, when what rocks has
-    lost most of its swing; and doubts."""
+    x: np.ndarray, frame: np.ndarray, told: Evidence
+) -> tuple[tuple[float, float], str]:
+    """Where a seed rests, and its sd [m], by the last two thirds, when what rocks has
+    lost most of its swing; and a doubt."""
     late = slice(len(x) // 3, None)
     place, sd = correlated_mean(x[late], frame[late])
     swing = float(np.ptp(x[late])) / 2
-    if swing <= 6 * difference_noise(x, 2) + 0.5 * unit:
-        return (place, sd), []
-    said = f"the seed still rocks by ± {swing / unit:.2g} {length_unit} at the end"
-    return (place, math.hypot(sd, swing / 2)), [f"{said} of the recording"]
-
-
-def _stop_time(found: Fitted, fitted: np.ndarray) -> float:
-    """Of the track's clock."""
-    time = found.told.seen.time_s
-    rows = _rest_rows(found, fitted)
-    at = float(time[len(time) - 1 - rows])
-    return at if found.told.track.timed else at / FRAME_S
+    if swing <= 6 * difference_noise(x, 2) + 0.5 * told.unit:
+        return (place, sd), ""
+    said = f"the seed still rocks by ± {swing / told.unit:.2g} {told.track.unit}"
+    return (place, math.hypot(sd, swing / 2)), f"{said} at the end of the recording"
 
 
 def _lacking(told: Evidence) -> tuple[str, str]:
@@ -536,7 +544,12 @@ def _curve(found: Fitted) -> tuple[np.ndarray, np.ndarray]:
     told = found.told
     time = np.linspace(told.seen.time_s[0], told.seen.time_s[-1], CURVE_POINTS)
     x = told.sign * found.motion(time, found.values_of(found.fit))[0] / told.unit
-    return time / (1.0 if told.track.timed else FRAME_S), x
+    return time / _clock(told), x
+
+
+def _clock(told: Evidence) -> float:
+    """Seconds in a unit of the track's time."""
+    return 1.0 if told.track.timed else FRAME_S
 
 
 def _said(told: Evidence) -> list[str]:

@@ -234,7 +234,7 @@ def test_slope_is_named_with_its_sign_from_both_directions_and_hidden_in_one():
 
 def test_a_small_slope_is_found_beside_scattering_friction():
     """On its way down each run tells its own friction from the plate's slope: 0.08°
-    beside friction that differs by as much. A plate called level is off by 0.01°."""
+    beside friction that differs by as much. A plate called level is off by 0.005°."""
     steady = Bench(
         stated=BALL, common_incline=True, slope_deg=0.08, mu=0.04, noise_mm=0.03
     )
