@@ -10,15 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import sphere_volume
+from benchtwin.bench.priors import unstated_sd
 
-SHAPE_SD = 0.15  # relative, of C_d beside a sphere's
-SLOPE_SD = 0.15  # of d ln C_d/d ln v: −0.2 for a sphere, 0 for a bluff body
-SEED_DRAG = 0.05  # relative sd of one seed's drag within its lot (size, attitude)
-UNKNOWN = (
-    0.018  # drag over weight at 2 m/s, ± 100 %, of a seed of which nothing is stated
-)
+SHAPE_SD = unstated_sd("drag-coefficient")  # relative, of C_d beside a sphere's
+SEED_DRAG = unstated_sd("drag-of-one-seed")
+UNKNOWN = unstated_sd("drag")  # over weight at 2 m/s
 REFERENCE_SPEED_M_S = 2.0
 SLOWEST_M_S = 0.01  # floor on speeds
+UNKNOWN_DRAG_PER_M = UNKNOWN * G_M_S2 / REFERENCE_SPEED_M_S**2
 
 
 @dataclass(frozen=True)
@@ -52,19 +51,16 @@ def stated_sizes_mm(description: dict) -> list[float]:
 def air_of(description: dict) -> Air:
     """From `seed` and `air` sections; absent keys get typical values and a wide sd."""
     seed, air = description.get("seed", {}), description.get("air", {})
-    density, viscosity = (
-        air.get("density_kg_m3", 1.2),
-        air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5,
-    )
+    density = air.get("density_kg_m3", 1.2)
+    viscosity = air.get("viscosity_pa_s", 1.81e-5) or 1.81e-5
     stated = density > 0
     density = density or 1.2
     sizes = stated_sizes_mm(description)
     diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000 if sizes else 7e-3
-    mass = (
-        seed["mass_g"] / 1000
-        if seed.get("mass_g")
-        else seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
-    )
+    if seed.get("mass_g"):
+        mass = seed["mass_g"] / 1000
+    else:
+        mass = seed.get("density_kg_m3", 0.0) * sphere_volume(diameter)
     reynolds = density * diameter / viscosity
     known = bool(sizes) and mass > 0
     mass = mass or 1250 * sphere_volume(diameter)
@@ -105,6 +101,33 @@ def drag_shape(speed, reynolds_per_speed: float | np.ndarray, slope: float = 0.0
     )
     bent = np.maximum(speed / REFERENCE_SPEED_M_S, 1e-6) ** slope if slope else 1.0
     return drag_coefficient(reynolds_per_speed * speed) * speed / reference * bent
+
+
+def drag_at(air: Air, speed: float) -> float:
+    """k [1/m] of a = −k v |v| at one speed [m/s]."""
+    shape = float(drag_shape(speed, air.reynolds_per_speed))
+    return air.share * G_M_S2 * shape / speed
+
+
+def through_air(
+    gap: np.ndarray, height_m: float | None, drag: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(m,) each, of hops from a plate that last `gap` [s]: speed at which the flight
+    before it came down, speed at which it left [m/s], its height [m]. The first speed
+    is that of a fall from `height_m`, NaN without. drag: k [1/m] of a = −g − k v |v|,
+    in closed form."""
+    k, g = max(drag, 1e-9), G_M_S2
+    up = g * gap / 2
+    for _ in range(12):  # Newton's steps would be two; the duration is nearly 2 v / g
+        rise = np.log1p(k * up**2 / g) / (2 * k)
+        lasts = (
+            np.arctan(up * math.sqrt(k / g))
+            + np.arcsinh(np.sqrt(np.expm1(2 * k * rise)))
+        ) / math.sqrt(g * k)
+        up = up * gap / lasts
+    rise = np.log1p(k * up**2 / g) / (2 * k)
+    falls = np.concatenate([[height_m or math.nan], rise[:-1]])
+    return np.sqrt(g / k * -np.expm1(-2 * k * falls)), up, rise
 
 
 def drag_over_mass(motion, share) -> np.ndarray:

@@ -148,11 +148,10 @@ def _word_error(key: str, word: str) -> str:
         return ""
     value, unit = number
     name = key if not unit or key.lower().endswith(f"_{unit}") else f"{key}_{unit}"
-    label = (
-        f'; a name such as plate {value} is a word: "no {value}"'
-        if value.isdigit() and not unit
-        else ""
-    )
+    if value.isdigit() and not unit:
+        label = f'; a name such as plate {value} is a word: "no {value}"'
+    else:
+        label = ""
     return (
         f"{key} = {word!r}: a number stands without quotes, with a point, its unit in"
         f" the name: {name} = {value}{label}"
@@ -167,8 +166,7 @@ def _number_in(word: str) -> tuple[str, str] | None:
         return None
     number, gap, rest = found[1].replace(",", "."), found[2], (found[3] or "").strip()
     unit = UNITS.get(rest.lower(), "")
-    if rest and (
-        not unit or (not gap and len(rest) == 1 and rest.isupper())
-    ):  # "2C" is a plate's name, "20 C" a temperature
+    # "2C" is a plate's name, "20 C" a temperature
+    if rest and (not unit or (not gap and len(rest) == 1 and rest.isupper())):
         return None
     return number.removeprefix("+"), unit

@@ -52,8 +52,44 @@ PRIORS = {
     "reading": Prior("deg", 0.03, None, "of a reader, beside the slides' scatter"),
     # the camera
     "scale": Prior("relative", 0.01, 0.01, "a ruler beside the plane of the motion"),
+    "plumb": Prior("deg", 0.5, 0.5, "a camera set up by eye, or a line seen in it"),
+    "outline-centre": Prior(
+        "px", 0.01, None, "of a turning outline, which uneven light moves"
+    ),
     "lens": Prior("at the edge", 2e-4, None, "distortion of a good lens"),
     "perspective": Prior("1/m", 1e-3, None, "a camera that looks straight on"),
+    # a drop
+    "release-height": Prior(
+        "mm",
+        None,
+        5.0,
+        "held by hand and measured to a finger, to the seed's middle or from the"
+        " table; common to a session",
+    ),
+    "release-scatter": Prior("mm", 1.0, None, "of one release beside the others"),
+    "restitution": Prior("1", 0.3, None, "about 0.5"),
+    "restitution-with-speed": Prior(
+        "per ln v", 0.072, None, "0.1 less at 2 than at 0.5 m/s"
+    ),
+    "bounce-scatter": Prior("1", 0.003, None, "of the best balls; larger is told"),
+    # what acts on a seed
+    "gravity": Prior(
+        "relative",
+        8e-4,
+        None,
+        "9.780 to 9.832 m/s² over the earth, 9.79 to 9.82 where most people live",
+    ),
+    "drag": Prior(
+        "over weight at 2 m/s",
+        0.018,
+        None,
+        "a soybean's (maize 0.012, wheat 0.03): mean and sd where no seed is described",
+    ),
+    "drag-coefficient": Prior("relative", 0.15, None, "of a seed beside a sphere's"),
+    "drag-of-one-seed": Prior("relative", 0.05, None, "within its lot"),
+    "drag-slope": Prior(
+        "d ln C_d/d ln v", 0.15, None, "-0.2 for a sphere, 0 for a bluff body"
+    ),
     # a sliding block
     "friction-scatter": Prior(
         "1", 0.003, None, "between slides of one pair; larger scatter is summed over"

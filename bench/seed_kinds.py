@@ -25,11 +25,10 @@ class Published:
     moisture: str = ""
 
     def __str__(self) -> str:
-        value = (
-            f"{self.low:g}"
-            if self.low == self.high
-            else f"{self.low:g} to {self.high:g}"
-        )
+        if self.low == self.high:
+            value = f"{self.low:g}"
+        else:
+            value = f"{self.low:g} to {self.high:g}"
         of = f"{self.quantity} on {self.on}" if self.on else self.quantity
         return (
             f"{of}: {value}"

@@ -16,7 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
-from benchtwin.sim.seed.clump import METHODS, fit_clump
+from benchtwin.sim.seed.clump import fit_clump
 from benchtwin.sim.seed.shape import Shape
 from scipy.spatial.transform import Rotation
 
@@ -35,29 +35,27 @@ RESTITUTION = 0.6
 
 
 def surfaces(most: int) -> pd.DataFrame:
-    """A row a shape, method and number of balls: errors in percent of the mean radius,
+    """A row a shape and number of balls: errors in percent of the mean radius,
     seconds."""
     rows = []
     for name, shape in SHAPES.items():
-        for method in METHODS:
-            for n in (n for n in COUNTS if n <= most):
-                start = time.process_time()
-                try:
-                    error = fit_clump(shape, n, method=method)[2]
-                except ValueError:
-                    continue  # the balls do not make one piece
-                took = time.process_time() - start
-                rows.append(
-                    {
-                        "shape": name,
-                        "method": method,
-                        "balls": n,
-                        "rms": 100 * error.surface_rms,
-                        "max": 100 * error.surface_max,
-                        "volume": 100 * error.volume,
-                        "s": took,
-                    }
-                )
+        for n in (n for n in COUNTS if n <= most):
+            start = time.process_time()
+            try:
+                error = fit_clump(shape, n)[2]
+            except ValueError:
+                continue  # the balls do not make one piece
+            took = time.process_time() - start
+            rows.append(
+                {
+                    "shape": name,
+                    "balls": n,
+                    "rms": 100 * error.surface_rms,
+                    "max": 100 * error.surface_max,
+                    "volume": 100 * error.volume,
+                    "s": took,
+                }
+            )
     return pd.DataFrame(rows)
 
 
@@ -115,7 +113,7 @@ def main() -> None:
     for quantity in ("rms", "max", "s"):
         print(f"\n{quantity}{' (% of the mean radius)' if quantity != 's' else ''}")
         print(
-            table.pivot(index=["shape", "method"], columns="balls", values=quantity)
+            table.pivot(index="shape", columns="balls", values=quantity)
             .round(2)
             .to_string()
         )

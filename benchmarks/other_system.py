@@ -21,11 +21,11 @@ import tomli_w
 from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 from benchtwin.calibrate.predict_command import Asked as Predicted
 from benchtwin.calibrate.predict_command import predict_into
-from benchtwin.calibrate.prediction.predict import RIG_OF, rows
+from benchtwin.calibrate.prediction.predict import rows
 from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
 from benchtwin.twin import Parameters
-from benchtwin.twin.job import Job
+from benchtwin.twin.job import Job, rig_named
 from loop_truth import SEEDS, SLAB, STEEL
 
 OUT, TABLE = (
@@ -142,7 +142,7 @@ def checked(name: str, rig: str) -> pd.DataFrame:
     """A row a quantity: the prediction, the mean and sd of PACKINGS runs of the twin
     that made the bench, and z: their difference over the sd with which the mean of so
     many packings is predicted."""
-    of = RIG_OF[rig]
+    of = rig_named(rig)[0]
     settings = {f"{of}.{key}": value for key, value in SYSTEMS[rig].items()}
     asked = Predicted(
         calibrated(name),

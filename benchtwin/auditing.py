@@ -78,17 +78,12 @@ def audit(bench: Bench) -> Audit:
     found = bench if isinstance(bench, Measurements) else measure(bench)
     recordings = [e for e in found.observed.entries if isinstance(e, Recording)]
     rigs = dict.fromkeys(recording.rig or "" for recording in recordings)
-    rows = [
-        row
-        for rig in rigs
-        for row in _keys(
-            rig, [r for r in recordings if (r.rig or "") == rig], _said(found, rig)
-        )
-    ]
-    return Audit(
-        pd.DataFrame(rows, columns=KEYS),
-        pd.DataFrame(found.notes, columns=["recording", "note"]),
-    )
+    rows = []
+    for rig in rigs:
+        mine = [r for r in recordings if (r.rig or "") == rig]
+        rows += _keys(rig, mine, _said(found, rig))
+    keys = pd.DataFrame(rows, columns=KEYS)
+    return Audit(keys, pd.DataFrame(found.notes, columns=["recording", "note"]))
 
 
 def _said(found: Measurements, rig: str) -> list[str]:

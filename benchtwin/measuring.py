@@ -10,6 +10,7 @@ import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.measure import batch
 from benchtwin.measure.observe import LEAST_WINDOW
@@ -17,21 +18,10 @@ from benchtwin.measure.observed import Observed, PackedPictures
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
-from benchtwin.vision.results import Results
+from benchtwin.vision.results import COLUMNS, Results, row_of
 from benchtwin.vision.summary import as_table, summarise
 
 Paths = str | Path | Sequence[str | Path]
-QUANTITIES = [
-    "recording",
-    "rig",
-    "quantity",
-    "value",
-    "sd",
-    "sd_common",
-    "unit",
-    "quality",
-    "reason",
-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,22 +46,8 @@ class Measurements:
 
         value ± 1.96 sd is a 95 % interval. A quantity that could not be measured is
         NaN, and its reason says why."""
-        rows = [
-            (
-                o.recording,
-                o.rig,
-                q.name,
-                q.value,
-                q.sd,
-                q.sd_common,
-                q.unit,
-                q.quality,
-                q.reason,
-            )
-            for o in self.observations
-            for q in o.quantities
-        ]
-        return pd.DataFrame(rows, columns=QUANTITIES)
+        rows = [row_of(o, q) for o in self.observations for q in o.quantities]
+        return pd.DataFrame(rows, columns=COLUMNS[:-1])
 
     @property
     def table(self) -> pd.DataFrame:
@@ -107,16 +83,9 @@ class Measurements:
         for (_, rows), place in zip(groups, places, strict=True):
             colour = [shown.COLOURS[quality] for quality in rows["quality"]]
             reach = 1.96 * rows["sd"].fillna(0.0)
-            figure.add_trace(
-                shown.points(
-                    rows["recording"],
-                    rows["value"],
-                    reach,
-                    colour=colour,
-                    text=rows["reason"],
-                ),
-                **place,
-            )
+            across, up, text = rows["recording"], rows["value"], rows["reason"]
+            trace = shown.points(across, up, reach, colour=colour, text=text)
+            figure.add_trace(trace, **place)
         return figure
 
     def _repr_html_(self) -> str:
@@ -126,7 +95,7 @@ class Measurements:
                 "recording": table["recording"],
                 "quantity": table["quantity"],
                 "value ± sd": [
-                    shown.with_sd(value, sd)
+                    plus_minus(value, sd)
                     for value, sd in zip(table["value"], table["sd"], strict=True)
                 ],
                 "unit": table["unit"].map(shown.unit),

@@ -1,10 +1,17 @@
 """Options that several commands share, and what is typed as values."""
 
 import tomllib
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
+BenchFolder = Annotated[
+    Path,
+    typer.Argument(
+        metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile."
+    ),
+]
 EngineName = Annotated[
     str,
     typer.Option(help="What computes the runs: benchtwin, or lammps (docs/lammps.md)."),
@@ -75,3 +82,14 @@ def pair_of(text: str) -> Pair:
             f"{text}: expected NAME=NUMBER:NUMBER, such as seed_restitution=0.4:0.7"
         ) from None
     return Pair(name.strip(), (low, high))
+
+
+Settings = Annotated[
+    list[Setting],
+    typer.Option(
+        "--set",
+        parser=setting_of,
+        metavar="KEY=VALUE",
+        help="KEY=VALUE of anything else: pile.fill_height_mm=80, drum.speed_rpm=20 …",
+    ),
+]

@@ -59,13 +59,10 @@ def measure(
 
     Exit code 0: something was measured; 1: nothing could be; 2: the command was
     misused."""
+    asked = locals()
     from benchtwin.measure.command import measure_command
 
-    raise Exit(
-        measure_command(
-            paths, out, window, roi, baseline, trim, seeds, overwrite, quiet
-        )
-    )
+    raise Exit(measure_command(**asked))
 
 
 def import_(
@@ -159,21 +156,10 @@ def shape(
 
     Exit code 0: measured; 1: no whole seed was found; 2: the command was misused.
     """
+    asked = locals()
     from benchtwin.vision.shape.command import shape_command
 
-    raise Exit(
-        shape_command(
-            photos,
-            out,
-            side,
-            mm_per_px,
-            mm_per_px_sd,
-            distance_mm,
-            scanner,
-            overwrite,
-            quiet,
-        )
-    )
+    raise Exit(shape_command(**asked))
 
 
 def clump(
@@ -212,21 +198,10 @@ def clump(
 
     Exit code 0: written; 2: the command was misused, or the file is no closed shape.
     """
+    asked = locals()
     from benchtwin.sim.seed.clump_command import clump_command
 
-    raise Exit(
-        clump_command(
-            source,
-            out,
-            spheres,
-            tolerance,
-            unit,
-            voxel_mm,
-            density_kg_m3,
-            overwrite,
-            quiet,
-        )
-    )
+    raise Exit(clump_command(**asked))
 
 
 def seeds(

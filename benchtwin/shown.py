@@ -10,7 +10,6 @@ from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
 
 from benchtwin.report.draw import BLUE, GREY, ORANGE, RED
-from benchtwin.report.numbers import digits
 
 MOST_ROWS = 60  # of a table in a notebook; the tables themselves hold all
 COLOURS = {"good": BLUE, "doubtful": ORANGE, "failed": RED}
@@ -26,20 +25,6 @@ def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
         lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
     under = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<p><b>{escape(title)}</b></p>{rows}{under}"
-
-
-def with_sd(value: float, sd: float) -> str:
-    """A value and its standard deviation, in the digits that this bears.
-
-    >>> with_sd(0.49912, 0.0113), with_sd(0.5, float("nan")), with_sd(float("nan"), 1)
-    ('0.499 ± 0.011', '0.5', '–')
-    """
-    if not math.isfinite(value):
-        return "–"
-    if not (math.isfinite(sd) and sd > 0):
-        return f"{value:.4g}"
-    n = digits(sd)
-    return f"{value:.{n}f} ± {sd:.{n}f}"
 
 
 def unit(name: str) -> str:

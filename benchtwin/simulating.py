@@ -48,10 +48,9 @@ class Simulations:
             if name in truth:
                 known = [truth[name].get(r) for r in rows["recording"]]
                 cross = {"symbol": "x-thin", "size": 12, "line": {"width": 2}}
+                marked = shown.points(rows["recording"], known) | {"marker": cross}
                 figure.add_trace(
-                    shown.points(rows["recording"], known) | {"marker": cross},
-                    row=1 + k // 2,
-                    col=1 + k % 2 if len(groups) > 1 else 1,
+                    marked, row=1 + k // 2, col=1 + k % 2 if len(groups) > 1 else 1
                 )
         return figure
 

@@ -7,6 +7,7 @@ from typing import Annotated
 from typer import Argument, Exit, Option
 
 from benchtwin.options import (
+    BenchFolder,
     EngineName,
     Pair,
     Quiet,
@@ -14,10 +15,9 @@ from benchtwin.options import (
     Rendered,
     Rng,
     Scheduler,
-    Setting,
+    Settings,
     Workers,
     pair_of,
-    setting_of,
 )
 
 
@@ -58,15 +58,7 @@ def simulate(
         ),
     ] = 1,
     rng: Rng = 1,
-    setting: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE of anything else: pile.fill_height_mm=80 …",
-        ),
-    ] = [],  # noqa: B006
+    setting: Settings = [],  # noqa: B006
     like: Annotated[
         Path | None,
         Option("--from", help="A recording.toml whose rig, seed and camera to copy."),
@@ -119,13 +111,7 @@ def simulate(
 
 
 def calibrate(
-    bench: Annotated[
-        Path,
-        Argument(
-            metavar="BENCH",
-            help="Bench folder: recordings of drop, slide, roll and pile.",
-        ),
-    ],
+    bench: BenchFolder,
     out: Annotated[
         Path,
         Option(
@@ -186,28 +172,10 @@ def calibrate(
 
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
     stopped, or nothing could be calibrated; 2: the command was misused."""
+    asked = locals() | {"ranges": dict(ranges), "priors": dict(priors)}
     from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 
-    asked = Asked(
-        bench,
-        out,
-        tables=tables,
-        twin=twin,
-        quick=quick,
-        whole_pile=whole_pile,
-        rendered=rendered,
-        design=design,
-        ranges=dict(ranges),
-        priors=dict(priors),
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        engine=engine,
-        ranks=ranks,
-        overwrite=overwrite,
-        quiet=quiet,
-    )
-    raise Exit(calibrate_command(asked))
+    raise Exit(calibrate_command(Asked(**asked)))
 
 
 def predict(
@@ -234,15 +202,7 @@ def predict(
         Path | None,
         Option(help="Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
-    setting: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE: drum.speed_rpm=20, pile.cylinder_mm=[50,120] …",
-        ),
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     like: Annotated[
         Path | None,
         Option("--from", help="A recording.toml whose rig and seed to copy."),
@@ -267,25 +227,10 @@ def predict(
 
     Run again, a stopped prediction goes on where it was. Exit code 0: predicted; 1:
     stopped, or too many runs gave nothing; 2: the command was misused."""
+    asked = locals() | {"settings": dict(settings)}
     from benchtwin.calibrate.predict_command import Asked, predict_command
 
-    asked = Asked(
-        calibrated,
-        rig,
-        out,
-        beside=beside,
-        like=like,
-        settings=dict(setting),
-        draws=draws,
-        packings=packings,
-        rendered=rendered,
-        rng=rng,
-        workers=workers,
-        scheduler=scheduler,
-        overwrite=overwrite,
-        quiet=quiet,
-    )
-    raise Exit(predict_command(asked))
+    raise Exit(predict_command(Asked(**asked)))
 
 
 def compare_engines(
@@ -306,15 +251,7 @@ def compare_engines(
         int, Option(help="Piles of each row, with seeds and packing of their own.")
     ] = 4,
     rng: Rng = 1,
-    setting: Annotated[
-        list[Setting],
-        Option(
-            "--set",
-            parser=setting_of,
-            metavar="KEY=VALUE",
-            help="KEY=VALUE of the pile: pile.fill_height_mm=40 …",
-        ),
-    ] = [],  # noqa: B006
+    settings: Settings = [],  # noqa: B006
     ranks: Ranks = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -325,30 +262,14 @@ def compare_engines(
 
     Run again, the command goes on where it was stopped. Exit code 0: compared; 1:
     stopped, or LAMMPS is not there; 2: the command was misused."""
+    asked = locals() | {"settings": dict(settings)}
     from benchtwin.twin.compare.command import Compared, compare_command
 
-    asked = Compared(
-        out=out,
-        rows=rows,
-        packings=packings,
-        rng=rng,
-        settings=dict(setting),
-        ranks=ranks,
-        workers=workers,
-        scheduler=scheduler,
-        quiet=quiet,
-    )
-    raise Exit(compare_command(asked))
+    raise Exit(compare_command(Compared(**asked)))
 
 
 def diagnose(
-    bench: Annotated[
-        Path,
-        Argument(
-            metavar="BENCH",
-            help="Bench folder: recordings of drop, slide, roll and pile.",
-        ),
-    ],
+    bench: BenchFolder,
     out: Annotated[
         Path,
         Option(help="Folder for diagnosis.json, report.html, and the twin's new runs."),
@@ -444,16 +365,7 @@ def prove(
     Run again with the same --rng, a stopped proof goes on where it was. Exit code 0:
     scored, whatever the scores; 1: stopped, or the folder holds another proof; 2: the
     command was misused."""
+    asked = locals()
     from benchtwin.prove.command import prove_command
 
-    raise Exit(
-        prove_command(
-            out,
-            cases,
-            rng,
-            workers=workers,
-            limit_s=limit_s,
-            keep_frames=keep_frames,
-            quiet=quiet,
-        )
-    )
+    raise Exit(prove_command(**asked))

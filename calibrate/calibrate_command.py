@@ -117,11 +117,10 @@ def _make_room(asked: Asked) -> None:
 def _reported(found: Calibration, out: Path) -> bool:
     """Write the report; a fault of ours in drawing it costs neither the results nor a
     simulation."""
-    kept = (
-        f"the numbers are in {out / 'result.json'}"
-        if found.finished
-        else "the calibration goes on"
-    )
+    if found.finished:
+        kept = f"the numbers are in {out / 'result.json'}"
+    else:
+        kept = "the calibration goes on"
     return reported(lambda: write_report(found, out), kept, "calibrate")
 
 
@@ -199,11 +198,9 @@ def _prescribed(asked: Asked, options: dict) -> Prescribed:
 
 def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
     """The tables' own values, path, design and published optimum."""
-    prescribed = replace(
-        prescribed,
-        values={n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()},
-        trimmed={n: r.trimmed for n, r in printed.bench.rigs.items()},
-    )
+    values = {n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()}
+    trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
+    prescribed = replace(prescribed, values=values, trimmed=trimmed)
     if (pile := printed.pile) is None:
         return prescribed
     path = None

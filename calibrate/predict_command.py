@@ -14,7 +14,6 @@ from benchtwin.calibrate.prediction.picture import picture
 from benchtwin.calibrate.prediction.posterior import Kept, read_posterior
 from benchtwin.calibrate.prediction.predict import (
     QUANTITIES,
-    RIG_OF,
     Prediction,
     predict,
     rows,
@@ -35,7 +34,7 @@ from benchtwin.twin.command import (
     result_console,
     write_whole,
 )
-from benchtwin.twin.job import CYLINDER, Job, assigned, described, merge
+from benchtwin.twin.job import Job, assigned, described, merge, rig_named
 from benchtwin.twin.versions import versions
 from rich.table import Table
 
@@ -132,9 +131,9 @@ def _described(asked: Asked, kept: Kept, built: dict) -> tuple[dict, dict]:
     the calibration's seeds, and the rig of --from, else of the recordings beside it;
     settings change either. ValueError for what does not fit."""
     of, own = described(asked.like) if asked.like else (None, {})
-    if of is not None and of != RIG_OF[asked.rig]:
+    kind, default = rig_named(asked.rig)
+    if of is not None and of != kind:
         raise Misuse(f"{asked.like} describes a {of}, not a {asked.rig}")
-    default = CYLINDER if asked.rig == "cylinder" else {}
     start = merge(merge(default, kept.described), own if asked.like else built)
     plain = Parameters(rolling_convention=kept.rolling)
     parameters, description = assigned(plain, start, asked.settings)
@@ -142,7 +141,7 @@ def _described(asked: Asked, kept: Kept, built: dict) -> tuple[dict, dict]:
     if given:
         why = "a prediction takes the contact parameters from the calibration"
         raise Misuse(f"setting {given[0]}: {why}")
-    Job(RIG_OF[asked.rig], parameters, description)  # a rig that cannot be is refused
+    Job(kind, parameters, description)  # a rig that cannot be is refused
     base = {n: v for n, v in vars(parameters).items() if n not in PARAMETERS}
     return base, description
 

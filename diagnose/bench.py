@@ -3,24 +3,17 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding
-from benchtwin.rigs.rig import rig_of
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.tracks import Listed, listed
 
 Say = Callable[[str], None]
-# Of each rig without a record of its own (rigs/rig.py), the module of twin and the
-# function in it that reads recordings.
-READERS = {
-    "drop": ("tracks", "read_drops"),
-    "pile": ("piles", "read_piles"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +64,7 @@ def diagnose_bench(
     entries = listed(observed)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
-    known = ("drop", "slide", "roll", "pile")  # in the order of a report
-    rigs = dict.fromkeys((*known, *(e.rig for e in entries if e.rig)))
+    rigs = dict.fromkeys((*RIGS, *(e.rig for e in entries if e.rig)))
     for number, rig in enumerate(rig for rig in rigs if not only or rig in only):
         here = [e for e in entries if e.rig == rig and not e.trouble]
         if not here:
@@ -90,16 +82,8 @@ def diagnose_bench(
         for n, f in findings.items()
         if len(f.recordings) == 1
     )
-    return Diagnosis(
-        observed.folder,
-        findings,
-        used,
-        refused,
-        tuple(dict.fromkeys(trouble)),
-        notes,
-        took,
-        seed,
-    )
+    said = tuple(dict.fromkeys(trouble))
+    return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
 
 
 def _diagnosed(
@@ -111,19 +95,14 @@ def _diagnosed(
 ):
     """A Finding or why there is none; recordings used; those that were not: (name, rig,
     why)."""
-    record = rig_of(rig)
-    if record is None and rig not in READERS:
+    record = RIGS[rig]
+    if not record.diagnose:
         return f"a {rig} cannot be diagnosed yet", [], []
     say(f"{rig}: reading {len(entries)} recording{'s' * (len(entries) != 1)}")
     try:
-        if record is None:
-            read, diagnose = _parts(rig)
-        else:
-            read, diagnose = record.part("read"), record.part("diagnose")
-        seen = read(observed)
-        known = {
-            e.recording for e in entries
-        }  # every rig's reader reports unreadable files
+        seen = record.part("read")(observed)
+        # every rig's reader reports unreadable files
+        known = {e.recording for e in entries}
         wrong = [
             (s.recording, rig, s.trouble)
             for s in seen
@@ -136,7 +115,7 @@ def _diagnosed(
         with np.errstate(
             all="ignore"
         ):  # a fit may try a step that overflows, and takes it back
-            return diagnose(usable, rng), usable, wrong
+            return record.part("diagnose")(usable, rng), usable, wrong
     except ValueError as error:
         return str(error), [], []
     except Exception as error:  # an error in one rig must not stop the others
@@ -145,13 +124,3 @@ def _diagnosed(
             [],
             [],
         )
-
-
-def _parts(rig: str) -> tuple[Callable, Callable]:
-    """What reads and what diagnoses a rig without a record; imported on first use."""
-    module, reader = READERS[rig]
-    diagnosing = import_module(f"benchtwin.rigs.{rig}.diagnose")
-    return (
-        getattr(import_module(f"benchtwin.twin.{module}"), reader),
-        getattr(diagnosing, f"diagnose_{rig}"),
-    )

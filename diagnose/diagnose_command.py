@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -31,7 +32,7 @@ OURS = {
     "report.html",
     "twin",
 }  # what a diagnosis leaves in its folder
-RIG_NAMES = ("drop", "slide", "roll", "pile")
+RIG_NAMES = tuple(rig.name for rig in RIGS.values() if rig.diagnose)
 
 
 @dataclass(frozen=True)

@@ -59,13 +59,8 @@ def compared(
             again, picture=_picture(twins[best], *ways[best]), caption=caption
         )
         if pictures:
-            again = replace(
-                again,
-                compared=(
-                    *again.compared,
-                    _followed(twins[best], best, again.rig, folder, say),
-                ),
-            )
+            more = _followed(twins[best], best, again.rig, folder, say)
+            again = replace(again, compared=(*again.compared, more))
     except (RuntimeError, ValueError) as error:
         again = replace(
             again, notes=(*again.notes, f"no pictures of the twin: {error}")
@@ -82,12 +77,8 @@ def with_frame_rate(recording: Recording, time_s: np.ndarray) -> Recording:
     """The recording with the frame rate of these rows where none is stated."""
     if recording.camera.fps is not None:
         return recording
-    return replace(
-        recording,
-        camera=recording.camera.model_copy(
-            update={"fps": float(1 / np.median(np.diff(time_s)))}
-        ),
-    )
+    fps = float(1 / np.median(np.diff(time_s)))
+    return replace(recording, camera=recording.camera.model_copy(update={"fps": fps}))
 
 
 def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
@@ -95,9 +86,8 @@ def rms_distance_mm(twin: TwinPair, path: Path1D) -> float:
     `from_mm`."""
     begin, own = twin.seen.reached(twin.from_mm), path.reached(twin.from_mm)
     if not np.isfinite(own):
-        return float(
-            np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean())
-        )  # it did not move that far
+        # it did not move that far
+        return float(np.sqrt(((twin.seen.way - twin.from_mm) ** 2).mean()))
     time = np.linspace(0.0, twin.seen.time[-1] - begin, POINTS)
     return float(
         np.sqrt(((twin.seen.at(begin + time) - path.at(own + time)) ** 2).mean())
@@ -138,22 +128,15 @@ def _picture(twin: TwinPair, old: Ran, new: Ran) -> bytes:
     """Recording and simulations at the same moments: several of a roll, one of a
     slide."""
     slide = twin.old[0].rig == "slide"
-    begin, span = (
-        twin.seen.reached(twin.from_mm),
-        twin.seen.time[-1] - twin.seen.reached(twin.from_mm),
-    )
+    begin = twin.seen.reached(twin.from_mm)
+    span = twin.seen.time[-1] - twin.seen.reached(twin.from_mm)
     moments = [0.8 * span] if slide else [k * span / 7 for k in range(8)]
     recorded = [
         int(np.argmin(np.abs(new.way - way)))
         for way in twin.seen.at(begin + np.array(moments))
     ]
-    frames = [
-        [
-            int(np.argmin(np.abs(path.time - path.reached(twin.from_mm) - t)))
-            for t in moments
-        ]
-        for path in (old, new)
-    ]
+    since = [path.time - path.reached(twin.from_mm) for path in (old, new)]
+    frames = [[int(np.argmin(np.abs(s - t))) for t in moments] for s in since]
     drawn = [shown(twin.new[0], new.motion, recorded)]
     drawn += [
         shown(made[0], path.motion, which)

@@ -1,14 +1,13 @@
 """The simulation run again with what was named; rigs/RIG/resimulation.py runs it."""
 
-import importlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import (
-    PLURALS,
     effect_named,
     fault_in_words,
     followed_condition,
@@ -17,10 +16,6 @@ from benchtwin.infer.conditions import Contact, conditions_of, effect_name
 from benchtwin.infer.finding import Finding
 
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
-PER_RECORDING_RIGS = (
-    "drop",
-    "slide",
-)  # rigs whose recordings can each have their own parameter
 
 
 @dataclass(frozen=True)
@@ -226,9 +221,7 @@ def _resimulated(
     ]
     if not why:
         try:
-            resimulate = importlib.import_module(
-                f"benchtwin.rigs.{rig}.resimulation"
-            ).resimulate
+            resimulate = RIGS[rig].part("resimulate")
             return resimulate(finding, found.recordings[rig], folder, pictures, say)
         except (
             ValueError,
@@ -251,11 +244,9 @@ def reason_not_simulated(rig: str, name: str) -> str:
     """Why the simulation has no counterpart of an effect; "" where it has one."""
     effect = effect_named(rig, name)
     if effect is None and (found := followed_condition(name)):
-        return (
-            ""
-            if rig in PER_RECORDING_RIGS
-            else f"the twin's {PLURALS[rig]} have one {found[0]} for all"
-        )
+        if RIGS[rig].own_parameters:
+            return ""
+        return f"the twin's {RIGS[rig].in_plural} have one {found[0]} for all"
     if effect is None or effect.counterpart is None:
         return (effect and effect.not_simulated) or "nothing in the twin stands for it"
     return ""

@@ -1,11 +1,11 @@
 """Findings in words: the verdict in a sentence, as printed and as a report opens."""
 
-import importlib
 import math
 import traceback
 from pathlib import Path
 
 from benchtwin.bench.numbers import plus_minus
+from benchtwin.bench.rigs import RIGS
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding
@@ -26,7 +26,6 @@ WHERE = {
     "middle": "in the middle of the slope",
     "toe": "at the toe",
 }
-PLURALS = {"drop": "drops", "slide": "slides", "roll": "rolls", "pile": "heaps"}
 UNITS = {
     "pct": "%",
     "deg": "°",
@@ -42,9 +41,9 @@ ONLY_WHEN = {
 
 def effect_named(rig: str, name: str) -> Effect | None:
     """A listed effect by name, None for others."""
-    if rig not in PLURALS:
+    if rig not in RIGS or not RIGS[rig].effects:
         return None
-    return importlib.import_module(f"benchtwin.rigs.{rig}.effects").EFFECTS.get(name)
+    return RIGS[rig].part("effects").get(name)
 
 
 def fault_in_words(error: Exception) -> str:
@@ -187,11 +186,10 @@ def _moved(finding: Finding) -> str:
         if abs(moved.shift_sds) < MATTERS_SDS:
             continue
         off = moved.explained.value - moved.nothing_missing.value
-        share = (
-            100 * abs(off / moved.explained.value)
-            if moved.explained.value
-            else math.inf
-        )
+        if moved.explained.value:
+            share = 100 * abs(off / moved.explained.value)
+        else:
+            share = math.inf
         how = f"{brief(share)} % too {'low' if off > 0 else 'high'}"
         out.append(
             f"{name.removesuffix('_deg').replace('_', ' ')} reads {how}"
@@ -234,11 +232,10 @@ def _following(name: str, parameter: str, condition: str, finding: Finding) -> s
     if told is None or told.unit == "1" or not math.isfinite(told.size.value):
         return f"{parameter} follows {condition}"
     what, _, unit = condition.rpartition("_")
-    of = (
-        f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
-        if what
-        else f"unit of {condition}"
-    )
+    if what:
+        of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
+    else:
+        of = f"unit of {condition}"
     size = half_interval(told.size).lstrip("−")
     return (
         f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of}"

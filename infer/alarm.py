@@ -108,10 +108,8 @@ def _falls(
         np.column_stack([information[held], right[held]]),
     )
     across = information[:, held]
-    beside, score = (
-        information - across @ solved[:, :-1],
-        right - across @ solved[:, -1],
-    )
+    beside = information - across @ solved[:, :-1]
+    score = right - across @ solved[:, -1]
     falls, ranks, columns = np.zeros(len(asked)), np.zeros(len(asked), int), []
     for k, at in enumerate(table.index[n] for n in asked):
         values, vectors = np.linalg.eigh(beside[np.ix_(at, at)])

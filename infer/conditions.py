@@ -50,11 +50,10 @@ def conditions_of(
     found, notes = [], []
     for key in dict.fromkeys(k for s in stated for k in s):
         values = [s.get(key) for s in stated]
-        made = (
-            _of_words(key, values)
-            if any(isinstance(v, str) for v in values)
-            else _of_numbers(key, values)
-        )
+        if any(isinstance(v, str) for v in values):
+            made = _of_words(key, values)
+        else:
+            made = _of_numbers(key, values)
         if made is None:
             said = "is the same in all recordings that state it: nothing can follow it"
             notes.append(f"[conditions] {key} {said}")
@@ -63,11 +62,10 @@ def conditions_of(
             if missing := sum(v is None for v in values):
                 said = f"is not stated in {missing} of {len(values)} recordings"
                 notes.append(f"[conditions] {key} {said}; it is used where it is")
-    order = (
-        _of_numbers("order", list(range(len(descriptions))))
-        if len(descriptions) > 3
-        else None
-    )
+    if len(descriptions) > 3:
+        order = _of_numbers("order", list(range(len(descriptions))))
+    else:
+        order = None
     kept = []
     for extra in filter(None, (order, _of_words("session", list(sessions)))):
         same = next((c for c in found if _confounded(c, extra)), None)
@@ -103,12 +101,8 @@ def _of_words(name: str, values: list) -> Condition | None:
         return None
     member = np.array([[w == level for level in levels] for w in words], dtype=float)
     seen = member.sum(1) > 0
-    return Condition(
-        name,
-        member - np.where(seen[:, None], member[seen].mean(0), 0.0),
-        float("nan"),
-        levels,
-    )
+    mean = np.where(seen[:, None], member[seen].mean(0), 0.0)
+    return Condition(name, member - mean, float("nan"), levels)
 
 
 def _confounded(one: Condition, other: Condition) -> bool:
@@ -141,9 +135,8 @@ def with_conditions(
         out = []
         for r, one in enumerate(made):
             a = np.hstack([one.a[:, :base], one.a[:, [column]] * z[r], one.a[:, base:]])
-            out.append(
-                replace(one, a=a, chi2=None if there else one.chi2)
-            )  # χ² there is without β
+            # χ² there is without β
+            out.append(replace(one, a=a, chi2=None if there else one.chi2))
         return tuple(out)
 
     def reduce(starts: np.ndarray, values: np.ndarray, extra=None):

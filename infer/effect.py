@@ -12,9 +12,8 @@ class Counterpart:
     part."""
 
     what: str  # in words, {value} in its unit
-    change: Callable[[dict[str, float]], dict] | None = (
-        None  # see rerun.simulation_settings
-    )
+    # see rerun.simulation_settings
+    change: Callable[[dict[str, float]], dict] | None = None
 
 
 @dataclass(frozen=True)
@@ -32,14 +31,12 @@ class Effect:
     source: str  # of law and range
     wording: tuple[str, str] = ("", "")  # (what is missing, what its number is)
     separating: str = ""  # the recording that separates it
-    reported: Callable[[float], float] | None = (
-        None  # from the fitted to the reported value
-    )
+    # from the fitted to the reported value
+    reported: Callable[[float], float] | None = None
     group: str = ""  # the effect that this is a further parameter of
     scaled_prior: bool = True  # whether its prior scales with the effect's size
-    nonlinear: bool = (
-        False  # not linear about 0: fitted in full whatever its slope there
-    )
+    # not linear about 0: fitted in full whatever its slope there
+    nonlinear: bool = False
     follows: str = ""  # the condition that a contact parameter follows
     level: str = ""  # of a condition in words
     unlisted: bool = False  # it says when or how, not why
@@ -48,11 +45,11 @@ class Effect:
     acceleration: Callable | None = None  # (Motion, value): drops
     picture: Callable | None = None  # (places, View, value)
     clock: Callable | None = None  # (value)
+    release: Callable | None = None  # (value) → stated heights too low by that [m]
     restitution: Callable | None = None  # (Hits, e, value)
     kick: Callable | None = None  # (Hits, value)
-    act: Callable | None = (
-        None  # (Laws, run, value): slides; (way, value, context): rolls
-    )
+    # (Laws, run, value): slides; (way, value, context): rolls
+    act: Callable | None = None
     tilt: Callable | None = None  # (coefficients, value): slides
     read: Callable | None = None  # (angle, Read, value)
     rest: Callable | None = None  # (value)

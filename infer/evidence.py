@@ -81,11 +81,8 @@ class EvidenceTable:
         at = np.concatenate([self.index[n] for n in names])
         parts = [self.components[n] for n in names]
         widths = _widths(parts)
-        j = (
-            self.information[:, at][:, :, at][:, None]
-            * widths[:, :, None]
-            * widths[:, None, :]
-        )
+        chosen = self.information[:, at][:, :, at][:, None]
+        j = chosen * widths[:, :, None] * widths[:, None, :]
         h = self.right[:, at][:, None] * widths
         posterior = np.linalg.inv(j + np.eye(len(at)))
         mean = np.einsum("swij,swj->swi", posterior, h)
@@ -186,10 +183,8 @@ def refined_noise_power(
     if level_sd <= 0 or any(not r.smooth.shape[1] for r in reduced):
         return 1.0, level_sd
     kept = prior_sd > 0
-    a, b = (
-        np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept],
-        np.concatenate([r.b for r in reduced]),
-    )
+    a = np.vstack([r.a for r in reduced])[:, kept] * prior_sd[kept]
+    b = np.concatenate([r.b for r in reduced])
     common = np.hstack([a, *(c.columns for c in components)])
     common = common / np.maximum(np.linalg.norm(common, axis=0), 1e-300)
     left = b - common @ np.linalg.lstsq(common, b, rcond=1e-6)[0]
@@ -198,11 +193,9 @@ def refined_noise_power(
         rows = slice(first, first + len(r.b))
         own, size, _ = np.linalg.svd(r.smooth, full_matrices=False)
         own = own[:, size > 1e-6 * size.max(initial=1e-300)]
-        square, count, first = (
-            square + float(((own.T @ left[rows]) ** 2).sum()),
-            count + own.shape[1],
-            rows.stop,
-        )
+        square = square + float(((own.T @ left[rows]) ** 2).sum())
+        count = count + own.shape[1]
+        first = rows.stop
         seen.append(own.T @ common[rows])
     count -= np.linalg.matrix_rank(np.vstack(seen), tol=1e-2)
     beforehand = 2 / level_sd**2
@@ -217,12 +210,10 @@ def refined_noise_power(
 class UnknownScatter:
     """What has an unknown size, over which evidence is summed."""
 
-    direction: np.ndarray | None = (
-        None  # (M,): rows' change by one usual sd of a parameter
-    )
-    uncertain: np.ndarray | None = (
-        None  # (M,): rows whose noise power is known to level_sd only
-    )
+    # (M,): rows' change by one usual sd of a parameter
+    direction: np.ndarray | None = None
+    # (M,): rows whose noise power is known to level_sd only
+    uncertain: np.ndarray | None = None
     level_sd: float = 0.0
 
     def odds(self, count: int) -> np.ndarray:
@@ -251,10 +242,8 @@ class UnknownScatter:
         if self.direction is None or len(parts) < 3:
             return [plain], [0.0]
         own = [self.direction[low:high] for low, high in pairwise(cuts)]
-        along, power = (
-            np.array([p.T @ v for p, v in zip(parts, own, strict=True)]),
-            np.array([v @ v for v in own]),
-        )
+        along = np.array([p.T @ v for p, v in zip(parts, own, strict=True)])
+        power = np.array([v @ v for v in own])
         grams, volumes = [], []
         for size in SCATTER_SIZES:
             more = size**2 - 1

@@ -20,13 +20,11 @@ class Alternative:
     note: str = ""  # for the reader where it holds
     effects: tuple[str, ...] = ()  # listed effects that it stands for
     sector: str = ""  # of those effects
-    sizes: dict[str, tuple[str, float, float]] = field(
-        default_factory=dict
-    )  # unit, value, sd
+    # unit, value, sd
+    sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)
     ln_likelihood: float = 0.0  # of what its rows do not hold
-    p: float | None = (
-        None  # that noise alone makes as much of it, where its rows do not tell
-    )
+    # that noise alone makes as much of it, where its rows do not tell
+    p: float | None = None
 
 
 def ln_bayes_bound(p: float) -> float:

@@ -190,10 +190,10 @@ class DiagnosisTask:
         default_factory=dict
     )
     law: Callable[[Fit], str | None] = lambda fit: None  # of unlisted physics, in words
-    advice: Callable[[tuple[str, ...]], str | None] = lambda names: (
-        None
-    )  # what to record next
+    # what to record next
+    advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()
+    remarks: Callable[[Fit], tuple[str, ...]] = lambda fit: ()  # notes on what was fit
 
 
 def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
@@ -247,7 +247,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         effects=estimates,
         contact=contact,
         curves=task.curves(base.fit, chosen.fit),
-        notes=(*task.notes, *_notes(posterior)),
+        notes=(*task.notes, *task.remarks(chosen.fit), *_notes(posterior)),
         left_out=left_out_values(chosen) if alarm else {},
         unlisted=frozenset(posterior.unlisted()),
     )

@@ -24,9 +24,8 @@ class HeldOut:
     """How well left-out recordings are predicted."""
 
     rmse_ratio: float  # √(SSE_fit/SSE_base) of whitened residuals
-    removed_fraction: (
-        float  # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
-    )
+    # gain/(gain + misfit left beyond chance), gain = SSE_base − SSE_fit
+    removed_fraction: float
 
 
 def held_out(e: Explanation, base: Explanation) -> HeldOut | None:

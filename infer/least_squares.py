@@ -13,13 +13,11 @@ TAIL_SDS = 2.0  # sds of an effect's prior beyond which its tail is exponential
 TAIL_ITERATIONS = 6  # until the tail's width agrees with the value
 CONVERGED_CHI2 = 0.01  # predicted fall of χ² at which a fit has converged
 MAX_HALVINGS = 20
-DAMPINGS = np.r_[
-    0.0, np.geomspace(1e-4, 1e6, 11)
-]  # relative to the curvature along each global
+# relative to the curvature along each global
+DAMPINGS = np.r_[0.0, np.geomspace(1e-4, 1e6, 11)]
 SUFFICIENT_FALL = 0.25  # share of the predicted fall that makes a step good enough
-MAX_IDLE_STEPS = (
-    8  # steps without a better point (kinks), after which the best one is taken
-)
+# steps without a better point (kinks), after which the best one is taken
+MAX_IDLE_STEPS = 8
 MAX_IDLE_DESCENTS = 3  # the same where every step lowers χ²
 
 
@@ -46,11 +44,8 @@ class GlobalPrior:
         √(sd |value|/TAIL_SDS) in the tail, so that the prior falls as exp(−|value|/sd):
         a normal one would shrink a strong effect and leave the rest of it to another.
         """
-        return np.where(
-            self.heavy_tailed,
-            np.maximum(self.sd, np.sqrt(self.sd * np.abs(values) / TAIL_SDS)),
-            self.sd,
-        )
+        wider = np.sqrt(self.sd * np.abs(values) / TAIL_SDS)
+        return np.where(self.heavy_tailed, np.maximum(self.sd, wider), self.sd)
 
     def chi2(self, values: np.ndarray) -> float:
         """χ² of the prior."""
@@ -186,13 +181,9 @@ def _ended(
     if reduce is not None:
         at = Linearisation.of(at.starts, at.values, reduce(at.starts, at.values), held)
     if stepped:
+        starts = at.step_to(at.predicted)[0]
         return Minimum(
-            at.prior,
-            at.predicted,
-            at.covariance,
-            at.step_to(at.predicted)[0],
-            at.predicted_chi2,
-            at.reduced,
+            at.prior, at.predicted, at.covariance, starts, at.predicted_chi2, at.reduced
         )
     return Minimum(at.prior, at.values, at.covariance, at.starts, at.chi2, at.reduced)
 
@@ -202,9 +193,8 @@ def _halved_step(
 ) -> tuple[Linearisation | None, int]:
     """The first of `most` halved steps at which χ² does not grow, or None; and its
     number."""
-    before = (
-        here.marginal_chi2
-    )  # predictions have kinks, so a step may end a little higher
+    # predictions have kinks, so a step may end a little higher
+    before = here.marginal_chi2
     limit = before + max(1.0, 1e-3 * before) if np.isfinite(before) else np.inf
     for evaluations, (starts, values) in zip(
         range(1, most + 1), here.halved_steps(), strict=False

@@ -14,9 +14,8 @@ class Reduced:
     a: np.ndarray  # (m, G): columns of the globals
     smooth: np.ndarray  # (m, …): of its smooth curves
     b: np.ndarray  # (m,): data at θ = 0
-    chi2: float | None = (
-        None  # at the point of linearisation with the locals' prior, if known
-    )
+    # at the point of linearisation with the locals' prior, if known
+    chi2: float | None = None
     half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
     own: np.ndarray | None = None  # (L, L): triangle of the locals, globals given
 
@@ -34,10 +33,8 @@ def ridge(
     kept = prior_sd > 0
     scaled = a[:, kept] * prior_sd[kept]
     information = scaled.T @ scaled + np.eye(kept.sum())
-    values, covariance = (
-        np.zeros(len(prior_sd)),
-        np.zeros((len(prior_sd), len(prior_sd))),
-    )
+    values = np.zeros(len(prior_sd))
+    covariance = np.zeros((len(prior_sd), len(prior_sd)))
     inverse = np.linalg.inv(information)
     u = inverse @ (scaled.T @ b)
     values[kept] = prior_sd[kept] * u

@@ -12,6 +12,7 @@ rest, is not considered; of two descriptions that fit alike the one with less po
 low frequency is taken. Whitening is by the innovations of a Kalman filter, exact with
 gaps."""
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -24,19 +25,14 @@ CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs lon
 CELLS_AT_REST = 3  # the same beside a constant
 COARSE = [
     (0.0, 0.0),
-    *(
-        (rho, white)
-        for rho in (0.3, 0.6, 0.8, 0.9, 0.95, 0.98)
-        for white in (0.0, 0.4, 0.8)
-    ),
+    *itertools.product((0.3, 0.6, 0.8, 0.9, 0.95, 0.98), (0.0, 0.4, 0.8)),
 ]
 LEAST_ROWS = 40  # of a stretch that tells a correlation
 FARTHEST = 6.0  # logit beyond which a share counts as 0 or 1
 PRIOR_SD = 1.8  # of either logit
 WIDEST_STEP = 0.4  # of a logit, for the likelihood's curvature
-LOCK_PX = (
-    0.03  # sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
-)
+# sd of either wave of pixel lock: hundredths of a pixel (slide/session.py)
+LOCK_PX = 0.03
 AXES = ((1, 0), (-1, 0), (0, 1), (0, -1))
 OUTLIER_SD = 6.0  # robust sds; 2e-9 by chance
 ENOUGH_FREEDOM = 10  # degrees of freedom that tell a recording's own σ
@@ -216,18 +212,14 @@ def _from_logits(u: np.ndarray, highest: float) -> tuple[float, float]:
 
 def _pack(stretches: list[Stretch]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows (n, s, p + 1) padded with zeros, lags (n, s), number of true rows (s,)."""
-    count, p = (
-        np.array([len(s.data) for s in stretches]),
-        max(s.design.shape[1] for s in stretches),
-    )
+    count = np.array([len(s.data) for s in stretches])
+    p = max(s.design.shape[1] for s in stretches)
     n = count.max()
     rows, lag = np.zeros((n, len(count), p + 1)), np.full((n, len(count)), np.inf)
     for j, (s, m) in enumerate(zip(stretches, count, strict=True)):
-        rows[:m, j, : s.design.shape[1]], rows[:m, j, p], lag[:m, j] = (
-            s.design,
-            s.data,
-            s.lag,
-        )
+        rows[:m, j, : s.design.shape[1]] = s.design
+        rows[:m, j, p] = s.data
+        lag[:m, j] = s.lag
     return rows, lag, count
 
 
@@ -265,22 +257,10 @@ def _log_level_sd(packed, at: np.ndarray, highest: float) -> float:
 
     def measured(*shares: tuple[float, float]) -> np.ndarray:
         """(n, 2): −ln likelihood and ln power, so many steps from the centre."""
-        found = [
-            (
-                _loss(packed, *_from_logits(centre + share * step, highest)),
-                centre + share * step,
-            )
-            for share in np.array(shares)
-        ]
-        return np.array(
-            [
-                (
-                    f[0] / 2,
-                    f[1] + np.log(Noise(*_from_logits(u, highest), 0.0).low_frequency),
-                )
-                for f, u in found
-            ]
-        )
+        places = [centre + share * step for share in np.array(shares)]
+        found = [(_loss(packed, *_from_logits(u, highest)), u) for u in places]
+        low = [Noise(*_from_logits(u, highest), 0.0).low_frequency for u in places]
+        return np.array([(f[0] / 2, f[1] + np.log(p)) for (f, _), p in zip(found, low)])
 
     step = np.full(2, WIDEST_STEP)
     here = measured((0, 0))[0, 0]

@@ -45,12 +45,10 @@ BASELINE_WEIGHT = 1e-4  # beside the likeliest baseline, below which one is drop
 LOWER_CHI2 = 10.0  # by which a larger set must be lower to suggest another minimum
 SINGLE_WEIGHT = 1e-3  # of a single component that is fitted in full
 NOTHING_CERTAIN = 0.995  # probability of nothing missing at which no more is fitted
-NOTHING_DOUBTFUL = (
-    0.5  # below which nonlinear effects are fitted whatever their slope at 0
-)
-WIDE_PRIOR = (
-    5.0  # factor on priors for estimates: a prior is for presence, not for size
-)
+# below which nonlinear effects are fitted whatever their slope at 0
+NOTHING_DOUBTFUL = 0.5
+# factor on priors for estimates: a prior is for presence, not for size
+WIDE_PRIOR = 5.0
 
 
 def explain(
@@ -112,15 +110,12 @@ class _Search:
             replace(r, a=r.a / root, smooth=r.smooth / root, b=r.b / root)
             for r in reduced
         )
-        components, columns = (
-            [replace(c, columns=c.columns / root) for c in components],
-            columns / root,
-        )
-        spread = (
-            problem.unknown_scatter(problem, reduced)
-            if problem.unknown_scatter
-            else None
-        )
+        components = [replace(c, columns=c.columns / root) for c in components]
+        columns = columns / root
+        if problem.unknown_scatter:
+            spread = problem.unknown_scatter(problem, reduced)
+        else:
+            spread = None
         table = table_of(reduced, found.baseline_sd, components, spread, level_sd)
         here[listed] = Explanation(
             listed, k, found, reduced, windows, columns, table, power
@@ -148,14 +143,10 @@ class _Search:
                     or best.chi2 > here[listed].fit.chi2 - LOWER_CHI2
                 ):
                     continue
-                before, values = (
-                    here[listed],
-                    {
-                        key: v
-                        for key, v in self.values.items()
-                        if key[:2] == (k, listed)
-                    },
-                )
+                before = here[listed]
+                values = {
+                    key: v for key, v in self.values.items() if key[:2] == (k, listed)
+                }
                 self.add(k, listed, best)
                 if here[listed].fit.chi2 > before.fit.chi2:
                     here[listed] = before
@@ -179,17 +170,15 @@ class _Search:
             for names in self.priors[k]:
                 listed = tuple(n for n in names if self.kind(k, n) is not Kind.UNLISTED)
                 if listed not in parents:
-                    able = (
-                        [listed]
-                        if listed in here
-                        else [own for own in here if set(own) <= set(listed)]
-                    )
+                    if listed in here:
+                        able = [listed]
+                    else:
+                        able = [own for own in here if set(own) <= set(listed)]
                     parents[listed] = max(
                         able, key=lambda own: (len(own), own_value[own])
                     )
-                if (
-                    len(listed) <= len(parents[listed]) + 1
-                ):  # larger sets wait for a fitted subset
+                # larger sets wait for a fitted subset
+                if len(listed) <= len(parents[listed]) + 1:
                     weighed[k, names] = (
                         *self.value(k, parents[listed], names),
                         parents[listed],
@@ -215,9 +204,8 @@ class _Search:
         key = (k, own, names)
         if key not in self.values:
             table = self.tables[k][own].table
-            known = all(
-                n in table.components for n in names
-            )  # windows are laid where a fit's motion passes
+            # windows are laid where a fit's motion passes
+            known = all(n in table.components for n in names)
             found = table.ln_evidence(names) if known else (np.nan, np.nan)
             self.values[key] = found if np.isfinite(found[0]) else (-1e9, -1e9)
         return self.values[key]
@@ -267,11 +255,8 @@ class _Search:
             self.value(k, (), ())[0] + np.log(a.odds) + a.ln_likelihood
             for k, a in enumerate(self.alternatives)
         ]
-        alive = [
-            k
-            for k, value in enumerate(own)
-            if value > max(own) + np.log(BASELINE_WEIGHT)
-        ]
+        least = max(own) + np.log(BASELINE_WEIGHT)
+        alive = [k for k, value in enumerate(own) if value > least]
         weights = {
             (k, names): self.value(k, (), names)[0]
             + prior
@@ -303,11 +288,8 @@ class _Search:
                 bases.append(explanation)
             if probability > 1e-6 or not whole:
                 found.append(explanation)
-        return Posterior(
-            tuple(sorted(found, key=lambda e: -e.probability)),
-            self.alternatives,
-            tuple(bases),
-        )
+        ranked = sorted(found, key=lambda e: -e.probability)
+        return Posterior(tuple(ranked), self.alternatives, tuple(bases))
 
 
 def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Component]:
@@ -327,21 +309,11 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
             if effect.follows
             else Kind.EFFECT
         )
-        sd, scaled_prior = (
-            np.array([p.prior_sd for p in parts]),
-            np.array([p.scaled_prior for p in parts]),
-        )
+        sd = np.array([p.prior_sd for p in parts])
+        scaled_prior = np.array([p.scaled_prior for p in parts])
+        ends = (effect.low, effect.high)
         out.append(
-            Component(
-                name,
-                kind,
-                effect.sector,
-                a[:, at],
-                sd,
-                scaled_prior,
-                effect.low,
-                effect.high,
-            )
+            Component(name, kind, effect.sector, a[:, at], sd, scaled_prior, *ends)
         )
     return out
 

@@ -37,9 +37,8 @@ class Family:
     """Terms that differ in the power of one quantity."""
 
     say: Callable[[bool, str], str]  # (rises, power in words) → the law
-    columns: Callable[
-        [np.ndarray], Any
-    ]  # (powers (K,)) → K columns as Problem.reduce takes them
+    # (powers (K,)) → K columns as Problem.reduce takes them
+    columns: Callable[[np.ndarray], Any]
     powers: tuple[float, ...]
 
 
@@ -62,11 +61,8 @@ def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
         column = len(base.names) + at
         without = np.zeros(a.shape[1])
         without[: len(base.names)] = base.prior_sd  # effects found stay free
-        wide = (
-            10
-            * float(np.linalg.norm(b))
-            / max(float(np.linalg.norm(a[:, column])), 1e-300)
-        )
+        size = max(float(np.linalg.norm(a[:, column])), 1e-300)
+        wide = 10 * float(np.linalg.norm(b)) / size
         term = np.where(np.arange(len(without)) == column, wide, without)
         if len(reduced) > 1:
             errors = [sum(squared_errors(reduced, sd)) for sd in (term, without)]
@@ -101,20 +97,15 @@ def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
     """With `count` columns behind the globals, summed over sessions: a law is common to
     all."""
     a, columns = np.split(mine.a, [globals_], axis=1)
-    return replace(
-        mine,
-        a=np.hstack(
-            [a, columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)]
-        ),
-    )
+    summed = columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)
+    return replace(mine, a=np.hstack([a, summed]))
 
 
 def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:
     """Powers with χ² within WITHIN_CHI2 of the best; ∓inf where χ² does not rise
     enough."""
-    fine = np.union1d(
-        np.linspace(powers[0], powers[-1], 400), powers
-    )  # includes the best power itself
+    # includes the best power itself
+    fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)
     inside = fine[np.interp(fine, powers, falls) > falls[at] - WITHIN_CHI2]
     low, high = float(inside.min()), float(inside.max())
     return (-np.inf if low <= powers[0] else low), (

@@ -22,9 +22,8 @@ from benchtwin.infer.least_squares import (
 from benchtwin.infer.linear import Reduced, ridge, stacked
 
 OUT_OF_RANGE_CHI2 = 10.0  # penalty on χ²: a Bayes factor of e⁵
-RESTART_REDUCED_CHI2 = (
-    2.0  # χ² per degree of freedom above which a fit may be in a side minimum
-)
+# χ² per degree of freedom above which a fit may be in a side minimum
+RESTART_REDUCED_CHI2 = 2.0
 RESTART_PRIOR_Z = 5.0  # the same, in sds of a nuisance
 
 
@@ -35,21 +34,18 @@ class Problem:
     rig: str
     recordings: tuple[str, ...]
     effects: dict[str, Effect]  # candidates
-    names: tuple[
-        str, ...
-    ]  # (G,): all globals, effects and nuisances; 0 at the baseline's centre
-    known_sd: dict[
-        str, float
-    ]  # prior sd in the baseline; a global that is absent is fixed at 0
+    # (G,): all globals, effects and nuisances; 0 at the baseline's centre
+    names: tuple[str, ...]
+    # prior sd in the baseline; a global that is absent is fixed at 0
+    known_sd: dict[str, float]
     starts: np.ndarray  # initial locals
     reduce: Callable  # see the module's docstring
     freedom: int  # rows less locals
     level_sd: float  # sd of the logarithm of the noise power at low frequency
     model: Any  # the rig's own
     max_iterations: int = 5
-    unknown_scatter: Callable | None = (
-        None  # (problem, reduced) → UnknownScatter, or None
-    )
+    # (problem, reduced) → UnknownScatter, or None
+    unknown_scatter: Callable | None = None
     further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()  # starts and values
     fast_chi2: FastChi2 | None = None
 
@@ -138,11 +134,9 @@ def _best_fit(problem: Problem, free: tuple[str, ...], start: Fit) -> Fit:
             for n in free
         )
         possible = all(low <= value <= high for low, value, high in ranges)
-        return (
-            f.chi2 + OUT_OF_RANGE_CHI2 * (not possible)
-            if np.isfinite(f.chi2)
-            else np.inf
-        )
+        if np.isfinite(f.chi2):
+            return f.chi2 + OUT_OF_RANGE_CHI2 * (not possible)
+        return np.inf
 
     return min(
         [found, *(_fit_from(problem, free, *p, start.cache) for p in points)], key=cost

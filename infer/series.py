@@ -175,9 +175,8 @@ def _reduced(
     prior = np.zeros((int(held.sum()), white.shape[1]))
     prior[:, :count] = np.diag(1 / sd)[held]
     prior[:, -1] = (off / sd)[held]
-    triangle = np.asarray(
-        np.linalg.qr(np.vstack([white, prior]), mode="r")
-    )  # one array, whatever numpy's types say
+    # one array, whatever numpy's types say
+    triangle = np.asarray(np.linalg.qr(np.vstack([white, prior]), mode="r"))
     across, last = len(at) + len(more), triangle.shape[1] - 1
     below = triangle[count:]
     chi2 = float((white[:, -1] ** 2).sum() + (prior[:, -1] ** 2).sum())

@@ -37,9 +37,8 @@ class EffectEstimate:
     probability: float
     unit: str
     size: Interval
-    levels: dict[str, Interval] = field(
-        default_factory=dict
-    )  # of a condition, beside their mean
+    # of a condition, beside their mean
+    levels: dict[str, Interval] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -52,16 +51,11 @@ class ParameterShift:
     @property
     def shift_sds(self) -> float:
         """The shift in sds of the former."""
-        half = (
-            (self.nothing_missing.high95 - self.nothing_missing.low95)
-            / 2
-            / stats.norm.ppf(ENDS[1])
-        )
-        return (
-            (self.explained.value - self.nothing_missing.value) / half
-            if half > 0
-            else 0.0
-        )
+        both = self.nothing_missing.high95 - self.nothing_missing.low95
+        half = (both) / 2 / stats.norm.ppf(ENDS[1])
+        if half > 0:
+            return (self.explained.value - self.nothing_missing.value) / half
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -228,11 +222,10 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
     own = posterior.alternatives[holding[0].alternative]
     if name in own.effects:
         unit, value, sd = own.sizes.get(name, ("", np.nan, np.nan))
-        size = (
-            mixture_interval([(1.0, value, sd)])
-            if np.isfinite(value)
-            else Interval(np.nan, np.nan, np.nan)
-        )
+        if np.isfinite(value):
+            size = mixture_interval([(1.0, value, sd)])
+        else:
+            size = Interval(np.nan, np.nan, np.nan)
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
 

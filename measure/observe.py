@@ -7,18 +7,16 @@ from pathlib import Path
 
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import Recording
 
 LEAST_WINDOW = 0.1  # of the crest's height
-MAIN_QUANTITY = {  # reported as failed where a recording cannot be measured
-    "pile": ("repose_angle", "deg"),
-    "drum": ("flowing_angle", "deg"),
-    "drop": ("restitution", "1"),
-    "slide": ("slide_angle", "deg"),
-    "roll": ("run_out", "mm"),
+# reported as failed where a recording cannot be measured
+MAIN_QUANTITY: dict[str | None, tuple[str, str]] = {
+    **{rig.name: rig.main for rig in RIGS.values()},
     "seeds": ("seed_length", "mm"),
     None: ("recording", ""),
 }
@@ -68,20 +66,7 @@ def _observe(
         known, told = with_rig(recording)
         found = _observe(known, options, trim, progress)
         return replace(found, notes=(told, *found.notes))
-    if recording.rig == "pile":
-        return observe_pile(recording, options)
-    if recording.rig == "drum":
-        from benchtwin.vision.motion.drum import observe_drum
-
-        return observe_drum(recording, progress)
-    if recording.evidence == "photos":
-        raise MeasurementError(
-            f"{recording.path}: a {recording.rig} is measured on frames, a video or a"
-            " track, not on a photo"
-        )
-    from benchtwin.measure.observe_motion import observe_moving
-
-    return observe_moving(recording, progress)
+    return RIGS[recording.rig].part("observe")(recording, options, progress)
 
 
 def _split_in_words(recording: Recording) -> str:
@@ -91,7 +76,9 @@ def _split_in_words(recording: Recording) -> str:
 
 
 def observe_pile(
-    recording: Recording, options: PileOptions | None = None
+    recording: Recording,
+    options: PileOptions | None = None,
+    progress: Progress | None = None,
 ) -> Observation:
     """Measure the first photo of a pile recording (`split_photos` makes a recording of
     each)."""

@@ -44,19 +44,20 @@ from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.overlay.track import on_picture
 from benchtwin.vision.recording import Recording, with_camera
 
-MOVING_RIGS = ("drop", "slide", "roll")
 _SHARE = np.linspace(0, 1, 60)  # of a flight
 
 
 def observe_moving(
-    recording: Recording, progress: Callable[[float], None] | None = None
+    recording: Recording,
+    options: object = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Observation:
     """Measure a drop, slide or roll of any evidence; quantities that cannot be measured
-    are failed, with the reason."""
-    if recording.rig not in MOVING_RIGS:
+    are failed, with the reason. options: of piles, not used."""
+    if recording.evidence == "photos":
         raise MeasurementError(
-            f"{recording.toml}: rig = {recording.rig!r} does not move; expected one of"
-            f" {', '.join(MOVING_RIGS)}"
+            f"{recording.path}: a {recording.rig} is measured on frames, a video or a"
+            " track, not on a photo"
         )
     if recording.evidence == "impacts.csv":
         return _observe_impacts(recording)

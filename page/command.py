@@ -29,12 +29,10 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
         folder.mkdir(parents=True, exist_ok=True)
         listener = socket.create_server((LOOPBACK, port))
     except OSError as error:
-        where = (
-            folder
-            if isinstance(error, FileExistsError | PermissionError)
-            and not folder.is_dir()
-            else f"port {port}"
-        )
+        if isinstance(error, FileExistsError | PermissionError) and not folder.is_dir():
+            where = str(folder)
+        else:
+            where = f"port {port}"
         print(f"benchtwin page: {where}: {error.strerror or error}", file=sys.stderr)
         return MISUSED
     try:

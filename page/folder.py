@@ -178,11 +178,9 @@ def clean_name(name: str) -> str:
         or "file"
     )
     stem, dot, suffix = name.rpartition(".")
-    return (
-        f"{stem[: LONGEST_NAME - len(suffix) - 1]}.{suffix}"
-        if dot and len(suffix) < 12
-        else name[:LONGEST_NAME]
-    )
+    if dot and len(suffix) < 12:
+        return f"{stem[: LONGEST_NAME - len(suffix) - 1]}.{suffix}"
+    return name[:LONGEST_NAME]
 
 
 @contextmanager

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from annotated_types import Ge, Gt, Le, Lt
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
-from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
@@ -66,11 +66,10 @@ class Field:
             return text
         if self.kind == "text":
             return str(text).strip()
-        parts = (
-            re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip())
-            if self.kind == "list"
-            else [str(text)]
-        )
+        if self.kind == "list":
+            parts = re.split(r"[;\s]+|,(?!\d)|,\s+", str(text).strip())
+        else:
+            parts = [str(text)]
         numbers = [_number(part, self) for part in parts if part]
         return numbers if self.kind == "list" else numbers[0]
 
@@ -88,8 +87,8 @@ class Section:
 def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     """The sections that a recording of `rig` has; content: its recording.toml;
     defaults: the bench.toml."""
-    rig = rig if rig in RIGS else None  # whatever a file says
-    more = {"slide": ("reading", "track"), "pile": ()}.get(rig or "", ("track",))
+    rig = rig if isinstance(rig, str) and rig in RIGS else None  # as a file may say
+    more = RIGS[rig].corrected_in if rig else ("track",)
     wanted = [*COMMON_SECTIONS, *([rig] if rig else []), *more, "air"]
     top = tuple(
         _field("", key, info, content, defaults)
@@ -153,11 +152,9 @@ def needed(reasons: list[str]) -> set[tuple[str, str]]:
 
 
 def _section(info: FieldInfo) -> type[BaseModel] | None:
-    return (
-        info.annotation
-        if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel)
-        else None
-    )
+    if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
+        return info.annotation
+    return None
 
 
 def _field(
@@ -165,26 +162,13 @@ def _field(
 ) -> Field:
     kind, choices, bounds = _kind(info.annotation)
     plain = key.removesuffix("_sd")
-    unit = next(
-        (
-            UNITS[end]
-            for end in sorted(UNITS, key=len, reverse=True)
-            if plain == end or plain.endswith(f"_{end}")
-        ),
-        "",
-    )
+    longest_first = sorted(UNITS, key=len, reverse=True)
+    ends = (e for e in longest_first if plain == e or plain.endswith(f"_{e}"))
+    unit = next((UNITS[end] for end in ends), "")
     help_text = " ".join((info.description or "").split())
-    return Field(
-        section,
-        key,
-        kind,
-        unit,
-        bounds,
-        help_text,
-        choices,
-        content.get(key),
-        defaults.get(key),
-    )
+    value = content.get(key)
+    inherited = defaults.get(key)
+    return Field(section, key, kind, unit, bounds, help_text, choices, value, inherited)
 
 
 def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
@@ -224,11 +208,8 @@ def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
         (m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)),
         None,
     )
-    return (
-        "number",
-        (),
-        _range(low, high, reached=any(isinstance(m, Ge) for m in limits)),
-    )
+    reached = any(isinstance(m, Ge) for m in limits)
+    return ("number", (), _range(low, high, reached=reached))
 
 
 def _is_tuple(annotation: Any) -> bool:
@@ -243,13 +224,9 @@ def _range(low: Any, high: Any, *, reached: bool) -> str:
         return f"{low:g} to {high:g}"
     if low is not None and reached:
         return f"{low:g} or more"
-    return (
-        f"above {low:g}"
-        if low is not None
-        else f"below {high:g}"
-        if high is not None
-        else ""
-    )
+    if low is not None:
+        return f"above {low:g}"
+    return f"below {high:g}" if high is not None else ""
 
 
 def _number(text: str, field: Field) -> float | int:
@@ -259,8 +236,6 @@ def _number(text: str, field: Field) -> float | int:
         value = float(plain)
     except ValueError:
         raise Refused(f"{field.key}: {text!r} is not a number") from None
-    return (
-        int(value)
-        if value == int(value) and re.fullmatch(r"[+-]?\d+", plain)
-        else value
-    )
+    if value == int(value) and re.fullmatch(r"[+-]?\d+", plain):
+        return int(value)
+    return value

@@ -16,9 +16,8 @@ from benchtwin.vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
 KEPT_REGIONS = 12
-_regions: dict[
-    tuple, Region | None
-] = {}  # the seeds in a photo stay where they are when a base line is dragged
+# the seeds in a photo stay where they are when a base line is dragged
+_regions: dict[tuple, Region | None] = {}
 
 
 @dataclass(frozen=True)
@@ -124,12 +123,7 @@ def _overlay(found: Repose, image: np.ndarray) -> PileOverlay:
         float(found.base.at(width - 1) + y0),
     ]
     lines = [
-        [
-            s.line.x_low + x0,
-            s.line.at(s.line.x_low) + y0,
-            s.line.x_high + x0,
-            s.line.at(s.line.x_high) + y0,
-        ]
+        [c for x in (s.line.x_low, s.line.x_high) for c in (x + x0, s.line.at(x) + y0)]
         for s in found.slopes
     ]
     whole = (width, height) == (image.shape[1], image.shape[0])

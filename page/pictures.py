@@ -38,14 +38,11 @@ def as_jpeg(pixels: np.ndarray, largest: int = SHOWN_PX) -> tuple[bytes, float]:
     picture = Image.fromarray(pixels)
     factor = min(1.0, largest / max(picture.size))
     if factor < 1:
-        picture = picture.resize(
-            (
-                max(1, round(picture.width * factor)),
-                max(1, round(picture.height * factor)),
-            ),
-            Image.Resampling.BOX,
-            reducing_gap=2.0,
+        size = (
+            max(1, round(picture.width * factor)),
+            max(1, round(picture.height * factor)),
         )
+        picture = picture.resize(size, Image.Resampling.BOX, reducing_gap=2.0)
     return _encoded(picture), factor
 
 

@@ -14,10 +14,8 @@ from benchtwin.report.draw import name as in_words
 
 DIAGNOSE_AGAIN = "diagnosed by an older version; diagnose again for a verdict in words"
 MEASURED, CALIBRATED, DIAGNOSED = "measured", "calibrated", "diagnosed"
-SETTLES, SHOWS_MORE = (
-    "it would settle what is missing",
-    "nothing that matters is missing so far; it would show more",
-)
+SETTLES = "it would settle what is missing"
+SHOWS_MORE = "nothing that matters is missing so far; it would show more"
 MOST_DRAWS = 1500
 MOST_EXPLANATIONS = 8
 LEAST_GAIN = 0.01  # of the variance, of a candidate that is listed
@@ -88,16 +86,9 @@ def explained(results: Path) -> list[Explained]:
             for one in found["explanations"][:MOST_EXPLANATIONS]
             if one["probability"] >= LEAST_PROBABILITY
         ]
-        out.append(
-            Explained(
-                rig,
-                found.get("sentence") or DIAGNOSE_AGAIN,
-                found.get("tone", "open"),
-                tuple(listed),
-                found["next_record"] or "",
-                found["matters"],
-            )
-        )
+        said, tone = found.get("sentence") or DIAGNOSE_AGAIN, found.get("tone", "open")
+        then, matters = found["next_record"] or "", found["matters"]
+        out.append(Explained(rig, said, tone, tuple(listed), then, matters))
     return out
 
 

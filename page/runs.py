@@ -45,16 +45,15 @@ COMMANDS = {  # what may run: its folder of results, and the options that it may
     "calibrate": ("calibrated", ("--quick",)),
     "diagnose": ("diagnosed", ("--quick",)),
 }
-WAITING, RUNNING, DONE, FAILED, STOPPED, BROKEN, ELSEWHERE, UNREADABLE = (
-    "waiting",
-    "running",
-    "done",
-    "failed",
-    "stopped",
-    "broken off",
-    "asked for elsewhere",  # on another machine, or in the folder this was copied from
-    "cannot be read",
-)
+WAITING = "waiting"
+RUNNING = "running"
+DONE = "done"
+FAILED = "failed"
+STOPPED = "stopped"
+BROKEN = "broken off"
+# on another machine, or in the folder this was copied from
+ELSEWHERE = "asked for elsewhere"
+UNREADABLE = "cannot be read"
 # -P: nothing is imported from the folder that somebody stands in
 PYTHON = (sys.executable, "-P", "-m")
 RUNNER = (*PYTHON, "benchtwin.page.runner")

@@ -237,9 +237,8 @@ def _pictures(app: FastAPI, site: Site) -> None:
             raise Refused(f"{r} has no sound")
         if not file.stat().st_size:
             raise Refused(f"{file.name}: the file is empty (0 bytes)")
-        return FileResponse(
-            folder.inside(folder.name_of(file))
-        )  # a link out of the folder is refused
+        # a link out of the folder is refused
+        return FileResponse(folder.inside(folder.name_of(file)))
 
     @app.get("/overlay")
     async def overlay(r: str, name: str) -> Response:

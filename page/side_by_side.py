@@ -59,22 +59,15 @@ def read_pair(chosen: BenchTwinPair) -> Pair:
     """Both read by the same code and laid over each other. MeasurementError where one
     cannot be read."""
     bench, twin = (read_recording(p) for p in (chosen.recording, chosen.twin))
-    return pair(
-        bench,
-        twin,
-        alike=chosen.alike,
-        timed=any(r.evidence in FILMED for r in (bench, twin)),
-    )
+    timed = any(r.evidence in FILMED for r in (bench, twin))
+    return pair(bench, twin, alike=chosen.alike, timed=timed)
 
 
 def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
     """What the browser draws: places of both over x, thinned to MOST_STEPS, and where
     their pictures are."""
-    rows = np.unique(
-        np.linspace(0, len(both.x) - 1, min(len(both.x), MOST_STEPS))
-        .round()
-        .astype(int)
-    )
+    most = min(len(both.x), MOST_STEPS)
+    rows = np.unique(np.linspace(0, len(both.x) - 1, most).round().astype(int))
     recordings = [read_recording(p) for p in (chosen.recording, chosen.twin)]
     return {
         "rig": both.rig,

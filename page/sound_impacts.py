@@ -2,9 +2,9 @@
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from benchtwin.bench.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError, Quantity
 from benchtwin.vision.motion.drop_sound import (
@@ -42,16 +42,10 @@ def find_with_corrections(
 ) -> SoundView:
     """What is heard with the corrections of the recording, and without them."""
     drop = recording.drop
-    plain = replace(
-        recording,
-        drop=drop.model_copy(
-            update={"impacts_added_s": None, "impacts_struck_s": None}
-        ),
-    )
-    struck, sudden = (
-        [float(t) for t in drop.impacts_struck_s or ()],
-        [float(t) for t in onsets.time_s],
-    )
+    uncorrected = {"impacts_added_s": None, "impacts_struck_s": None}
+    plain = replace(recording, **{"drop": drop.model_copy(update=uncorrected)})
+    struck = [float(t) for t in drop.impacts_struck_s or ()]
+    sudden = [float(t) for t in onsets.time_s]
     automatic: tuple[Quantity, ...] = ()
     with suppress(
         MeasurementError
@@ -62,16 +56,8 @@ def find_with_corrections(
     try:
         heard = find_impacts(sound, onsets, recording)
     except MeasurementError as error:
-        return SoundView(
-            [],
-            list(drop.impacts_added_s or ()),
-            struck,
-            sudden,
-            (),
-            automatic,
-            (),
-            str(error),
-        )
+        added, why = list(drop.impacts_added_s or ()), str(error)
+        return SoundView([], added, struck, sudden, (), automatic, (), why)
     seen = sound_observation(heard, recording)
     impacts = _times(heard, heard.chain.impacts)
     others = [t for t in sudden if not any(abs(t - i) < 1e-6 for i in impacts)]
@@ -90,9 +76,7 @@ def _times(heard: SoundImpacts, rows) -> list[float]:
     return [float(heard.onsets.time_s[row]) for row in rows]
 
 
-def changes_of_click(
-    at_s: float, reach_s: float, now: SoundView, drop: Drop
-) -> Changes:
+def changes_of_click(at_s: float, reach_s: float, now: SoundView, drop: Any) -> Changes:
     """What a click means for the keys: an impact within reach is struck out, or no
     longer added; what was struck out comes back; elsewhere an impact is added, at the
     sudden sound within reach if there is one."""

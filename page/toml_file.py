@@ -14,9 +14,8 @@ from tomlkit.exceptions import TOMLKitError
 from tomlkit.items import Table
 
 BY_HAND = "set by hand on the page"
-Changes = dict[
-    tuple[str, str], Any
-]  # (section, key) → value; None takes the key away; section "": above all sections
+# (section, key) → value; None takes the key away; section "": above all sections
+Changes = dict[tuple[str, str], Any]
 
 
 @dataclass(frozen=True)
@@ -110,10 +109,8 @@ def _set(
         and (comment := place[key].trivia.comment)
         and BY_HAND not in comment
     ):
-        item.trivia.comment, item.trivia.comment_ws = (
-            comment,
-            place[key].trivia.comment_ws,
-        )
+        item.trivia.comment = comment
+        item.trivia.comment_ws = place[key].trivia.comment_ws
     place[key] = item
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.page.folder import Folder, Refused, clean_name, whole_folder
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
@@ -148,12 +149,9 @@ def groups(arrived: list[ReceivedFile]) -> list[NewRecording]:
 def _is_evidence(file: ReceivedFile, *, loose: bool) -> bool:
     """Whether this file makes those beside it one recording."""
     name = file.name.rpartition("/")[2]
+    films = (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
     return name == "recording.toml" or (
-        not loose
-        and (
-            name in TABLES
-            or Path(name).suffix.lower() in (*VIDEO_SUFFIXES, *SOUND_SUFFIXES)
-        )
+        not loose and (name in TABLES or Path(name).suffix.lower() in films)
     )
 
 
@@ -192,11 +190,9 @@ def _loose(files: list[ReceivedFile]) -> list[NewRecording]:
 
 def _rig_of(inside: Iterable[str]) -> str | None:
     """What is heard and not seen is a drop."""
-    return (
-        "drop"
-        if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside)
-        else None
-    )
+    if all(Path(name).suffix.lower() in SOUND_SUFFIXES for name in inside):
+        return "drop"
+    return None
 
 
 def _table_name(name: str, path: Path) -> str:
@@ -213,8 +209,6 @@ def _table_name(name: str, path: Path) -> str:
         return "track.csv"
     if heading == {"t_s"}:
         return "impacts.csv"
-    from benchtwin.vision.evidence.tables import READING_COLUMNS
-
     return "readings.csv" if heading & set(READING_COLUMNS) else name
 
 

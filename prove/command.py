@@ -39,10 +39,8 @@ def prove_command(
 ) -> int:
     """Exit code 0: proved and scored, whatever the scores; 1: stopped or impossible; 2:
     misused."""
-    console, errors = (
-        Console(quiet=quiet, highlight=False),
-        Console(stderr=True, highlight=False),
-    )
+    console = Console(quiet=quiet, highlight=False)
+    errors = Console(stderr=True, highlight=False)
     if cases < 1 or workers < 1:
         errors.print("benchtwin prove: --cases and --workers must be at least 1")
         return 2

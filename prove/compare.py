@@ -43,11 +43,8 @@ def compare(
 
 
 def _over(judged: list[Judged], rng_seed: int) -> list[Row]:
-    return [
-        row
-        for row in table(judged, np.random.default_rng(rng_seed))
-        if row.rig == "all"
-    ]
+    rows = table(judged, np.random.default_rng(rng_seed))
+    return [row for row in rows if row.rig == "all"]
 
 
 def _answer(task: tuple[str, Path, str]) -> tuple[dict | None, float]:

@@ -78,27 +78,20 @@ FOLLOWING = {
     "roll": ("rolling_friction", ("run-out",)),
 }
 
-OUTSIDE: dict[
-    str, dict[str, tuple[str, ...]]
-] = {  # what nobody listed, and the sectors where it shows
+# what nobody listed, and the sectors where it shows
+OUTSIDE: dict[str, dict[str, tuple[str, ...]]] = {
     "drop": {
         "updraught": ("flight",),  # rising air, faster with height
         "field": ("flight",),  # a sideways pull that grows with the distance
         "oriented-restitution": ("impact",),  # e depends on how the seed lands
         "clock-drift": ("measurement",),  # the frame rate drifts
-        "order-drift": FOLLOWING["drop"][
-            1
-        ],  # restitution goes with the order of the recordings
+        # restitution goes with the order of the recordings
+        "order-drift": FOLLOWING["drop"][1],
     },
-    "slide": {
-        "worn-track": ("sliding",),
-        "order-drift": FOLLOWING["slide"][1],
-    },  # friction grows with the travel
-    "roll": {
-        "sticky-patch": ("run-out",),
-        "order-drift": FOLLOWING["roll"][1],
-    },  # a stretch of the plate resists more
-    "pile": {
-        "layered": ("middle",)
-    },  # two kinds of grains: the flank breaks half way up
+    # friction grows with the travel
+    "slide": {"worn-track": ("sliding",), "order-drift": FOLLOWING["slide"][1]},
+    # a stretch of the plate resists more
+    "roll": {"sticky-patch": ("run-out",), "order-drift": FOLLOWING["roll"][1]},
+    # two kinds of grains: the flank breaks half way up
+    "pile": {"layered": ("middle",)},
 }

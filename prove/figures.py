@@ -120,10 +120,8 @@ def confusion_figure(judged: list[Judged]) -> dict:
         "xgap": 1,
         "ygap": 1,
     }
-    layout = _layout(
-        xaxis={"tickangle": -50, "automargin": True},
-        yaxis={"autorange": "reversed", "automargin": True},
-    )
+    xaxis = {"tickangle": -50, "automargin": True}
+    layout = _layout(xaxis=xaxis, yaxis={"autorange": "reversed", "automargin": True})
     return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
 
 
@@ -132,10 +130,8 @@ def reliability_figure(judged: list[Judged]) -> dict:
     by bins."""
     bins = reliability(judged)
     x, y = [_logit(b.mean_p) for b in bins], [_logit(b.share) for b in bins]
-    up, down = (
-        [_logit(b.bounds[1]) - v for b, v in zip(bins, y)],
-        [v - _logit(b.bounds[0]) for b, v in zip(bins, y)],
-    )
+    up = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)]
+    down = [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]
     bars = {
         "type": "data",
         "symmetric": False,

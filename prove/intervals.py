@@ -59,19 +59,13 @@ def power_curve(
         rows = rng.integers(len(snr), size=len(snr))
         if found[rows].any() and not found[rows].all():
             drawn.append(_points(*_fit(snr[rows], found[rows])))
-    bands = (
-        np.quantile(drawn, [0.025, 0.975], axis=0)
-        if len(drawn) > 20
-        else np.full((2, 2), math.nan)
-    )
-    return Power(
-        len(snr),
-        math.exp(fit[0]),
-        fit[1],
-        *_points(*fit),
-        tuple(bands[:, 0].tolist()),
-        tuple(bands[:, 1].tolist()),
-    )
+    if len(drawn) > 20:
+        bands = np.quantile(drawn, [0.025, 0.975], axis=0)
+    else:
+        bands = np.full((2, 2), math.nan)
+    low = tuple(bands[:, 0].tolist())
+    high = tuple(bands[:, 1].tolist())
+    return Power(len(snr), math.exp(fit[0]), fit[1], *_points(*fit), low, high)
 
 
 def _share(log_snr, middle: float, steepness: float):
@@ -92,11 +86,9 @@ def _fit(snr: np.ndarray, found: np.ndarray) -> tuple[float, float]:
             + 0.5 * ((p[1] - math.log(6)) / 1.0) ** 2
         )
 
+    options = {"xatol": 1e-3, "fatol": 1e-4}
     best = minimize(
-        cost,
-        [math.log(4), math.log(5)],
-        method="Nelder-Mead",
-        options={"xatol": 1e-3, "fatol": 1e-4},
+        cost, [math.log(4), math.log(5)], method="Nelder-Mead", options=options
     )
     return float(best.x[0]), float(math.exp(best.x[1]))
 
@@ -161,15 +153,9 @@ def reliability(judged: list[Judged]) -> list[Bin]:
             if j.p is not None and (low <= j.p < high or j.p == high == EDGES[-1])
         ]
         if some:
-            out.append(
-                Bin(
-                    low,
-                    high,
-                    len(some),
-                    sum(j.as_said for j in some),
-                    float(np.mean([j.p for j in some])),
-                )
-            )
+            right = sum(j.as_said for j in some)
+            mean_p = float(np.mean([j.p for j in some]))
+            out.append(Bin(low, high, len(some), right, mean_p))
     return out
 
 
@@ -179,9 +165,8 @@ def log_score(judged: list[Judged]) -> tuple[float, float, int]:
     some = [math.log(max(j.p_truth, FLOOR)) for j in judged if j.p_truth is not None]
     if not some:
         return math.nan, math.nan, 0
-    error = (
-        float(np.std(some, ddof=1)) / math.sqrt(len(some))
-        if len(some) > 1
-        else math.nan
-    )
+    if len(some) > 1:
+        error = float(np.std(some, ddof=1)) / math.sqrt(len(some))
+    else:
+        error = math.nan
     return float(np.mean(some)), error, len(some)

@@ -17,32 +17,28 @@ class Judged:
     """One case compared with its key."""
 
     key: Key
-    missing: bool  # there is no diagnosis
-    alarm: bool  # the diagnosis says that something is missing
-    verdict: str
-    names: tuple[str, ...]
-    right: bool  # names the concealed effects, all of them and no others
-    wrong_name: bool  # names effects definitely, and not the right ones
-    class_holds: bool  # a class that holds the truth
-    unknown: bool
-    sector: str
-    sector_right: bool
-    covers: tuple[
-        bool, ...
-    ]  # of each scored effect: whether the 95 % interval holds its value
-    stated: tuple[
-        tuple[float, float, tuple[float, float]], ...
-    ]  # of each: (SNR, value, (low, high)), the last two over the truth
-    removed: float | None  # held-out fraction as stated
-    seconds: float
+    missing: bool = False  # there is no diagnosis
+    alarm: bool = False  # the diagnosis says that something is missing
+    verdict: str = "missing"
+    names: tuple[str, ...] = ()
+    right: bool = False  # names the concealed effects, all of them and no others
+    wrong_name: bool = False  # names effects definitely, and not the right ones
+    class_holds: bool = False  # a class that holds the truth
+    unknown: bool = False
+    sector: str = ""
+    sector_right: bool = False
+    # of each scored effect: whether the 95 % interval holds its value
+    covers: tuple[bool, ...] = ()
+    # of each: (SNR, value, (low, high)), the last two over the truth
+    stated: tuple[tuple[float, float, tuple[float, float]], ...] = ()
+    removed: float | None = None  # held-out fraction as stated
+    seconds: float = math.nan
     as_said: bool = False  # the verdict is true in the sense of its probability
     p: float | None = None  # probability of the verdict; None: not stated
-    p_truth: float | None = (
-        None  # probability of the true set of effects; None: not stated
-    )
-    matters: bool | None = (
-        None  # "matters" is right; None: not known, not stated, or nothing found
-    )
+    # probability of the true set of effects; None: not stated
+    p_truth: float | None = None
+    # "matters" is right; None: not known, not stated, or nothing found
+    matters: bool | None = None
 
 
 def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
@@ -50,27 +46,9 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
     seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
-        return Judged(
-            key,
-            True,
-            False,
-            "missing",
-            (),
-            False,
-            False,
-            False,
-            False,
-            "",
-            False,
-            (),
-            (),
-            None,
-            seconds,
-        )
-    verdict, names = (
-        str(answer.get("verdict", "none")),
-        tuple(str(n) for n in answer.get("names") or ()),
-    )
+        return Judged(key, missing=True, seconds=seconds)
+    verdict = str(answer.get("verdict", "none"))
+    names = tuple(str(n) for n in answer.get("names") or ())
     truth = {e.name for e in key.effects}
     definite = verdict == "name" and bool(names)
     right = bool(truth) and (
@@ -80,11 +58,10 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     held = verdict == "class" and len(truth) == 1 and truth <= set(names)
     sector = main_sector(answer.get("sectors") or [])
     alarm, matters = bool(answer.get("alarm", verdict != "none")), answer.get("matters")
-    matters_right = (
-        matters == key.matters
-        if alarm and isinstance(matters, bool) and key.matters is not None
-        else None
-    )
+    if alarm and isinstance(matters, bool) and key.matters is not None:
+        matters_right = matters == key.matters
+    else:
+        matters_right = None
     covers, stated = interval_coverage(key, answer) if right else ((), ())
     within = all(
         n in names or (n in RESTITUTION and CLASS_NAME in names) for n in truth
@@ -97,24 +74,23 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     as_said = said.get(verdict, right)
     return Judged(
         key,
-        False,
-        alarm,
-        verdict,
-        names,
-        right,
-        definite and not right,
-        held,
-        verdict == "unknown",
-        sector,
-        sector in key.sectors,
-        covers,
-        stated,
-        _number((answer.get("held_out") or {}).get("removed_fraction")),
-        seconds,
-        as_said,
-        _number(answer.get("p_verdict")),
-        probability_of_truth(key, answer.get("explanations")),
-        matters_right,
+        alarm=alarm,
+        verdict=verdict,
+        names=names,
+        right=right,
+        wrong_name=definite and not right,
+        class_holds=held,
+        unknown=verdict == "unknown",
+        sector=sector,
+        sector_right=sector in key.sectors,
+        covers=covers,
+        stated=stated,
+        removed=_number((answer.get("held_out") or {}).get("removed_fraction")),
+        seconds=seconds,
+        as_said=as_said,
+        p=_number(answer.get("p_verdict")),
+        p_truth=probability_of_truth(key, answer.get("explanations")),
+        matters=matters_right,
     )
 
 
@@ -141,11 +117,10 @@ def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | N
     if not isinstance(explanations, list) or not explanations:
         return None
     truth = {e.name for e in key.effects}
-    sets = (
-        [{f"{UNLISTED} {sector}"} for sector in key.sectors]
-        if unlisted(key)
-        else [truth]
-    )
+    if unlisted(key):
+        sets = [{f"{UNLISTED} {sector}"} for sector in key.sectors]
+    else:
+        sets = [truth]
     true = [
         one
         for one in explanations
@@ -180,11 +155,10 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
     for effect in key.effects:
         if not effect.scored:
             continue
-        law = (
-            next((found[n] for n in RESTITUTION if n in found), None)
-            if effect.name in RESTITUTION
-            else None
-        )
+        if effect.name in RESTITUTION:
+            law = next((found[n] for n in RESTITUTION if n in found), None)
+        else:
+            law = None
         one = found.get(effect.name) or law or {}
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
         if low is None or high is None:
@@ -203,8 +177,6 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
 
 def _number(value: object) -> float | None:
     """A finite number, or None."""
-    return (
-        float(value)
-        if isinstance(value, int | float) and math.isfinite(value)
-        else None
-    )
+    if isinstance(value, int | float) and math.isfinite(value):
+        return float(value)
+    return None

@@ -30,10 +30,8 @@ SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
 # sds of a contact parameter: half an sd, give or take the factor of 3 by which fits
 # differ
-MATTERS, TRIFLES = (
-    1.5,
-    0.17,
-)
+MATTERS = 1.5
+TRIFLES = 0.17
 
 
 @dataclass(frozen=True)
@@ -103,10 +101,8 @@ class MadeCase:
     conditions: tuple[Condition, ...]
 
     def bench(self, rig: Rig) -> Bench:
-        return without_absent_keys(
-            stating(rig.bench(self.scene, self.sizes), self.conditions),
-            self.scene.request.absent,
-        )
+        bench = stating(rig.bench(self.scene, self.sizes), self.conditions)
+        return without_absent_keys(bench, self.scene.request.absent)
 
 
 def _rig(module: ModuleType, *design: str) -> Rig:
@@ -139,24 +135,13 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
     rig, tried = RIGS[spec.rig], []
     for attempt in range(SCENES if spec.effects else 1):
         rng = np.random.default_rng([seed, spec.index, attempt])
-        scene = rig.draw(
-            Request(
-                spec.effects,
-                spec.separated,
-                spec.rendered,
-                draw_absent_keys(spec.effects, rng),
-            ),
-            rng,
-        )
+        absent = draw_absent_keys(spec.effects, rng)
+        asked = Request(spec.effects, spec.separated, spec.rendered, absent)
+        scene = rig.draw(asked, rng)
         scene, conditions = _with_conditions(scene, rig, spec, rng)
         sizes, seen = sized(rig, scene, spec, rng)
-        off = max(
-            (
-                abs(math.log(max(one.snr, 1e-3) / w))
-                for one, w in zip(seen, spec.wanted_snr)
-            ),
-            default=0.0,
-        )
+        ratios = [max(one.snr, 1e-3) / w for one, w in zip(seen, spec.wanted_snr)]
+        off = max((abs(math.log(ratio)) for ratio in ratios), default=0.0)
         tried.append((off, MadeCase(scene, sizes, conditions), seen))
         if off < math.log(NEAR):
             break
@@ -187,13 +172,9 @@ def _with_conditions(
         else None
     )
     if follows is not None:
-        scene = replace(
-            scene,
-            runs=tuple(
-                replace(run, follows=float(f))
-                for run, f in zip(scene.runs, follows, strict=True)
-            ),
-        )
+        pairs = zip(scene.runs, follows, strict=True)
+        runs = tuple(replace(run, follows=float(f)) for run, f in pairs)
+        scene = replace(scene, runs=runs)
     return scene, conditions
 
 
@@ -206,11 +187,10 @@ def sized(
     for name, wanted in zip(spec.effects, spec.wanted_snr):
         low, high, sign = rig.ranges[name]
         sign = sign or int(rng.choice([-1, 1]))
-        size, before, seen = (
-            math.sqrt(low * high),
-            0.0,
-            0.0,
-        )  # nothing is seen of nothing; what a nuisance hides is a hinge
+        # nothing is seen of nothing; what a nuisance hides is a hinge
+        size = math.sqrt(low * high)
+        before = 0.0
+        seen = 0.0
         for _ in range(ROUNDS):
             snr = rig.visibility(scene, sizes | {name: sign * size}, name).snr
             if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:
@@ -250,13 +230,9 @@ def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
         if hasattr(scene, "noise")
         else {}
     )
-    absent = tuple(
-        sorted(
-            k
-            for k in scene.request.absent
-            if k.split(".")[0] not in set(RIGS) - {spec.rig}
-        )
-    )
+    others = set(RIGS) - {spec.rig}
+    stated = scene.request.absent
+    absent = tuple(sorted(k for k in stated if k.split(".")[0] not in others))
     known = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
     return Key(
         spec.name,
@@ -275,14 +251,8 @@ def _following(rig: str, condition: Condition, value: float, snr: float) -> Conc
     """A parameter that follows a condition: its slope in the condition's unit; of words
     the greatest difference, halved."""
     slope = value if condition.per is None else value / condition.per
-    return Concealed(
-        f"{FOLLOWING[rig][0]}-follows-{condition.name}",
-        slope,
-        condition.unit,
-        snr,
-        False,
-        bool(condition.unit),
-    )
+    name = f"{FOLLOWING[rig][0]}-follows-{condition.name}"
+    return Concealed(name, slope, condition.unit, snr, False, bool(condition.unit))
 
 
 def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:

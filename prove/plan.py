@@ -6,14 +6,12 @@ from typing import Any
 import numpy as np
 from benchtwin.prove.effects import FOLLOWING, OUTSIDE
 
-CLEAN, SINGLE, CONFOUNDED, SEPARATED, COMPOUND, UNLISTED_KIND = (
-    "clean",
-    "single",
-    "confounded",
-    "separated",
-    "compound",
-    "outside",
-)
+CLEAN = "clean"
+SINGLE = "single"
+CONFOUNDED = "confounded"
+SEPARATED = "separated"
+COMPOUND = "compound"
+UNLISTED_KIND = "outside"
 CONDITION = "condition"
 CLEAN_SHARE, RENDERED_SHARE = 0.5, 0.22
 KIND_SHARES = {
@@ -25,10 +23,9 @@ KIND_SHARES = {
     CONDITION: 0.10,
 }
 RIG_SHARES = {"drop": 0.55, "slide": 0.18, "roll": 0.17, "pile": 0.10}
-MOST_SNR, LEAST_SNR = (
-    40.0,
-    {SINGLE: 2.0, CONDITION: 2.0, COMPOUND: 11.0},
-)  # of the others 7
+# of the others 7
+MOST_SNR = 40.0
+LEAST_SNR = {SINGLE: 2.0, CONDITION: 2.0, COMPOUND: 11.0}
 
 SINGLES = {
     "drop": (

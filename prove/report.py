@@ -151,11 +151,10 @@ def number(row: Row | None) -> str:
             f"{100 * row.value:.1f} % ({100 * row.low:.1f}–{100 * row.high:.1f});"
             f" {row.k} of {row.n}"
         )
-    interval = (
-        f" ({row.low:.3g}–{row.high:.3g})"
-        if math.isfinite(row.low) and math.isfinite(row.high)
-        else ""
-    )
+    if math.isfinite(row.low) and math.isfinite(row.high):
+        interval = f" ({row.low:.3g}–{row.high:.3g})"
+    else:
+        interval = ""
     return f"{row.value:.3g}{interval}; {row.n} cases"
 
 

@@ -24,9 +24,8 @@ from benchtwin.prove.make import Key, make_folder
 from benchtwin.prove.plan import Spec, plan
 from benchtwin.prove.solve import SOLVER, read_attempt, read_diagnosis, solve
 
-Progress = Callable[
-    [str, int, int, float], None
-]  # stage, done, of, seconds left (NaN: not known)
+# stage, done, of, seconds left (NaN: not known)
+Progress = Callable[[str, int, int, float], None]
 
 
 @dataclass(frozen=True)
@@ -64,10 +63,8 @@ def prove(settings: Settings, progress: Progress) -> list[Judged]:
             if file.is_file():
                 hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
         write_json(settings.out / "submitted.json", hashes)  # before any key is opened
-        write_json(
-            settings.out / "keys.json",
-            {"keys": keys, "salts": salts, "seed": settings.seed},
-        )
+        content = {"keys": keys, "salts": salts, "seed": settings.seed}
+        write_json(settings.out / "keys.json", content)
     return judged(settings.out)
 
 
@@ -127,9 +124,8 @@ def _solve_all(settings: Settings, specs: list[Spec], progress: Progress) -> Non
 
     def attempt(spec: Spec):
         bench = settings.bench(spec)
-        if spec.rendered and not any(
-            bench.glob("*/frames")
-        ):  # of an attempt that is gone
+        # of an attempt that is gone
+        if spec.rendered and not any(bench.glob("*/frames")):
             shutil.rmtree(bench, ignore_errors=True)
             make_folder(spec, settings.seed, bench)
         done = solve(

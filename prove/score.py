@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from benchtwin.prove.intervals import (
@@ -48,14 +49,20 @@ class Share:
     """A score that is a share of cases. least or most: what the share must be."""
 
     name: str
-    target: str
     of: Callable[[Judged], bool]
     counts: Callable[[Judged], bool]
     least: float | None = None
     most: float | None = None
 
+    @property
+    def target(self) -> str:
+        """What it must be, in words."""
+        if self.least is not None:
+            return f"≥ {100 * self.least:g} %"
+        return f"≤ {100 * self.most:g} %" if self.most else "0"
 
-def _strong(kind: str, snr: float) -> Callable[[Judged], bool]:
+
+def _strong(kind: str, snr: float = NAMED_SNR) -> Callable[[Judged], bool]:
     return lambda j: j.key.kind == kind and j.key.snr >= snr
 
 
@@ -67,96 +74,66 @@ def _clean(j: Judged) -> bool:
     return j.key.kind == CLEAN
 
 
+def _any(j: Judged) -> bool:
+    return True
+
+
+_right, _wrong_name = attrgetter("right"), attrgetter("wrong_name")
+_unlisted = _strong(UNLISTED_KIND)
+_confounded = _strong(CONFOUNDED)
+HOLDS_TRUTH = "without the separator: class (or name) holds the truth"
 SHARES = (
+    Share("false alarms on clean", _clean, lambda j: j.alarm or j.missing, most=0.01),
     Share(
-        "false alarms on clean",
-        "≤ 1 %",
-        _clean,
-        lambda j: j.alarm or j.missing,
-        most=0.01,
+        "false definite names on clean", _clean, lambda j: j.verdict == "name", most=0.0
     ),
-    Share(
-        "false definite names on clean",
-        "0",
-        _clean,
-        lambda j: j.verdict == "name",
-        most=0.0,
-    ),
-    Share(
-        "right name, SNR ≥ 7, identifiable",
-        "≥ 90 %",
-        _identifiable,
-        lambda j: j.right,
-        least=0.90,
-    ),
+    Share("right name, SNR ≥ 7, identifiable", _identifiable, _right, least=0.90),
     Share(
         "wrong definite name, SNR ≥ 7, identifiable",
-        "≤ 1 %",
         _identifiable,
-        lambda j: j.wrong_name,
+        _wrong_name,
         most=0.01,
     ),
     Share(
-        "named with the separating recording",
-        "≥ 90 %",
-        _strong(SEPARATED, NAMED_SNR),
-        lambda j: j.right,
-        least=0.90,
+        "named with the separating recording", _strong(SEPARATED), _right, least=0.90
     ),
     Share(
-        "condition that matters named, SNR ≥ 7",
-        "≥ 90 %",
-        _strong(CONDITION, NAMED_SNR),
-        lambda j: j.right,
-        least=0.90,
+        "condition that matters named, SNR ≥ 7", _strong(CONDITION), _right, least=0.90
     ),
-    Share(
-        "without the separator: class (or name) holds the truth",
-        "≥ 95 %",
-        _strong(CONFOUNDED, NAMED_SNR),
-        lambda j: j.class_holds or j.right,
-        least=0.95,
-    ),
+    Share(HOLDS_TRUTH, _confounded, lambda j: j.class_holds or j.right, least=0.95),
     Share(
         "without the separator: wrong definite name",
-        "≤ 2 %",
-        _strong(CONFOUNDED, NAMED_SNR),
-        lambda j: j.wrong_name,
+        _confounded,
+        _wrong_name,
         most=0.02,
     ),
     Share(
         "compound, exact set, SNR ≥ 10 each",
-        "≥ 90 %",
         _strong(COMPOUND, PAIR_SNR),
-        lambda j: j.right,
+        _right,
         least=0.90,
     ),
     Share(
         "outside the library: said to be unknown",
-        "≥ 85 %",
-        _strong(UNLISTED_KIND, NAMED_SNR),
-        lambda j: j.unknown,
+        _unlisted,
+        attrgetter("unknown"),
         least=0.85,
     ),
     Share(
         "outside the library: sector right",
-        "≥ 95 %",
-        _strong(UNLISTED_KIND, NAMED_SNR),
-        lambda j: j.sector_right,
+        _unlisted,
+        attrgetter("sector_right"),
         least=0.95,
     ),
     Share(
         "said rightly whether it matters",
-        "≥ 90 %",
         lambda j: j.matters is not None,
         lambda j: bool(j.matters),
         least=0.90,
     ),
-    Share("no p_verdict", "0", lambda j: True, lambda j: j.p is None, most=0.0),
-    Share(
-        "no explanations", "0", lambda j: True, lambda j: j.p_truth is None, most=0.0
-    ),
-    Share("no diagnosis", "0", lambda j: True, lambda j: j.missing, most=0.0),
+    Share("no p_verdict", _any, lambda j: j.p is None, most=0.0),
+    Share("no explanations", _any, lambda j: j.p_truth is None, most=0.0),
+    Share("no diagnosis", _any, lambda j: j.missing, most=0.0),
 )
 
 
@@ -173,11 +150,8 @@ def table(judged: list[Judged], rng: np.random.Generator) -> list[Row]:
             for share in SHARES
             if any(share.of(j) for j in some)
         ]
-        rows += (
-            _reliability_rows(rig, some)
-            + _power_rows(rig, some, rng)
-            + _coverage_row(rig, some)
-        )
+        rows += _reliability_rows(rig, some) + _power_rows(rig, some, rng)
+        rows += _coverage_row(rig, some)
         rows += _held_out_row(rig, some) + _time_row(rig, some)
     return rows
 
@@ -201,10 +175,8 @@ def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
     what the explanations gave to the truth."""
     rows = []
     for one in reliability(judged):
-        name, target = (
-            f"right, of verdicts said with {one.low:g}–{one.high:g}",
-            f"{100 * one.mean_p:.1f} % within",
-        )
+        name = f"right, of verdicts said with {one.low:g}–{one.high:g}"
+        target = f"{100 * one.mean_p:.1f} % within"
         rows.append(
             Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds)
         )
@@ -214,19 +186,8 @@ def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
     ):
         mean, error, n = log_score([j for j in judged if _clean(j) == clean])
         if n:
-            rows.append(
-                Row(
-                    name,
-                    "",
-                    rig,
-                    mean,
-                    mean - 1.96 * error,
-                    mean + 1.96 * error,
-                    None,
-                    n,
-                    None,
-                )
-            )
+            ends = (mean - 1.96 * error, mean + 1.96 * error)
+            rows.append(Row(name, "", rig, mean, *ends, None, n, None))
     return rows
 
 
@@ -248,19 +209,14 @@ def _power_rows(rig: str, judged: list[Judged], rng) -> list[Row]:
         (curve.snr50, curve.interval50, 4.0, "50 %"),
         (curve.snr90, curve.interval90, 5.5, "90 %"),
     )
-    return [
-        Row(
-            f"detection: SNR at {share} power",
-            f"≤ {most:g}",
-            rig,
-            value,
-            *interval,
-            None,
-            curve.n,
-            value <= most if math.isfinite(value) else None,
+    rows = []
+    for value, interval, most, share in points:
+        name, met = f"detection: SNR at {share} power", value <= most
+        known = met if math.isfinite(value) else None
+        rows.append(
+            Row(name, f"≤ {most:g}", rig, value, *interval, None, curve.n, known)
         )
-        for value, interval, most, share in points
-    ]
+    return rows
 
 
 def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
@@ -268,18 +224,8 @@ def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
     if not covers:
         return []
     k, n = sum(covers), len(covers)
-    return [
-        Row(
-            "95 % intervals cover",
-            "92–97.5 %",
-            rig,
-            k / n,
-            *binomial_interval(k, n),
-            k,
-            n,
-            0.92 <= k / n <= 0.975,
-        )
-    ]
+    name, target, met = "95 % intervals cover", "92–97.5 %", 0.92 <= k / n <= 0.975
+    return [Row(name, target, rig, k / n, *binomial_interval(k, n), k, n, met)]
 
 
 def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
@@ -291,26 +237,11 @@ def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
     ]
     if not some:
         return []
-    value, se = (
-        float(np.mean(some)),
-        float(np.std(some, ddof=1) / math.sqrt(len(some)))
-        if len(some) > 1
-        else math.nan,
-    )
-    low, high = value - 1.96 * se, value + 1.96 * se
-    return [
-        Row(
-            "held-out removed fraction, SNR ≥ 10",
-            "≥ .9",
-            rig,
-            value,
-            low,
-            high,
-            None,
-            len(some),
-            value >= 0.9,
-        )
-    ]
+    value, n = float(np.mean(some)), len(some)
+    se = float(np.std(some, ddof=1) / math.sqrt(n)) if n > 1 else math.nan
+    ends = (value - 1.96 * se, value + 1.96 * se)
+    name = "held-out removed fraction, SNR ≥ 10"
+    return [Row(name, "≥ .9", rig, value, *ends, None, n, value >= 0.9)]
 
 
 def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
@@ -322,20 +253,9 @@ def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
     if not seconds:
         return []
     low, middle, high = np.quantile(seconds, [0.05, 0.5, 0.95]).tolist()
+    name, target = "time per folder of tracks [s]", "≤ 6; 95 % ≤ 15"
     met = bool(middle <= 6 and high <= 15)
-    return [
-        Row(
-            "time per folder of tracks [s]",
-            "≤ 6; 95 % ≤ 15",
-            rig,
-            middle,
-            low,
-            high,
-            None,
-            len(seconds),
-            met,
-        )
-    ]
+    return [Row(name, target, rig, middle, low, high, None, len(seconds), met)]
 
 
 def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
@@ -359,10 +279,8 @@ def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
         }.get(j.verdict, j.verdict)
 
     pairs = [(concealed(j), said(j)) for j in judged]
-    rows, last = (
-        sorted({r for r, _ in pairs}),
-        ["class with the truth", "class without it", "unknown", "none", "missing"],
-    )
+    rows = sorted({r for r, _ in pairs})
+    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
     named = sorted({c for _, c in pairs} - set(last))
     columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
     counts = np.zeros((len(rows), len(columns)), dtype=int)

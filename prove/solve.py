@@ -65,15 +65,11 @@ def solve(case: str, bench: Path, out: Path, solver: str, limit_s: float) -> Att
                 timeout=limit_s,
                 check=False,
             )
-            code, printed = (
-                done.returncode,
-                done.stdout[-20_000:] + done.stderr[-20_000:],
-            )
+            code = done.returncode
+            printed = done.stdout[-20_000:] + done.stderr[-20_000:]
         except subprocess.TimeoutExpired as late:
-            printed, trouble = (
-                (late.stdout or b"") + (late.stderr or b""),
-                f"stopped after {limit_s:g} s",
-            )
+            printed = (late.stdout or b"") + (late.stderr or b"")
+            trouble = f"stopped after {limit_s:g} s"
         except OSError as error:
             printed, trouble = b"", f"cannot be run: {error}"
     seconds = time.monotonic() - begin
@@ -97,8 +93,6 @@ def read_diagnosis(out: Path) -> dict | None:
         content = read_json(out / "diagnosis.json")
     except (OSError, ValueError):
         return None
-    return (
-        content
-        if isinstance(content, dict) and isinstance(content.get("rigs"), dict)
-        else None
-    )
+    if isinstance(content, dict) and isinstance(content.get("rigs"), dict):
+        return content
+    return None

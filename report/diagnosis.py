@@ -216,11 +216,9 @@ def _sectors(f: Finding) -> pd.DataFrame:
 def _held_out(f: Finding) -> str:
     h = f.held_out
     if h is None:
-        return (
-            ""
-            if f.verdict == "none"
-            else "one recording only: nothing could be held out"
-        )
+        if f.verdict == "none":
+            return ""
+        return "one recording only: nothing could be held out"
     if not math.isfinite(h.removed_fraction):
         return (
             "each recording predicted from the others: the baseline misses nothing"

@@ -69,10 +69,8 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
             else:
                 panel = _density(draws, column, row, marks)
             data += [trace | {"xaxis": f"x{n}", "yaxis": f"y{n}"} for trace in panel]
-            left, below = (
-                (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN,
-                HIDDEN,
-            )
+            left = (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN
+            below = HIDDEN
             if i == k - 1:
                 below = _title(draw.short(column))
             layout[f"xaxis{n}"] = {

@@ -49,12 +49,8 @@ def before_and_after(curves: list[Curve], model: str) -> dict:
             data.append(
                 _line(x, y, SHADES[k % len(SHADES)], curve.recording) | {"yaxis": axis}
             )
-    return {
-        "data": data,
-        "layout": _layout(
-            curves[0], [title for title, *_ in panels], 1.08 * reach or 1.0
-        ),
-    }
+    titles = [title for title, *_ in panels]
+    return {"data": data, "layout": _layout(curves[0], titles, 1.08 * reach or 1.0)}
 
 
 def recorded(curves: list[Curve]) -> dict:
@@ -63,13 +59,9 @@ def recorded(curves: list[Curve]) -> dict:
         _line(*binned(c.along, c.seen), SHADES[k % len(SHADES)], c.recording)
         for k, c in enumerate(curves)
     ]
-    return {
-        "data": data,
-        "layout": draw.layout(
-            _axis(curves[0]), f"{curves[0].quantity} ({curves[0].unit})"
-        )
-        | {"showlegend": False},
-    }
+    y = f"{curves[0].quantity} ({curves[0].unit})"
+    layout = draw.layout(_axis(curves[0]), y) | {"showlegend": False}
+    return {"data": data, "layout": layout}
 
 
 def points(figure: dict) -> dict:
@@ -109,11 +101,9 @@ def _line(x, y, color: str, name: str) -> dict:
         "opacity": 0.8,
         "line": {"color": color, "width": 1.5},
     }
-    return (
-        drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
-        if len(x) <= FEW
-        else drawn
-    )
+    if len(x) <= FEW:
+        return drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
+    return drawn
 
 
 def _axis(curve: Curve) -> str:

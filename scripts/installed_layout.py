@@ -35,6 +35,11 @@ def lay_out(place: Path = ROOT / "build" / "installed") -> Path:
     return place
 
 
+def on_startup(**_: object) -> None:
+    """mkdocs calls it first of all (hooks in mkdocs.yml)."""
+    lay_out()
+
+
 if __name__ == "__main__":
     argparse.ArgumentParser(description=__doc__).parse_args()
     print(lay_out())

@@ -7,8 +7,8 @@ python scripts/keys_reference.py
 import argparse
 from pathlib import Path
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page.form import Field, form
-from benchtwin.vision.recording import RIGS
 
 OUT = Path(__file__).parent.parent / "docs" / "keys.md"
 HEAD = """# All keys of recording.toml and bench.toml

@@ -2,7 +2,8 @@
 with its source.
 
 Softening is an explicit choice: `Material.softened` gives a material with a smaller
-shear modulus, `softening` what that does to contact time, overlap and step."""
+shear modulus. Contact time and overlap then grow as E*^-0.4, the Rayleigh step as
+G^-0.5; the restitution stays as entered."""
 
 import math
 from dataclasses import dataclass, replace
@@ -138,77 +139,6 @@ def effective_moduli(one: Material, other: Material) -> tuple[float, float]:
     young = sum((1.0 - m.poisson_ratio**2) / m.young_modulus_pa for m in (one, other))
     shear = sum((2.0 - m.poisson_ratio) / m.shear_modulus_pa for m in (one, other))
     return 1.0 / young, 1.0 / shear
-
-
-@dataclass(frozen=True)
-class Impact:
-    """A Hertzian impact without loss: largest overlap [m], over the effective radius
-    [-], force [N] and contact time [s]."""
-
-    overlap_m: float
-    overlap_over_radius: float
-    force_n: float
-    time_s: float
-
-
-def impact(
-    one: Material, other: Material, *, mass_kg: float, radius_m: float, speed_m_s: float
-) -> Impact:
-    """Largest overlap δ = (15 m* v² / 16 E* √R*)^0.4, force (4/3) E* √R* δ^1.5, time
-    2.943275 δ/v of a central elastic impact.
-
-    mass_kg m* and radius_m R* are the effective ones, speed_m_s v the closing speed;
-    all > 0. Source: Johnson (1985), Contact Mechanics, section 11.4.
-
-    >>> steel = impact(Q235, Q235, mass_kg=1e-3, radius_m=1e-3, speed_m_s=1.0)
-    >>> round(1e6 * steel.time_s, 2), round(steel.force_n, 1)
-    (27.23, 135.1)
-    """
-    for name, value in (
-        ("mass_kg", mass_kg),
-        ("radius_m", radius_m),
-        ("speed_m_s", speed_m_s),
-    ):
-        _positive(name, value)
-    modulus, _ = effective_moduli(one, other)
-    overlap = (
-        15.0 * mass_kg * speed_m_s**2 / (16.0 * modulus * math.sqrt(radius_m))
-    ) ** 0.4
-    force = 4.0 / 3.0 * modulus * math.sqrt(radius_m) * overlap**1.5
-    return Impact(overlap, overlap / radius_m, force, 2.943275 * overlap / speed_m_s)
-
-
-@dataclass(frozen=True)
-class Softening:
-    """What a softened material costs and saves: an impact with the real and with the
-    soft material, and the step's growth."""
-
-    real: Impact
-    soft: Impact
-    longer_step: float
-
-
-def softening(
-    material: Material,
-    shear_modulus_pa: float,
-    other: Material,
-    *,
-    mass_kg: float,
-    radius_m: float,
-    speed_m_s: float,
-) -> Softening:
-    """Effect of `material.softened(shear_modulus_pa)` on an impact with `other`; the
-    arguments as in `impact`.
-
-    Contact time and overlap grow as E*^-0.4, the Rayleigh step as G^-0.5; the
-    restitution stays as entered."""
-    soft = material.softened(shear_modulus_pa)
-    partner = soft if other == material else other
-    numbers = {"mass_kg": mass_kg, "radius_m": radius_m, "speed_m_s": speed_m_s}
-    longer = math.sqrt(material.shear_modulus_pa / shear_modulus_pa)
-    return Softening(
-        impact(material, other, **numbers), impact(soft, partner, **numbers), longer
-    )
 
 
 def _within(name: str, value: float, low: float, high: float, unit: str) -> None:

@@ -18,7 +18,7 @@ ALLOWED = {
     "prove": set(),
     "measure": {"bench", "vision", "rigs"},
     "twin": {"bench", "vision", "measure", "sim"},
-    "rigs": {"bench", "infer", "vision", "twin", "diagnose"},
+    "rigs": {"bench", "infer", "vision", "sim", "twin", "diagnose"},
     "calibrate": {"bench", "twin"},
     "diagnose": {"bench", "infer", "rigs", "twin"},
     "report": {"bench", "infer", "twin", "calibrate", "diagnose"},
@@ -133,5 +133,5 @@ def test_an_incomplete_rig_says_what_is_missing():
     from benchtwin.rigs.slide import RIG
 
     with pytest.raises(ImportError, match=r"no diagnose = .*nothing"):
-        replace(RIG, diagnose="benchtwin.rigs.slide.diagnose:nothing")
+        replace(RIG, diagnose=".diagnose:nothing")
     assert RIG.part("effects")

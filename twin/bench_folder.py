@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.measure.observed import Observed as Observed
-from benchtwin.vision.evidence.tables import READING_COLUMNS, read_readings
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
+from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import FAILED, MeasurementError
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.recording import among_results as among_results
@@ -109,24 +110,16 @@ def _seen(entry: Recording | MeasurementError, observed: Observed) -> RecordingR
     )
     rest = (_description(entry), str(entry.path), entry.provenance)
     try:
-        return (
-            _readings(entry, observed, told, rest)
-            if entry.evidence == "readings.csv"
-            else _measured(entry, observed, told, rest)
-        )
+        if entry.evidence == "readings.csv":
+            return _readings(entry, observed, told, rest)
+        return _measured(entry, observed, told, rest)
     except MeasurementError as error:
         return RecordingReadings(
             *told, nothing, nothing, 0.0, *rest, trouble=str(error)
         )
     except OSError as error:
-        return RecordingReadings(
-            *told,
-            nothing,
-            nothing,
-            0.0,
-            *rest,
-            trouble=f"{error.filename or entry.path}: {error.strerror or error}",
-        )
+        why = f"{error.filename or entry.path}: {error.strerror or error}"
+        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=why)
 
 
 def _readings(
@@ -189,13 +182,12 @@ def _measured(
         if other.quality != FAILED
     }
     if q is None or q.quality == FAILED or not np.isfinite(q.value):
-        why = (
-            q.reason
-            if q is not None
-            else (
+        if q is not None:
+            why = q.reason
+        else:
+            why = (
                 f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
             )
-        )
         raise MeasurementError(f"{entry.path}: {why}")
     if q.unit != unit:
         raise MeasurementError(

@@ -77,11 +77,10 @@ def check_out(
     that is not to be overwritten."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
-    there = (
-        {p.name for p in out.iterdir() if not p.name.startswith(".")}
-        if out.is_dir()
-        else set()
-    )
+    if out.is_dir():
+        there = {p.name for p in out.iterdir() if not p.name.startswith(".")}
+    else:
+        there = set()
     other = f"{out}: holds {{}}; choose another --out"
     if there - ours:
         raise FileExistsError(

@@ -116,7 +116,6 @@ def followed(
         )
     found = 1e-3 * track[["x_mm", "y_mm"]].to_numpy()
     frame = track["frame"].to_numpy(int)
-    off = np.median(
-        seed.places[frame] - found, axis=0
-    )  # the measuring code's origin is its own
+    # the measuring code's origin is its own
+    off = np.median(seed.places[frame] - found, axis=0)
     return seed.time[frame] - seed.time[0], found + off

@@ -17,11 +17,11 @@ from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.twin.scene import rig_of, setup_of
+from benchtwin.twin.setup import setup_for
 from benchtwin.vision.recording import Recording
 
 OURS, LAMMPS = "benchtwin", "lammps"
 NAMES = (OURS, LAMMPS)
-MANY_SEEDS = ("pile", "drum")  # simulated on several threads
 BY_HAND = (
     ".in",
     ".data",
@@ -55,7 +55,7 @@ class Engine:
     def for_rig(self, rig: str) -> "Engine":
         """The same with one rank for a rig of one seed or block, which ranks cannot
         share."""
-        return self if rig in MANY_SEEDS else replace(self, ranks=1)
+        return self if setup_for(rig).many else replace(self, ranks=1)
 
     @property
     def told(self) -> dict:
@@ -114,7 +114,7 @@ class Engine:
             with tempfile.TemporaryDirectory() as passing:
                 lammps = Lammps(scratch or Path(passing), self.ranks)
                 return run_rig(rig, on_bench, rng, fps=fps, watch=watch, lammps=lammps)
-        more = {"threads": threads} if recording.rig in MANY_SEEDS else {}
+        more = {"threads": threads} if setup.many else {}
         return setup.run(rig, on_bench, rng, fps=fps, watch=watch, **more)
 
 

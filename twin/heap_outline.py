@@ -37,8 +37,5 @@ def outlined(motion: Motion, recording: Recording) -> SeenPile:
         (left, right),
         describe(recording),
     )
-    return replace(
-        seen,
-        description=seen.description
-        | {"camera": {"plumb_deg": 0.0, "plumb_sd_deg": 0.05}},
-    )
+    level = seen.description | {"camera": {"plumb_deg": 0.0, "plumb_sd_deg": 0.05}}
+    return replace(seen, description=level)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS, VARIANTS
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.twin.engine import OWN, Engine
 from benchtwin.twin.lot import file_digest, lot_digest
@@ -19,11 +20,10 @@ from benchtwin.twin.run import MODEL, RECORD, simulate
 from benchtwin.twin.scene import rig_of
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import RIGS, Recording, read_recording
+from benchtwin.vision.recording import Recording, read_recording
 
 SECTIONS = ("seed", "camera", "air", *RIGS)
-RIG_NAMES = (*RIGS, "cylinder")
-CYLINDER = {"pile": {"cylinder_mm": [70.0, 150.0]}}
+RIG_NAMES = (*RIGS, *VARIANTS)
 
 
 @dataclass(frozen=True)
@@ -42,9 +42,8 @@ class Job:
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
             raise ValueError(f"rig = {self.rig!r}: one of {', '.join(RIGS)}")
-        rig_of(
-            self.recording(Path("job"))
-        )  # so that a rig that does not fit is refused before anything runs
+        # so that a rig that does not fit is refused before anything runs
+        rig_of(self.recording(Path("job")))
 
     @property
     def input(self) -> dict:
@@ -86,14 +85,8 @@ class Job:
     def recording(self, out: Path) -> Recording:
         """The recording to be like, without evidence."""
         known = validate(self.description, Path("settings"))
-        return Recording(
-            out.name,
-            out,
-            self.rig,
-            "",
-            (),
-            **{name: getattr(known, name) for name in SECTIONS},
-        )
+        told = {name: getattr(known, name) for name in SECTIONS}
+        return Recording(out.name, out, self.rig, "", (), **told)
 
     def run(
         self,
@@ -206,6 +199,13 @@ def _with(parameters: Parameters, name: str, value: Any) -> Parameters:
     return replace(parameters, **changed)
 
 
+def rig_named(name: str) -> tuple[str, dict]:
+    """The rig behind a name that `simulate` knows, and the keys that the name stands
+    for."""
+    variant = VARIANTS.get(name)
+    return (variant.name, dict(variant.variants[name])) if variant else (name, {})
+
+
 def jobs(
     rig: str,
     parameters: Parameters,
@@ -218,8 +218,8 @@ def jobs(
 ) -> list[Job]:
     """One job a repeat, each with its own generator. Rolls whose direction is not
     stated are run both ways in turn."""
-    description = merge(CYLINDER, description) if rig == "cylinder" else description
-    kind = "pile" if rig == "cylinder" else rig
+    kind, own = rig_named(rig)
+    description = merge(own, description)
     make = partial(Job, kind, parameters, rendered=rendered, engine=engine)
     both = kind == "roll" and "direction" not in description.get("roll", {})
     ways = [

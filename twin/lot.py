@@ -194,11 +194,10 @@ def other_seeds(section: dict) -> dict[str, dict]:
         key: value for key, value in section.items() if key not in ("lot", "lot_seed")
     }
     for name, values in sizes.items():
-        half = (
-            0.5 * RANGE_OVER_SD_OF_100 * float(values.std(ddof=1))
-            if len(values) > 1
-            else 0.0
-        )
+        if len(values) > 1:
+            half = 0.5 * RANGE_OVER_SD_OF_100 * float(values.std(ddof=1))
+        else:
+            half = 0.0
         plain[f"{name}_mm"] = float(values.mean())
         if half > 0:
             plain[f"{name}_range_mm"] = [

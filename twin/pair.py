@@ -74,9 +74,8 @@ def pair(
     on_bench = observed or Observed(bench.path, (bench,))
     both = ((bench, on_bench), (twin, Observed(twin.path, (twin,))))
     seen, simulated = (curve(*r, relative=not alike, timed=timed) for r in both)
-    if (
-        seen.x_name != simulated.x_name
-    ):  # the bench's slide has no tilt sensor: both over time
+    # the bench's slide has no tilt sensor: both over time
+    if seen.x_name != simulated.x_name:
         seen, simulated = (curve(*r, relative=not alike, timed=True) for r in both)
     if seen.y_name != simulated.y_name:
         said = f"{seen.y_name} cannot be laid over {simulated.y_name}"
@@ -135,9 +134,8 @@ def curve(
             and slide.tilt_deg is not None
             and np.isfinite(slide.tilt_deg).all()
         ):
-            tilt, which = np.unique(
-                slide.tilt_deg, return_inverse=True
-            )  # the plate stands still at first
+            # the plate stands still at first
+            tilt, which = np.unique(slide.tilt_deg, return_inverse=True)
             mean = np.bincount(which, weights=travel) / np.bincount(which)
             return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)
         return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
@@ -145,13 +143,9 @@ def curve(
     used = track.used()
     if not len(used.t_s):
         raise MeasurementError(f"{recording.path}: no usable row")
-    return Curve(
-        "time (s)",
-        f"height ({track.unit})",
-        used.t_s,
-        used.y - np.nanmin(used.y),
-        frame=used.frame,
-    )
+    height = used.y - np.nanmin(used.y)
+    name = f"height ({track.unit})"
+    return Curve("time (s)", name, used.t_s, height, frame=used.frame)
 
 
 def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -224,11 +218,8 @@ def _picture(recording: Recording, observed: Observed) -> bytes:
         return b""
     image = next(iter(drawn.values()))
     if image.shape[1] > 900:
-        image = cv2.resize(
-            image,
-            (900, round(900 * image.shape[0] / image.shape[1])),
-            interpolation=cv2.INTER_AREA,
-        )
+        size = (900, round(900 * image.shape[0] / image.shape[1]))
+        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return cv2.imencode(".png", image[:, :, ::-1] if image.ndim == 3 else image)[
         1
     ].tobytes()

@@ -16,21 +16,8 @@ from benchtwin.sim.seed.lot import Lot
 from benchtwin.sim.seed.sizes import RANGE_OVER_SD_OF_100, Size, Sizes
 from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from benchtwin.twin.lot import file_digest, measured_lot, seed_of_mesh
+from benchtwin.twin.setup import setup_for
 
-SOFT_PA = {
-    "drop": 3e7,
-    "slide": 3e7,
-    "roll": 3e7,
-    "pile": 3e6,
-    "drum": 3e6,
-}  # benchmarks/modulus.py: what these change, and what they save
-STEP = {
-    "drop": 0.2,
-    "slide": 0.2,
-    "roll": 0.2,
-    "pile": 0.3,
-    "drum": 0.2,
-}  # of the Rayleigh time; docs/engine.md: what a pile's changes
 WHOLE, RANGE = ("length", "width", "thickness"), "_range_mm"
 
 
@@ -42,9 +29,9 @@ class Parameters:
     restitution, static_friction, rolling_friction: seed on steel; seed_…: seed on seed.
     rolling_convention: which torque the rolling frictions mean
     (`sim.material.ROLLING_CONVENTIONS`). shear_modulus_pa: what the seeds' modulus is
-    softened to; None: SOFT_PA of the rig. spheres, arrangement, mass_of: the seed's
-    balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the time step; None:
-    STEP of the rig. pull_at_end, share_damping: how restitution is had
+    softened to; None: as the rig's setup has it. spheres, arrangement, mass_of: the
+    seed's balls (`sim.seed.Seed.from_dimensions`). rayleigh_fraction: the time step;
+    None: that of the setup. pull_at_end, share_damping: how restitution is had
     (`sim.engine.world.World`). laws: further force laws by name, with their numbers:
     {"magnus": {…}}. Defaults: what the soybean paper calibrated."""
 
@@ -92,10 +79,9 @@ class Parameters:
 
     def for_rig(self, rig: str) -> "Parameters":
         """The same with nothing left to the rig."""
-        modulus, step = (
-            self.shear_modulus_pa or SOFT_PA[rig],
-            self.rayleigh_fraction or STEP[rig],
-        )
+        setup = setup_for(rig)
+        modulus = self.shear_modulus_pa or setup.soft_pa
+        step = self.rayleigh_fraction or setup.step
         return replace(self, shear_modulus_pa=modulus, rayleigh_fraction=step)
 
     def to_dict(self) -> dict:
@@ -110,6 +96,7 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
     seed = seed.model_copy(
         update=with_published_values(seed.model_dump(exclude_none=True))[0]
     )
+    setup = setup_for(rig)
     on_steel, on_seed = parameters.contacts()
     of, drawn = material(seed), shapes(seed, parameters.spheres) or sizes(seed)
     if isinstance(drawn, Lot):
@@ -123,13 +110,13 @@ def bench(parameters: Parameters, rig: str, seed: Seed, air: Air) -> Bench:
         arrangement=parameters.arrangement,
         mass_of=parameters.mass_of,
         inertia_factor=seed.inertia_factor,
-        shear_modulus_pa=parameters.shear_modulus_pa or SOFT_PA[rig],
+        shear_modulus_pa=parameters.shear_modulus_pa or setup.soft_pa,
         air_density_kg_m3=air.density_kg_m3,
         air_viscosity_pa_s=air.viscosity_pa_s,
         laws=tuple(
             LAWS[name].use(**numbers) for name, numbers in parameters.laws.items()
         ),
-        rayleigh_fraction=parameters.rayleigh_fraction or STEP[rig],
+        rayleigh_fraction=parameters.rayleigh_fraction or setup.step,
         pull_at_end=parameters.pull_at_end,
         share_damping=parameters.share_damping,
     )
@@ -204,10 +191,8 @@ def material(seed: Seed) -> Material:
 def sizes(seed: Seed) -> Sizes | tuple[float, float, float]:
     """The lot: means with ranges scatter; means alone are every seed's size; nothing
     stated: the paper's soybeans."""
-    whole, ranges = (
-        [getattr(seed, f"{name}_mm") for name in WHOLE],
-        [getattr(seed, name + RANGE) for name in WHOLE],
-    )
+    whole = [getattr(seed, f"{name}_mm") for name in WHOLE]
+    ranges = [getattr(seed, name + RANGE) for name in WHOLE]
     if None in whole:
         if any(v is not None for v in (*whole, *ranges)):
             raise ValueError(

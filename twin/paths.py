@@ -59,14 +59,8 @@ def like(rig: str, description: dict, **changes: Any) -> Recording:
         kept[name] = {k: v for k, v in description.get(name, {}).items() if k in known}
     kept[rig] |= changes
     sections = validate(kept, Path("recording.toml"))
-    return Recording(
-        "twin",
-        Path("twin"),
-        rig,
-        "",
-        (),
-        **{name: getattr(sections, name) for name in kept},
-    )
+    told = {name: getattr(sections, name) for name in kept}
+    return Recording("twin", Path("twin"), rig, "", (), **told)
 
 
 def run_path(recording: Recording, parameters: Parameters, number: int) -> Ran:
@@ -88,13 +82,9 @@ def filmed(
     def told(stage: str, share: float) -> None:
         watch(f"{out.name}: {stage}, {100 * share:.0f} %")
 
+    rng = np.random.default_rng([5, number])
     made = simulate(
-        recording.need_rig(),
-        parameters,
-        rng=np.random.default_rng([5, number]),
-        out=out,
-        like=recording,
-        watch=told,
+        recording.need_rig(), parameters, rng=rng, out=out, like=recording, watch=told
     )
     track = observe(made).track
     if track is None:

@@ -1,12 +1,12 @@
 """Surfaces of piles as plain arrays: what a diagnosis is made from, read by the same
 code for bench and twin."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from benchtwin.measure.observed import Observed
-from benchtwin.twin.tracks import entries_of, sections_of
+from benchtwin.twin.tracks import no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.repose import Repose
 from benchtwin.vision.recording import Recording
@@ -31,16 +31,16 @@ class SeenPile:
 
     recording: str
     session: str
-    x: np.ndarray
-    z: np.ndarray
-    unit: str
-    base_z: float
-    base_deg: float
-    base_sd_deg: float
-    base_source: str
-    crest_x: float
-    toes_x: tuple[float | None, float | None]
-    description: dict
+    x: np.ndarray = field(default_factory=no_rows)
+    z: np.ndarray = field(default_factory=no_rows)
+    unit: str = "px"
+    base_z: float = float("nan")
+    base_deg: float = float("nan")
+    base_sd_deg: float = float("nan")
+    base_source: str = ""
+    crest_x: float = float("nan")
+    toes_x: tuple[float | None, float | None] = (None, None)
+    description: dict = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     trouble: str = ""
     heap: str = ""
@@ -49,27 +49,22 @@ class SeenPile:
 def read_piles(folder: Path | Observed) -> list[SeenPile]:
     """Every photo of a pile under `folder`; one that cannot be used says why.
     FileNotFoundError without a folder."""
-    piles = entries_of(folder, "pile")
-    return [_seen(entry, piles) for entry in piles.entries]
+    return list(seen_of(folder, "pile", SeenPile, _seen, describe))
 
 
-def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenPile:
-    if isinstance(entry, MeasurementError):
-        return _nothing(entry.recording, "", {}, str(entry))
+def _seen(entry: Recording, observed: Observed) -> list[SeenPile]:
+    if entry.evidence != "photos":
+        raise MeasurementError(
+            f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
+            " from photos"
+        )
     try:
-        if entry.evidence != "photos":
-            raise MeasurementError(
-                f"{entry.path}: {entry.evidence} holds no surface; a pile is diagnosed"
-                " from photos"
-            )
         heap = observed.observe(entry).heap
-        assert heap is not None  # every pile photo that is measured shows one
-        return pile_of(heap, entry)
-    except MeasurementError as error:
-        return _nothing(entry.id, entry.session or "", describe(entry), str(error))
     except OSError as error:
         reason = f"{error.filename or entry.path}: {error.strerror or error}"
-        return _nothing(entry.id, entry.session or "", describe(entry), reason)
+        raise MeasurementError(reason) from error
+    assert heap is not None  # every pile photo that is measured shows one
+    return [pile_of(heap, entry)]
 
 
 def pile_of(found: Repose, recording: Recording) -> SeenPile:
@@ -101,22 +96,3 @@ def describe(recording: Recording) -> dict:
     sections = sections_of(recording, *SECTIONS)
     sections["camera"] |= {"plumb_sd_deg": recording.camera.plumb_sd}
     return sections
-
-
-def _nothing(recording: str, session: str, description: dict, trouble: str) -> SeenPile:
-    nan, none = float("nan"), np.zeros(0)
-    empty = SeenPile(
-        recording,
-        session,
-        none,
-        none,
-        "px",
-        nan,
-        nan,
-        nan,
-        "",
-        nan,
-        (None, None),
-        description,
-    )
-    return replace(empty, trouble=trouble)

@@ -4,19 +4,18 @@ calibration, weighed again for an export."""
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.material import Q235
 from benchtwin.sim.seed import Seed
-from benchtwin.twin.parameters import SOFT_PA, Parameters, bench
+from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.vision.evidence.read_keys import validate
 
 
 def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict, dict]:
     """`materials` and `seed_shape` of result.json, for a recording's sections.
     ValueError for sections that do not fit."""
-    known = validate(
-        {k: v for k, v in description.items() if k in ("seed", "air")},
-        Path("bench.toml"),
-    )
+    content = {k: v for k, v in description.items() if k in ("seed", "air")}
+    known = validate(content, Path("bench.toml"))
     of = bench(parameters, "pile", known.seed, known.air)
     seed, whole = of.mean_seed(), of.mean_dimensions_m
     spheres = [
@@ -25,14 +24,12 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     ]
     materials = {"seed": _material(of.seed), "wall": _material(Q235)}
     materials["seed"]["shear_modulus_pa_simulated"] = {
-        rig: parameters.shear_modulus_pa or soft for rig, soft in SOFT_PA.items()
+        name: parameters.for_rig(name).shear_modulus_pa
+        for name, rig in RIGS.items()
+        if rig.setup
     }
-    sizes = dict(
-        zip(
-            ("length_mm", "width_mm", "thickness_mm"),
-            (float(f"{1e3 * v:.9g}") for v in whole),
-        )
-    )
+    sides = ("length_mm", "width_mm", "thickness_mm")
+    sizes = dict(zip(sides, (float(f"{1e3 * v:.9g}") for v in whole)))
     return materials, {**sizes, "spheres": spheres}
 
 

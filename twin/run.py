@@ -30,7 +30,6 @@ from benchtwin.vision.recording import Recording, read_recording, write_recordin
 
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
-HEAPS = ("pile",)
 WEIGHED = ("filled_mass_g", "retained_mass_g")
 # to be raised when the same input gives another outcome: what stores hold of older ones
 # is then computed anew
@@ -53,7 +52,7 @@ def simulate(
     """Run a rig, film or photograph it, and write that into the folder `out` as a
     recording with provenance "simulated".
 
-    rig: "drop", "slide", "roll", "pile" or "drum". like: a recording whose rig, seed,
+    rig: one of `bench.rigs.RIGS`. like: a recording whose rig, seed,
     air and camera are the twin's too; what it leaves open is the paper's.
     rendered=False writes the track (pile: the angle of the true outline) that the
     simulation knows in place of pictures. Beside the recording stands simulation.json:
@@ -82,11 +81,10 @@ def simulate(
     part.mkdir(parents=True)
     try:
         told = replace(told, id=out.name, path=part)
-        kind = (
-            write.pictures(motion, told, part, rng, watch)
-            if rendered
-            else write.numbers(motion, told, part)
-        )
+        if rendered:
+            kind = write.pictures(motion, told, part, rng, watch)
+        else:
+            kind = write.numbers(motion, told, part)
         write_recording(told)
         _, converted = engine.bench(parameters, recording)
         computed = {
@@ -123,14 +121,15 @@ def run(
     that it assumed. scratch: the folder in which LAMMPS works."""
     name = recording.need_rig()
     on_bench, _ = engine.bench(parameters, recording)
-    rate = recording.camera.fps or setup_of(recording).fps
-    fps = 0.0 if recording.rig in HEAPS else rate
+    setup = setup_of(recording)
+    rate = recording.camera.fps or setup.fps
+    fps = 0.0 if setup.photographed else rate
     motion = engine.run(
         recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch
     )
     camera = camera_of(recording)
     section = section_of(rig_of(recording), getattr(recording, name))
-    if recording.rig in HEAPS:
+    if setup.photographed:
         section = section.model_copy(
             update={"baseline_px": baseline(camera), **weights(motion)}
         )
@@ -140,9 +139,7 @@ def run(
         evidence="",
         files=(),
         seed=write.seed_section(motion, on_bench, recording),
-        camera=camera_section(
-            camera, 0.0 if recording.rig in HEAPS else rate, recording.camera
-        ),
+        camera=camera_section(camera, fps, recording.camera),
         **{name: section},
     )
     return motion, told

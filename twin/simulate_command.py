@@ -7,7 +7,14 @@ from typing import Any
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
 from benchtwin.twin.engine import Engine
-from benchtwin.twin.job import RIG_NAMES, Job, assigned, described, jobs
+from benchtwin.twin.job import (
+    RIG_NAMES,
+    Job,
+    assigned,
+    described,
+    jobs,
+    rig_named,
+)
 from benchtwin.twin.parameters import said_of
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -77,7 +84,7 @@ def jobs_of(
     if not 1 <= repeats <= MOST_REPEATS:
         raise ValueError(f"--repeats {repeats}: 1 to {MOST_REPEATS:,}")
     of, description = described(like) if like else (None, {})
-    if of is not None and of != ("pile" if rig == "cylinder" else rig):
+    if of is not None and of != rig_named(rig)[0]:
         raise ValueError(f"{like} describes a {of}, not a {rig}")
     given = {name: value for name, value in numbers.items() if value is not None}
     parameters, description = assigned(Parameters(**given), description, settings)

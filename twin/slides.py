@@ -1,12 +1,12 @@
 """Slides as plain arrays: travel of a block along a tilting plate, or the angles that
 somebody read off it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from benchtwin.measure.observed import Observed
-from benchtwin.twin.tracks import entries_of, sections_of, track_of
+from benchtwin.twin.tracks import no_rows, sections_of, seen_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.outliers import single_spikes
@@ -36,13 +36,13 @@ class SeenSlide:
 
     recording: str
     session: str
-    frame: np.ndarray
-    time_s: np.ndarray
-    x_mm: np.ndarray
-    sd_mm: np.ndarray
-    tilt_deg: np.ndarray | None
-    angles_deg: np.ndarray
-    description: dict
+    frame: np.ndarray = field(default_factory=no_rows)
+    time_s: np.ndarray = field(default_factory=no_rows)
+    x_mm: np.ndarray = field(default_factory=no_rows)
+    sd_mm: np.ndarray = field(default_factory=no_rows)
+    tilt_deg: np.ndarray | None = None
+    angles_deg: np.ndarray = field(default_factory=no_rows)
+    description: dict = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     trouble: str = ""
 
@@ -50,19 +50,13 @@ class SeenSlide:
 def read_slides(folder: Path | Observed) -> list[SeenSlide]:
     """Every slide under `folder`; one that cannot be used says why. FileNotFoundError
     without a folder."""
-    slides = entries_of(folder, "slide")
-    return [_seen(entry, slides) for entry in slides.entries]
+    return list(seen_of(folder, "slide", SeenSlide, _seen, describe))
 
 
-def _seen(entry: Recording | MeasurementError, observed: Observed) -> SeenSlide:
-    if isinstance(entry, MeasurementError):
-        return _nothing(entry.recording, "", {}, str(entry))
-    try:
-        if entry.evidence == "readings.csv":
-            return readings_of(entry)
-        return slide_of(track_of(entry, observed), entry)
-    except MeasurementError as error:
-        return _nothing(entry.id, entry.session or "", describe(entry), str(error))
+def _seen(entry: Recording, observed: Observed) -> list[SeenSlide]:
+    if entry.evidence == "readings.csv":
+        return [readings_of(entry)]
+    return [slide_of(track_of(entry, observed), entry)]
 
 
 def readings_of(recording: Recording) -> SeenSlide:
@@ -70,20 +64,12 @@ def readings_of(recording: Recording) -> SeenSlide:
     table = read_readings(recording.files[0])
     if "slide_angle_deg" not in table.rows:
         raise MeasurementError(f"{recording.files[0]}: no column slide_angle_deg")
-    angles = table.rows["slide_angle_deg"].dropna().to_numpy(float)
-    none = np.zeros(0)
-    told = describe(recording)
     return SeenSlide(
         recording.id,
         recording.session or "",
-        none,
-        none,
-        none,
-        none,
-        None,
-        angles,
-        told,
-        table.notes,
+        angles_deg=table.rows["slide_angle_deg"].dropna().to_numpy(float),
+        description=describe(recording),
+        notes=table.notes,
     )
 
 
@@ -111,9 +97,8 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
         used.x,
         used.sd,
         used.tilt_deg if seen else None,
-        np.zeros(0),
-        describe(recording),
-        track.notes,
+        description=describe(recording),
+        notes=track.notes,
     )
 
 
@@ -126,12 +111,3 @@ def describe(recording: Recording) -> dict:
         "plumb_sd_deg": recording.camera.plumb_sd,
     }
     return sections
-
-
-def _nothing(
-    recording: str, session: str, description: dict, trouble: str
-) -> SeenSlide:
-    none = np.zeros(0)
-    return SeenSlide(
-        recording, session, none, none, none, none, None, none, description, (), trouble
-    )

@@ -1,9 +1,11 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
 for bench and twin."""
 
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
@@ -20,10 +22,15 @@ from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
 SCALE_OF_GRAVITY_SD = 0.1
-FALL_SD = (  # key of how well one fall by itself gives a scale, relative
-    "scale_of_fall_sd"
-)
+# key of how well one fall by itself gives a scale, relative
+FALL_SD = "scale_of_fall_sd"
 LEAST_FALL_SD = 1e-5
+Seen = TypeVar("Seen")
+
+
+def no_rows() -> np.ndarray:
+    """What a recording holds of what was not seen."""
+    return np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -71,26 +78,25 @@ class SeenTrack:
 
     recording: str
     session: str
-    frame: np.ndarray
-    time_s: np.ndarray
-    x_mm: np.ndarray
-    y_mm: np.ndarray
-    sd_mm: np.ndarray
-    angle_deg: np.ndarray | None
-    flight: np.ndarray
-    contacts_s: np.ndarray
-    release_seen: bool
-    description: dict
+    frame: np.ndarray = field(default_factory=no_rows)
+    time_s: np.ndarray = field(default_factory=no_rows)
+    x_mm: np.ndarray = field(default_factory=no_rows)
+    y_mm: np.ndarray = field(default_factory=no_rows)
+    sd_mm: np.ndarray = field(default_factory=no_rows)
+    angle_deg: np.ndarray | None = None
+    flight: np.ndarray = field(default_factory=no_rows)
+    contacts_s: np.ndarray = field(default_factory=no_rows)
+    release_seen: bool = False
+    description: dict = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     trouble: str = ""
-    contacts_sd_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    contacts_sd_s: np.ndarray = field(default_factory=no_rows)
 
 
 def read_drops(folder: Path | Observed) -> list[SeenTrack]:
     """Every drop under `folder`, several of a recording that holds several; one that
     cannot be used says why. FileNotFoundError without a folder."""
-    found = entries_of(folder, "drop")
-    return one_scale([drop for entry in found.entries for drop in _seen(entry, found)])
+    return one_scale(list(seen_of(folder, "drop", SeenTrack, _seen, describe)))
 
 
 def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
@@ -136,20 +142,36 @@ def entries_of(folder: Path | Observed, rig: str) -> Observed:
     )
 
 
-def _seen(entry: Recording | MeasurementError, observed: Observed) -> list[SeenTrack]:
-    if isinstance(entry, MeasurementError):
-        return [_nothing(entry.recording, "", {}, str(entry))]
-    try:
-        if entry.evidence in ("impacts.csv", "sound"):
-            return heard_of(entry)
+def seen_of(
+    folder: Path | Observed,
+    rig: str,
+    kind: Callable[..., Seen],
+    read: Callable[[Recording, Observed], Iterable[Seen]],
+    describe: Callable[[Recording], dict],
+) -> Iterator[Seen]:
+    """What `read` gives of every recording of a rig under `folder`; in the place of one
+    that cannot be used, a `kind` that says why. FileNotFoundError without a folder."""
+    found = entries_of(folder, rig)
+    for entry in found.entries:
+        if isinstance(entry, MeasurementError):
+            yield kind(entry.recording, "", trouble=str(entry))
+            continue
         try:
-            return drops_of(track_of(entry, observed), entry)
+            yield from read(entry, found)
         except MeasurementError as error:
-            if sound_of(entry) is None:
-                raise
-            return _heard_instead(entry, str(error))
+            told, session = describe(entry), entry.session or ""
+            yield kind(entry.id, session, description=told, trouble=str(error))
+
+
+def _seen(entry: Recording, observed: Observed) -> list[SeenTrack]:
+    if entry.evidence in ("impacts.csv", "sound"):
+        return heard_of(entry)
+    try:
+        return drops_of(track_of(entry, observed), entry)
     except MeasurementError as error:
-        return [_nothing(entry.id, entry.session or "", describe(entry), str(error))]
+        if sound_of(entry) is None:
+            raise
+        return _heard_instead(entry, str(error))
 
 
 def _heard_instead(entry: Recording, trouble: str) -> list[SeenTrack]:
@@ -178,7 +200,9 @@ def track_of(recording: Recording, observed: Observed) -> Track:
 def heard_of(recording: Recording) -> list[SeenTrack]:
     """The drops of a recording that were only heard: no rows, the times of their
     impacts; where there are several, each has its number in its name."""
-    told = _nothing(recording.id, recording.session or "", describe(recording), "")
+    told = SeenTrack(
+        recording.id, recording.session or "", description=describe(recording)
+    )
     if recording.evidence == "impacts.csv":
         table = read_impacts(recording.files[0])
         times, sd = table.rows["t_s"].to_numpy(float), table.rows.get("sd_s")
@@ -306,24 +330,3 @@ def sections_of(recording: Recording, *names: str) -> dict:
         for name in (*names, "reading")
     }
     return sections | {"conditions": dict(recording.conditions)}
-
-
-def _nothing(
-    recording: str, session: str, description: dict, trouble: str
-) -> SeenTrack:
-    none = np.zeros(0)
-    empty = SeenTrack(
-        recording,
-        session,
-        none,
-        none,
-        none,
-        none,
-        none,
-        None,
-        none,
-        none,
-        False,
-        description,
-    )
-    return replace(empty, trouble=trouble)

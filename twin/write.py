@@ -11,7 +11,7 @@ from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import film, photo
 from benchtwin.sim.rigs.bench import Bench, Watch
 from benchtwin.sim.seed.sizes import Sizes
-from benchtwin.twin.scene import camera_of, sees, setup_of
+from benchtwin.twin.scene import camera_of, rig_of, sees, setup_of
 from benchtwin.vision.recording import Recording
 
 PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
@@ -27,23 +27,22 @@ def pictures(
 ) -> str:
     """Photo of a pile, frames of anything else; ValueError when the camera misses
     it."""
-    camera, look = camera_of(recording), setup_of(recording).look
-    _check(motion, recording, camera)
-    if recording.rig == "pile":
+    camera, setup = camera_of(recording), setup_of(recording)
+    _check(motion, setup.many, camera)
+    if setup.photographed:
         watch("rendering", 0.0)
-        _save(folder / "photo.png", photo(motion, camera, look, rng=rng))
+        _save(folder / "photo.png", photo(motion, camera, setup.look, rng=rng))
         return RENDERED
     (folder / "frames").mkdir()
-    for n, image in enumerate(film(motion, camera, look, rng=rng)):
+    for n, image in enumerate(film(motion, camera, setup.look, rng=rng)):
         _save(folder / "frames" / f"{n:06d}.png", image)
         if n % 20 == 0:
             watch("rendering", n / motion.frames)
     return RENDERED
 
 
-def _check(motion: Motion, recording: Recording, camera) -> None:
+def _check(motion: Motion, many: bool, camera) -> None:
     """What must be in the picture: a pile whole, a seed where it starts."""
-    many = recording.rig in ("pile", "drum")
     last = motion.positions_m[-1 if many else 0]
     there = last[np.isfinite(last).all(axis=1)]
     if not len(there):
@@ -71,23 +70,16 @@ def _save(file: Path, image: np.ndarray) -> None:
 
 
 def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
-    """track.csv as a perfect tracker would give it; for a pile readings.csv with the
-    angles of the true outline."""
-    if recording.rig == "pile":
-        known = {
-            name: [motion.truth[name]]
-            for name in ("repose_angle_deg", "centroid_angle_deg")
-        }
+    """track.csv as a perfect tracker would give it; or readings.csv with what the
+    simulation knows, for a pile the angles of the true outline."""
+    setup = setup_of(recording)
+    if setup.truth:
+        known = {name: [motion.truth[name]] for name in setup.truth}
         pd.DataFrame(known).to_csv(folder / "readings.csv", index=False)
-        return STRAIGHT
-    if recording.rig == "drum":
-        pd.DataFrame({"flowing_angle_deg": [motion.truth["flowing_angle_deg"]]}).to_csv(
-            folder / "readings.csv", index=False
-        )
         return STRAIGHT
     x, z = 1e3 * motion.positions_m[:, 0, 0], 1e3 * motion.positions_m[:, 0, 2]
     columns = {"t_s": motion.t_s, "x_mm": motion.series.get("travel_mm", x), "y_mm": z}
-    if recording.rig in ("slide", "roll"):
+    if setup.straight:
         columns["y_mm"] = np.zeros(motion.frames)
     if "tilt_deg" in motion.series:
         columns["tilt_deg"] = motion.series["tilt_deg"]
@@ -98,7 +90,7 @@ def numbers(motion: Motion, recording: Recording, folder: Path) -> str:
 def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
     """[seed]: the very seed of a drop or roll; of taped seeds and heaps the lot."""
     update: dict = {"density_kg_m3": bench.seed.density_kg_m3}
-    if recording.rig in ("drop", "roll"):
+    if setup_of(recording).one_seed:
         seed = motion.shapes[0]
         sizes = () if seed.dimensions_m is None else seed.dimensions_m
         update |= {
@@ -112,12 +104,9 @@ def seed_section(motion: Motion, bench: Bench, recording: Recording) -> Seed:
             update[f"{name}_mm"] = 1e3 * size.mean_m
             update[f"{name}_range_mm"] = (1e3 * size.least_m, 1e3 * size.most_m)
     else:
-        update |= dict(
-            zip(
-                ("length_mm", "width_mm", "thickness_mm"),
-                (1e3 * v for v in bench.mean_dimensions_m),
-            )
-        )
-    if recording.rig == "slide":
-        update["count"] = recording.seed.count or 4
+        sides = ("length_mm", "width_mm", "thickness_mm")
+        update |= dict(zip(sides, (1e3 * v for v in bench.mean_dimensions_m)))
+    count = getattr(rig_of(recording), "count", None)
+    if count is not None:
+        update["count"] = count
     return recording.seed.model_copy(update=update)

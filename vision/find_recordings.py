@@ -147,26 +147,16 @@ def _folders(path: Path) -> tuple[list[Path], list[Path]]:
         p for p in path.iterdir() if p.is_dir() and not p.name.startswith(".")
     )
     may = {p: os.access(p, os.R_OK | os.X_OK) for p in inside}
+    outputs = (LOT_SUMMARY, RESULTS_MARK)
     open_ = [
-        p
-        for p in inside
-        if may[p]
-        and not any((p / name).exists() for name in (LOT_SUMMARY, RESULTS_MARK))
+        p for p in inside if may[p] and not any((p / name).exists() for name in outputs)
     ]
     return open_, [p for p in inside if not may[p]]
 
 
 def _is_recording(folder: Path) -> bool:
-    named = any(
-        (folder / name).exists()
-        for name in (
-            "recording.toml",
-            "track.csv",
-            "impacts.csv",
-            "readings.csv",
-            "frames",
-        )
-    )
+    files = ("recording.toml", "track.csv", "impacts.csv", "readings.csv", "frames")
+    named = any((folder / name).exists() for name in files)
     heard = bool(sounds_in(folder)) and not photos_in(folder)
     return named or (
         (heard or bool(videos_in(folder))) and not (folder / "bench.toml").exists()

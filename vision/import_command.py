@@ -4,6 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.draft import (
     BENCH_HEADING,
@@ -15,7 +16,6 @@ from benchtwin.vision.foreign.draft import (
 )
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.out_folder import check_out, file_name, new_folder
-from benchtwin.vision.recording import RIGS
 
 DONE, NOTHING, MISUSED = 0, 1, 2
 
@@ -37,11 +37,10 @@ def import_command(
             raise MeasurementError(f"{missing[0]}: no such file or folder")
         found = []
         for path in files:
-            inside = (
-                sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
-                if path.is_dir()
-                else [path]
-            )
+            if path.is_dir():
+                inside = sorted(p for p in path.iterdir() if p.is_file() and tool_of(p))
+            else:
+                inside = [path]
             if not inside:
                 raise MeasurementError(
                     f"{path}: no file of another tool in this folder"

@@ -50,11 +50,8 @@ class Quantity:
         if not any(reasons):
             return self
         worse = self.quality if self.quality == FAILED else DOUBTFUL
-        return replace(
-            self,
-            quality=worse,
-            reason="; ".join(r for r in (self.reason, *reasons) if r),
-        )
+        reason = "; ".join(r for r in (self.reason, *reasons) if r)
+        return replace(self, quality=worse, reason=reason)
 
 
 @dataclass(frozen=True)

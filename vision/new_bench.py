@@ -4,8 +4,8 @@ keys."""
 from pathlib import Path
 
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import RIGS
 from pydantic import BaseModel
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)

@@ -9,23 +9,13 @@ my-bench/drop-01/frames/…       exactly one kind of evidence, looked for in th
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomli_w
-from benchtwin.bench.keys import (
-    Air,
-    Camera,
-    Drop,
-    Drum,
-    Pile,
-    Reading,
-    Roll,
-    Seed,
-    Slide,
-    Tracking,
-)
+from benchtwin.bench.keys import Air, Camera, Reading, Seed, Tracking
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
     LEAST_FRAMES,
@@ -40,7 +30,6 @@ from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.as_evidence import Evidence, evidence_of
 from benchtwin.vision.measurement import MeasurementError
 
-RIGS = ("drop", "slide", "roll", "pile", "drum")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (
@@ -52,14 +41,12 @@ EVIDENCE = (
 )  # a file of another tool counts as the table that it is converted to
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
 RIG_OF_KIND = {  # evidence that belongs to one rig, and why
-    "photos": ("pile", "a photo shows what is at rest"),
-    "sound": ("drop", "a sound tells the impacts of a drop"),
-    "impacts.csv": ("drop", "times of impacts belong to a drop"),
+    kind: (rig.name, why) for rig in RIGS.values() for kind, why in rig.told_by.items()
 }
 
 
 @dataclass(frozen=True)
-class Recording:
+class _Recording:
     """One run of one rig: what is known of it (None = unknown) and where its evidence
     lies. `path` is the recording's folder, or the photo itself for a bare photo.
     `evidence` is one of EVIDENCE, `files` the evidence's files in order. `sound` lies
@@ -79,11 +66,6 @@ class Recording:
     reading: Reading = field(default_factory=Reading)
     air: Air = field(default_factory=Air)
     track: Tracking = field(default_factory=Tracking)
-    drop: Drop = field(default_factory=Drop)
-    slide: Slide = field(default_factory=Slide)
-    roll: Roll = field(default_factory=Roll)
-    pile: Pile = field(default_factory=Pile)
-    drum: Drum = field(default_factory=Drum)
 
     @property
     def toml(self) -> Path:
@@ -111,6 +93,27 @@ class Recording:
         return value
 
 
+if TYPE_CHECKING:
+
+    class Recording(_Recording):
+        """A recording with the section of each rig: as recording.drop.height_mm."""
+
+        def __init__(self, *known: Any, **sections: Any) -> None: ...
+        def __getattr__(self, section: str) -> Any: ...
+
+else:
+    Recording = make_dataclass(
+        "Recording",
+        [
+            (rig.name, rig.keys, field(default_factory=rig.keys))
+            for rig in RIGS.values()
+        ],
+        bases=(_Recording,),
+        frozen=True,
+    )
+    Recording.__doc__, Recording.__module__ = _Recording.__doc__, __name__
+
+
 def read_recording(path: Path, defaults: dict | None = None) -> Recording:
     """Read one recording folder or one bare photo; defaults: the content of bench.toml,
     by default of that beside the folder."""
@@ -121,11 +124,10 @@ def read_recording(path: Path, defaults: dict | None = None) -> Recording:
         raise MeasurementError(f"{path}: no such file or folder")
     if defaults is None:
         defaults = _defaults_beside(path)
-    known = (
-        read_toml(path / "recording.toml")
-        if (path / "recording.toml").is_file()
-        else {}
-    )
+    if (path / "recording.toml").is_file():
+        known = read_toml(path / "recording.toml")
+    else:
+        known = {}
     rig = validate(merge(defaults, known), path / "recording.toml").rig
     evidence, files = _find_evidence(path, rig)
     return _recording(
@@ -151,11 +153,9 @@ def _recording(
             raise MeasurementError(
                 f"{files[0]}: {message}; write the unit into its heading, such as x (m)"
             )
-        kind, rig, stated = (
-            evidence.kind,
-            evidence.rig or None,
-            merge(evidence.keys, stated),
-        )
+        kind = evidence.kind
+        rig = evidence.rig or None
+        stated = merge(evidence.keys, stated)
     else:
         kind, (rig, _) = evidence, RIG_OF_KIND.get(evidence, (None, ""))
         if kind == "photos" and _series(files).kind != PHOTOS:

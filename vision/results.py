@@ -9,7 +9,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import stored
-from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, Observation, worst
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    FAILED,
+    GOOD,
+    Observation,
+    Quantity,
+    worst,
+)
 from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 from jinja2 import Environment, PackageLoader
@@ -73,17 +80,18 @@ class ContactSheet:
         """One HTML file without scripts; it loads the pictures as they come into
         view."""
         cards = sorted(self.cards, key=lambda card: _ORDER[card["quality"]])
-        pages = Environment(
-            loader=PackageLoader("benchtwin.vision.overlay", "."),
-            autoescape=True,
-            trim_blocks=True,
-        )
+        loader = PackageLoader("benchtwin.vision.overlay", ".")
+        pages = Environment(loader=loader, autoescape=True, trim_blocks=True)
         template = pages.get_template("contact_sheet.html.j2")
-        page.write_text(
-            template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD)),
-            encoding="utf8",
-            errors="backslashreplace",
-        )
+        path = template.render(cards=cards, kinds=(FAILED, DOUBTFUL, GOOD))
+        page.write_text(path, encoding="utf8", errors="backslashreplace")
+
+
+def row_of(observation: Observation, quantity: Quantity) -> tuple:
+    """What COLUMNS say of a quantity, but for the overlay."""
+    q = quantity
+    told = (q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason)
+    return (observation.recording, observation.rig, *told)
 
 
 class Results:
@@ -100,9 +108,8 @@ class Results:
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
         self.notes: list[tuple[str, str]] = []
-        self.not_read: list[
-            tuple[str, str]
-        ] = []  # the notes on files that are not read
+        # the notes on files that are not read
+        self.not_read: list[tuple[str, str]] = []
         self.observations: list[Observation] = []  # without their pictures and tracks
         self.sheet = ContactSheet()
         self.summary: list[Line] = []
@@ -132,18 +139,7 @@ class Results:
                 tables.append(table.assign(**stated))
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
-            row = (
-                observation.recording,
-                observation.rig,
-                q.name,
-                q.value,
-                q.sd,
-                q.sd_common,
-                q.unit,
-                q.quality,
-                q.reason,
-                overlay,
-            )
+            row = (*row_of(observation, q), overlay)
             self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
         self.observations.append(
             replace(observation, pictures={}, track=None, bounces=None, seeds=None)
@@ -172,11 +168,9 @@ class Results:
         half = (summary["high"] - summary["low"]) / 2
         written["summary"] = _rounded(summary, ("mean", "low", "high"), half)
         for name, rows in written.items():  # a folder's name need not be valid UTF-8
+            file = self.part / f"{name}.csv"
             rows.to_csv(
-                self.part / f"{name}.csv",
-                index=False,
-                float_format="%.6g",
-                errors="backslashreplace",
+                file, index=False, float_format="%.6g", errors="backslashreplace"
             )
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")

@@ -199,9 +199,8 @@ def _outliers(
     bound = stats.t.ppf(1 - OUTLIER_P / (2 * n), n - 2)
     for i, (observation, _) in enumerate(measured):
         others = np.delete(values, i)
-        least = (
-            np.nanmean(sds) if np.isfinite(sds).any() else 0.0
-        )  # equal readings have no scatter, yet are not exact
+        # equal readings have no scatter, yet are not exact
+        least = np.nanmean(sds) if np.isfinite(sds).any() else 0.0
         spread = max(others.std(ddof=1), least) * np.sqrt(1 + 1 / (n - 1))
         if abs(values[i] - others.mean()) > bound * spread:
             yield observation.recording

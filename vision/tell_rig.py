@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.foreign.as_evidence import read_track
@@ -16,15 +17,6 @@ EVEN = 0.02  # rms about a straight line, of its length: an incline, or a plate
 LEAST_ROWS = 12
 UPWARDS = 0.3  # of the worth of falls, that of parabolas which open upwards in a drop
 SLOWS = 0.7  # of the speed at the incline's foot, to which a seed slows on the plate
-NOT_STATED = {  # rig → keys without which a number is missing or in doubt
-    "drop": (("camera", "mm_per_px"), ("drop", "height_mm")),
-    "slide": (("camera", "plumb_deg"),),
-    "roll": (
-        ("camera", "mm_per_px"),
-        ("roll", "incline_deg"),
-        ("roll", "incline_length_mm"),
-    ),
-}
 
 
 def with_rig(recording: Recording) -> tuple[Recording, str]:
@@ -40,7 +32,7 @@ def with_rig(recording: Recording) -> tuple[Recording, str]:
     known = replace(recording, rig=rig)
     missing = [
         f"[{section}] {key}"
-        for section, key in NOT_STATED.get(rig, ())
+        for section, key in RIGS[rig].wanted
         if getattr(getattr(known, section), key) is None
         and not (recording.evidence == "sound" and section == "camera")
     ]
@@ -57,7 +49,7 @@ def _which_rig(recording: Recording) -> str:
     if path.is_dir():
         return (
             f"{recording.toml}: rig is missing, and nothing in the evidence tells it;"
-            f" it should be drop, slide, roll, pile or drum{series}"
+            f" it should be {rigs_in_words()}{series}"
         )
     return (
         f"{path}: rig is missing, and nothing in the evidence tells it; go on with:"

@@ -5,9 +5,11 @@ import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import pandas as pd
 from benchtwin.bench.numbers import with_sd
+from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
 from rich.console import Console
@@ -15,18 +17,8 @@ from rich.table import Table
 
 MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10
-MAIN_QUANTITIES = {  # of each rig, in groups of which the first measured one is printed
-    "drop": (
-        ("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),
-    ),
-    "slide": (("static_friction", "slide_angle"),),
-    "roll": (
-        ("rolling_resistance", "rolling_friction", "run_out", "acceleration"),
-        ("slope",),
-    ),
-    "drum": (("flowing_angle",),),
-    "pile": (("repose_angle", "height_over_radius_angle"), ("centroid_angle",)),
-}
+# of each rig, in groups of which the first measured one is printed
+MAIN_QUANTITIES = {rig.name: rig.printed for rig in RIGS.values()}
 COLOURS = {GOOD: "green", DOUBTFUL: "yellow", FAILED: "red"}
 Notes = Sequence[tuple[str, str]]
 
@@ -42,10 +34,8 @@ def show_results(
     look = table["quality"] != GOOD
     if short:
         _show_rows(console, table[~look])
-    _show_means(
-        console,
-        [line for line in means if line.n > 1] if short else _main_results(means),
-    )
+    lines = [line for line in means if line.n > 1] if short else _main_results(means)
+    _show_means(console, lines)
     if look.any():
         console.print("\nlook at these:" if (~look).any() else "")
         _show_rows(console, table[look])
@@ -96,11 +86,8 @@ def _main_results(means: Sequence[Line]) -> list[Line]:
 def _show_rows(console: Console, table: pd.DataFrame) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in ("recording", "quantity", "value", "± sd", "unit"):
-        shown.add_column(
-            heading,
-            justify="right" if heading in ("value", "± sd") else "left",
-            no_wrap=True,
-        )
+        right = heading in ("value", "± sd")
+        shown.add_column(heading, justify="right" if right else "left", no_wrap=True)
     shown.add_column("quality")
     for row in table.itertuples():
         value, sd = with_sd(row.value, row.sd)
@@ -132,17 +119,12 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
         "sd of reading",
         "",
     ):
-        shown.add_column(
-            heading,
-            justify="left" if heading in ("mean over repeats", "unit", "") else "right",
-            no_wrap=bool(heading),
-        )
+        words = heading in ("mean over repeats", "unit", "")
+        side: Literal["left", "right"] = "left" if words else "right"
+        shown.add_column(heading, justify=side, no_wrap=bool(heading))
     for line in lines:
-        name = " ".join(
-            part
-            for part in (line.bench if several else "", line.rig, line.quantity)
-            if part
-        )
+        bench = line.bench if several else ""
+        name = " ".join(part for part in (bench, line.rig, line.quantity) if part)
         mean, half = with_sd(line.mean, (line.high - line.low) / 2)
         doubts = [
             text

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, RIG_OF, Prediction
+from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, Prediction
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
 from benchtwin.twin import Parameters
 from benchtwin.twin.bench_folder import Observed, RecordingReadings, read_bench
-from benchtwin.twin.job import Job
+from benchtwin.twin.job import Job, rig_named
 from benchtwin.twin.scene import rig_of, section_of
 from scipy import stats
 
@@ -48,7 +48,7 @@ class Comparison:
 def recordings(folder: Path | Observed, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read
     at all. FileNotFoundError without a folder; ValueError where there is none."""
-    found, what = read_bench(folder, RIG_OF[rig]), rig
+    found, what = read_bench(folder, rig_named(rig)[0]), rig
     if rig == "cylinder":
         what = "pile whose [pile] states cylinder_mm"
         piles = [s.description.get("pile", {}) for s in found]
@@ -93,22 +93,26 @@ def measured(found: list[RecordingReadings], rig: str, description: dict) -> Mea
 
 def _built(rig: str, description: dict) -> str:
     """The rig with everything that is not stated at its default, as text."""
-    whole = _whole(rig, description.get(RIG_OF[rig], {}))
+    whole = _whole(rig, description.get(rig_named(rig)[0], {}))
     return ", ".join(f"{k} {v}" for k, v in whole.items())
 
 
 def _whole(rig: str, section: dict) -> dict:
     """A rig's section with everything that the rig knows of itself, and nothing that is
     a single recording's."""
-    recording = Job(RIG_OF[rig], Parameters(), {RIG_OF[rig]: section}).recording(Path())
-    known = section_of(rig_of(recording), type(getattr(recording, RIG_OF[rig]))())
+    recording = Job(
+        rig_named(rig)[0], Parameters(), {rig_named(rig)[0]: section}
+    ).recording(Path())
+    known = section_of(rig_of(recording), type(getattr(recording, rig_named(rig)[0]))())
     return known.model_dump(exclude_none=True, mode="json")
 
 
 def described_by(found: list[RecordingReadings], rig: str) -> dict:
     """{rig: its section} as the first of these recordings has it."""
     first = next(s for s in found if s.rig)
-    return {RIG_OF[rig]: _whole(rig, first.description.get(RIG_OF[rig], {}))}
+    return {
+        rig_named(rig)[0]: _whole(rig, first.description.get(rig_named(rig)[0], {}))
+    }
 
 
 def compare(found: Prediction, seen: Measured) -> list[Comparison]:

@@ -8,6 +8,7 @@ from benchtwin.calibrate.prediction.posterior import Kept
 from benchtwin.calibrate.procedure.rigs import PARAMETERS
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
 from benchtwin.calibrate.statistics.predictive import Predictive, predictive
+from benchtwin.twin.job import rig_named
 
 QUANTITIES = {
     "cylinder": {
@@ -16,8 +17,6 @@ QUANTITIES = {
     },
     "drum": {"flowing_angle_deg": "flowing angle"},
 }
-# what the rig is called in a recording.toml
-RIG_OF = {"cylinder": "pile", "drum": "drum"}
 DRAWN, MEAN = "posterior draw", "posterior mean"
 # share of the runs: with fewer, those that failed could decide the answer
 LEAST_USABLE = 0.75
@@ -57,7 +56,7 @@ def predict(
     values = runs[list(PARAMETERS)].astype(float).to_dict("records")
     places = [*range(draws), *range(packings)]
     asked = [
-        Run(RIG_OF[rig], row, seed_numbers(seed, rig, kind, k), description)
+        Run(rig_named(rig)[0], row, seed_numbers(seed, rig, kind, k), description)
         for row, kind, k in zip(values, runs["kind"], places, strict=True)
     ]
     table, notes, of = simulate(asked).reset_index(drop=True), list(kept.notes), {}

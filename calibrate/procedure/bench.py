@@ -52,11 +52,23 @@ class RigReadings:
         """The bench's mean. other: (sd, df) of single simulated runs, which stands in
         for the scatter of a single reading. Raises ValueError as `bench_mean`."""
         name = f"{self.rig}: {self.response}"
-        errors = {"reading_sd": self.reading_sd, "shared_sd": self.shared_sd}
         if self.values.size == 1 and other is not None and other[0] > 0:
             sd, df = other
-            return pooled_mean(self.values, name=name, scatter_sd=sd, df=df, **errors)
-        return bench_mean(self.values, name=name, trimmed=self.trimmed, **errors)
+            return pooled_mean(
+                self.values,
+                name=name,
+                scatter_sd=sd,
+                df=df,
+                reading_sd=self.reading_sd,
+                shared_sd=self.shared_sd,
+            )
+        return bench_mean(
+            self.values,
+            name=name,
+            reading_sd=self.reading_sd,
+            shared_sd=self.shared_sd,
+            trimmed=self.trimmed,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,11 +216,9 @@ def _contradictions(pooled: list[RecordingReadings]) -> list[str]:
     if len(pooled) < 2 or spread == 0:
         return []
     own = [np.hypot(spread, np.sqrt(np.mean(s.reading_sd**2))) for s in pooled]
-    found = agreement(
-        [s.recording for s in pooled],
-        [s.readings.mean() for s in pooled],
-        [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)],
-    )
+    names = [s.recording for s in pooled]
+    sds = [sd / np.sqrt(s.readings.size) for sd, s in zip(own, pooled)]
+    found = agreement(names, [s.readings.mean() for s in pooled], sds)
     return [
         f"{r.name}: {r.value:.4g} contradicts the other recordings ({r.others:.4g},"
         f" {abs(r.z):.1f} standard deviations apart)"

@@ -74,7 +74,8 @@ def _points(design: pd.DataFrame, factors: list[str]) -> pd.DataFrame:
 def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
     folder = Path(printed.options["tables"])
     publication = published(folder / "published.toml")
-    ours, rows = [], []
+    ours = []
+    rows: list[tuple[object, ...]] = []
     for n in (n for n in c.steel if n in printed.steel):
         ours.append(check_steel(c.steel[n], c.bench.rigs[n], publication.get(n, {})))
         values = printed.steel[n].inverse.value, c.steel[n].inverse.value

@@ -160,11 +160,10 @@ def _seed_status(
     """narrowed: the share of its prior's sd that the pile takes away from the
     parameter."""
     if narrowed < NARROWED_LEAST or len(ends) == 2:
-        by = (
-            f"narrows it by {100 * narrowed:.0f} %"
-            if narrowed >= NARROWED_SOMEWHAT
-            else "says nothing of it"
-        )
+        if narrowed >= NARROWED_SOMEWHAT:
+            by = f"narrows it by {100 * narrowed:.0f} %"
+        else:
+            by = "says nothing of it"
         return (
             f"not resolved: the pile {by}; it may be anything from {low:.3g} to"
             f" {high:.3g}"

@@ -52,11 +52,10 @@ def add_piles(
         added += len(points)
     if not added:
         return done, []
-    ended = (
-        "then they shrank no more"
-        if settled
-        else "they were still shrinking when no more were allowed"
-    )
+    if settled:
+        ended = "then they shrank no more"
+    else:
+        ended = "they were still shrinking when no more were allowed"
     return done, [
         f"{added} piles more than the design's, where they tell most: seed–seed"
         f" intervals came to {widths[-1] / widths[0]:.0%} of their width; {ended}"

@@ -77,7 +77,8 @@ def _pair(
     lot = {name: stated.get(name, {}) for name in ("seed", "air")}
     if rig == "pile" or not lot["seed"]:
         lot |= {k: v for k, v in c.bench.seed.items() if k in lot}
-    section, said = stated.get(rig, {}), ()
+    section: dict = stated.get(rig, {})
+    said: tuple[str, ...] = ()
     camera = {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
     if rig == "pile":
         of_bench = c.bench.rigs["pile"].description.get("pile", {})

@@ -220,10 +220,8 @@ def _walked(stage: PileStage, steps: pd.DataFrame) -> tuple[pd.DataFrame, pd.Dat
     points, packings = steps.loc[np.repeat(steps.index, n)], np.arange(n)
     table, piles = stage.piles(points, np.tile(packings, len(steps)))
     there, _ = usable(table, PILE_RESPONSE)
-    angle, group = (
-        table[PILE_RESPONSE].where(there),
-        np.repeat(np.arange(len(steps)), n),
-    )
+    angle = table[PILE_RESPONSE].where(there)
+    group = np.repeat(np.arange(len(steps)), n)
     mean = angle.groupby(group).mean().to_numpy()
     return steps.assign(**{PILE_RESPONSE: mean}).dropna(subset=PILE_RESPONSE), piles
 

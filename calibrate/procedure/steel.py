@@ -48,8 +48,9 @@ class SteelFit:
     def surrogate(self) -> Polynomial | Monotone:
         """The curve that stands for the rig in the posterior: the one that answers
         within its rows."""
-        within = self.by != "polynomial" and self.monotone is not None
-        return self.monotone if within else self.polynomial
+        if self.by == "polynomial" or self.monotone is None:
+            return self.polynomial
+        return self.monotone
 
 
 def fit_steel(
@@ -67,16 +68,13 @@ def fit_steel(
     OutsideRange when the bench's mean lies beyond what was simulated on both curves and
     just beyond; ValueError as the curves."""
     x, y = rig.parameter, rig.response
-    scatter: dict[str, str] = {}
-    if rig.sd in rows:
-        scatter["sd"] = rig.sd
-    if "repeats" in rows:
-        scatter["repeats"] = "repeats"
-    weighing = scatter if weighted else {}
+    sd = rig.sd if rig.sd in rows else None
+    repeats = "repeats" if "repeats" in rows else None
+    weighing = {"sd": sd, "repeats": repeats} if weighted else {}
     polynomial = fit_polynomial(rows, x, y, rig.degree, **weighing)
     monotone = None
     if rows[x].nunique() >= FEWEST_ROWS:
-        monotone = fit_monotone(rows, x, y, rng=rng, **scatter)
+        monotone = fit_monotone(rows, x, y, rng=rng, sd=sd, repeats=repeats)
     curves = {"polynomial": polynomial, "monotone curve": monotone}
     answers, refused = _answers(curves, bench)
     if not answers:

@@ -34,9 +34,8 @@ def _missing(table: pd.DataFrame, column: str) -> str:
         for c in table.columns
         if column != stem and (c == stem or str(c).rsplit("_", 1)[0] == stem)
     ]
-    hint = (
-        f"; {near[0]} has another unit or none"
-        if near
-        else f"; there are {', '.join(map(str, table.columns))}"
-    )
+    if near:
+        hint = f"; {near[0]} has another unit or none"
+    else:
+        hint = f"; there are {', '.join(map(str, table.columns))}"
     return f"column {column} is missing{hint}"

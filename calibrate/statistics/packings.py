@@ -42,10 +42,9 @@ def decorrelate(
             + (len(y) - x.shape[1]) * np.log(np.sum(w * r**2))
         )
 
+    least = np.log(1e-4)
     found = minimize_scalar(
-        lambda t: deviance(np.exp(t)),
-        bounds=(np.log(1e-4), np.log(MOST)),
-        method="bounded",
+        lambda t: deviance(np.exp(t)), bounds=(least, np.log(MOST)), method="bounded"
     )
     ratio = float(np.exp(found.x)) if found.fun < deviance(0.0) else 0.0
     return ratio, (u / np.sqrt(1 + ratio * np.maximum(d, 0))) @ u.T

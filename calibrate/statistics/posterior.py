@@ -96,12 +96,8 @@ def log_posterior(
         size, own = len(block), r[np.ix_(block, block)]
         free = np.maximum(df[block].min(axis=0), size)
         square = np.einsum("in,ij,jn->n", z[block], np.linalg.inv(own), z[block])
-        out = (
-            out
-            + special.gammaln((free + 1) / 2)
-            - special.gammaln((free - size + 1) / 2)
-            - size / 2 * np.log(free)
-        )
+        lost = special.gammaln((free - size + 1) / 2)
+        out = out + special.gammaln((free + 1) / 2) - lost - size / 2 * np.log(free)
         out = out - (free + 1) / 2 * np.log1p(square / free)
     return out
 

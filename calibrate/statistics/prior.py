@@ -60,11 +60,8 @@ class Prior:
                 a, b = special.ndtr(
                     (np.array([self.box.low[j], self.box.high[j]]) - mean) / sd
                 )
-                out[:, j] = np.clip(
-                    mean + sd * special.ndtri(a + u[:, j] * (b - a)),
-                    self.box.low[j],
-                    self.box.high[j],
-                )
+                drawn = mean + sd * special.ndtri(a + u[:, j] * (b - a))
+                out[:, j] = np.clip(drawn, self.box.low[j], self.box.high[j])
         return out
 
     @property

@@ -69,8 +69,15 @@ def sample(
     density = np.array([s.get_log_prob(discard=steps // 3) for s in samplers])
     thin = max(1, chains.shape[1] * ENSEMBLES * walkers // KEPT)
     draws, logs = chains[:, ::thin].reshape(-1, k), density[:, ::thin].ravel()
-    told = {"r_hat": r_hat, "ess": effective, "converged": converged}
-    return finish(box.natural(draws), logs, observables, prior, **told)
+    return finish(
+        box.natural(draws),
+        logs,
+        observables,
+        prior,
+        r_hat=r_hat,
+        ess=effective,
+        converged=bool(converged),
+    )
 
 
 def split_r_hat(chains: np.ndarray) -> np.ndarray:

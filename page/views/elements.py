@@ -85,10 +85,8 @@ class PosteriorCloud(Element, component="../static/cloud.js"):
 
     def __init__(self, cloud: results.Cloud):
         super().__init__()
-        self._props.update(
-            names=list(cloud.names),
-            draws=[[float(f"{v:.5g}") for v in row] for row in cloud.draws],
-        )
+        draws = [[float(f"{v:.5g}") for v in row] for row in cloud.draws]
+        self._props.update(names=list(cloud.names), draws=draws)
 
 
 class SideBySide(Element, component="../static/side_by_side.js"):

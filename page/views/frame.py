@@ -80,11 +80,10 @@ def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
     page."""
 
     def say(error: Exception) -> None:
-        text = (
-            str(error)
-            if isinstance(error, Refused)
-            else f"{getattr(error, 'filename', None) or ''} {error}".strip()
-        )
+        if isinstance(error, Refused):
+            text = str(error)
+        else:
+            text = f"{getattr(error, 'filename', None) or ''} {error}".strip()
         ui.notify(
             text, type="negative", multi_line=True, timeout=12_000, close_button="OK"
         )

@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page import measuring, sound_impacts, toml_file
 from benchtwin.page.card_number import original_name
 from benchtwin.page.folder import Refused
@@ -51,12 +52,6 @@ HELP = {
     "place": "Click the middle of the seed, frame by frame: the film steps on by"
     " itself. Delete takes a place away. By key: Tab to the cross, move it with the"
     " arrow keys, Enter sets it.",
-}
-RIG_NAMES = {
-    "drop": "a seed falls on a plate",
-    "slide": "a plate is raised",
-    "roll": "a seed rolls and runs out",
-    "pile": "a heap",
 }
 BY_HAND = {  # keys that "Automatic again" takes away
     "pile": [("pile", "baseline_px"), ("pile", "roi_px"), ("pile", "window_pct")],
@@ -146,9 +141,8 @@ class View:
         self.done = 0.0  # of the measuring that goes on
         self.asked = 0  # how often measuring was asked for; only the last one is done
         self.one_at_a_time = asyncio.Lock()
-        self.uncorrected: measuring.PileOverlay | None = (
-            None  # measured once: a reload forgets it
-        )
+        # measured once: a reload forgets it
+        self.uncorrected: measuring.PileOverlay | None = None
 
     @property
     def is_pile(self) -> bool:
@@ -176,9 +170,8 @@ class View:
                     self.busy = ui.row().classes("items-center").props('role="status"')
             with ui.column().classes("w-full"):
                 self._keys()
-        await ui.context.client.connected(
-            timeout=30
-        )  # the page is there while the sound is read and all is measured
+        # the page is there while the sound is read and all is measured
+        await ui.context.client.connected(timeout=30)
         with self.place:
             await self._heard()
         await self._measure()
@@ -240,7 +233,7 @@ class View:
 
         with ui.row().classes("items-center"):
             ui.label("What was done?").classes("text-lg failed")
-            for rig, means in RIG_NAMES.items():
+            for rig, means in ((r.name, r.what) for r in RIGS.values()):
                 ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props(
                     "no-caps outline"
                 )
@@ -279,20 +272,16 @@ class View:
                 ui.button(
                     "Automatic again", on_click=errors_shown(self._automatic)
                 ).props("flat dense no-caps")
-        self.wave = Wave(
-            f"/wave?r={quote(self.name)}",
-            sound.start_s,
-            sound.start_s + sound.duration_s,
-            self._clicked,
-        )
+        address = f"/wave?r={quote(self.name)}"
+        end_s = sound.start_s + sound.duration_s
+        self.wave = Wave(address, sound.start_s, end_s, self._clicked)
 
     async def _clicked(self, at_s: float, reach_s: float) -> None:
         """An impact was added or struck out."""
         if self.heard is not None:
+            drop = self.recording.drop
             await self._keep(
-                sound_impacts.changes_of_click(
-                    at_s, reach_s, self.heard, self.recording.drop
-                )
+                sound_impacts.changes_of_click(at_s, reach_s, self.heard, drop)
             )
 
     def _tools(self, tools: tuple[str, ...]) -> None:
@@ -407,10 +396,8 @@ class View:
         self.done = share
 
     async def _measure_pile(self) -> list[str]:
-        options, plain = (
-            measuring.corrected_options(self.recording),
-            measuring.automatic_options(self.recording),
-        )
+        options = measuring.corrected_options(self.recording)
+        plain = measuring.automatic_options(self.recording)
         found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
         if options != plain:
@@ -424,13 +411,8 @@ class View:
                 "corrected": found.quantities,
                 "automatic": uncorrected.quantities,
             }
-        self._draw(
-            **{
-                k: v
-                for k, v in asdict(found).items()
-                if k not in ("quantities", "notes", "trouble")
-            }
-        )
+        told = {"quantities", "notes", "trouble"}
+        self._draw(**{k: v for k, v in asdict(found).items() if k not in told})
         self.numbers.set_content(quantities_table(columns))
         return measuring.reasons(found.quantities, found.notes, found.trouble)
 
@@ -448,11 +430,10 @@ class View:
         )
         drop = self.recording.drop
         by_hand = bool(drop.impacts_added_s or drop.impacts_struck_s)
-        columns = (
-            {"corrected": now.quantities, "automatic": now.automatic}
-            if by_hand
-            else {"automatic": now.quantities}
-        )
+        if by_hand:
+            columns = {"corrected": now.quantities, "automatic": now.automatic}
+        else:
+            columns = {"automatic": now.quantities}
         self.numbers.set_content(quantities_table(columns))
         self.plots.clear()
         with self.plots:
@@ -460,16 +441,8 @@ class View:
         return measuring.reasons(now.quantities, now.notes, now.trouble)
 
     def _overlay(self, name: str) -> None:
-        version = hash(
-            (
-                (
-                    self.recording.toml.stat().st_mtime_ns
-                    if self.recording.toml.exists()
-                    else 0
-                ),
-                name,
-            )
-        )
+        toml = self.recording.toml
+        version = hash((toml.stat().st_mtime_ns if toml.exists() else 0, name))
         ui.image(
             f"/overlay?r={quote(self.name)}&name={quote(name)}&v={version}"
         ).classes("w-full")
@@ -542,20 +515,17 @@ class View:
             struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
             await self._keep({("track", "left_out_frames"): sorted(struck) or None})
         elif what in KEPT_AS:
-            kept = (
-                [int(v) for v in value]
-                if what == "roi"
-                else [round(float(v), 2) for v in value]
-            )
+            kept: list[float]
+            if what == "roi":
+                kept = [int(v) for v in value]
+            else:
+                kept = [round(float(v), 2) for v in value]
             await self._keep({KEPT_AS[what]: kept})
 
     async def _set_scale(self) -> None:
-        points = self.ruler or [
-            0.35 * self.size[0],
-            0.5 * self.size[1],
-            0.65 * self.size[0],
-            0.5 * self.size[1],
-        ]
+        width = self.size[0]
+        height = self.size[1]
+        points = self.ruler or [0.35 * width, 0.5 * height, 0.65 * width, 0.5 * height]
         try:
             scale, sd = measuring.ruler(points, float(self.length.value or np.nan))
         except MeasurementError as error:

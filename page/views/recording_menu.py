@@ -135,12 +135,15 @@ class _Menu:
         made = await run.io_bound(
             files.split_into_photos, self.recording, self.site.folder
         )
+        if made is None:  # the server is being stopped
+            return
         ui.notify(f"{len(made)} photos; the recording as it was is under Removed")
         self._to_bench()
 
     async def join(self) -> None:
         made = await run.io_bound(files.join_as_film, self.series, self.site.folder)
-        open_page(self.site.folder.name_of(made))
+        if made is not None:  # None: the server is being stopped
+            open_page(self.site.folder.name_of(made))
 
     def remove(self) -> None:
         files.remove(self.path, self.site.folder)

@@ -107,11 +107,10 @@ def cut(track: pd.DataFrame) -> list[Flight]:
     """Flights of one track, between its bounces; frames near a bounce, and before the
     seed falls, are left out."""
     t, x, y = (track[name].to_numpy(float) for name in ("t_s", "x_mm", "y_mm"))
-    angle = (
-        np.unwrap(np.radians(track["angle_deg"].to_numpy(float)))
-        if "angle_deg" in track
-        else np.zeros(len(t))
-    )
+    if "angle_deg" in track:
+        angle = np.unwrap(np.radians(track["angle_deg"].to_numpy(float)))
+    else:
+        angle = np.zeros(len(t))
     step = float(np.median(np.diff(t)))
     reach = max(4, round(0.006 / step))
     ends = [_fallen(t, y, reach), *_bounces(t, y, reach), len(t) - 1]

@@ -89,14 +89,8 @@ def _parameter(name: str, residual: np.ndarray, columns: np.ndarray) -> dict:
     c = columns[:, FLIGHT_NAMES.index(name)]
     value = float(c @ residual) / float(c @ c)
     se = float(np.std(residual - value * c)) / float(np.sqrt(c @ c))
-    return {
-        name: {
-            "unit": "",
-            "value": value,
-            "low95": value - 1.96 * se,
-            "high95": value + 1.96 * se,
-        }
-    }
+    low, high = value - 1.96 * se, value + 1.96 * se
+    return {name: {"unit": "", "value": value, "low95": low, "high95": high}}
 
 
 def all_free(drops: list[list[Flight]]) -> dict:
@@ -108,12 +102,8 @@ def all_free(drops: list[list[Flight]]) -> dict:
     if len(found) > len(IMPACT_NAMES) + 3:
         e, shapes = found["restitution"].to_numpy(), impact_columns(found)
         names += _significant(e - e.mean(), shapes - shapes.mean(axis=0), IMPACT_NAMES)
-    return answer(
-        bool(names),
-        "name" if names else "none",
-        names,
-        sector_of(names[0]) if names else "flight",
-    )
+    sector = sector_of(names[0]) if names else "flight"
+    return answer(bool(names), "name" if names else "none", names, sector)
 
 
 def _significant(
@@ -168,15 +158,10 @@ def _sparse(library: np.ndarray, target: np.ndarray) -> np.ndarray:
     except ImportError:
         return _thresholded(a, target) / scale
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # that the threshold took all terms is an answer
-        return (
-            np.ravel(
-                STLSQ(threshold=SPARSE_M_S2, alpha=1e-6).fit(a, target[:, None]).coef_
-            )
-            / scale
-        )
+        # that the threshold took all terms is an answer
+        warnings.simplefilter("ignore")
+        sparse = STLSQ(threshold=SPARSE_M_S2, alpha=1e-6)
+        return np.ravel(sparse.fit(a, target[:, None]).coef_) / scale
 
 
 def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -215,12 +200,9 @@ def _gp_gain(flight: Flight) -> float:
             k = np.eye(m) + ratio * np.exp(-0.5 * ((t[:, None] - t) / length) ** 2)
             low = np.linalg.cholesky(k)
             z = np.linalg.solve(low, both)
+            size = np.log(np.diag(low)).sum()
             best = np.maximum(
-                best,
-                -0.5 * m * np.log((z**2).sum(axis=0) / m)
-                - np.log(np.diag(low)).sum()
-                - white
-                - 2,
+                best, -0.5 * m * np.log((z**2).sum(axis=0) / m) - size - white - 2
             )
     return float(best.sum())
 

@@ -15,9 +15,8 @@ class Request:
     """What a case shall hold."""
 
     effects: tuple[str, ...] = ()
-    separated: bool | None = (
-        None  # with recordings that tell the effect apart; None: either
-    )
+    # with recordings that tell the effect apart; None: either
+    separated: bool | None = None
     rendered: bool = False  # pictures instead of tracks
     absent: frozenset[str] = frozenset()  # keys that the bench will not state
 

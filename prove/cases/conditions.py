@@ -19,13 +19,12 @@ WORDS = {
     "operator": ("JM", "TK", "RB"),
     "lot": ("north", "south", "mixed"),
 }
-SHARE, SECOND, CONSTANT, IN_ORDER, PARTLY = (
-    0.45,
-    0.3,
-    0.15,
-    0.1,
-    0.15,
-)  # of benches that state one, a second; of idle ones
+# of benches that state one, a second; of idle ones
+SHARE = 0.45
+SECOND = 0.3
+CONSTANT = 0.15
+IN_ORDER = 0.1
+PARTLY = 0.15
 TRIES = 40
 
 
@@ -79,12 +78,8 @@ def _drawn(name: str, count: int, rng: np.random.Generator) -> Condition:
     half = rng.uniform(0.2, 0.5) * (high - low)
     middle = rng.uniform(low + half, high - half)
     values = np.round(middle + half * place[level], digits)
-    return Condition(
-        name,
-        tuple(values.tolist()),
-        tuple(((values - middle) / half).tolist()),
-        float(half),
-    )
+    follows = tuple(((values - middle) / half).tolist())
+    return Condition(name, tuple(values.tolist()), follows, float(half))
 
 
 def _idle(one: Condition, clean: bool, rng: np.random.Generator) -> Condition:

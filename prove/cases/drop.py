@@ -62,9 +62,8 @@ class Run:
     spin: tuple[float, float, float]
     pull: float  # this seed's drag over the lot's
     e_off: float  # its restitution
-    push: tuple[
-        float, float
-    ]  # and its release, sideways and away from the camera [m/s]
+    # and its release, sideways and away from the camera [m/s]
+    push: tuple[float, float]
     depth_mm: float  # so far behind the plane that the scale is stated for
     held_s: float  # in view before the release; negative: the recording begins after it
     session: int
@@ -146,9 +145,8 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
     if request.rendered:
         noise = Noise(0.03 * pixel, 0.0, 1.0, np.inf, 0.0, pixel, 0.0)
     size, re_per_speed = drag_scale(axes_mm, density)
-    plain = (
-        size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2
-    )  # over weight at 2 m/s
+    # over weight at 2 m/s
+    plain = size * drag_number(re_per_speed * 2) * 4 / body.G_M_S2
     lot = (1 + rng.normal(0, 0.14)) * plain
     runs = tuple(
         _run(heights[i % len(heights)], axes_mm, sessions, i, count, fps, rng)
@@ -221,19 +219,16 @@ def _draw_plumb_sd(request: Request, rng: np.random.Generator) -> float:
     """sd [deg] of the plumb that is stated, or of a camera that was set up by eye."""
     if "camera.plumb_deg" in request.absent:
         return UNSTATED_PLUMB_SD_DEG
-    return (
-        log_uniform(0.05, UNSTATED_PLUMB_SD_DEG, rng)
-        if "camera.plumb_sd_deg" in request.absent
-        else log_uniform(0.02, 0.1, rng)
-    )
+    if "camera.plumb_sd_deg" in request.absent:
+        return log_uniform(0.05, UNSTATED_PLUMB_SD_DEG, rng)
+    return log_uniform(0.02, 0.1, rng)
 
 
 def _camera(request: Request, middle_mm, scale_sd, plumb_sd, rng) -> Camera:
-    plumb_deg = (
-        0.0
-        if "camera.plumb_deg" in request.absent or rng.random() < 0.6
-        else float(rng.uniform(-2, 2))
-    )
+    if "camera.plumb_deg" in request.absent or rng.random() < 0.6:
+        plumb_deg = 0.0
+    else:
+        plumb_deg = float(rng.uniform(-2, 2))
     return Camera(
         (float(rng.uniform(-5, 5)), middle_mm),
         middle_mm + 20,
@@ -313,9 +308,6 @@ def world(
     for name, key in IN_CAMERA.items():
         if name in sizes and not (scene.one_session and run.session):
             camera = replace(camera, **{key: getattr(camera, key) + sizes[name]})
-    e = (
-        scene.e
-        + run.e_off
-        + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    )
+    followed = sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    e = scene.e + run.e_off + run.follows * followed
     return law, impact_array(**impact_changes(sizes, e)), camera

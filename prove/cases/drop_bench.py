@@ -48,10 +48,8 @@ def _recording(scene: Scene, i: int, drop: SimulatedDrop) -> Recording:
     if scene.request.rendered:
         keys["camera"]["exposure_s"] = 1e-4
         per_px = (1e3 / scene.mm_per_px * magnification(camera, depth)) ** 2
-        pixels, outline = (
-            np.column_stack([x, y]) / scene.mm_per_px,
-            shapes * per_px[:, None, None],
-        )
+        pixels = np.column_stack([x, y]) / scene.mm_per_px
+        outline = shapes * per_px[:, None, None]
         return Recording(
             keys["id"], keys, frames=film(pixels, outline, camera, scene.mm_per_px, rng)
         )
@@ -73,10 +71,8 @@ def _recording(scene: Scene, i: int, drop: SimulatedDrop) -> Recording:
 
 def _keys(scene: Scene, i: int, drop: SimulatedDrop) -> dict:
     """recording.toml of the i-th drop."""
-    away, plumb = (
-        scene.stated_distance_mm[drop.run.session],
-        (drop.camera.plumb_deg, round(scene.plumb_sd_deg, 4)),
-    )
+    away = scene.stated_distance_mm[drop.run.session]
+    plumb = (drop.camera.plumb_deg, round(scene.plumb_sd_deg, 4))
     camera = camera_keys(
         scene.mm_per_px, scene.scale_sd, *plumb, fps=scene.fps, distance_mm=away
     )
@@ -85,4 +81,5 @@ def _keys(scene: Scene, i: int, drop: SimulatedDrop) -> dict:
         "id": f"drop-{i + 1:02d}",
         "session": f"day-{drop.run.session + 1}",
     }
-    return named | {"camera": camera, "drop": {"height_mm": drop.run.stated_mm}}
+    height = {"height_mm": drop.run.stated_mm, "height_sd_mm": 1.0}
+    return named | {"camera": camera, "drop": height}

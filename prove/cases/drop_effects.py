@@ -114,11 +114,8 @@ def value(
     entries: dict[str, float], speed: float, count: int = 0, upright: float = 0.5
 ) -> float:
     """The restitution law with these entries."""
-    return float(
-        _unclipped(
-            np.array([entries.get(name, 0.0) for name in IMPACT]), speed, count, upright
-        )
-    )
+    impact = np.array([entries.get(name, 0.0) for name in IMPACT])
+    return float(_unclipped(impact, speed, count, upright))
 
 
 def _unclipped(impact: np.ndarray, speed: float, count: int, upright: float) -> float:

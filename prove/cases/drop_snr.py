@@ -59,9 +59,8 @@ DRAG_SD = (
 GRAVITY_SD = 5e-4
 LEAST_MEASURED_E = 0.004
 LITTLE = 0.15  # sds of restitution
-ROUGHNESS = (
-    0.02  # of the radius: how far beside the centre the roundest of seeds is touched
-)
+# of the radius: how far beside the centre the roundest of seeds is touched
+ROUGHNESS = 0.02
 
 
 def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
@@ -77,10 +76,8 @@ def _by_track(
 ) -> Visibility:
     recordings, without = [], {k: v for k, v in sizes.items() if k != name}
     sessions = len(scene.cameras)
-    scale_sd, plumb_sd = (
-        known_scale(scene.request, scene.scale_sd),
-        known_plumb_deg(scene.request, scene.plumb_sd_deg),
-    )
+    scale_sd = known_scale(scene.request, scene.scale_sd)
+    plumb_sd = known_plumb_deg(scene.request, scene.plumb_sd_deg)
     drag_sd = DRAG_SD[not scene.request.sizes_known()]
     shared_sd = np.r_[
         np.tile([np.hypot(scale_sd, GRAVITY_SD), plumb_sd, 2e-4, 1e-3], sessions),
@@ -116,17 +113,13 @@ def _by_track(
                     moved[axis] - base[axis]
                 ) / sd
         stated_air, no_air = drop.law.copy(), drop.law.copy()
-        stated_air[1], no_air[1] = (
-            scene.air.drag,
-            0.0,
-        )  # of the air that the recording states
+        # of the air that the recording states
+        stated_air[1] = scene.air.drag
+        no_air[1] = 0.0
         for axis, pushed in enumerate(_pushed(drop, stated_air, no_air)):
             shared[axis][:, -1] = pushed
-        recordings.append(
-            _recording_change(
-                drop, change, shared, kick_sd, timed=name.startswith("clock")
-            )
-        )
+        timed = name.startswith("clock")
+        recordings.append(_recording_change(drop, change, shared, kick_sd, timed=timed))
     fit = fitted(recordings, shared_sd, scene.noise)
     return Visibility(
         fit.snr, _moved(drops, recordings, fit) if name in IN_FLIGHT else None
@@ -145,20 +138,17 @@ def _moved(
     for drop, recording, own in zip(drops, recordings, fit.own, strict=True):
         flight = _flights(drop)
         inside, count = flight >= 0, int(flight.max()) + 1
-        change, t, rows = (
-            recording.channels[1].change,
-            drop.true_s[inside],
-            flight[inside],
-        )
+        change = recording.channels[1].change
+        t = drop.true_s[inside]
+        rows = flight[inside]
         last = [np.flatnonzero(rows == k)[-4:] for k in range(count)]
         if min(len(part) for part in last) < 4:
             continue
         lines = np.array(
             [np.polyfit(t[rows == k], change[rows == k], 1)[0] for k in range(count)]
         )
-        slopes = np.array(
-            [lines, own[-3 * count - 1 : -count - 1][1::2]]
-        )  # upwards a flight has a height and a speed
+        # upwards a flight has a height and a speed
+        slopes = np.array([lines, own[-3 * count - 1 : -count - 1][1::2]])
         ends = slopes - [np.polyfit(t[part], change[part], 1)[0] for part in last]
         v_in, v_out = (
             1e3 * drop.log[: count - 1, column] for column in (VZ_IN, VZ_OUT)
@@ -220,13 +210,9 @@ def _flights(drop: SimulatedDrop) -> np.ndarray:
 
 def _places(drop: SimulatedDrop, camera) -> tuple[np.ndarray, np.ndarray]:
     turned = angle(outlines(drop.rows, np.array(drop.run.axes)))
-    return project(
-        camera,
-        drop.rows[:, 0] * 1e3,
-        drop.rows[:, 2] * 1e3,
-        turned,
-        drop.rows[:, 1] * 1e3,
-    )
+    x = drop.rows[:, 0] * 1e3
+    z = drop.rows[:, 2] * 1e3
+    return project(camera, x, z, turned, drop.rows[:, 1] * 1e3)
 
 
 def _pushed(
@@ -234,11 +220,9 @@ def _pushed(
 ) -> list[np.ndarray]:
     """What the difference of two flight laws moves [mm], (x, z); the speed is put right
     at every bounce, the height too."""
-    flight, moved, across = (
-        _flights(drop),
-        [np.zeros(len(drop.rows)) for _ in range(2)],
-        0.0,
-    )
+    flight = _flights(drop)
+    moved = [np.zeros(len(drop.rows)) for _ in range(2)]
+    across = 0.0
     for k in range(flight.max() + 1):
         rows = np.flatnonzero(flight == k)
         if len(rows) < 3:
@@ -280,48 +264,37 @@ def _by_impact(
     if len(log) < 4:
         return Visibility(0.0)
     speed = -log[:, VZ_IN]
-    returned, kicked = (
-        log[:, VZ_OUT] / speed - log[:, E_LAW],
-        (log[:, VX_OUT] - log[:, VX_IN]) / speed,
-    )
+    returned = log[:, VZ_OUT] / speed - log[:, E_LAW]
+    kicked = (log[:, VX_OUT] - log[:, VX_IN]) / speed
     measured = LEAST_MEASURED_E + 3 * scene.noise.sd * 1e-3 / (speed * 0.1)
     if name == "shape-conversion":
-        before = np.concatenate(
-            [
-                d.log
-                for d in fly_all(scene, {k: v for k, v in sizes.items() if k != name})
-            ]
-        )
+        others = {k: v for k, v in sizes.items() if k != name}
+        before = np.concatenate([d.log for d in fly_all(scene, others)])
         now, usual = (
             np.hypot(np.std(_offsets(scene, rows)), ROUGHNESS) for rows in (log, before)
         )
         return Visibility(spread_snr(now / usual, len(log)))
     if name == "plate-tilt":
         change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
-        turning = (
-            log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4
-            if scene.angle_sd_deg
-            else 0.0
-        )
-        slip = (
-            log[:, VX_IN] + turning
-        ) / speed  # nobody states how much of it friction takes
+        if scene.angle_sd_deg:
+            turning = log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4
+        else:
+            turning = 0.0
+        # nobody states how much of it friction takes
+        slip = (log[:, VX_IN] + turning) / speed
         return Visibility(
             scatter_snr(change, np.hypot(np.std(kicked), measured), slip[:, None])
         )
     change = np.concatenate([_restitution_change(scene, d, sizes, name) for d in drops])
     radius = np.mean(scene.stated_axes_mm) * 5e-4
-    turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (
-        radius / speed
-    ) ** 2  # what the picture shows of the exchange
+    # what the picture shows of the exchange
+    turned = (log[:, TURN_OUT] ** 2 - log[:, TURN_IN] ** 2) * (radius / speed) ** 2
     floating = np.column_stack([np.ones(len(log)), turned])
     rest = returned - floating @ np.linalg.lstsq(floating, returned, rcond=None)[0]
     # a bounce that goes wholly into spin is an outlier that no fit would follow
     scatter = 1.4826 * np.median(np.abs(rest - np.median(rest)))
-    sd, own = (
-        np.hypot(scatter, measured),
-        np.repeat(np.eye(len(drops)), [len(d.log) for d in drops], axis=0),
-    )
+    sd = np.hypot(scatter, measured)
+    own = np.repeat(np.eye(len(drops)), [len(d.log) for d in drops], axis=0)
     known = np.r_[np.inf, np.inf, np.full(len(drops), RUN_SD)]
     snr = scatter_snr(change, sd, np.column_stack([floating, own]), known)
     mean_sd = np.hypot(np.mean(sd) / np.sqrt(len(log)), RUN_SD / np.sqrt(len(drops)))
@@ -348,10 +321,7 @@ def _restitution_change(
         e, lost = drop.log[:, E_LAW], sizes[name] / drop.log[:, V_NORMAL]
         return np.sqrt(np.maximum(e**2 - lost**2, 0)) - e
     _, other, _ = world(scene, drop.run, {k: v for k, v in sizes.items() if k != name})
+    hits = [(row[V_NORMAL], k, row[UPRIGHT]) for k, row in enumerate(drop.log)]
     return np.array(
-        [
-            restitution(row[V_NORMAL], k, row[UPRIGHT], drop.impact)
-            - restitution(row[V_NORMAL], k, row[UPRIGHT], other)
-            for k, row in enumerate(drop.log)
-        ]
+        [restitution(*hit, drop.impact) - restitution(*hit, other) for hit in hits]
     )

@@ -39,21 +39,15 @@ def rotation(q):
     """Rotation matrix (3, 3) of a unit quaternion (w, x, y, z): body to world."""
     w, x, y, z = q[0], q[1], q[2], q[3]
     r = np.empty((3, 3))
-    r[0, 0], r[0, 1], r[0, 2] = (
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - w * z),
-        2 * (x * z + w * y),
-    )
-    r[1, 0], r[1, 1], r[1, 2] = (
-        2 * (x * y + w * z),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - w * x),
-    )
-    r[2, 0], r[2, 1], r[2, 2] = (
-        2 * (x * z - w * y),
-        2 * (y * z + w * x),
-        1 - 2 * (x * x + y * y),
-    )
+    r[0, 0] = 1 - 2 * (y * y + z * z)
+    r[0, 1] = 2 * (x * y - w * z)
+    r[0, 2] = 2 * (x * z + w * y)
+    r[1, 0] = 2 * (x * y + w * z)
+    r[1, 1] = 1 - 2 * (x * x + z * z)
+    r[1, 2] = 2 * (y * z - w * x)
+    r[2, 0] = 2 * (x * z - w * y)
+    r[2, 1] = 2 * (y * z + w * x)
+    r[2, 2] = 1 - 2 * (x * x + y * y)
     return r
 
 
@@ -175,17 +169,13 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 meff = effective_mass(r, point, n, mass, inertia)
                 loss = -math.log(e)
                 damping = loss / math.sqrt(math.pi**2 + loss**2)
-                contact[0], contact[1] = (
-                    PRESSED,
-                    2 * damping * math.sqrt(plate[4] * meff),
-                )
+                contact[0] = PRESSED
+                contact[1] = 2 * damping * math.sqrt(plate[4] * meff)
                 row = log[count]
-                row[T_BEGIN], row[VX_IN], row[VZ_IN], row[E_LAW] = (
-                    now,
-                    state[3],
-                    state[5],
-                    e,
-                )
+                row[T_BEGIN] = now
+                row[VX_IN] = state[3]
+                row[VZ_IN] = state[5]
+                row[E_LAW] = e
                 row[V_NORMAL], row[UPRIGHT], row[TURN_IN] = -vn, abs(r[2, 0]), -spin[1]
             elif contact[0] == PRESSED and gap > 0.0 and vn > 0.0:
                 contact[0] = STRETCHED if plate[5] > 0.0 else NO_CONTACT
@@ -197,12 +187,10 @@ def fly(state, times, axes, inertia, plate, law, impact, most, slowest):
                 contact[0] = NO_CONTACT
             if contact[0] == NO_CONTACT and count < most and log[count, T_BEGIN] > 0.0:
                 row = log[count]
-                row[T_END], row[VX_OUT], row[VZ_OUT], row[TURN_OUT] = (
-                    now,
-                    state[3],
-                    state[5],
-                    -spin[1],
-                )
+                row[T_END] = now
+                row[VX_OUT] = state[3]
+                row[VZ_OUT] = state[5]
+                row[TURN_OUT] = -spin[1]
                 count += 1
             step = CONTACT_STEP_S
             if contact[0] == NO_CONTACT and gap > 0.0:

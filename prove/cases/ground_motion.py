@@ -143,21 +143,15 @@ def resisted(x, v, incline, seed):
     if seed[PATCH_FROM] < x < seed[PATCH_TO]:
         resist += seed[PATCH]
     air = abs(blown(v, seed[BLOWN], seed[RE])) / G_M_S2
-    return (
-        resist * math.cos(incline if x < 0 else seed[LEVEL])
-        + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2
-        + air
-    )
+    tilt = incline if x < 0 else seed[LEVEL]
+    return resist * math.cos(tilt) + seed[DRAG] * (v / DRAG_SPEED_M_S) ** 2 + air
 
 
 @njit(cache=True)
 def rolled(x, v, way, incline, seed):
     """Acceleration [m/s²] of pure rolling in the direction `way` (±1)."""
-    return (
-        ROLLS
-        * G_M_S2
-        * (driven(x, incline, seed) - way * resisted(x, v, incline, seed))
-    )
+    against = way * resisted(x, v, incline, seed)
+    return ROLLS * G_M_S2 * (driven(x, incline, seed) - against)
 
 
 @njit(cache=True)
@@ -173,21 +167,13 @@ def roll(times, length, incline, seed):
             if x < 0.0 < x + 2 * h * v:  # a step ends where the incline does
                 h = min(h, max(-x / v, FINEST_STEP_S))
             before = x
-            if (
-                slips
-            ):  # the foot slides: friction drives the turning, v − ωr is the slip
+            # the foot slides: friction drives the turning, v − ωr is the slip
+            if slips:
                 tilt = incline if x < 0 else -seed[LEVEL]
                 grip = seed[SLIP_FRICTION] * math.cos(tilt)
                 a = G_M_S2 * (math.sin(tilt) - grip)
-                slip += (
-                    h
-                    * G_M_S2
-                    * (
-                        math.sin(tilt)
-                        - 3.5 * grip
-                        + 2.5 * seed[ROLLING] * math.cos(tilt)
-                    )
-                )
+                turning = 2.5 * seed[ROLLING] * math.cos(tilt)
+                slip += h * G_M_S2 * (math.sin(tilt) - 3.5 * grip + turning)
                 x += h * (v + h / 2 * a)
                 v += h * a
                 slips = slip >= 0.0
@@ -198,11 +184,10 @@ def roll(times, length, incline, seed):
                 v += h * middle
                 if v * way <= 0.0:  # it turns back, or stays
                     v, push = 0.0, driven(x, incline, seed)
-                    way = (
-                        0.0
-                        if abs(push) <= resisted(x, 0.0, incline, seed)
-                        else math.copysign(1.0, push)
-                    )
+                    if abs(push) <= resisted(x, 0.0, incline, seed):
+                        way = 0.0
+                    else:
+                        way = math.copysign(1.0, push)
             if before < 0.0 <= x:
                 v *= 1 - seed[LOST]
             now = now + h if h < times[k] - now else times[k]

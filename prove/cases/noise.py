@@ -51,11 +51,8 @@ def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndar
     slow = lfilter([1.0], [1.0, -noise.rho], drive)
     white = shocks(n, 1, noise.tail, rng)[0]
     lock = noise.lock * np.sin(2 * np.pi * values / noise.pixel)
-    return (
-        values
-        + lock
-        + noise.sd * (np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow)
-    )
+    coloured = np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow
+    return values + lock + noise.sd * (coloured)
 
 
 def shocks(n: int, rows: int, tail: float, rng: np.random.Generator) -> np.ndarray:

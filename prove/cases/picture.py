@@ -6,9 +6,8 @@ from benchtwin.prove.cases.camera import Camera, project
 
 MARGIN_PX = 14
 SEED, PLATE, GROUND = 205.0, 95.0, 42.0
-GREY_SD = (
-    0.8  # of a pixel; more makes the files large and tells the tracker nothing new
-)
+# of a pixel; more makes the files large and tells the tracker nothing new
+GREY_SD = 0.8
 FINE = 4
 
 
@@ -55,10 +54,9 @@ def _frame(
 ) -> np.ndarray:
     picture = ground.copy()
     reach = int(np.ceil(np.sqrt(max(shape[0, 0], shape[1, 1])))) + 2
-    column, row = (
-        place[0] - low[0],
-        high[1] - place[1],
-    )  # of the centre; pixel centres are whole
+    # of the centre; pixel centres are whole
+    column = place[0] - low[0]
+    row = high[1] - place[1]
     c0, r0 = int(np.floor(column)) - reach, int(np.floor(row)) - reach
     sub = (np.arange((2 * reach + 2) * FINE) + 0.5) / FINE - 0.5
     dx, dy = c0 + sub - column, row - r0 - sub
@@ -68,9 +66,8 @@ def _frame(
         + 2 * inverse[0, 1] * dx[None, :] * dy[:, None]
         + inverse[1, 1] * dy[:, None] ** 2
     )
-    depth = (1 - np.sqrt(level)) * np.sqrt(
-        np.sqrt(np.linalg.det(shape))
-    )  # about the distance to the edge, px
+    # about the distance to the edge, px
+    depth = (1 - np.sqrt(level)) * np.sqrt(np.sqrt(np.linalg.det(shape)))
     fine = np.clip(depth * FINE + 0.5, 0, 1)
     cover = fine.reshape(2 * reach + 2, FINE, 2 * reach + 2, FINE).mean(axis=(1, 3))
     rows = slice(max(r0, 0), min(r0 + len(cover), len(picture)))

@@ -42,18 +42,15 @@ GATE_POWER_SD = 0.1
 # (share of the height; of a grain) and its bow lie from another's; log of rounding and
 # toe from heap to heap; what a gate e times as fast does to crest and toe where it does
 # next to nothing; how heaps settle between photos [deg; crest and toe, mm].
-KNOWN_ENDS, KNOWN_BOW, PACKING_LOG_SD = (
-    (0.03, 0.25),
-    (0.01, 0.05),
-    float(np.log(1.5) / np.sqrt(12)),
-)
+KNOWN_ENDS = (0.03, 0.25)
+KNOWN_BOW = (0.01, 0.05)
+PACKING_LOG_SD = float(np.log(1.5) / np.sqrt(12))
 KNOWN_GATE, SETTLING_DEG, SETTLING_MM = 0.01, 0.1, 0.15
-PACKING_DEG, SIZE_DEG, GATE_DEG, HALF_MM = (
-    0.6,
-    1.5,
-    0.4,
-    60.0,
-)  # angle: of heaps alike; for e times the size, the gate
+# angle: of heaps alike; for e times the size, the gate
+PACKING_DEG = 0.6
+SIZE_DEG = 1.5
+GATE_DEG = 0.4
+HALF_MM = 60.0
 # of the skin's noise is left between two photos of one heap: the same grains lie in it
 REGISTERED = 0.1
 PLUMB_SD_DEG, SKIN = 0.05, 0.22  # skin: sd of the surface, of a grain's diameter
@@ -132,11 +129,8 @@ def profile(
     is none."""
     plate = np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
     faster = run.gate_mm_s / GATE_MM_S
-    steep = np.tan(
-        np.radians(
-            scene.angle_deg + run.angle_off_deg - scene.gate_deg * np.log(faster)
-        )
-    )
+    lower = scene.gate_deg * np.log(faster)
+    steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg - lower))
     shaken = sizes.get("base-vibration", 0.0) * (1 + photo) / PHOTOS
     longer = faster * sizes.get("gate-speed", 0.0) + shaken
     rounding = run.round_mm * faster**scene.gate_power + longer
@@ -176,11 +170,8 @@ def skin(
         0, rough * scene.grain_mm, len(centres)
     )
     off = (x[:, None] - centres) / radius
-    arcs = np.where(
-        np.abs(off) < 1,
-        top - radius + radius * np.sqrt(np.maximum(1 - off**2, 0)),
-        -np.inf,
-    )
+    rise = np.sqrt(np.maximum(1 - off**2, 0))
+    arcs = np.where(np.abs(off) < 1, top - radius + radius * rise, -np.inf)
     arcs[:, np.interp(centres, x, height - plate) < 0.35 * scene.grain_mm] = -np.inf
     return np.maximum(arcs.max(axis=1), plate)
 
@@ -190,10 +181,8 @@ def photograph(
 ) -> np.ndarray:
     """One photo (h, w) uint8: in all photos of one heap the same grains lie in its
     skin, the camera's noise is each one's own."""
-    rng, camera = (
-        np.random.default_rng(run.noise_seed),
-        np.random.default_rng([run.noise_seed, photo]),
-    )
+    rng = np.random.default_rng(run.noise_seed)
+    camera = np.random.default_rng([run.noise_seed, photo])
     pixel, wide = scene.mm_per_px, _width_mm(scene, run, sizes, photo)
     tall = (
         run.half_mm * np.tan(np.radians(scene.angle_deg + 6))
@@ -242,25 +231,11 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
     material."""
     grain = scene.grain_mm
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
-    noise = Noise(
-        rough * grain,
-        float(np.exp(-scene.mm_per_px * 2 / grain)),
-        0.02,
-        np.inf,
-        0,
-        1,
-        0,
-    )
+    rho = float(np.exp(-scene.mm_per_px * 2 / grain))
+    noise = Noise(rough * grain, rho, 0.02, np.inf, 0, 1, 0)
     recordings = [_recording_change(scene, run, sizes, name) for run in scene.runs]
-    known = np.array(
-        [
-            known_plumb_deg(scene.request, PLUMB_SD_DEG),
-            *[1.0] * 11,
-            SETTLING_DEG,
-            SETTLING_MM,
-            SETTLING_MM,
-        ]
-    )
+    plumb_sd = known_plumb_deg(scene.request, PLUMB_SD_DEG)
+    known = np.r_[plumb_sd, [1.0] * 11, SETTLING_DEG, SETTLING_MM, SETTLING_MM]
     return Visibility(fitted(recordings, known, noise).snr)
 
 
@@ -272,10 +247,8 @@ def _recording_change(
     Own nuisances: level, shift, angle, size, rounding, toe; between photos level,
     shift, turn. Shared: roll, the material's crest, toe, bow and angle, what size and
     gate do to them, settling."""
-    x, without = (
-        np.arange(-run.half_mm, run.half_mm, scene.mm_per_px),
-        {k: v for k, v in sizes.items() if k != name},
-    )
+    x = np.arange(-run.half_mm, run.half_mm, scene.mm_per_px)
+    without = {k: v for k, v in sizes.items() if k != name}
     photos = np.array([profile(x, scene, run, sizes, k) for k in range(PHOTOS)])
     drawn, run = run, _nearest(x, photos.mean(axis=0), scene, run, without)
     plain = np.array([profile(x, scene, run, without, k) for k in range(PHOTOS)])
@@ -285,13 +258,8 @@ def _recording_change(
     def more(changed: Run) -> np.ndarray:
         return profile(x, scene, changed, without, PHOTOS // 2) - middle
 
-    rounder, longer = (
-        more(changed) / np.log(1.1)
-        for changed in (
-            replace(run, round_mm=run.round_mm * 1.1),
-            replace(run, toe_mm=run.toe_mm * 1.1),
-        )
-    )
+    rounder = more(replace(run, round_mm=run.round_mm * 1.1)) / np.log(1.1)
+    longer = more(replace(run, toe_mm=run.toe_mm * 1.1)) / np.log(1.1)
     steeper = more(replace(run, angle_off_deg=run.angle_off_deg + 0.1)) / 0.1
     larger = more(replace(run, half_mm=run.half_mm + 0.1)) / 0.1
     turned = -np.radians(sizes[name]) * x if name == "camera-roll" else np.zeros_like(x)
@@ -301,10 +269,8 @@ def _recording_change(
     crest, toe = (
         column / max(float(np.abs(column).max()), 1e-12) for column in (rounder, longer)
     )
-    bow, faster = (
-        np.sin(np.pi * np.clip(middle / height, 0, 1)),
-        np.log(run.gate_mm_s / GATE_MM_S),
-    )
+    bow = np.sin(np.pi * np.clip(middle / height, 0, 1))
+    faster = np.log(run.gate_mm_s / GATE_MM_S)
     gate, size = KNOWN_GATE * height * faster, np.log(drawn.half_mm / HALF_MM)
     angles = [20.0 * steeper, SIZE_DEG * size * steeper, GATE_DEG * faster * steeper]
     scales = (height, scene.grain_mm)
@@ -314,25 +280,9 @@ def _recording_change(
         for sd, scale in zip(sds, scales)
     ]
     one, nil = np.ones_like(x), np.zeros_like(x)
-    shape = Channel(
-        changes.mean(axis=0),
-        np.column_stack(
-            [
-                one,
-                np.gradient(middle, x),
-                steeper,
-                larger,
-                rounder,
-                longer,
-                nil,
-                nil,
-                nil,
-            ]
-        ),
-        np.column_stack(
-            [np.radians(x), *known, *angles, gate * crest, gate * toe, nil, nil, nil]
-        ),
-    )
+    own = [one, np.gradient(middle, x), steeper, larger, rounder, longer, nil, nil, nil]
+    shared = [np.radians(x), *known, *angles, gate * crest, gate * toe, nil, nil, nil]
+    shape = Channel(changes.mean(axis=0), np.column_stack(own), np.column_stack(shared))
     between = Channel(
         changes[-1] - changes[0],
         np.column_stack([*[nil] * 6, one, np.gradient(middle, x), x]),
@@ -341,17 +291,8 @@ def _recording_change(
     between = Channel(
         *(part / REGISTERED for part in (between.change, between.own, between.shared))
     )
-    own_sd = np.array(
-        [
-            np.inf,
-            np.inf,
-            PACKING_DEG,
-            np.inf,
-            PACKING_LOG_SD,
-            PACKING_LOG_SD,
-            *[np.inf] * 3,
-        ]
-    )
+    free = np.inf
+    own_sd = np.r_[free, free, PACKING_DEG, free, [PACKING_LOG_SD] * 2, [free] * 3]
     return RecordingChange(
         (shape, between) if np.ptp(between.change) > 0 else (shape,), own_sd
     )
@@ -367,19 +308,12 @@ def _nearest(
         return replace(run, angle_off_deg=float(values[0]), half_mm=float(values[1]))
 
     def off(values: np.ndarray) -> np.ndarray:
-        return (
-            np.mean(
-                [profile(x, scene, made(values), without, k) for k in range(PHOTOS)],
-                axis=0,
-            )
-            - seen
-        )
+        heap = made(values)
+        photos = [profile(x, scene, heap, without, k) for k in range(PHOTOS)]
+        return np.mean(photos, axis=0) - seen
 
-    return made(
-        least_squares(
-            off, [run.angle_off_deg, run.half_mm], x_scale=[1.0, run.half_mm / 20]
-        ).x
-    )
+    x_scale = [1.0, run.half_mm / 20]
+    return made(least_squares(off, [run.angle_off_deg, run.half_mm], x_scale=x_scale).x)
 
 
 def bench(scene: Scene, sizes: dict[str, float]) -> Bench:

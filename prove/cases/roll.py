@@ -29,10 +29,9 @@ from benchtwin.prove.cases.stated import (
 from scipy.optimize import brentq
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
-DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (
-    (0.7, 2.0),
-    (0.4, 1.0),
-)  # of a sphere's drag in free air, in all runs; size and mass known or not
+# of a sphere's drag in free air, in all runs; size and mass known or not
+DRAG_NEAR_PLATE = (0.7, 2.0)
+DRAG_NEAR_PLATE_SD = (0.4, 1.0)
 SEED_SD = 0.04  # each seed's own
 ASTRAY_SD = 0.009  # tangent of the angle in which a seed runs away from the camera
 FOLLOWS = ("follows", "order-drift")
@@ -40,10 +39,9 @@ AT_CORNER = (
     "corner-loss",
     "initial-slip",
 )  # what a corner might take by itself besides
-CORNER, CORNER_SD = (
-    (0.0, 0.5, 1.0),
-    0.25,
-)  # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
+# of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
+CORNER = (0.0, 0.5, 1.0)
+CORNER_SD = 0.25
 RANGES = {
     "viscous-rolling": (0.002, 0.2, 1),
     "slope": (0.006, 1.0, 0),
@@ -151,17 +149,13 @@ def seed(
     mu = scene.mu * run.mu_factor + run.follows * sum(
         sizes.get(name, 0.0) for name in FOLLOWS
     )
-    out[ground.ROLLING], out[ground.GROWING] = (
-        mu * mu_factor,
-        sizes.get("viscous-rolling", 0.0),
-    )
+    out[ground.ROLLING] = mu * mu_factor
+    out[ground.GROWING] = sizes.get("viscous-rolling", 0.0)
     out[ground.LEVEL] = sign * np.radians(
         scene.level_deg + level_more + sizes.get("slope", 0.0)
     )
-    out[ground.BARRIER], out[ground.RADIUS] = (
-        sizes.get("shape-barrier", 0.0) * 1e-3,
-        scene.diameter_mm * 5e-4,
-    )
+    out[ground.BARRIER] = sizes.get("shape-barrier", 0.0) * 1e-3
+    out[ground.RADIUS] = scene.diameter_mm * 5e-4
     out[ground.PHASE], out[ground.DRAG] = run.phase, sizes.get("drag", 0.0)
     if sizes.get("initial-slip", 0.0) > 0:
         out[ground.SLIPS] = 1.0
@@ -169,10 +163,8 @@ def seed(
         out[ground.SLIP_FRICTION] = slip_friction(
             incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING]
         )
-    out[ground.LOST], out[ground.PATCH] = (
-        sizes.get("corner-loss", 0.0),
-        sizes.get("sticky-patch", 0.0),
-    )
+    out[ground.LOST] = sizes.get("corner-loss", 0.0)
+    out[ground.PATCH] = sizes.get("sticky-patch", 0.0)
     lone, out[ground.RE] = drag_scale((scene.diameter_mm,) * 3, scene.density)
     out[ground.BLOWN] = lone * (scene.air * run.pull + air_more)
     ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
@@ -190,11 +182,9 @@ def slip_friction(incline: float, way_mm: float, slip: float, rolling: float) ->
             2e-3 * way_mm / (steep - mu * level)
         ) - slip
 
-    return (
-        brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5)
-        if off(0.0) > 0
-        else 0.0
-    )
+    if off(0.0) > 0:
+        return brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5)
+    return 0.0
 
 
 def reach_mm(scene: Scene) -> float:
@@ -216,23 +206,12 @@ def travel(
     """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at
     the end."""
     incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
-    longest = (
-        4
-        * np.sqrt(
-            2
-            * (scene.way_mm + reach_mm(scene))
-            * 1e-3
-            / (ground.G_M_S2 * scene.mu * 0.7)
-        )
-        + 1
-    )
+    way_mm = scene.way_mm + reach_mm(scene)
+    longest = 4 * np.sqrt(2 * way_mm * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
     t = np.arange(int(longest * scene.fps)) / scene.fps
     rolling = np.maximum(t + run.late_s, 0.0)
-    args = (
-        (scene.way_mm + run.start_off_mm) * 1e-3,
-        incline,
-        seed(scene, run, sizes, mu_factor, level_more, air_more),
-    )
+    start = (scene.way_mm + run.start_off_mm) * 1e-3
+    args = (start, incline, seed(scene, run, sizes, mu_factor, level_more, air_more))
     x, v = ground.roll(np.r_[0.0, rolling], *args)
     x, v = x[1:], v[1:]
     moving = np.flatnonzero(np.abs(v) > 0)
@@ -277,11 +256,8 @@ def _visible_beside(
         level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
         struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
         lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
-        air = (
-            (_padded(travel(scene, run, sizes, air_more=0.1)[1], n) - x)
-            / 0.1
-            * bool(scene.air)
-        )
+        blown = _padded(travel(scene, run, sizes, air_more=0.1)[1], n)
+        air = (blown - x) / 0.1 * bool(scene.air)
         astray = (
             _seen(scene, replace(run, astray=run.astray + 1e-4), x)
             - _seen(scene, run, x)
@@ -297,10 +273,8 @@ def _visible_beside(
         recordings.append(
             RecordingChange((Channel(x - other, own, shared), paid), own_sd)
         )
-    scale_sd, beside = (
-        known_scale(scene.request, scene.scale_sd),
-        DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()],
-    )
+    scale_sd = known_scale(scene.request, scene.scale_sd)
+    beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
     known = np.array(
         [np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside]
     )

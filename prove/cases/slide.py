@@ -39,18 +39,15 @@ from benchtwin.prove.cases.stated import (
 )
 
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
-START_SD_DEG, UNSTATED_START_SD_DEG = (
-    0.2,
-    10.0,
-)  # of a tilt that nobody recorded, at the film's first moment
-COLUMN_GRIDS, COLUMN_SHARES = (
-    (0.0, 0.1, 0.5),
-    (0.65, 0.23, 0.12),
-)  # [deg] on which a recorded tilt lies
-DRAG_NEAR_PLATE, DRAG_NEAR_PLATE_SD = (
-    (0.4, 1.6),
-    (0.35, 1.0),
-)  # of a lone seed's drag; as sd, its size and mass known or not
+# of a tilt that nobody recorded, at the film's first moment
+START_SD_DEG = 0.2
+UNSTATED_START_SD_DEG = 10.0
+# [deg] on which a recorded tilt lies
+COLUMN_GRIDS = (0.0, 0.1, 0.5)
+COLUMN_SHARES = (0.65, 0.23, 0.12)
+# of a lone seed's drag; as sd, its size and mass known or not
+DRAG_NEAR_PLATE = (0.4, 1.6)
+DRAG_NEAR_PLATE_SD = (0.35, 1.0)
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
 READ = ("reading-delay",)
 FOLLOWS = ("follows", "order-drift")
@@ -126,25 +123,20 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         if several
         else (float(rng.choice([1.0, 2.0, 4.0])),)
     )
-    loads = (
-        (2, 8)
-        if "adhesion" in request.effects or (several and rng.random() < 0.4)
-        else (4,)
-    )
+    loads = [4]
+    if "adhesion" in request.effects or (several and rng.random() < 0.4):
+        loads = [2, 8]
     length = rng.uniform(6, 10)
     axes = (
         round(length, 2),
         round(length * rng.uniform(0.75, 0.95), 2),
         round(length * rng.uniform(0.65, 0.74), 2),
     )
-    pixel, scale_sd, mu = (
-        float(rng.uniform(0.08, 0.3)),
-        draw_scale_sd(request, rng),
-        rng.uniform(0.25, 0.5),
-    )
-    ahead = (
-        3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0
-    )  # it may let go so much sooner
+    pixel = float(rng.uniform(0.08, 0.3))
+    scale_sd = draw_scale_sd(request, rng)
+    mu = rng.uniform(0.25, 0.5)
+    # it may let go so much sooner
+    ahead = 3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0
     runs = tuple(
         Run(
             rate,
@@ -159,16 +151,14 @@ def draw(request: Request, rng: np.random.Generator) -> Scene:
         for i, rate in enumerate((rates * count)[:count])
     )
     filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
-    stribeck = (
-        rng.uniform(0.004, 0.01)
-        if request.separated is False
-        else rng.uniform(0.08, 0.16)
-    )
-    air = (
-        rng.uniform(*DRAG_NEAR_PLATE)
-        if "air" in request.absent or rng.random() < AIRY_SHARE
-        else 0.0
-    )
+    if request.separated is False:
+        stribeck = rng.uniform(0.004, 0.01)
+    else:
+        stribeck = rng.uniform(0.08, 0.16)
+    if "air" in request.absent or rng.random() < AIRY_SHARE:
+        air = rng.uniform(*DRAG_NEAR_PLATE)
+    else:
+        air = 0.0
     return Scene(
         runs=runs,
         mu=mu,
@@ -201,34 +191,22 @@ def block(
 ) -> np.ndarray:
     """The block as ground_motion.slide takes it. air_more: of free flight's, on each
     seed."""
-    mu = (
-        scene.mu
-        + run.mu_off
-        + mu_more
-        + run.follows * sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    )
+    followed = sum(sizes.get(name, 0.0) for name in FOLLOWS)
+    mu = scene.mu + run.mu_off + mu_more + run.follows * followed
     out = np.zeros(ground.BLOCK)
     out[[ground.STATIC, ground.KINETIC]] = mu
     out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get(
         "stribeck", 0.0
     )
-    out[ground.FALLING], out[ground.STRIBECK_SPEED] = (
-        sizes.get("stribeck", 0.0),
-        scene.stribeck_m_s,
-    )
-    out[ground.VISCOUS], out[ground.WORN] = (
-        sizes.get("viscous-sliding", 0.0),
-        sizes.get("worn-track", 0.0),
-    )
+    out[ground.FALLING] = sizes.get("stribeck", 0.0)
+    out[ground.STRIBECK_SPEED] = scene.stribeck_m_s
+    out[ground.VISCOUS] = sizes.get("viscous-sliding", 0.0)
+    out[ground.WORN] = sizes.get("worn-track", 0.0)
     out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
-    out[ground.SHAKE], out[ground.SHAKE_HZ] = (
-        sizes.get("plate-vibration", 0.0),
-        scene.shake_hz,
-    )
-    out[ground.ADDED], out[ground.HINGE] = (
-        sizes.get("partial-rolling", 0.0),
-        run.hinge_m,
-    )
+    out[ground.SHAKE] = sizes.get("plate-vibration", 0.0)
+    out[ground.SHAKE_HZ] = scene.shake_hz
+    out[ground.ADDED] = sizes.get("partial-rolling", 0.0)
+    out[ground.HINGE] = run.hinge_m
     out[ground.STAIR] = np.radians(sizes.get("stepped-tilt", 0.0))
     lone, out[ground.REYNOLDS] = drag_scale(
         scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9)
@@ -278,11 +256,8 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         with_tilt, other_tilt = _tilt_off(sizes, run), _tilt_off(without, run)
         base = travel(scene, run, sizes, tilt_more=with_tilt)[1]
         n = len(base)
-        moved = [
-            _padded(
-                travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1], n
-            )
-        ]
+        shifted = travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1]
+        moved = [_padded(shifted, n)]
         moved += [
             _padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
             _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n),
@@ -291,42 +266,23 @@ def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
         mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
         own = np.column_stack([np.ones(n), mu, tilt])
         air = (moved[3] - base) / 0.5 * bool(scene.air)
-        lone, shade = (
-            run.count**-scene.shade,
-            scene.air * math.log(run.count) * run.count**-scene.shade,
-        )
-        track = Channel(
-            base - moved[0],
-            own,
-            np.column_stack([mu, tilt, base, lone * air, shade * air]),
-        )
+        lone = run.count**-scene.shade
+        shade = scene.air * math.log(run.count) * run.count**-scene.shade
+        shared = np.column_stack([mu, tilt, base, lone * air, shade * air])
+        track = Channel(base - moved[0], own, shared)
         # its friction is the pair's within RUN_SD: that it was moved to let go at the
         # same moment is paid for by one more row
         unit = scene.noise.sd / RUN_SD
-        friction = Channel(
-            np.array([(mean - more) * unit]),
-            np.array([[0.0, unit, 0.0]]),
-            np.zeros((1, 5)),
-        )
-        recordings.append(
-            RecordingChange(
-                (track, friction), np.array([np.inf, np.inf, _own_tilt_sd(scene)])
-            )
-        )
+        change = np.array([(mean - more) * unit])
+        friction = Channel(change, np.array([[0.0, unit, 0.0]]), np.zeros((1, 5)))
+        own_sd = np.array([np.inf, np.inf, _own_tilt_sd(scene)])
+        recordings.append(RecordingChange((track, friction), own_sd))
     beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
-    known = np.array(
-        [
-            np.inf,
-            TILT_SD_DEG,
-            known_scale(scene.request, scene.scale_sd),
-            beside,
-            SHADE_SD,
-        ]
-    )
+    scale_sd = known_scale(scene.request, scene.scale_sd)
+    known = np.array([np.inf, TILT_SD_DEG, scale_sd, beside, SHADE_SD])
     fit = fitted(recordings, known, scene.noise)
-    comparable = (
-        name not in FOLLOWS
-    )  # at which value of a condition friction is to be compared nobody says
+    # at which value of a condition friction is to be compared nobody says
+    comparable = name not in FOLLOWS
     return Visibility(
         fit.snr,
         (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if comparable else None,
@@ -388,22 +344,16 @@ def _visible_in_readings(
     )
     sd = scene.reading.mean_sd_deg(float(scatter), scene.readings)
     snr = scatter_snr(shift, np.full(len(shift), sd), np.ones((len(shift), 1)))
-    return Visibility(
-        snr,
-        float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)),
-    )
+    moved = float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG))
+    return Visibility(snr, moved)
 
 
 def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
     """By how much the plate has tilted on when the block has gone `delay_mm`: x = g Ω
     (cos θ + μ sin θ) t³ / 6."""
     theta, rate = np.arctan(mu), np.radians(rate_deg_s)
-    t = (
-        6
-        * delay_mm
-        * 1e-3
-        / (ground.G_M_S2 * rate * (np.cos(theta) + mu * np.sin(theta)))
-    ) ** (1 / 3)
+    grows = np.cos(theta) + mu * np.sin(theta)
+    t = (6 * delay_mm * 1e-3 / (ground.G_M_S2 * rate * (grows))) ** (1 / 3)
     return float(rate_deg_s * t)
 
 
@@ -484,8 +434,6 @@ def _column(
         + sizes.get("angle-offset", 0.0)
         + rng.normal(0, 0.005, len(t))
     )
-    return (
-        Reading(scene.column_grid_deg, "nearest").of(tilt)
-        if scene.column_grid_deg
-        else tilt.round(4)
-    )
+    if scene.column_grid_deg:
+        return Reading(scene.column_grid_deg, "nearest").of(tilt)
+    return tilt.round(4)

@@ -62,12 +62,8 @@ def fitted(
         normal, right = np.zeros((p + q, p + q)), np.zeros(p + q)
         normal[:p, :p] = np.diag(_precision(recording.own_sd))
         for c in recording.channels:
-            white = whitened(
-                np.column_stack([c.own, c.shared, c.change]),
-                noise.rho,
-                noise.white,
-                noise.sd,
-            )
+            columns = np.column_stack([c.own, c.shared, c.change])
+            white = whitened(columns, noise.rho, noise.white, noise.sd)
             basis, signal = white[:, :-1], white[:, -1]
             normal += basis.T @ basis
             right += basis.T @ signal
@@ -102,10 +98,8 @@ def scatter_snr(
     or known to floating_sd (p,)."""
     s, b = change / sd, floating / sd[:, None]
     if floating_sd is not None:
-        s, b = (
-            np.r_[s, np.zeros(len(floating_sd))],
-            np.vstack([b, np.diag(1 / floating_sd)]),
-        )
+        s = np.r_[s, np.zeros(len(floating_sd))]
+        b = np.vstack([b, np.diag(1 / floating_sd)])
     if b.shape[1]:
         s = s - b @ np.linalg.lstsq(b, s, rcond=None)[0]
     return float(np.sqrt(s @ s))

@@ -28,11 +28,9 @@ SHARES = {
     "track.tilt_deg": 0.2,
     "reading.resolution_deg": 0.6,
 }
-PLUMB, SEED, ANGLE = (
-    ("camera.plumb_deg", "camera.plumb_sd_deg"),
-    ("seed.sizes", "seed.mass_g"),
-    ("track.tilt_deg",),
-)
+PLUMB = ("camera.plumb_deg", "camera.plumb_sd_deg")
+SEED = ("seed.sizes", "seed.mass_g")
+ANGLE = ("track.tilt_deg",)
 RATE = ("slide.tilt_rate_deg_s",)
 NEEDED = {  # keys without which an effect is not defined, or confounded with another
     "drag": ("air",),
@@ -58,15 +56,13 @@ NEEDED = {  # keys without which an effect is not defined, or confounded with an
     "gate-speed": ("pile.gate_speed_mm_s",),
 }
 DISTINGUISHING = ("session", "roll.direction", "pile.gate_speed_mm_s")
-UNSTATED_SCALE, UNSTATED_PLUMB_DEG, UNSTATED_PLUMB_SD_DEG = (
-    0.01,
-    1.0,
-    0.5,
-)  # to what benches know them that do not say
-DISTANCE_M, TAPE = (
-    (0.3, 20.0),
-    0.01,
-)  # camera to motion; how well that is measured, where it is
+# to what benches know them that do not say
+UNSTATED_SCALE = 0.01
+UNSTATED_PLUMB_DEG = 1.0
+UNSTATED_PLUMB_SD_DEG = 0.5
+# camera to motion; how well that is measured, where it is
+DISTANCE_M = (0.3, 20.0)
+TAPE = 0.01
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
 WAYS = {
     "nearest": (0.5, 0.7),
@@ -124,19 +120,16 @@ def draw_absent_keys(
     if "camera.plumb_deg" in absent:
         absent.add("camera.plumb_sd_deg")
     if "track.tilt_deg" in absent:
-        absent.discard(
-            "slide.tilt_rate_deg_s"
-        )  # one of the two tells how the plate turns
+        # one of the two tells how the plate turns
+        absent.discard("slide.tilt_rate_deg_s")
     return frozenset(absent)
 
 
 def draw_scale_sd(request: Request, rng: np.random.Generator) -> float:
     """sd of mm per pixel, relative; who does not say it knows it less well."""
-    return (
-        log_uniform(1e-3, UNSTATED_SCALE, rng)
-        if "camera.mm_per_px_sd" in request.absent
-        else log_uniform(3e-4, 2e-3, rng)
-    )
+    if "camera.mm_per_px_sd" in request.absent:
+        return log_uniform(1e-3, UNSTATED_SCALE, rng)
+    return log_uniform(3e-4, 2e-3, rng)
 
 
 def draw_distance_mm(rng: np.random.Generator) -> float:
@@ -185,10 +178,8 @@ def without_absent_keys(bench: Bench, absent: frozenset[str]) -> Bench:
         for key in DISTINGUISHING
     }
     absent = absent - {key for key, values in values_of.items() if len(values) > 1}
-    columns, recordings = (
-        {key.removeprefix("track.") for key in absent if "track." in key},
-        [],
-    )
+    columns = {key.removeprefix("track.") for key in absent if "track." in key}
+    recordings = []
     for made in bench.recordings:
         track = made.track
         if track is not None:
@@ -203,12 +194,9 @@ def _value(toml: dict, key: str) -> str:
 
 
 def _without(toml: dict, absent: frozenset[str]) -> dict:
-    sizes = (
-        ("seed.length_mm", "seed.width_mm", "seed.thickness_mm")
-        if "seed.sizes" in absent
-        else ()
-    )
-    gone, out = {*absent, *sizes}, {}
+    gone, out = set(absent), {}
+    if "seed.sizes" in absent:
+        gone |= {"seed.length_mm", "seed.width_mm", "seed.thickness_mm"}
     for key, value in toml.items():
         if isinstance(value, dict):
             value = {k: v for k, v in value.items() if f"{key}.{k}" not in gone}

@@ -1,1 +1,37 @@
-"""Drops: flights and impacts."""
+"""Drops: how a seed falls, and how it bounces."""
+
+from benchtwin.bench.rig import Rig
+from benchtwin.rigs.drop.keys import Drop
+
+RIG = Rig(
+    name="drop",
+    what="a seed falls on a plate",
+    keys=Drop,
+    order=1,
+    main=("restitution", "1"),
+    printed=(
+        ("restitution", "restitution_normal", "rebound_height", "fall_acceleration"),
+    ),
+    readings={"rebound_height_mm": ("rebound_height", "mm")},
+    told_by={
+        "sound": "a sound tells the impacts of a drop",
+        "impacts.csv": "times of impacts belong to a drop",
+    },
+    gate_place="y_mm",
+    wanted=(("camera", "mm_per_px"), ("drop", "height_mm")),
+    asked=(
+        (
+            "[drop] height_mm",
+            "from which height was it released (lowest point of the seed to plate, in"
+            " mm)?",
+        ),
+    ),
+    own_parameters=True,
+    observe="benchtwin.measure.observe_motion:observe_moving",
+    measure="benchtwin.vision.motion.rebound:measure_rebound",
+    setup=".simulate:SETUP",
+    read="benchtwin.twin.tracks:read_drops",
+    diagnose=".diagnose:diagnose_drop",
+    effects=".effects:EFFECTS",
+    resimulate=".resimulation:resimulate",
+)

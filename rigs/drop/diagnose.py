@@ -18,6 +18,7 @@ from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
 from benchtwin.rigs.drop import impact_problem
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.impacts import SHAPE
+from benchtwin.rigs.drop.effects.stated_height import RELEASE_HEIGHT
 from benchtwin.rigs.drop.flight_model import predict
 from benchtwin.rigs.drop.impact_problem import elongation_of
 from benchtwin.rigs.drop.impact_quantities import (
@@ -34,7 +35,7 @@ from benchtwin.rigs.drop.joint_problem import (
     session_fits,
     with_impacts,
 )
-from benchtwin.rigs.drop.nuisances import DISTANCES_M
+from benchtwin.rigs.drop.nuisances import DISTANCES_M, HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
 from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
 
@@ -43,6 +44,7 @@ LEAST_WEIGHT = (
     1e-3  # weight of a distance beside the likeliest, below which it is dropped
 )
 FEW = "too few impacts were seen to tell an effect from their scatter"
+CONTRADICTION_SDS = 3.0  # of a stated height that the recordings contradict
 AXES = ("place across", "height")
 
 
@@ -77,6 +79,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         law_in_words,
         partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
+        heights_in_words,
     )
     return finding_of(asked, rng)
 
@@ -169,6 +172,8 @@ def restitution(e: Explanation) -> tuple[float, float]:
     struck = joint.impacts_at(e.fit.starts, e.fit.values)
     assert joint.own_spot is not None  # called only with impacts
     at, count = e.fit.values[joint.own_spot], len(struck.e_rows)
+    misread = np.array([is_of_heights(n) for n in joint.own_names])
+    at = np.where(misread, 0.0, at)  # of what happened, not of what was read
 
     def mean(values: np.ndarray) -> float:
         return float(
@@ -181,11 +186,36 @@ def restitution(e: Explanation) -> tuple[float, float]:
     slope = np.array(
         [(mean(at + 1e-4 * unit) - here) / 1e-4 for unit in np.eye(len(at))]
     )
+    slope[misread] = 0.0
     return here, float(
         np.sqrt(
             slope @ e.fit.covariance[np.ix_(joint.own_spot, joint.own_spot)] @ slope
         )
     )
+
+
+def is_of_heights(name: str) -> bool:
+    """Whether a global says by how much stated heights are off."""
+    return name.startswith((HEIGHT, RELEASE_HEIGHT))
+
+
+def heights_in_words(fit: Fit) -> tuple[str, ...]:
+    """Stated heights that the recordings contradict, though not beyond what people
+    err."""
+    said = []
+    for name, value in fit.by_name.items():
+        usual = fit.problem.known_sd.get(name, 0.0)
+        if not name.startswith(HEIGHT) or not usual:
+            continue
+        sd = fit.sd(name)
+        if abs(value) > max(usual, CONTRADICTION_SDS * sd):
+            session = name.partition(":")[2]
+            where = f" of session {session!r}" if session else ""
+            low = "low" if value > 0 else "high"
+            said.append(
+                f"the stated heights{where} are {abs(value):.2g} ± {sd:.1g} mm {low}"
+            )
+    return tuple(said)
 
 
 def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:

@@ -25,7 +25,11 @@ from benchtwin.rigs.drop.trajectories import (
     speeds_at_nodes,
 )
 
-IN_FLIGHT = {n: e for n, e in EFFECTS.items() if e.acceleration or e.picture or e.clock}
+IN_FLIGHT = {
+    n: e
+    for n, e in EFFECTS.items()
+    if e.acceleration or e.picture or e.clock or e.release
+}
 LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES
 ROUND_JOINT_SD_M = 2e-5  # sideways motion of the centre during a contact
 LEAST_ASIDE_M_S = 0.01
@@ -124,6 +128,11 @@ def rate_of(values: dict[str, float]) -> float:
     return float(
         np.prod([clock(v) for n, v in values.items() if (clock := LAWS[n].clock)])
     )
+
+
+def release_of(values: dict[str, float]) -> float:
+    """[m] by which the falls are deeper than stated."""
+    return sum(law(v) for n, v in values.items() if (law := LAWS[n].release))
 
 
 def nearer(
@@ -309,18 +318,18 @@ def predict(
         places(rows, starts, push), model.session, starts, rows.flight, rows.tau
     )
     return pictured(true, model.session.view, values), sides(
-        model, starts, push, rate_of(values)
+        model, starts, push, values
     )
 
 
 def sides(
-    model: Model, starts: np.ndarray, push: np.ndarray, rate: float
+    model: Model, starts: np.ndarray, push: np.ndarray, values: dict[str, float]
 ) -> np.ndarray:
     """(J + R,), see `predict`."""
     count = len(model.session.joint)
     touch = places(model.contacts, starts, push)
     joined = (touch[count:, 0] - touch[:count, 0]) / joint_sds(model, starts, push)
-    return np.concatenate([joined, _falls(model, starts, push, touch[:count], rate)])
+    return np.concatenate([joined, _falls(model, starts, push, touch[:count], values)])
 
 
 def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
@@ -333,19 +342,24 @@ def joint_sds(model: Model, starts: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def _falls(
-    model: Model, starts: np.ndarray, push: np.ndarray, touch: np.ndarray, rate: float
+    model: Model,
+    starts: np.ndarray,
+    push: np.ndarray,
+    touch: np.ndarray,
+    values: dict[str, float],
 ) -> np.ndarray:
     """Stated less fitted falls (R,) from the first apex to its contact, in sds; 0 if
     not stated."""
     s = model.session
     out = np.zeros(len(s.names))
     apex = places(model.begins, starts, push)[:, 1] + (
-        velocities(model.begins, starts, push)[:, 1] * rate
+        velocities(model.begins, starts, push)[:, 1] * rate_of(values)
     ) ** 2 / (2 * G_M_S2)
     for j, (before, _) in enumerate(s.joint):
         r = s.recording[before]
         if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
-            out[r] = (apex[before] - touch[j, 1] - s.release[r]) / s.release_sd[r]
+            fall = s.release[r] + release_of(values)
+            out[r] = (apex[before] - touch[j, 1] - fall) / s.release_sd[r]
     return out
 
 

@@ -8,9 +8,15 @@ bounces differently at first."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.linear import Reduced
 from benchtwin.rigs.drop.effects import EFFECTS
-from benchtwin.rigs.drop.effects.hooks import Hits, tilted_kick, tilted_restitution
+from benchtwin.rigs.drop.effects.hooks import (
+    Hits,
+    fallen_deeper,
+    tilted_kick,
+    tilted_restitution,
+)
 from benchtwin.rigs.drop.impact_quantities import (
     KICK_FLOOR,
     NEARLY_ROUND,
@@ -22,9 +28,11 @@ from benchtwin.rigs.drop.impact_quantities import (
     stuck,
 )
 from benchtwin.rigs.drop.impacts import Impacts
+from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
+from benchtwin.vision.motion.first_bounce import first_flat_sd
 
-E_FLOOR = 0.003  # least scatter of restitution: that of the best balls
+E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
 ASIDE_FLOOR, ASIDE_LONG = (
     0.008,
@@ -38,7 +46,7 @@ STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed the effect of shape on e is constant
 IN_IMPACTS = {n: e for n, e in EFFECTS.items() if e.restitution or e.kick}
 NUISANCES = {
-    "e": 0.3,
+    "e": unstated_sd("restitution"),
     "shape.later": 0.05,
     "shape.slow": 0.02,
     "stick": 0.5,
@@ -67,6 +75,7 @@ class ImpactModel:
     spun: bool
     friction: Friction
     level_sd: float  # of the logarithm of the scatter
+    height_sd_mm: dict[str, float]  # of the stated heights of each session, by name
 
 
 def elongation_of(impacts: Impacts) -> float:
@@ -115,15 +124,32 @@ def model_of(
         spun,
         push,
         max(s.log_level_sd for _, s in found),
+        _height_sds(impacts),
     )
+
+
+def _height_sds(impacts: Impacts) -> dict[str, float]:
+    """sd [mm] of the stated heights of each session of which some impacts need them."""
+    needing = impacts.recording[np.isfinite(impacts.fell)]
+    return {height_name(impacts.sessions[r]): impacts.height_sd_mm[r] for r in needing}
+
+
+def height_name(session: str) -> str:
+    """The global by which that session's stated heights are too low."""
+    return f"{HEIGHT}:{session}"
 
 
 def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, float]]:
     """Effects that these impacts can show, names of all globals, and the baseline's
     sds."""
     rows = {True: len(model.kick_rows), False: len(model.e_rows)}
-    effects = {n: e for n, e in IN_IMPACTS.items() if rows[e.kick is not None]}
-    return effects, (*effects, *NUISANCES), known_sd(model)
+    effects = {
+        n: e
+        for n, e in IN_IMPACTS.items()
+        if rows[e.kick is not None] and (not e.needs or e.needs(model.impacts))
+    }
+    names = (*effects, *NUISANCES, *model.height_sd_mm)
+    return effects, names, known_sd(model) | model.height_sd_mm
 
 
 def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
@@ -166,6 +192,8 @@ def _scatter_of_e(
         )
 
     laws = _e_designs(seen, impacts.number)
+    if impacts.of_stated_height:
+        laws.append(np.column_stack([laws[0], 1 / impacts.fell]))
     for z in () if follows is None else follows[impacts.recording].T:
         laws.append(np.column_stack([laws[0], z]))
     found = [(scatter, law) for law in laws if (scatter := about(law))]
@@ -280,10 +308,9 @@ def _smooth(
 def known_sd(model: ImpactModel) -> dict[str, float]:
     """Baseline sds; the effect of shape grows as the square of the elongation."""
     square, push = model.elongation**2, model.friction
-    later = 0.002 + (0.55 if model.spun else 0.8) * square
     known = {
         "e": NUISANCES["e"],
-        "shape.later": later,
+        "shape.later": first_flat_sd(model.elongation, spun=model.spun),
         "shape.slow": 5e-4 + 0.25 * square,
         "upright": model.impacts.plumb_sd,
     }
@@ -304,6 +331,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         model.impacts.number,
         1 - (stick + values["grip"]) * seen.share,
         seen.drift,
+        model.impacts.fell,
     )
     shape = later * (
         values["shape.later"]
@@ -328,6 +356,11 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
             e = effect.restitution(hits, e, value)
         if value and effect.kick:
             kick = kick + effect.kick(hits, value)
+    whose = np.array([height_name(s) for s in model.impacts.sessions])
+    for name in model.height_sd_mm:
+        own = whose[model.impacts.recording] == name
+        fallen = replace(hits, fell=np.where(own, hits.fell, np.inf))
+        e = fallen_deeper(fallen, e, values[name])
     return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
 
 
@@ -343,9 +376,8 @@ def reduce(
     seen = predict(model, at)
     columns = []
     for name, value in at.items():
-        step = 1e-3 * (
-            IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else NUISANCES[name]
-        )
+        usual = IN_IMPACTS[name].prior_sd if name in IN_IMPACTS else 1.0
+        step = 1e-3 * NUISANCES.get(name, usual)
         columns.append((predict(model, at | {name: value + step}) - seen) / step)
     a = np.column_stack([*columns, *([] if extra is None else extra)])
     b = model.y - seen + a[:, : len(values)] @ values

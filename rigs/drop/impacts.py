@@ -5,8 +5,10 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from benchtwin.bench.air import air_of, stated_sizes_mm
+from benchtwin.bench.air import air_of, drag_at, stated_sizes_mm, through_air
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.ellipsoid import ONE_SIZE_LONG, UNKNOWN_LONG, elongation
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.problem import Fit
 from benchtwin.rigs.drop.flight_model import (
     STARTS,
@@ -16,6 +18,7 @@ from benchtwin.rigs.drop.flight_model import (
     velocities,
 )
 from benchtwin.rigs.drop.reduction import whitened
+from benchtwin.rigs.drop.session import height_sd_mm
 from benchtwin.rigs.drop.track_noise import TrackNoise
 
 SLOWEST_M_S = 0.15  # slower contacts are of a rolling or rocking seed
@@ -23,9 +26,6 @@ CONTACT_FRAMES, CONTACT_PLACE_M = (
     0.02,
     5e-5,
 )  # sd of contact times: in frames; from place over change of speed
-UNKNOWN_LONG = 0.3  # elongation of a seed of which no sizes are stated
-ONE_SIZE_LONG = 0.05  # of one that is described by a single size
-HEIGHT_SD_M = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +56,17 @@ class Impacts:
     steep: (
         np.ndarray
     )  # (n,): −cos 2α of the silhouette's long axis, −1 lying, NaN unseen
+    fell: np.ndarray  # (n,) [m]: stated height that gave the speed before, or infinite
+    sessions: tuple[str, ...]  # (R,)
+    height_sd_mm: tuple[float, ...]  # (R,): of stated heights
 
     def __len__(self) -> int:
         return len(self.recording)
+
+    @property
+    def of_stated_height(self) -> bool:
+        """Whether a speed follows from a stated height."""
+        return bool(np.isfinite(self.fell).any())
 
     @property
     def spin_seen(self) -> np.ndarray:
@@ -93,6 +101,9 @@ def impacts_of(fit: Fit, noise: TrackNoise, tracks) -> Impacts:
         time_sd=np.hypot(CONTACT_FRAMES * s.frame_s, CONTACT_PLACE_M / gain),
         plumb_sd=math.radians(fit.sd("plumb")),
         seeds=seeds_of([t.description for t in used]),
+        fell=np.full(count, np.inf),
+        sessions=tuple(t.session for t in used),
+        height_sd_mm=tuple(height_sd_mm(t.description) for t in used),
         steep=np.where(turned, -np.cos(2 * s.angle[ends]).mean(axis=0), np.nan),
     )
 
@@ -136,11 +147,7 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
             rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
             continue
         radius = float(np.prod(half)) ** (1 / len(half))
-        long = (
-            (half.max() - half.min()) / (half.max() + half.min())
-            if len(half) > 1
-            else ONE_SIZE_LONG
-        )
+        long = elongation(half.tolist())
         reach = (
             float(half.max() - half.min())
             if len(half) > 1
@@ -172,6 +179,7 @@ def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
         for key in (
             "recording",
             "number",
+            "fell",
             "before",
             "after",
             "flights",
@@ -183,10 +191,8 @@ def subset(impacts: Impacts, rows: np.ndarray) -> Impacts:
 
 
 def impacts_from_times(tracks) -> Impacts:
-    """From times of successive impacts, and the stated heights.
-
-    A hop of duration T leaves and lands at g T/2, times 1 + κ/4 and 1 − κ/4 for air, κ
-    drag over weight at that speed (first order in κ)."""
+    """From times of successive impacts, and the stated heights. Drag is
+    that at three quarters of the first speed (bench.air.through_air)."""
     rows, flights = [], []
     sds: list[float] = []
     for r, track in enumerate(tracks):
@@ -195,23 +201,23 @@ def impacts_from_times(tracks) -> Impacts:
             track.contacts_sd_s,
             air_of(track.description),
         )
-        speed = G_M_S2 * hop / 2
-        share = air.share * (speed / 2) ** 2
-        up, down = speed * (1 + share / 4), speed * (1 - share / 4)
         height = track.description.get("drop", {}).get("height_mm")
-        fall = math.sqrt(2 * G_M_S2 * height / 1000) if height else np.nan
-        fall *= 1 - air.share * (fall / 2) ** 2 / 4
+        height_m = height / 1000 if height else None
+        fast = math.sqrt(2 * G_M_S2 * height_m) if height_m else G_M_S2 * hop[0] / 2
+        drag = drag_at(air, 0.75 * fast)
+        arrivals, up, _ = through_air(hop, height_m, drag)
+        fall = arrivals[0]
         first = len(sds)
         sds += [
-            G_M_S2 * HEIGHT_SD_M / fall if height else 1.0,
+            G_M_S2 * 1e-3 * unstated_sd("release-scatter") / fall if height else 1.0,
             *(G_M_S2 / 2 * np.hypot(sd[:-1], sd[1:])),
         ]
         for k in range(len(hop)):
-            arrival = fall if k == 0 else down[k - 1]
-            if np.isfinite(arrival):
-                rows.append((r, k + 1, arrival, up[k]))
+            if np.isfinite(arrivals[k]):
+                fell = np.inf if k else height_m
+                rows.append((r, k + 1, arrivals[k], up[k], fell))
                 flights.append((first + k, first + k + 1))
-    found = np.array(rows).reshape(-1, 4)
+    found = np.array(rows).reshape(-1, 5)
     unseen = np.full(len(found), np.nan)
     table = Impacts(
         tuple(t.recording for t in tracks),
@@ -225,6 +231,9 @@ def impacts_from_times(tracks) -> Impacts:
         0.0,
         seeds_of([t.description for t in tracks]),
         unseen,
+        found[:, 4],
+        tuple(t.session for t in tracks),
+        tuple(height_sd_mm(t.description) for t in tracks),
     )
     return subset(table, usable_rows(table))
 
@@ -233,9 +242,11 @@ def concatenated(parts: list[Impacts]) -> Impacts:
     """Impacts of several sessions as one table."""
     recordings = np.cumsum([0, *(len(p.names) for p in parts)])[:-1]
     flights = np.cumsum([0, *(len(p.flight_sd) for p in parts)])[:-1]
-    arrays = ("number", "before", "after", "flight_sd", "time_sd", "steep")
+    arrays = ("number", "fell", "before", "after", "flight_sd", "time_sd", "steep")
     return Impacts(
         names=sum((p.names for p in parts), ()),
+        sessions=sum((p.sessions for p in parts), ()),
+        height_sd_mm=sum((p.height_sd_mm for p in parts), ()),
         **{key: np.concatenate([getattr(p, key) for p in parts]) for key in arrays},
         recording=np.concatenate(
             [p.recording + n for p, n in zip(parts, recordings, strict=True)]

@@ -136,8 +136,9 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
     for rank, k in enumerate(order):
         spot = []
         for n in parts[k].names:
-            of_camera = LAWS[n].picture is not None or LAWS[n].clock is not None
-            own = f"{n}@{k + 1}" if rank and of_camera else n
+            law = LAWS[n]
+            of_session = any((law.picture, law.clock, law.release))
+            own = f"{n}@{k + 1}" if rank and of_session else n
             if own not in names:
                 names.append(own)
                 known[own] = parts[k].known_sd.get(n, 0.0)
@@ -189,15 +190,23 @@ def with_impacts(
     if model is None:
         return flights.problem if flights else None
     effects, names, known = impact_problem.globals_of(model)
-    spot = np.arange(len(names)) + (len(flights.problem.names) if flights else 0)
+    above = flights.problem.names if flights else ()
+    every = tuple(dict.fromkeys((*above, *names)))
     joint = replace(
-        joint, table=table, kept=kept, impacts=model, own_names=names, own_spot=spot
+        joint,
+        table=table,
+        kept=kept,
+        impacts=model,
+        own_names=names,
+        own_spot=np.array([every.index(n) for n in names]),
     )
     if flights is None:
         return _problem(joint, names, effects, known)
-    above = flights.problem
     whole = _problem(
-        joint, (*above.names, *names), above.effects | effects, above.known_sd | known
+        joint,
+        every,
+        flights.problem.effects | effects,
+        flights.problem.known_sd | known,
     )
     return replace(whole, starts=flights.starts)
 

@@ -1,33 +1,34 @@
 """Nuisance parameters of every drop, with priors; a stated key replaces the sd here."""
 
 import numpy as np
-from benchtwin.bench.air import SLOPE_SD
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.noise import LOCK_PX
 from benchtwin.rigs.drop.effects.hooks import (
     View,
     distorted,
+    fallen_deeper,
     keystone,
+    lower,
     scaled,
     turned,
     wobbled,
 )
 
-PRIORS = {  # sds
-    # of g over the earth, which acts as the scale; plus what is stated (or 1 %)
-    "scale": 5e-4,
-    "plumb": 0.0,  # deg: as stated (or 0.5°)
-    # 1/m: change of the scale with height of a camera that looks straight on
-    "keystone": 1e-3,
-    "lens": 2e-4,  # distortion at the edge of the view of a good lens
-    # the same about another middle: its axis lies within 0.3 of the view's reach
-    "lens.x": 6e-5,
-    "lens.z": 6e-5,  # the same, upwards
-    "wobble": 0.01,  # px: of an outline's centre as it turns, which uneven light moves
-    "wobble.other": 0.01,  # the same, the other phase
-    "air": 0.15,  # of a seed's drag beside a sphere's; 1 where no sizes are stated
-    # d ln C_d/d ln v beside a sphere's: Haider & Levenspiel (1989)
-    "air-slope": SLOPE_SD,
+HEIGHT = "height"  # by how much a session's stated heights are too low
+OFF_CENTRE = 0.3  # of the view's reach, within which a lens has its axis
+PRIORS = {  # sds where nothing is stated; what is stated is added or replaces them
+    "scale": unstated_sd("gravity"),  # g acts as the scale
+    "plumb": unstated_sd("plumb"),
+    "keystone": unstated_sd("perspective"),
+    "lens": unstated_sd("lens"),
+    "lens.x": OFF_CENTRE * unstated_sd("lens"),  # the same about another middle
+    "lens.z": OFF_CENTRE * unstated_sd("lens"),
+    "wobble": unstated_sd("outline-centre"),
+    "wobble.other": unstated_sd("outline-centre"),
+    "air": unstated_sd("drag-coefficient"),
+    "air-slope": unstated_sd("drag-slope"),
+    HEIGHT: stated_sd("release-height"),
 }
 DISTANCES_M = (
     0.45,
@@ -37,7 +38,6 @@ DISTANCES_M = (
 )  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
 DEPTH_SD_M = 2e-3  # of the release beside the plane of the scale
 LOCK = "pixel-lock"
-OFF_CENTRE = 0.3  # of the view's reach
 
 
 def _off_centre(axis: int):
@@ -64,10 +64,22 @@ def _lock(axis: int, wave):
     return picture
 
 
-def _nuisance(name: str, picture=None, needs=None, sd: float | None = None) -> Effect:
-    sd = sd or PRIORS[name] or 1.0
+def _nuisance(
+    name: str, picture=None, needs=None, sd: float | None = None, **laws
+) -> Effect:
+    sd = sd or PRIORS[name]
     return Effect(
-        name, "nuisance", "", "", sd, -np.inf, np.inf, "", picture=picture, needs=needs
+        name,
+        "nuisance",
+        "",
+        "",
+        sd,
+        -np.inf,
+        np.inf,
+        "",
+        picture=picture,
+        needs=needs,
+        **laws,
     )
 
 
@@ -82,6 +94,13 @@ _FOUND = (
     _nuisance("wobble.other", wobbled(1), lambda session: session.spins),
     _nuisance("air"),
     _nuisance("air-slope"),
+    _nuisance(
+        HEIGHT,
+        None,
+        lambda seen: seen.of_stated_height,
+        release=lower,
+        restitution=fallen_deeper,
+    ),
     *(
         _nuisance(f"{LOCK}.{'xz'[k]}.{w.__name__}", _lock(k, w), sd=LOCK_PX)
         for k in (0, 1)

@@ -30,13 +30,12 @@ from benchtwin.rigs.drop.flight_model import (
     push_slopes,
     pushed,
     pushed_sides,
-    rate_of,
     side_rows,
     sides,
     touching,
     unseen_rows,
 )
-from benchtwin.rigs.drop.nuisances import LOCK, NUISANCES, OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.nuisances import HEIGHT, LOCK, NUISANCES, OFF_CENTRE, PRIORS
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.track_noise import (
     SMOOTH,
@@ -117,13 +116,13 @@ def side_slopes(
 ):
     """Side conditions (J + R,) and their derivatives; driven: those of `push`
     (push_slopes)."""
-    side = sides(model, starts, push, rate_of(at))
+    side = sides(model, starts, push, at)
     slopes = [np.zeros_like(side) for _ in at]
     for k, n in enumerate(at):
         if n in driven:
-            rate = rate_of(at | {n: at[n] + step[n]})
+            moved = at | {n: at[n] + step[n]}
             slopes[k] = (
-                sides(model, starts, push + step[n] * driven[n], rate) - side
+                sides(model, starts, push + step[n] * driven[n], moved) - side
             ) / step[n]
     return side, slopes
 
@@ -338,6 +337,7 @@ def known_sd(session: Session) -> dict[str, float]:
     }
     known["scale"] = float(np.hypot(session.scale_sd, known["scale"]))
     known["plumb"] = session.plumb_sd_deg
+    known[HEIGHT] = session.height_sd_mm
     known["air"] = float(
         np.median([a.sd / a.share if a.share else 0.0 for a in session.air])
     )

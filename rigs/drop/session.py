@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.bench.air import Air, air_of, stated_sizes_mm
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.drop.effects.hooks import View
 from benchtwin.rigs.drop.silhouette_spin import (
     silhouette_rotation,
@@ -21,7 +22,6 @@ BLOCK_S = 1.5e-3  # over which rows are averaged
 SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
 ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
 LEAST_ROCKING_M = 3e-4  # also of balls
-HEIGHT_SD_M = 1e-3  # how well a release height is known
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,8 @@ class Session:
     joint: np.ndarray  # (J, 2): flights before and after each contact
     joint_time: np.ndarray  # (J,)
     release: np.ndarray  # (R,): stated fall, NaN where the release was not seen
-    release_sd: np.ndarray
+    release_sd: np.ndarray  # of one beside the others
+    height_sd_mm: float  # of stated heights, common to all
     frame_s: float
     away: np.ndarray  # (R,): distance of the camera
     uneven_m: float  # shift of a turning outline's middle by perspective
@@ -59,6 +60,11 @@ class Session:
     elongation: float  # (length − thickness)/(length + thickness), NaN if not stated
     rocking_m: float  # how far a seed may move aside at one contact
     notes: tuple[str, ...] = ()
+
+    @property
+    def of_stated_height(self) -> bool:
+        """Whether a fall is compared with its stated height."""
+        return bool(np.isfinite(self.release).any())
 
     @property
     def spins(self) -> bool:
@@ -162,6 +168,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         joint_time=np.array([j[2] for j in joints]),
         release=release,
         release_sd=release_sd,
+        height_sd_mm=float(np.median([height_sd_mm(d) for d in about])),
         frame_s=float(np.median([_step(t) for t in tracks])),
         away=(
             away := np.array(
@@ -318,16 +325,22 @@ def _elongation(description: dict) -> float:
     )
 
 
+def height_sd_mm(description: dict) -> float:
+    """sd of the stated height, as stated or as of heights that people state."""
+    stated = description.get("drop", {}).get("height_sd_mm")
+    return stated_sd("release-height") if stated is None else stated
+
+
 def _shape_sd(description: dict) -> float:
     """(longest − shortest)/4 [m], half of what a centre may sink by; else
-    HEIGHT_SD_M."""
+    that of releases."""
     sizes = stated_sizes_mm(description)
     return (
         (max(sizes) - min(sizes)) / 4000
         if len(sizes) > 1
         else 0.0
         if sizes
-        else HEIGHT_SD_M
+        else 1e-3 * unstated_sd("release-scatter")
     )
 
 
@@ -343,5 +356,8 @@ def _releases(tracks) -> tuple[np.ndarray, np.ndarray]:
     at."""
     stated = [t.description.get("drop", {}).get("height_mm") or np.nan for t in tracks]
     seen = [t.release_seen and len(t.contacts_s) > 0 for t in tracks]
-    sds = np.hypot(HEIGHT_SD_M, [_shape_sd(t.description) for t in tracks])
+    sds = np.hypot(
+        1e-3 * unstated_sd("release-scatter"),
+        [_shape_sd(t.description) for t in tracks],
+    )
     return np.where(seen, np.array(stated) / 1000, np.nan), sds

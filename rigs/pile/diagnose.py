@@ -56,9 +56,8 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
             ),
         )
     scatter = scatter_of(photos)
-    orders = (
-        (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
-    )  # no plumb: a later tilt shows nothing
+    # no plumb: a later tilt shows nothing
+    orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
     problems = [problem_of(photos, scatter, after=after) for after in orders]
     alternatives = tuple(
         Alternative(with_conditions(p, REPOSE, follows)) for p in problems
@@ -100,17 +99,11 @@ def windows_of(fit: Fit) -> Windows:
         (m, "surface", "crest" if m < 1 / 3 else "middle" if m < 0.75 else "toe")
         for m in middles
     ]
-    kinds += [
-        (at, f"break at {at:.0%}", "middle") for at in BREAKS
-    ]  # each is a component of its own
+    # each is a component of its own
+    kinds += [(at, f"break at {at:.0%}", "middle") for at in BREAKS]
+    axis, half = "x_mm" if scaled else "x_share", WIDTH / 2
     bins = [
-        Bin(
-            "x_mm" if scaled else "x_share",
-            float(length * (m - WIDTH / 2)),
-            float(length * (m + WIDTH / 2)),
-            push,
-            sector,
-        )
+        Bin(axis, float(length * (m - half)), float(length * (m + half)), push, sector)
         for m, push, sector in kinds
     ]
     return Windows([rows(p, surface) for p in photos], tuple(bins))
@@ -186,11 +179,10 @@ def _notes(photos: tuple[Photo, ...]) -> tuple[str, ...]:
     ]
     for p in photos:
         if p.reference != "plumb":
-            from_what = (
-                "the plate's own line"
-                if p.reference == "plate"
-                else "the picture's rows"
-            )
+            if p.reference == "plate":
+                from_what = "the plate's own line"
+            else:
+                from_what = "the picture's rows"
             notes.append(f"{p.recording}: no plumb_deg: angles count from {from_what}")
     unscaled = [p.recording for p in photos if p.unit == "px"]
     notes += [NO_SCALE.format(", ".join(unscaled))] if unscaled else []

@@ -24,9 +24,8 @@ LEAST_ROWS = 40
 # only the round side is seen
 EDGE = 0.03
 SAME_SIZE = 0.2  # of ln
-SAME_VIEW = (
-    0.5  # correlation of the grains' outline between photos that follow each other
-)
+# correlation of the grains' outline between photos that follow each other
+SAME_VIEW = 0.5
 GRAINS = 0.1  # of the heap's height: longer waves are its shape
 
 
@@ -164,15 +163,8 @@ def photo_of(seen) -> Photo:
     half = (
         seed.get("length_mm", float("nan")) / 2 if seen.unit == "mm" else float("nan")
     )
-    flanks = _flanks(
-        x,
-        height,
-        crest,
-        [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x],
-        lean,
-        half,
-        notes,
-    )
+    toes = [t if t is None else _upright_x(t, seen, level) for t in seen.toes_x]
+    flanks = _flanks(x, height, crest, toes, lean, half, notes)
     box = pile.get("box_mm")
     both = plumb is not None and plate_seen
     return Photo(
@@ -197,11 +189,9 @@ def photo_of(seen) -> Photo:
 def _rig_mm(pile: dict) -> float:
     """√(width × fill height) of what was emptied, or its width; NaN if not stated."""
     across = pile.get("cylinder_mm", pile.get("box_mm", [float("nan")]))[0]
-    return (
-        float(np.sqrt(across * pile["fill_height_mm"]))
-        if "fill_height_mm" in pile
-        else float(across)
-    )
+    if "fill_height_mm" in pile:
+        return float(np.sqrt(across * pile["fill_height_mm"]))
+    return float(across)
 
 
 def _upright(seen, level_deg: float) -> tuple[np.ndarray, np.ndarray]:
@@ -260,17 +250,8 @@ def _flanks(
             min(side * (toe - start) / length, REACH),
         )
         if len(u) >= LEAST_ROWS:
-            made.append(
-                Flank(
-                    side,
-                    u,
-                    v,
-                    float(np.degrees(np.arctan(slope + side * lean))),
-                    level,
-                    length,
-                    start,
-                )
-            )
+            angle = float(np.degrees(np.arctan(slope + side * lean)))
+            made.append(Flank(side, u, v, angle, level, length, start))
     return tuple(made)
 
 
@@ -376,25 +357,14 @@ def _alike(one, other) -> float:
         or abs(one.x[0] - other.x[0]) > abs(one.x[1] - one.x[0])
     ):
         return 0.0
-    high = (
-        max(
-            3,
-            round(
-                GRAINS
-                * float(np.nanmax(one.z - one.base_z))
-                / float(one.x[1] - one.x[0])
-            ),
-        )
-        | 1
-    )
+    height, column = float(np.nanmax(one.z - one.base_z)), float(one.x[1] - one.x[0])
+    high = max(3, round(GRAINS * height / column)) | 1
     a, b = (_grains(seen.z[:count], high) for seen in (one, other))
     there = np.isfinite(one.z[:count]) & np.isfinite(other.z[:count])
     a, b = a[there], b[there]
-    return (
-        float(np.corrcoef(a, b)[0, 1])
-        if len(a) > 2 and a.std() > 0 and b.std() > 0
-        else 0.0
-    )
+    if len(a) > 2 and a.std() > 0 and b.std() > 0:
+        return float(np.corrcoef(a, b)[0, 1])
+    return 0.0
 
 
 def _grains(z: np.ndarray, wide: int) -> np.ndarray:

@@ -9,18 +9,14 @@ TOE_MEAN, TOE_SD, TOE_WIDTH = 0.05, 0.03, 0.1
 TOE_IN_SEEDS = 0.6  # height of the toe over a seed's length
 # further sd at crest and toe: a share of a seed's length; where seed or scale is not
 # stated
-SD_IN_SEEDS, SD_UNKNOWN = (
-    0.25,
-    0.01,
-)
-FLANK_SD, FLANK_IN_SEEDS = (
-    0.005,
-    0.05,
-)  # sd along the flank, and a share of a seed's length more where that is known
-TAILS, TAIL_SD = (
-    (0.07, 0.15, 0.3),
-    0.03,
-)  # how far up an apron reaches, over the flank's way; of its height at the toe
+SD_IN_SEEDS = 0.25
+SD_UNKNOWN = 0.01
+# sd along the flank, and a share of a seed's length more where that is known
+FLANK_SD = 0.005
+FLANK_IN_SEEDS = 0.05
+# how far up an apron reaches, over the flank's way; of its height at the toe
+TAILS = (0.07, 0.15, 0.3)
+TAIL_SD = 0.03
 BUMPS, BUMP_WIDTH = np.arange(-0.05, 1.46, 0.1), 0.1
 COLUMNS = len(BUMPS) + len(TAILS)
 PARTS = {

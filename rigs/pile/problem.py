@@ -52,10 +52,8 @@ class Model:
 
 def problem_of(photos: tuple[Photo, ...], scatter: Scatter, *, after: bool) -> Problem:
     """after: whether a tilted plate was tilted after its heap was poured."""
-    nuisances, acted = (
-        _nuisances(photos),
-        {n: _acted(photos, e, after) for n, e in EFFECTS.items()},
-    )
+    nuisances = _nuisances(photos)
+    acted = {n: _acted(photos, e, after) for n, e in EFFECTS.items()}
     acted = {
         n: columns for n, columns in acted.items() if any(c.any() for c in columns)
     }
@@ -183,23 +181,15 @@ def rows(
         np.isfinite(photo.creep_deg)
     )
     across = parts[0].shape[1:]
-    return np.concatenate(
-        [
-            *parts,
-            np.broadcast_to(
-                np.reshape(last, (-1,) + (1,) * len(across)), (len(last), *across)
-            ),
-        ]
-    )
+    column = np.reshape(last, (-1,) + (1,) * len(across))
+    return np.concatenate([*parts, np.broadcast_to(column, (len(last), *across))])
 
 
 def seeds_high(photo: Photo) -> float:
     """The heap's height over a seed's length, NaN if unknown."""
-    return (
-        float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm
-        if photo.unit == "mm"
-        else float("nan")
-    )
+    if photo.unit == "mm":
+        return float(np.mean([f.height for f in photo.flanks])) / photo.seed_mm
+    return float("nan")
 
 
 def _own(photo: Photo) -> np.ndarray:
@@ -235,11 +225,5 @@ def _series(photo: Photo, r: int, scatter: Scatter) -> Series:
     lag[: sum(len(f.u) for f in photo.flanks)] = np.concatenate(
         [scatter.lags[r, k] for k in range(len(photo.flanks))]
     )
-    return Series(
-        photo.recording,
-        data,
-        sd,
-        lag,
-        scatter.noise,
-        rows(photo, lambda u: cosines(u, range(2, WAVES + 2))),
-    )
+    smooth = rows(photo, lambda u: cosines(u, range(2, WAVES + 2)))
+    return Series(photo.recording, data, sd, lag, scatter.noise, smooth)

@@ -62,17 +62,8 @@ class Kind:
         surface = surface + np.array(
             [np.interp(strength, steps, column) for column in more.T]
         )
-        return Shape(
-            surface,
-            angle
-            + float(
-                np.interp(
-                    strength,
-                    steps,
-                    [s.angle_deg - one.angle_deg for s in self.strengths],
-                )
-            ),
-        )
+        angles = [s.angle_deg - one.angle_deg for s in self.strengths]
+        return Shape(surface, angle + float(np.interp(strength, steps, angles)))
 
 
 def resimulate(
@@ -87,14 +78,8 @@ def resimulate(
         for r in recordings
         if {r.recording, r.recording.rpartition("/")[0]} & used and photo_of(r).flanks
     ]
-    seed_mm = float(
-        np.mean(
-            [
-                r.description.get("seed", {}).get("length_mm", SOYBEAN_MM[0])
-                for r in seen
-            ]
-        )
-    )
+    seeds = [r.description.get("seed", {}) for r in seen]
+    seed_mm = float(np.mean([s.get("length_mm", SOYBEAN_MM[0]) for s in seeds]))
     groups: dict[tuple, list[SeenPile]] = {}
     for r in seen:
         groups.setdefault(photo_of(r).stated, []).append(r)
@@ -140,14 +125,9 @@ def resimulate(
     counterpart = EFFECTS[effect].counterpart
     assert counterpart is not None  # checked by rerun.reason_not_simulated
     change = counterpart.what.format(value=f"{np.mean(values):.2g}")
+    figure = _figure(*shown[0][:3])
     again = Resimulation(
-        "pile",
-        (effect,),
-        change,
-        HOW,
-        tuple(rows),
-        len(seen) > 1,
-        figure=_figure(*shown[0][:3]),
+        "pile", (effect,), change, HOW, tuple(rows), len(seen) > 1, figure=figure
     )
     return _pictured(again, shown[0][3]) if pictures else again
 
@@ -164,12 +144,9 @@ def _responses(
             f" strength {strength:g}"
         )
         settings = HeapSettings(friction, effect, strength)
-        return shape_of(
-            [
-                simulate_heap(group[0].description, settings, seed_mm, p)
-                for p in range(PACKINGS)
-            ]
-        )
+        told = group[0].description
+        heaps = [simulate_heap(told, settings, seed_mm, p) for p in range(PACKINGS)]
+        return shape_of(heaps)
 
     usual = ran(FRICTIONS[0], 0.0)
     strengths = tuple(ran(FRICTIONS[0], s) for s in EFFECTS[effect].law.strengths)
@@ -214,12 +191,9 @@ def _run(
 ) -> Shape:
     description = kind.recordings[0].description
     if not pictures:
-        return shape_of(
-            [
-                simulate_heap(description, settings, seed_mm, PACKINGS + p)
-                for p in range(PACKINGS)
-            ]
-        )
+        packings = range(PACKINGS, 2 * PACKINGS)
+        heaps = [simulate_heap(description, settings, seed_mm, p) for p in packings]
+        return shape_of(heaps)
     shutil.rmtree(out, ignore_errors=True)
     recording, parameters = simulation_inputs(description, settings, seed_mm)
     for p in range(PACKINGS):

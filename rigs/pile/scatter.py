@@ -13,17 +13,14 @@ SIGMA_FLOOR = 0.003  # of the height: model error of the family of shapes
 ANGLE_SD_DEG = 0.1  # of a flank's line
 CREEP_SD_DEG = 0.1  # of one heap's between its photos, before repeats say more
 PRIOR_REPEATS = 4.0  # repeats that the prior PACKING_SD is worth
-WAVES, SHORT = (
-    6,
-    5,
-)  # orders of waves of missing physics, and of shorter ones, which are roughness
+# orders of waves of missing physics, and of shorter ones, which are roughness
+WAVES = 6
+SHORT = 5
 SKIN = 0.5  # seeds: beyond, the roughness of grains is not correlated
-ALIKE_P = (
-    0.01  # below which repeats differ by more than roughness, and only they are used
-)
-LEVEL_DOUBT = (
-    0.15  # of ln of the noise's power: packings are not Gaussian, and repeats are few
-)
+# below which repeats differ by more than roughness, and only they are used
+ALIKE_P = 0.01
+# of ln of the noise's power: packings are not Gaussian, and repeats are few
+LEVEL_DOUBT = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +45,9 @@ def scatter_of(photos: tuple[Photo, ...]) -> Scatter:
     creep_sd = pooled_sd(
         creep, np.zeros(len(creep)), [p.stated for p in turned], CREEP_SD_DEG
     )
+    log_level_sd = max(LEVEL_DOUBT, noise.log_level_sd)
     return Scatter(
-        replace(noise, log_level_sd=max(LEVEL_DOUBT, noise.log_level_sd)),
-        sigma,
-        lags,
-        even,
-        odd,
-        creep_sd,
+        replace(noise, log_level_sd=log_level_sd), sigma, lags, even, odd, creep_sd
     )
 
 
@@ -116,10 +109,8 @@ def _roughness(
         float(((g - np.mean(g, axis=0)) ** 2).sum()) for g in groups.values()
     )
     freedom = sum((len(g) - 1) * len(g[0]) for g in groups.values())
-    power, count = (
-        (float(short @ short) + repeated) / (len(short) + freedom),
-        len(short) + freedom,
-    )
+    power = (float(short @ short) + repeated) / (len(short) + freedom)
+    count = len(short) + freedom
     if (
         freedom
         and stats.f.sf(
@@ -129,9 +120,8 @@ def _roughness(
     ):
         power, count = repeated / freedom, freedom
     noise = replace(noise, log_level_sd=float(np.sqrt(2 / count)))
-    sd = float(np.exp(noise.log_level_sd / 2)) * float(
-        np.sqrt(power)
-    )  # plus one sd of the estimate
+    # plus one sd of the estimate
+    sd = float(np.exp(noise.log_level_sd / 2)) * float(np.sqrt(power))
     mean_size = [
         np.mean([size[r, k] for k in range(len(p.flanks))])
         for r, p in enumerate(photos)
@@ -167,10 +157,8 @@ def _packing(
         rows = np.column_stack([_packed(f.u), f.v - straight(f.u)])
         white = noise.whiten(rows / sigma[at[0]], lags[at])
         inverse = np.linalg.inv(white[:, :-1].T @ white[:, :-1])
-        values, errors = (
-            inverse @ (white[:, :-1].T @ white[:, -1]),
-            np.sqrt(np.diag(inverse)),
-        )
+        values = inverse @ (white[:, :-1].T @ white[:, -1])
+        errors = np.sqrt(np.diag(inverse))
         seen[at] = (
             np.append(values[2:], f.angle_deg),
             np.append(errors[2:], ANGLE_SD_DEG),

@@ -13,11 +13,10 @@ from benchtwin.twin.piles import SeenPile
 from benchtwin.twin.run import run
 
 SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither
-SLICE, MOST_SEEDS, PACKED = (
-    3.5,
-    1200,
-    0.62,
-)  # slice in seed lengths; number of seeds simulated in half a minute; packing
+# slice in seed lengths; number of seeds simulated in half a minute; packing
+SLICE = 3.5
+MOST_SEEDS = 1200
+PACKED = 0.62
 FILL_MM, PX_MM = 60.0, 0.1
 AT = np.arange(0.05, 1.3, 0.025)  # of the flank's way, where surfaces are compared
 

@@ -1,12 +1,36 @@
-"""Rolls: down an incline, over a corner, along a level plate until the seed stops."""
+"""A seed that rolls down an incline and out on the level."""
 
-from benchtwin.rigs.rig import Rig
+from benchtwin.bench.rig import Rig
+from benchtwin.rigs.roll.keys import Roll
 
 RIG = Rig(
     name="roll",
-    measure=f"{__name__}.measure:measure_roll",
+    what="a seed rolls and runs out",
+    keys=Roll,
+    order=3,
+    main=("run_out", "mm"),
+    printed=(
+        ("rolling_resistance", "rolling_friction", "run_out", "acceleration"),
+        ("slope",),
+    ),
+    readings={"run_out_mm": ("run_out", "mm")},
+    gate_place="x_mm",
+    wanted=(
+        ("camera", "mm_per_px"),
+        ("roll", "incline_deg"),
+        ("roll", "incline_length_mm"),
+    ),
+    asked=(
+        (
+            "[roll] incline_deg, incline_length_mm",
+            "how steep and how long was the incline?",
+        ),
+    ),
+    observe="benchtwin.measure.observe_motion:observe_moving",
+    measure=".measure:measure_roll",
+    setup=".simulate:SETUP",
     read="benchtwin.twin.roll_tracks:read_rolls",
-    diagnose=f"{__name__}.diagnose:diagnose_roll",
-    effects=f"{__name__}.effects:EFFECTS",
-    resimulate=f"{__name__}.resimulation:resimulate",
+    diagnose=".diagnose:diagnose_roll",
+    effects=".effects:EFFECTS",
+    resimulate=".resimulation:resimulate",
 )

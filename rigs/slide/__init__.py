@@ -1,12 +1,32 @@
 """Slides: when a seed begins to move, and how it goes on."""
 
-from benchtwin.rigs.rig import Rig
+from benchtwin.bench.rig import Rig
+from benchtwin.rigs.slide.keys import Slide
 
 RIG = Rig(
     name="slide",
-    measure=f"{__name__}.measure:measure_slide",
+    what="a plate is raised",
+    keys=Slide,
+    order=2,
+    main=("slide_angle", "deg"),
+    printed=(("static_friction", "slide_angle"),),
+    readings={"slide_angle_deg": ("slide_angle", "deg")},
+    gate_place="x_mm",
+    wanted=(("camera", "plumb_deg"),),
+    asked=(
+        (
+            "[slide] tilt_rate_deg_s",
+            "how fast was the plate raised, and at what angle did it start ([slide]"
+            " start_deg)?",
+        ),
+    ),
+    corrected_in=("reading", "track"),
+    own_parameters=True,
+    observe="benchtwin.measure.observe_motion:observe_moving",
+    measure=".measure:measure_slide",
+    setup=".simulate:SETUP",
     read="benchtwin.twin.slides:read_slides",
-    diagnose=f"{__name__}.diagnose:diagnose_slide",
-    effects=f"{__name__}.effects:EFFECTS",
-    resimulate=f"{__name__}.resimulation:resimulate",
+    diagnose=".diagnose:diagnose_slide",
+    effects=".effects:EFFECTS",
+    resimulate=".resimulation:resimulate",
 )

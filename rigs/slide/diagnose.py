@@ -61,9 +61,8 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     rates = [r.tilt.rate_deg_s for r in session.runs] + [
         r.rate_deg_s for r in session.reads
     ]
-    if (
-        np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1
-    ):  # friction may age at rest
+    # friction may age at rest
+    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:
         z = np.log(rates) - np.log(rates).mean()
         spread = float(z.std())
         follows = (
@@ -95,29 +94,18 @@ def alternatives(
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not session.runs or any(run.from_hinge for run in session.runs)
-    out = [
-        Alternative(
-            _problem(prepared, model, follows), 1.0 if known else ROTATING_PLATE_ODDS
-        )
-    ]
+    problem = _problem(prepared, model, follows)
+    out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
-        out.append(
-            Alternative(
-                _problem(prepared, replace(model, turning=0.0), follows),
-                FIXED_PLATE_ODDS,
-                FIXED_PLATE_NOTE,
-            )
-        )
+        fixed = _problem(prepared, replace(model, turning=0.0), follows)
+        out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
         stepped = _problem(prepared, replace(model, stair_deg=height), follows)
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
+        effects = (STEPPED.name,)
         out.append(
             Alternative(
-                stepped,
-                LISTED_ODDS,
-                effects=(STEPPED.name,),
-                sector=STEPPED.sector,
-                sizes=size,
+                stepped, LISTED_ODDS, effects=effects, sector=STEPPED.sector, sizes=size
             )
         )
     if heard:

@@ -216,11 +216,10 @@ def _plate(
     """The plate's angle, what is not known of it, and notes; MeasurementError naming
     the missing key."""
     stated = recording.slide
-    known = (
-        np.zeros(len(track), dtype=bool)
-        if track.tilt_deg is None
-        else np.isfinite(track.tilt_deg)
-    )
+    if track.tilt_deg is None:
+        known = np.zeros(len(track), dtype=bool)
+    else:
+        known = np.isfinite(track.tilt_deg)
     gates = recording.evidence == "gates.csv"
     scale_sd = 0.0 if gates else recording.camera.scale_sd
     others = [

@@ -18,9 +18,8 @@ from benchtwin.rigs.slide.session import Read, Run, Session
 
 HINGE_M = unstated_sd("hinge")  # it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
 LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
-PICTURE = frozenset(
-    {"friction", "scale", "lens", "perspective", "reader"}
-)  # globals that do not change the motion
+# globals that do not change the motion
+PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader"})
 MOTIONS = 64  # cached
 LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
 CLIMB_S = 0.07  # median time in which a plate climbs a step
@@ -32,9 +31,8 @@ class Model:
 
     session: Session
     friction: float  # initial, of the pair
-    effects: dict[str, Effect] = field(
-        default_factory=dict
-    )  # that this session can show
+    # that this session can show
+    effects: dict[str, Effect] = field(default_factory=dict)
     stair_deg: float = 0.0  # steps in which the plate is raised, 0 for none
     turning: float = 1.0  # 0 for a fixed plate under rotating gravity
     shaking: tuple[float, float] = (
@@ -46,9 +44,8 @@ class Model:
 
 def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
     """All that acts on a run, except its friction."""
-    amid = 0.25 * math.log(
-        run.air.count
-    )  # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
+    # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
+    amid = 0.25 * math.log(run.air.count)
     off = run.air.sd * values.get("air", 0.0) - amid * values.get("air-shade", 0.0)
     laws = Laws(
         turning=model.turning,
@@ -137,11 +134,8 @@ def angles(model: Model, read: Read, values: dict[str, float]) -> np.ndarray:
     for name, effect in model.effects.items():
         if values.get(name):
             mu += effect.rest(values[name]) if effect.rest else 0.0
-            laws = (
-                effect.act(laws, read, values[name])
-                if effect.act and np.isfinite(read.mass_g)
-                else laws
-            )
+            if effect.act and np.isfinite(read.mass_g):
+                laws = effect.act(laws, read, values[name])
     # sin θ − μ cos θ = μ F/(m g), and sin θ − μ cos θ = √(1 + μ²) sin(θ − atan μ)
     lean = mu * laws.press / G_M_S2 / math.hypot(1.0, mu)
     out = math.degrees(math.atan(mu) + math.asin(min(max(lean, -0.99), 0.99)))

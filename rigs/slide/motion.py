@@ -23,10 +23,9 @@ from numba import njit
 
 STEPS = 300  # at least, from rest to the end
 FARTHEST_M = 100.0  # bound on travel, against overflow in a fit
-SHARE, SCATTER = (
-    0.85,
-    0.2,
-)  # initial speed of a shaken block over a/ω: mean, and sd between phases
+# initial speed of a shaken block over a/ω: mean, and sd between phases
+SHARE = 0.85
+SCATTER = 0.2
 
 
 class Laws(NamedTuple):
@@ -169,9 +168,8 @@ def _travel(
         if time[i] <= onset:
             place[i], speed[i] = _crept(laws, growth, time[i] - onset)
             continue
-        count = min(
-            max(math.ceil((time[i] - t) / longest), 1), STEPS
-        )  # a fit may try an onset long before the first row
+        # a fit may try an onset long before the first row
+        count = min(max(math.ceil((time[i] - t) / longest), 1), STEPS)
         s = (time[i] - t) / count
         for k in range(count):
             if stopped:

@@ -46,10 +46,9 @@ PRIORS = {
 RUN_SD = unstated_sd("friction-scatter")
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
-FEW_DEGREE, FEW_SD_MM = (
-    2,
-    0.5,
-)  # of runs of few rows: degree of the curve; sd where it cannot be estimated
+# of runs of few rows: degree of the curve; sd where it cannot be estimated
+FEW_DEGREE = 2
+FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
 FLAT_PRIOR_MM, FLAT_PRIOR_S = 1e3, 1e3
 MAX_ITERATIONS = 30  # onset and air beside a plate converge slowly
@@ -109,11 +108,9 @@ def _pooled(runs: list[Run]) -> float:
         part.residual(Noise(0.0, 0.0, 0.0)) for run in runs for part in stretches(run)
     ]
     spare = sum(n for _, n in found)
-    return (
-        max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM)
-        if spare
-        else FEW_SD_MM
-    )
+    if spare:
+        return max(math.sqrt(sum(float(v @ v) for v, _ in found) / spare), EXACT_MM)
+    return FEW_SD_MM
 
 
 def stretches(run: Run) -> list[Stretch]:
@@ -129,9 +126,8 @@ def stretches(run: Run) -> list[Stretch]:
         crossed = float(np.ptp(run.travel[part])) > DEGREE * float(
             np.hypot(*run.lock[0])
         )
-        if (
-            crossed and run.lock.any() and not has_few_rows(run)
-        ):  # waves finer than the curve
+        # waves finer than the curve
+        if crossed and run.lock.any() and not has_few_rows(run):
             design = np.column_stack([design, run.lock[part]])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
@@ -182,9 +178,8 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
         step=STEP,
         smooth=True,
     )
-    tracks = refined_level_sd(
-        prepared.noise.log_level_sd, DEGREE * len(session.runs)
-    )  # that of readings is in their sd
+    # that of readings is in their sd
+    tracks = refined_level_sd(prepared.noise.log_level_sd, DEGREE * len(session.runs))
     level_sd = tracks if session.runs else problem.level_sd
     return replace(
         problem, starts=starts, unknown_scatter=unknown_scatter, level_sd=level_sd
@@ -261,14 +256,9 @@ def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
         max(floor**2, (about + READER_ROWS * floor**2) / (spare + READER_ROWS))
     )
     n = len(read.angles)
-    return Series(
-        read.recording,
-        read.angles,
-        sigma,
-        frame_lag(np.arange(n)),
-        _white(prepared.session),
-        np.ones((n, 1)),
-    )
+    lag = frame_lag(np.arange(n))
+    noise = _white(prepared.session)
+    return Series(read.recording, read.angles, sigma, lag, noise, np.ones((n, 1)))
 
 
 def _white(session: Session) -> Noise:
@@ -319,20 +309,17 @@ def _onset(
         columns = [np.ones(len(time))] + (
             [np.clip(time - onset, 0, None) ** 2] if jump else []
         )
-        design, left = (
-            np.column_stack(columns) / sigma[:, None],
-            (run.travel - 1e3 * way) / sigma,
-        )
+        design = np.column_stack(columns) / sigma[:, None]
+        left = (run.travel - 1e3 * way) / sigma
         solution = np.linalg.lstsq(design, left, rcond=None)[0]
         if jump and solution[1] < 0:  # friction does not increase at the onset
             solution = np.array(
                 [left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0]
             )
-        lost = (
-            2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
-            if jump
-            else 0.0
-        )
+        if jump:
+            lost = 2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
+        else:
+            lost = 0.0
         return (
             float(((left - design @ solution) ** 2).sum()),
             float(solution[0]),

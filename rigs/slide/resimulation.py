@@ -45,20 +45,13 @@ def resimulate(
             f"slide: finding the twin's friction for {r.recording} ({k + 1} of"
             f" {min(len(seen), MOST)})"
         )
-        nil = values[r.recording] | dict.fromkeys(
-            names, 0.0
-        )  # the same laws at 0: one set of compiled kernels
+        # the same laws at 0: one set of compiled kernels
+        nil = values[r.recording] | dict.fromkeys(names, 0.0)
         made = [fitted(r, onset_deg(r), v, k) for v in (nil, values[r.recording])]
         twins.append(TwinPair(r.recording, travelled(r), BEGUN_MM, *made))
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    again = Resimulation(
-        "slide",
-        names,
-        change_in_words("slide", finding),
-        "",
-        (),
-        len(finding.recordings) > 1,
-    )
+    several, change = len(finding.recordings) > 1, change_in_words("slide", finding)
+    again = Resimulation("slide", names, change, "", (), several)
     if any(not followed_condition(n) for n in names):
         how = (
             "friction at rest is such that the twin's block begins to move at the"
@@ -66,13 +59,8 @@ def resimulate(
         )
         again = compared(replace(again, how=how + more), twins, folder, pictures, say)
     if any(followed_condition(n) for n in names):
-        again = _let_go(
-            again,
-            twins,
-            condition_shifts(FRICTION, finding, recordings),
-            {r.recording: r for r in seen},
-            more,
-        )
+        beside = condition_shifts(FRICTION, finding, recordings)
+        again = _let_go(again, twins, beside, {r.recording: r for r in seen}, more)
     return again
 
 
@@ -168,12 +156,8 @@ def let_go_deg(r, parameters: Parameters, number: int):
     }
     recording = with_frame_rate(like("slide", r.description, **about), r.time_s)
     path = run_path(recording, parameters, number)
-    return (
-        float(
-            np.interp(path.reached(BEGUN_MM), path.time, path.motion.series["tilt_deg"])
-        ),
-        recording,
-    )
+    tilt = path.motion.series["tilt_deg"]
+    return float(np.interp(path.reached(BEGUN_MM), path.time, tilt)), recording
 
 
 def fitted(r, angle_deg: float, values: dict[str, float], number: int):

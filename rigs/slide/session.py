@@ -14,21 +14,18 @@ from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
 
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
-LEAST_OF_FEW = (
-    4  # rows of sliding in a short record: place, onset, friction, and one more
-)
+# rows of sliding in a short record: place, onset, friction, and one more
+LEAST_OF_FEW = 4
 FINEST_DEG, COARSE_DEG = 0.01, 0.15  # grid of an exact reading; grid that is reported
 ON_GRID_DEG = 0.0055  # rounding of readings written to a hundredth
 ABRAHAM = 9.06  # of √Re in C_d
 POWERS = np.arange(2, 8)  # of the time since the onset: accelerations of degree 0 to 5
-EARLIEST, LATEST = (
-    -0.1,
-    0.25,
-)  # of the slide's duration, after the onset as first guessed
-ONSETS, MAX_ITERATIONS = (
-    9,
-    3,
-)  # grid search for the onset, refined to 1e-3 of the duration
+# of the slide's duration, after the onset as first guessed
+EARLIEST = -0.1
+LATEST = 0.25
+# grid search for the onset, refined to 1e-3 of the duration
+ONSETS = 9
+MAX_ITERATIONS = 3
 ENOUGH = 200  # rows used for the onset
 
 
@@ -157,14 +154,9 @@ def _read(seen) -> Read:
         )
     rate = seen.description.get("slide", {}).get("tilt_rate_deg_s")
     stated = seen.description.get("reading", {}).get("resolution_deg") or 0.0
-    return Read(
-        seen.recording,
-        seen.session,
-        angles,
-        float(rate) if rate else float("nan"),
-        mass_of(seen.description),
-        stated,
-    )
+    rate_deg_s = float(rate) if rate else float("nan")
+    mass_g = mass_of(seen.description)
+    return Read(seen.recording, seen.session, angles, rate_deg_s, mass_g, stated)
 
 
 def _run(seen) -> Run:
@@ -247,14 +239,8 @@ def _sliding(
         beyond = np.flatnonzero(travel - rest > 1.02 * told["travel_mm"])
         stop = min(stop, int(beyond[0])) if len(beyond) else stop
     first = first_in_motion(travel[:stop], noise)  # later than the onset by t ~ x^⅓
-    first = max(
-        int(
-            np.searchsorted(
-                time, time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
-            )
-        ),
-        0,
-    )
+    before = time[first - 1] - 0.2 * (time[stop - 1] - time[first - 1])
+    first = max(int(np.searchsorted(time, before)), 0)
     if first < LEAST_REST:
         raise ValueError(
             "the block moves from the first rows on: the onset is not in the recording"
@@ -312,12 +298,8 @@ def air_drag(description: dict) -> AirDrag:
     )
     at_2 = (REFERENCE_SPEED_M_S + slow * math.sqrt(REFERENCE_SPEED_M_S)) ** 2
     known = (stated_sd if air.sd < air.share else unstated_sd)("drag-beside-plate")
-    return AirDrag(
-        air.share * G_M_S2 / at_2,
-        slow,
-        known if air.share else 0.0,
-        int(description.get("seed", {}).get("count") or 1),
-    )
+    count = int(description.get("seed", {}).get("count") or 1)
+    return AirDrag(air.share * G_M_S2 / at_2, slow, known if air.share else 0.0, count)
 
 
 def lock(time: np.ndarray, x_mm: np.ndarray, rest: int, pixel_mm: float) -> np.ndarray:

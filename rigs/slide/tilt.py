@@ -7,17 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from benchtwin.bench.priors import stated_sd
 
-SLIDES_SEEN = (
-    3.0  # the angle is learnt from so many times the slide's duration, up to its end
-)
+# the angle is learnt from so many times the slide's duration, up to its end
+SLIDES_SEEN = 3.0
 EXACT_RATE = 1e-9  # [rad/s]: of a column without noise, what rounding leaves
 TILTS_SDS = 3.0  # of its rate: a column that rises by less shows a plate that stands
 BEND_CHI2 = 16.0  # fall of χ² for quadratic and cubic terms
 RESOLUTION_DEG = 0.105  # of a sensor, below which steps are not looked for
-STAIR_SHARE, STAIR_CHI2 = (
-    0.6,
-    60.0,
-)  # of steps: greatest share of the variance left, least fall of χ²
+# of steps: greatest share of the variance left, least fall of χ²
+STAIR_SHARE = 0.6
+STAIR_CHI2 = 60.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +70,10 @@ def seen_tilt(
     coefficients, covariance, noise = _line(s, y, 1)
     bent, wide, fine = _line(s, y, 3)
     spread = _independent(s, y, bent)
-    gain = (
-        len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread
-        if len(s) > 20
-        else 0.0
-    )
+    if len(s) > 20:
+        gain = len(s) * math.log(max(noise, 1e-30) / max(fine, 1e-30)) / spread
+    else:
+        gain = 0.0
     ramp = np.degrees(np.polynomial.polynomial.polyval(s, coefficients))
     stair = _stairs(ramp, np.degrees(y)) if steps else 0.0
     if gain > BEND_CHI2 and not stair:
@@ -89,15 +86,9 @@ def seen_tilt(
         coefficients, covariance, _ = _line(s, y, 0)
         level = math.sqrt(covariance[0, 0] * _independent(s, y, coefficients))
         full, rate, stair = np.array([*coefficients, 0.0, 0.0, 0.0]), 0.0, 0.0
-    return Tilt(
-        origin,
-        full,
-        max(float(level), 1e-7),
-        max(float(rate), EXACT_RATE),
-        math.degrees(full[1]),
-        True,
-        stair,
-    )
+    level_sd = max(float(level), 1e-7)
+    rate_sd = max(float(rate), EXACT_RATE)
+    return Tilt(origin, full, level_sd, rate_sd, math.degrees(full[1]), True, stair)
 
 
 def _line(

@@ -84,16 +84,10 @@ def law_of(fit: Fit) -> str | None:
     pushes = []
     for r, run in enumerate(fit.problem.model.session.runs):
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
-        pushes.append(
-            [
-                -cosine * (axes[a][r] / max(v.max() for v in axes[a])) ** p
-                for a, p in keys
-            ]
-        )
-    columns, project, b = beside_globals(
-        fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0],
-        fit.prior_sd,
-    )
+        most = {a: max(v.max() for v in axes[a]) for a, _ in keys}
+        pushes.append([-cosine * (axes[a][r] / most[a]) ** p for a, p in keys])
+    reduced = fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0]
+    columns, project, b = beside_globals(reduced, fit.prior_sd)
     signs = np.sign(columns.T @ project(b))
     falls = np.array(
         [fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(len(keys))]
@@ -113,11 +107,10 @@ def law_of(fit: Fit) -> str | None:
         for (a, _), fall in zip(keys, falls, strict=True)
         if a != axis and fall > falls[best] - FALL_95
     }
-    also = (
-        f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well"
-        if others
-        else ""
-    )
+    if others:
+        also = f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well"
+    else:
+        also = ""
     grows = "grows" if signs[best] > 0 else "falls"
     return (
         f"a friction that {grows} with {WORDS[axis]} to the power {power:g}"

@@ -10,10 +10,9 @@ SEEN_P = 1e-4  # over all frequencies
 SLOWEST = 6.0  # waves in a slide; the flexible curve absorbs slower ones
 SPACING, FINE = 0.4, 0.05  # of the inverse of the longest slide
 LATE = 0.4  # share of a slide by whose end a shaken block no longer sticks
-SEEN_CHI2, SAME_SHARE = (
-    9.0,
-    0.8,
-)  # fall of χ² in a run that shows it; share of the runs that must
+# fall of χ² in a run that shows it; share of the runs that must
+SEEN_CHI2 = 9.0
+SAME_SHARE = 0.8
 
 
 @dataclass(frozen=True)
@@ -46,9 +45,8 @@ def vibration(prepared: Prepared) -> Vibration | None:
     hertz = float(
         near[np.argmax(sum(_falls(prepared, r, near)[0] for r in range(len(runs))))]
     )
-    late = [
-        _falls(prepared, r, np.array([hertz]), LATE) for r in range(len(runs))
-    ]  # without the part in which it sticks and slips
+    # without the part in which it sticks and slips
+    late = [_falls(prepared, r, np.array([hertz]), LATE) for r in range(len(runs))]
     if np.mean([fall[0] > SEEN_CHI2 for fall, _, _ in late]) < SAME_SHARE:
         return None
     omega = 2 * np.pi * hertz
@@ -79,10 +77,8 @@ def _falls(prepared: Prepared, r: int, hertz: np.ndarray, skip: float = 0.0):
     white = white[:, count:] - basis @ (basis.T @ white[:, count:])
     cosine, sine, data = white[:, : len(hertz)], white[:, len(hertz) : -1], white[:, -1]
     cc, ss, cs = (cosine**2).sum(0), (sine**2).sum(0), (cosine * sine).sum(0)
-    right, area = (
-        np.stack([cosine.T @ data, sine.T @ data]),
-        np.maximum(cc * ss - cs**2, 1e-30),
-    )
+    right = np.stack([cosine.T @ data, sine.T @ data])
+    area = np.maximum(cc * ss - cs**2, 1e-30)
     waves = (
         np.stack([ss * right[0] - cs * right[1], cc * right[1] - cs * right[0]]) / area
     )

@@ -152,19 +152,16 @@ def _farther(f, is_on, numbers, before):
     if before is None:
 
         def call(radius, modulus, row, table):
-            return (
-                f(radius, modulus, *numbers(table, row))
-                if is_on(table, row)[0] > 0.5
-                else 0.0
-            )
+            if is_on(table, row)[0] > 0.5:
+                return f(radius, modulus, *numbers(table, row))
+            return 0.0
     else:
 
         def call(radius, modulus, row, table):
-            own = (
-                f(radius, modulus, *numbers(table, row))
-                if is_on(table, row)[0] > 0.5
-                else 0.0
-            )
+            if is_on(table, row)[0] > 0.5:
+                own = f(radius, modulus, *numbers(table, row))
+            else:
+                own = 0.0
             return max(own, before(radius, modulus, row, table))
 
     return njit(**OPTIONS)(call)

@@ -39,77 +39,61 @@ def traits(shape, shape_of):
     )[shape_of].ravel()
 
 
-def predict(
-    first,
-    last,
-    dt,
-    P,
-    who,
-    calm,
-    motion,
-    turn,
-    spin,
-    load,
-    trait,
-    shape_of,
-    shape,
-    shape_start,
-    shape_ball,
-    ball_start,
-    ball,
-    path,
-):
+def predict(first, last, dt, s, P, who):
     """Advance bodies first … last−1 and their balls by dt. Returns the longest path of
     a ball since the lists were made, and the energy that rolling friction has taken
-    [J]. P is a tile, who its lanes' bodies."""
+    [J]. s: the kernel's view of the state (`kernels.View`); P is a tile, who its lanes'
+    bodies."""
     farthest, lost = 0.0, 0.0
     while first < last:
         count, single = 0, False
         while count < LANES and first < last:
-            if calm[first] < CALM:
-                if count > 0 and (trait[2 * first + 1] > 0.0) != single:
+            if s.calm[first] < CALM:
+                if count > 0 and (s.trait[2 * first + 1] > 0.0) != single:
                     break
-                single = trait[2 * first + 1] > 0.0
+                single = s.trait[2 * first + 1] > 0.0
                 who[count] = first
                 count += 1
             first += 1
         for t in range(count):
             n = who[t]
-            start_step(t, dt, P, motion[n], turn[n], spin[n], load[n], trait[2 * n])
+            start_step(
+                t, dt, P, s.body[n], s.turn[n], s.spin[n], s.load[n], s.trait[2 * n]
+            )
             if single:
-                P[turning.J1 + t] = trait[2 * n + 1]
+                P[turning.J1 + t] = s.trait[2 * n + 1]
             else:
-                row = shape[shape_of[n]]
-                P[turning.J1 + t], P[turning.J2 + t], P[turning.J3 + t] = (
-                    row[J1],
-                    row[J2],
-                    row[J3],
-                )
+                row = s.shape[s.shape_of[n]]
+                P[turning.J1 + t] = row[J1]
+                P[turning.J2 + t] = row[J2]
+                P[turning.J3 + t] = row[J3]
         if single:
             turn_round(P, (count + 3) // 4 * 4, dt)
         else:
             turn_free(P, (count + 3) // 4 * 4, dt)
         for t in range(count):
             n = who[t]
-            m = motion[n]
-            end_step(t, P, m, turn[n], spin[n])
+            m = s.body[n]
+            end_step(t, P, m, s.turn[n], s.spin[n])
             if HAS_BRAKE:
                 lost += P[turning.LOST + t]
             if single:
-                way = put_ball(ball_start[n], m[X], m[X + 1], m[X + 2], ball, path)
+                way = put_ball(
+                    s.ball_start[n], m[X], m[X + 1], m[X + 2], s.ball, s.path
+                )
             else:
                 turned = turning.turned(P, t)
                 way = place_balls(
-                    ball_start[n],
+                    s.ball_start[n],
                     m[X],
                     m[X + 1],
                     m[X + 2],
                     turned,
-                    shape_of[n],
-                    shape_start,
-                    shape_ball,
-                    ball,
-                    path,
+                    s.shape_of[n],
+                    s.shape_start,
+                    s.shape_ball,
+                    s.ball,
+                    s.path,
                 )
             farthest = max(farthest, way)
     return farthest, lost
@@ -124,17 +108,13 @@ def start_step(t, dt, P, m, q, spun, f, inverse_mass):
     m[X], m[X + 1], m[X + 2] = m[X] + dt * vx, m[X + 1] + dt * vy, m[X + 2] + dt * vz
     m[V], m[V + 1], m[V + 2] = vx + half * f[0], vy + half * f[1], vz + half * f[2]
     kx, ky, kz = h * f[3], h * f[4], h * f[5]
-    P[turning.QW + t], P[turning.QX + t], P[turning.QY + t], P[turning.QZ + t] = (
-        q[0],
-        q[1],
-        q[2],
-        q[3],
-    )
-    P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t] = (
-        spun[0] + kx,
-        spun[1] + ky,
-        spun[2] + kz,
-    )
+    P[turning.QW + t] = q[0]
+    P[turning.QX + t] = q[1]
+    P[turning.QY + t] = q[2]
+    P[turning.QZ + t] = q[3]
+    P[turning.LX + t] = spun[0] + kx
+    P[turning.LY + t] = spun[1] + ky
+    P[turning.LZ + t] = spun[2] + kz
     P[turning.KX + t], P[turning.KY + t], P[turning.KZ + t] = kx, ky, kz
     P[turning.BRAKE + t] = h * f[BRAKE]
 
@@ -143,12 +123,10 @@ def end_step(t, P, m, q, spun):
     """Orientation, spin and angular momentum (that of the middle of the step) of a body
     from lane t."""
     spun[0], spun[1], spun[2] = P[turning.LX + t], P[turning.LY + t], P[turning.LZ + t]
-    q[0], q[1], q[2], q[3] = (
-        P[turning.QW + t],
-        P[turning.QX + t],
-        P[turning.QY + t],
-        P[turning.QZ + t],
-    )
+    q[0] = P[turning.QW + t]
+    q[1] = P[turning.QX + t]
+    q[2] = P[turning.QY + t]
+    q[3] = P[turning.QZ + t]
     m[W], m[W + 1], m[W + 2] = P[turning.WX + t], P[turning.WY + t], P[turning.WZ + t]
 
 
@@ -173,16 +151,12 @@ def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, pat
     a, b, c, d, e, f, g, h, i = turned
     first = shape_start[kind]
     for k in range(shape_start[kind + 1] - first):
-        u, v, w = (
-            shape_ball[first + k, 0],
-            shape_ball[first + k, 1],
-            shape_ball[first + k, 2],
-        )
-        x, y, z = (
-            cx + a * u + b * v + c * w,
-            cy + d * u + e * v + f * w,
-            cz + g * u + h * v + i * w,
-        )
+        u = shape_ball[first + k, 0]
+        v = shape_ball[first + k, 1]
+        w = shape_ball[first + k, 2]
+        x = cx + a * u + b * v + c * w
+        y = cy + d * u + e * v + f * w
+        z = cz + g * u + h * v + i * w
         farthest = max(farthest, put_ball(at + k, x, y, z, ball, path))
     return farthest
 
@@ -197,25 +171,7 @@ def body_law(vx, vy, vz, wx, wy, wz, diameter, numbers):
     return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def correct(
-    first,
-    last,
-    dt,
-    look,
-    woken,
-    slot,
-    calm,
-    gravity,
-    body_numbers,
-    fresh,
-    motion,
-    turn,
-    spin,
-    load,
-    trait,
-    shape_of,
-    shape,
-):
+def correct(first, last, dt, look, slot, s, fresh):
     """Bring velocities of bodies first … last−1 up to date with the mean of the old
     forces `load` and the `fresh` ones (contacts only; weight and body laws are added
     here), which replace them. Returns kinetic energy, largest squared speed, body laws'
@@ -225,16 +181,18 @@ def correct(
     kinetic, fastest, power, lost = 0.0, 0.0, 0.0, 0.0
     h = 0.5 * dt
     g = math.sqrt(
-        gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]
+        s.gravity[0] * s.gravity[0]
+        + s.gravity[1] * s.gravity[1]
+        + s.gravity[2] * s.gravity[2]
     )
     for n in range(first, last):
-        asleep = calm[n] >= CALM
-        m, f, new, spun = motion[n], load[n], fresh[n - first], spin[n]
+        asleep = s.calm[n] >= CALM
+        m, f, new, spun = s.body[n], s.load[n], fresh[n - first], s.spin[n]
         if asleep and not look:
-            if sleeping.is_struck(new[STIR], g, shape[shape_of[n], DIAMETER]):
-                calm[n] = 0
+            if sleeping.is_struck(new[STIR], g, s.shape[s.shape_of[n], DIAMETER]):
+                s.calm[n] = 0
                 f[:] = 0.0
-                woken[slot] = 1
+                s.woken[slot] = 1
             continue
         gx, gy, gz, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         if HAS_BODY:
@@ -245,8 +203,8 @@ def correct(
                 m[W],
                 m[W + 1],
                 m[W + 2],
-                shape[shape_of[n], DIAMETER],
-                body_numbers,
+                s.shape[s.shape_of[n], DIAMETER],
+                s.body_numbers,
             )
             power += (
                 gx * m[V]
@@ -256,12 +214,12 @@ def correct(
                 + hy * m[W + 1]
                 + hz * m[W + 2]
             )
-        fx = new[0] + m[MASS] * gravity[0] + gx
-        fy = new[1] + m[MASS] * gravity[1] + gy
-        fz = new[2] + m[MASS] * gravity[2] + gz
+        fx = new[0] + m[MASS] * s.gravity[0] + gx
+        fy = new[1] + m[MASS] * s.gravity[1] + gy
+        fz = new[2] + m[MASS] * s.gravity[2] + gz
         tx, ty, tz = new[3] + hx, new[4] + hy, new[5] + hz
         if look:
-            size = shape[shape_of[n], DIAMETER]
+            size = s.shape[s.shape_of[n], DIAMETER]
             balanced = sleeping.is_balanced(
                 asleep, fx, fy, fz, tx, ty, tz, new[BRAKE], size, m[MASS] * g
             )
@@ -270,67 +228,57 @@ def correct(
             )
             if asleep:
                 if not balanced:  # from rest
-                    calm[n] = 0
-                    f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
-                        fx,
-                        fy,
-                        fz,
-                        tx,
-                        ty,
-                        tz,
-                        new[BRAKE],
-                    )
+                    s.calm[n] = 0
+                    f[0] = fx
+                    f[1] = fy
+                    f[2] = fz
+                    f[3] = tx
+                    f[4] = ty
+                    f[5] = tz
+                    f[BRAKE] = new[BRAKE]
                 continue
-            calm[n] = calm[n] + 1 if balanced and slow else 0
-            if calm[n] >= CALM:
+            s.calm[n] = s.calm[n] + 1 if balanced and slow else 0
+            if s.calm[n] >= CALM:
                 m[V : V + 6] = 0.0
                 spun[:] = 0.0
                 continue
-        half = h * trait[2 * n]
+        half = h * s.trait[2 * n]
         m[V] += half * (fx - f[0])
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
         lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[0], f[1], f[2], f[3], f[4], f[5], f[BRAKE] = (
-            fx,
-            fy,
-            fz,
-            tx,
-            ty,
-            tz,
-            new[BRAKE],
-        )
-        j = trait[2 * n + 1]
+        f[0] = fx
+        f[1] = fy
+        f[2] = fz
+        f[3] = tx
+        f[4] = ty
+        f[5] = tz
+        f[BRAKE] = new[BRAKE]
+        j = s.trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:
                 lx, ly, lz, taken = turning.braked(lx, ly, lz, j, j, j, h * new[BRAKE])
                 lost += taken
             m[W], m[W + 1], m[W + 2] = lx * j, ly * j, lz * j
         else:
-            q, row = turn[n], shape[shape_of[n]]
+            q, row = s.turn[n], s.shape[s.shape_of[n]]
             j1, j2, j3 = row[J1], row[J2], row[J3]
             a, b, c, d, e, k, o, u, i = turning.matrix(q[0], q[1], q[2], q[3])
-            p1, p2, p3 = (
-                a * lx + d * ly + o * lz,
-                b * lx + e * ly + u * lz,
-                c * lx + k * ly + i * lz,
-            )
+            p1 = a * lx + d * ly + o * lz
+            p2 = b * lx + e * ly + u * lz
+            p3 = c * lx + k * ly + i * lz
             if HAS_BRAKE:
                 p1, p2, p3, taken = turning.braked(
                     p1, p2, p3, j1, j2, j3, h * new[BRAKE]
                 )
                 lost += taken
-                lx, ly, lz = (
-                    a * p1 + b * p2 + c * p3,
-                    d * p1 + e * p2 + k * p3,
-                    o * p1 + u * p2 + i * p3,
-                )
+                lx = a * p1 + b * p2 + c * p3
+                ly = d * p1 + e * p2 + k * p3
+                lz = o * p1 + u * p2 + i * p3
             p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3
-            m[W], m[W + 1], m[W + 2] = (
-                a * p1 + b * p2 + c * p3,
-                d * p1 + e * p2 + k * p3,
-                o * p1 + u * p2 + i * p3,
-            )
+            m[W] = a * p1 + b * p2 + c * p3
+            m[W + 1] = d * p1 + e * p2 + k * p3
+            m[W + 2] = o * p1 + u * p2 + i * p3
         spun[0], spun[1], spun[2] = lx, ly, lz
         v2 = m[V] * m[V] + m[V + 1] * m[V + 1] + m[V + 2] * m[V + 2]
         kinetic += 0.5 * m[MASS] * v2 + 0.5 * (

@@ -43,19 +43,15 @@ def cache_folder() -> Path:
     asked, user = os.environ.get("NUMBA_CACHE_DIR"), getattr(os, "getuid", lambda: 0)()
     choices = [Path(asked)] if asked else []
     with suppress(RuntimeError):  # nobody's home
-        choices += [
-            Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache").expanduser()
-            / "benchtwin"
-            / "kernels"
-        ]
+        release = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+        choices += [Path(release).expanduser() / "benchtwin" / "kernels"]
     shared = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
     for folder in (*choices, shared):
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             with tempfile.TemporaryFile(dir=folder):
-                if (
-                    folder != shared or folder.stat().st_uid == user
-                ):  # compiled code is not taken from another's folder
+                # compiled code is not taken from another's folder
+                if folder != shared or folder.stat().st_uid == user:
                     return folder
         except OSError:
             continue
@@ -114,9 +110,8 @@ def kernel(
     made = bind(template, **names)
     made.__qualname__ = f"{template.__name__}_{mark}"
     before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(
-        cache_folder()
-    )  # read once, while the dispatcher is made
+    # read once, while the dispatcher is made
+    numba.config.CACHE_DIR = str(cache_folder())
     try:
         return numba.njit(cache=True, **options)(made)
     finally:

@@ -28,51 +28,38 @@ def reach(radius, modulus, row, table):
     return 0.0
 
 
-def awake_pairs(first, last, owner, calm, pair_i, pair_j, awake):
+def awake_pairs(first, last, s):
     """Numbers of the listed pairs first … last−1 of which one body at least is awake,
-    into `awake` from `first` on; how many."""
+    into `s.awake` from `first` on; how many."""
     count = first
     for k in range(np.uint64(first), np.uint64(last)):
-        awake[count] = k
-        count += calm[owner[pair_i[k]]] < CALM or calm[owner[pair_j[k]]] < CALM
+        s.awake[count] = k
+        count += (
+            s.calm[s.owner[s.pair_i[k]]] < CALM or s.calm[s.owner[s.pair_j[k]]] < CALM
+        )
     return count - first
 
 
-def touching_pairs(
-    first,
-    last,
-    awake,
-    few,
-    ball,
-    path,
-    owner,
-    material,
-    materials,
-    table,
-    pair_i,
-    pair_j,
-    memory,
-    touch,
-    quiet,
-    active,
-):
+def touching_pairs(first, last, few, s, active):
     """Listed ball pairs first … last−1 that touch (or still act), into `active`;
     forgets those that have parted. Returns how many. few: so many pairs only, whose
-    numbers stand in `awake` from `first` on; −1: all.
+    numbers stand in `s.awake` from `first` on; −1: all.
 
     Most listed pairs are far from touching. Measured once, a gap cannot close before
-    the paths of both balls have grown by as much: until their sum reaches quiet[k] the
-    pair is not looked at. `ball` is flat, four numbers a ball."""
+    the paths of both balls have grown by as much: until their sum reaches its
+    `pair_quiet` the pair is not looked at. `s.ball` is flat, four numbers a ball."""
+    ball, path, owner = s.ball, s.path, s.owner
+    pair_i, pair_j = s.pair_i, s.pair_j
+    touch, quiet = s.pair_touch, s.pair_quiet
     near = np.uint64(0)
     if few < 0:
-        for k in range(
-            np.uint64(first), np.uint64(last)
-        ):  # an index that could be negative is checked at each use
+        # an index that could be negative is checked at each use
+        for k in range(np.uint64(first), np.uint64(last)):
             active[near] = k
             near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     else:
         for n in range(np.uint64(first), np.uint64(first + few)):
-            k = awake[n]
+            k = s.awake[n]
             active[near] = k
             near += np.uint64(path[pair_i[k]] + path[pair_j[k]] >= quiet[k])
     count = 0
@@ -90,9 +77,12 @@ def touching_pairs(
             quiet[k] = -1.0
             continue
         if REACH and touch[k]:
-            row = material[owner[pair_i[k]]] * materials + material[owner[pair_j[k]]]
+            row = (
+                s.material[owner[pair_i[k]]] * s.materials
+                + s.material[owner[pair_j[k]]]
+            )
             wide = both + reach(
-                ball[i + 3] * ball[j + 3] / both, table[row, 0], row, table
+                ball[i + 3] * ball[j + 3] / both, s.table[row, 0], row, s.table
             )
             if gap2 < wide * wide:
                 active[count] = k
@@ -104,32 +94,11 @@ def touching_pairs(
         ) * SHORT
         if touch[k]:
             touch[k] = 0
-            memory[k, :] = 0.0
+            s.pair_memory[k, :] = 0.0
     return count
 
 
-def touching_walls(
-    first,
-    last,
-    look,
-    calm,
-    ball,
-    owner,
-    material,
-    materials,
-    table,
-    wall_i,
-    wall_p,
-    memory,
-    touch,
-    prim,
-    prim_kind,
-    prim_wall,
-    wall_material,
-    corners,
-    active,
-    meet,
-):
+def touching_walls(first, last, look, s, active, meet):
     """Listed ball–primitive pairs first … last−1 that touch, into `active`, with normal
     and overlap in `meet`. Returns how many.
 
@@ -138,6 +107,8 @@ def touching_walls(
     equals. A contact that a ball takes over from a neighbouring triangle of the same
     wall keeps its memory, so that a ball rolls over a tessellated plane as over a
     plane."""
+    ball, owner = s.ball, s.owner
+    wall_i, wall_p, prim_wall = s.wall_i, s.wall_p, s.prim_wall
     count = 0
     k = first
     while k < last:
@@ -150,30 +121,28 @@ def touching_walls(
             end += 1
         start = count
         i = wall_i[k]
-        if not look and calm[owner[i]] >= CALM:
+        if not look and s.calm[owner[i]] >= CALM:
             k = end
             continue
         x, y, z, r = ball[4 * i], ball[4 * i + 1], ball[4 * i + 2], ball[4 * i + 3]
         for c in range(k, end):
             p = wall_p[c]
-            nx, ny, nz, distance, feature = nearest(prim_kind[p], prim[p], x, y, z)
+            nx, ny, nz, distance, feature = nearest(s.prim_kind[p], s.prim[p], x, y, z)
             limit = r
-            if REACH and touch[c]:
-                row = material[owner[i]] * materials + wall_material[prim_wall[p]]
-                limit += reach(r, table[row, 0], row, table)
+            if REACH and s.wall_touch[c]:
+                row = s.material[owner[i]] * s.materials + s.wall_material[prim_wall[p]]
+                limit += reach(r, s.table[row, 0], row, s.table)
             if distance < limit:
                 active[count] = c
-                meet[count, 0], meet[count, 1], meet[count, 2], meet[count, 3] = (
-                    nx,
-                    ny,
-                    nz,
-                    r - distance,
-                )
+                meet[count, 0] = nx
+                meet[count, 1] = ny
+                meet[count, 2] = nz
+                meet[count, 3] = r - distance
                 meet[count, 4] = feature
                 count += 1
         if count - start > 1:
-            count = _each_feature_once(start, count, active, meet, wall_p, corners)
-        _forget_or_hand_over(k, end, start, count, active, memory, touch)
+            count = _each_feature_once(start, count, active, meet, wall_p, s.corners)
+        _forget_or_hand_over(k, end, start, count, active, s.wall_memory, s.wall_touch)
         k = end
     return count
 
@@ -224,7 +193,7 @@ def _forget_or_hand_over(k, end, start, count, active, memory, touch):
             memory[c, :] = 0.0
 
 
-def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
+def shares_of_pairs(count, active, s, share):
     """Each contact's share of the damping where several balls of one seed touch the
     same other seed.
 
@@ -232,6 +201,8 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
     than γ √(S m), and a seed that lands on k balls would rebound less. With m_k = m S_k
     / S they sum to exactly that: restitution then does not depend on the number of
     balls. S_k ∝ √(R* δ), one material pair."""
+    ball, owner = s.ball, s.owner
+    pair_i, pair_j = s.pair_i, s.pair_j
     a = 0
     while a < count:
         i, j = pair_i[active[a]], pair_j[active[a]]
@@ -248,11 +219,9 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
             total = 0.0
             for c in range(a, end):
                 i, j = 4 * pair_i[active[c]], 4 * pair_j[active[c]]
-                dx, dy, dz = (
-                    ball[i] - ball[j],
-                    ball[i + 1] - ball[j + 1],
-                    ball[i + 2] - ball[j + 2],
-                )
+                dx = ball[i] - ball[j]
+                dy = ball[i + 1] - ball[j + 1]
+                dz = ball[i + 2] - ball[j + 2]
                 overlap = (
                     ball[i + 3] + ball[j + 3] - math.sqrt(dx * dx + dy * dy + dz * dz)
                 )
@@ -268,15 +237,16 @@ def shares_of_pairs(count, active, ball, owner, pair_i, pair_j, share):
         a = end
 
 
-def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall, share):
+def shares_of_walls(count, active, meet, s, share):
     """The same for several balls of one seed on the same wall."""
+    wall_i, wall_p, prim_wall = s.wall_i, s.wall_p, s.prim_wall
     a = 0
     while a < count:
-        body, wall = owner[wall_i[active[a]]], prim_wall[wall_p[active[a]]]
+        body, wall = s.owner[wall_i[active[a]]], prim_wall[wall_p[active[a]]]
         end = a + 1
         while (
             end < count
-            and owner[wall_i[active[end]]] == body
+            and s.owner[wall_i[active[end]]] == body
             and prim_wall[wall_p[active[end]]] == wall
         ):
             end += 1
@@ -286,7 +256,7 @@ def shares_of_walls(count, active, meet, ball, owner, wall_i, wall_p, prim_wall,
             total = 0.0
             for c in range(a, end):
                 share[c] = math.sqrt(
-                    max(meet[c, 3], 0.0) * ball[4 * wall_i[active[c]] + 3]
+                    max(meet[c, 3], 0.0) * s.ball[4 * wall_i[active[c]] + 3]
                 )
                 total += share[c]
             for c in range(a, end):
@@ -298,14 +268,12 @@ def block_forces(b, dt, look, woken, s, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of
     the state (`kernels.View`). look: those between sleeping bodies too; woken: whether
     a body has just woken."""
-    P, active, meet, share, rows, early = (
-        scratch.tile,
-        scratch.active,
-        scratch.meet,
-        scratch.share,
-        scratch.rows,
-        scratch.early,
-    )
+    P = scratch.tile
+    active = scratch.active
+    meet = scratch.meet
+    share = scratch.share
+    rows = scratch.rows
+    early = scratch.early
     base = s.block_window[b] - s.block_body[b]
     s.window[
         s.block_window[b] * FROM_CONTACTS : s.block_window[b + 1] * FROM_CONTACTS
@@ -317,64 +285,14 @@ def block_forces(b, dt, look, woken, s, scratch):
     if look:
         s.awakes[b] = -1  # who sleeps may change after this step
     elif s.awakes[b] < 0 or woken:
-        s.awakes[b] = awake_pairs(
-            first, last, s.owner, s.calm, s.pair_i, s.pair_j, s.awake
-        )
-    pairs = touching_pairs(
-        first,
-        last,
-        s.awake,
-        s.awakes[b],
-        s.ball,
-        s.path,
-        s.owner,
-        s.material,
-        s.materials,
-        s.table,
-        s.pair_i,
-        s.pair_j,
-        s.pair_memory,
-        s.pair_touch,
-        s.pair_quiet,
-        active,
-    )
+        s.awakes[b] = awake_pairs(first, last, s)
+    pairs = touching_pairs(first, last, s.awakes[b], s, active)
     if s.shared:
-        shares_of_pairs(pairs, active, s.ball, s.owner, s.pair_i, s.pair_j, share)
+        shares_of_pairs(pairs, active, s, share)
     first, last = s.block_wall[b], s.block_wall[b + 1]
-    walls = touching_walls(
-        first,
-        last,
-        look,
-        s.calm,
-        s.ball,
-        s.owner,
-        s.material,
-        s.materials,
-        s.table,
-        s.wall_i,
-        s.wall_p,
-        s.wall_memory,
-        s.wall_touch,
-        s.prim,
-        s.prim_kind,
-        s.prim_wall,
-        s.wall_material,
-        s.corners,
-        active[pairs:],
-        meet,
-    )
+    walls = touching_walls(first, last, look, s, active[pairs:], meet)
     if s.shared:
-        shares_of_walls(
-            walls,
-            active[pairs:],
-            meet,
-            s.ball,
-            s.owner,
-            s.wall_i,
-            s.wall_p,
-            s.prim_wall,
-            share[pairs:],
-        )
+        shares_of_walls(walls, active[pairs:], meet, s, share[pairs:])
     sums[S_CONTACTS] = pairs + walls
 
     tiles_of_pairs = (pairs + LANES - 1) // LANES
@@ -397,9 +315,8 @@ def block_forces(b, dt, look, woken, s, scratch):
                 rows,
             )
         approach(P, (count + 7) // 8 * 8, dt, early)
-        laws(
-            P, (count + 7) // 8 * 8, dt, s.pull, s.whole
-        )  # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        # whole vectors; lanes beyond `count` hold leftovers that nobody reads
+        laws(P, (count + 7) // 8 * 8, dt, s.pull, s.whole)
         if tile < tiles_of_pairs:
             scatter_pairs(P, s, active[at : at + count], base, sums)
         else:
@@ -412,16 +329,16 @@ gather_pairs, gather_walls = gathering.gather_pairs, gathering.gather_walls
 scatter_pairs, scatter_walls = gathering.scatter_pairs, gathering.scatter_walls
 
 
-def gather_forces(c, block_body, block_window, window, fresh):
+def gather_forces(c, s, fresh):
     """Contact forces on the bodies of block c: the windows of all blocks that reach
     them, added in block order, into `fresh`."""
-    first, last = block_body[c], block_body[c + 1]
+    first, last = s.block_body[c], s.block_body[c + 1]
     for n in range(first, last):
         for k in range(FROM_CONTACTS):
             fresh[n - first, k] = 0.0
     for b in range(c + 1):
-        shift = block_window[b] - block_body[b]
-        end = min(last, block_body[b] + block_window[b + 1] - block_window[b])
+        shift = s.block_window[b] - s.block_body[b]
+        end = min(last, s.block_body[b] + s.block_window[b + 1] - s.block_window[b])
         for n in range(first, end):
             for k in range(FROM_CONTACTS):
-                fresh[n - first, k] += window[FROM_CONTACTS * (shift + n) + k]
+                fresh[n - first, k] += s.window[FROM_CONTACTS * (shift + n) + k]

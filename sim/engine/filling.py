@@ -22,11 +22,10 @@ def place(world: World, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
 def _columns(group: Placed, first: int, where: str):
     x = np.asarray(group.positions, float).reshape(-1, 3)
     n = len(x)
-    q = (
-        np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
-        if group.orientations is None
-        else np.array(group.orientations, float).reshape(-1, 4)
-    )
+    if group.orientations is None:
+        q = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
+    else:
+        q = np.array(group.orientations, float).reshape(-1, 4)
     v, w = (
         np.zeros((n, 3)) if a is None else np.asarray(a, float).reshape(-1, 3)
         for a in (group.velocities, group.spins)

@@ -100,21 +100,17 @@ def gather_wall(P, t, ball, motion, i, a, meet, twist):
     P[tiles.NX + t], P[tiles.NY + t], P[tiles.NZ + t] = nx, ny, nz
     P[tiles.OVERLAP + t] = overlap
     P[tiles.RADIUS + t] = radius
-    P[tiles.AIX + t], P[tiles.AIY + t], P[tiles.AIZ + t] = (
-        cx - motion[a + X],
-        cy - motion[a + X + 1],
-        cz - motion[a + X + 2],
-    )
+    P[tiles.AIX + t] = cx - motion[a + X]
+    P[tiles.AIY + t] = cy - motion[a + X + 1]
+    P[tiles.AIZ + t] = cz - motion[a + X + 2]
     P[tiles.AJX + t], P[tiles.AJY + t], P[tiles.AJZ + t] = 0.0, 0.0, 0.0
     ux = twist[0] + twist[4] * cz - twist[5] * cy
     uy = twist[1] + twist[5] * cx - twist[3] * cz
     uz = twist[2] + twist[3] * cy - twist[4] * cx
     P[tiles.UX + t], P[tiles.UY + t], P[tiles.UZ + t] = ux, uy, uz
-    P[tiles.VX + t], P[tiles.VY + t], P[tiles.VZ + t] = (
-        motion[a + V] - ux,
-        motion[a + V + 1] - uy,
-        motion[a + V + 2] - uz,
-    )
+    P[tiles.VX + t] = motion[a + V] - ux
+    P[tiles.VY + t] = motion[a + V + 1] - uy
+    P[tiles.VZ + t] = motion[a + V + 2] - uz
     P[tiles.WJX + t], P[tiles.WJY + t], P[tiles.WJZ + t] = twist[3], twist[4], twist[5]
     P[tiles.MJ + t] = WALL_MASS
     P[tiles.RJ + t] = 1.0
@@ -210,10 +206,8 @@ def scatter_walls(P, s, active, base, wall_push, sums):
 
 def add_up(P, t, sums, is_wall):
     """A contact's entries in its block's sums."""
-    overlap, smaller = (
-        P[tiles.OVERLAP + t],
-        P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t]),
-    )
+    overlap = P[tiles.OVERLAP + t]
+    smaller = P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t])
     if overlap > sums[S_OVERLAP] * smaller:  # spares most divisions
         sums[S_OVERLAP] = overlap / smaller
     if LEDGER:

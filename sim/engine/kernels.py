@@ -38,9 +38,8 @@ View = namedtuple(
 )
 
 # Columns of a block's totals after `correct`, and the slots of `counters` and `status`.
-Scratch = namedtuple(
-    "Scratch", "tile active meet share fresh rows early who"
-)  # each thread's own
+# each thread's own
+Scratch = namedtuple("Scratch", "tile active meet share fresh rows early who")
 
 T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_WAY = range(5)
 TOTALS = 5
@@ -77,12 +76,11 @@ def advance(
     then, its positions a step ahead. status: [why, steps done]. ledger adds up the
     dissipated energies, impulse (walls, 3) the seeds' push on the walls."""
     blocks = len(s.block_body) - 1
-    done, more, forces, look = (
-        0,
-        True,
-        False,
-        False,
-    )  # forces: of these positions are known; look: also between sleepers
+    # forces: of these positions are known; look: also between sleepers
+    done = 0
+    more = True
+    forces = False
+    look = False
     while True:
         if forces or status[0] != STALE:
             more = done + forces < steps
@@ -93,48 +91,19 @@ def advance(
                 t = s.totals[b]
                 t[T_BRAKED] = 0.0
                 if forces:
-                    gather_forces(
-                        b, s.block_body, s.block_window, s.window, scratch.fresh
-                    )
+                    gather_forces(b, s, scratch.fresh)
                     t[T_KINETIC], t[T_FASTEST], t[T_POWER], t[T_BRAKED] = correct(
                         first,
                         last,
                         dt,
                         look and s.sleeps,
-                        s.woken,
                         (start + done + 1) % 2,
-                        s.calm,
-                        s.gravity,
-                        s.body_numbers,
+                        s,
                         scratch.fresh,
-                        s.body,
-                        s.turn,
-                        s.spin,
-                        s.load,
-                        s.trait,
-                        s.shape_of,
-                        s.shape,
                     )
                 if more:
                     t[T_WAY], braked = predict(
-                        first,
-                        last,
-                        dt,
-                        scratch.tile,
-                        scratch.who,
-                        s.calm,
-                        s.body,
-                        s.turn,
-                        s.spin,
-                        s.load,
-                        s.trait,
-                        s.shape_of,
-                        s.shape,
-                        s.shape_start,
-                        s.shape_ball,
-                        s.ball_start,
-                        s.ball,
-                        s.path,
+                        first, last, dt, s, scratch.tile, scratch.who
                     )
                     t[T_BRAKED] += braked
                 b = take(counters, NEXT_BODIES, threads, b + 1)
@@ -145,7 +114,7 @@ def advance(
                     if LEDGER:
                         add_ledger(s.sums, dt, ledger)
                 if more:
-                    walls_at((start + done + forces + 1) * dt, s)
+                    place_walls((start + done + forces + 1) * dt, s)
             barrier(counters, threads)
             why = DONE
             if LEDGER and me == 0:
@@ -154,17 +123,15 @@ def advance(
                     ledger[5] += dt * s.totals[b, T_POWER] * forces
             if forces:
                 done += 1
-                why = (
-                    SQUEEZED
-                    if overlap > most_overlap
-                    else runaway(s.totals, most_speed)
-                )
+                if overlap > most_overlap:
+                    why = SQUEEZED
+                else:
+                    why = runaway(s.totals, most_speed)
             if why == DONE and more and stale(s.totals, s.wall_way, skin):
                 why = STALE
             if why != DONE or not more:
-                barrier(
-                    counters, threads
-                )  # nobody may change `status` before all have read it
+                # nobody may change `status` before all have read it
+                barrier(counters, threads)
                 if me == 0:
                     status[0], status[1] = why, done
                 return
@@ -179,22 +146,6 @@ def advance(
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         forces = True
-
-
-def walls_at(t, s):
-    """Put the moving walls where they are at time `t` [s]."""
-    place_walls(
-        t,
-        s.moves,
-        s.move_numbers,
-        s.prim_rest,
-        s.prim_ref,
-        s.prim_kind,
-        s.prim_wall,
-        s.prim,
-        s.twist,
-        s.wall_way,
-    )
 
 
 @njit(**OPTIONS)
@@ -343,10 +294,8 @@ def build(
     their numbers are read from tables. Also its mark, by which it is kept on disk."""
     contact = assemble.extra_columns(laws)
     bound, reach = assemble.contact_laws(contact), assemble.reach(contact)
-    body, motion = (
-        assemble.body_laws(tuple(law for law in laws if law.kind == "body")),
-        assemble.motions(motion_laws),
-    )
+    body = assemble.body_laws(tuple(law for law in laws if law.kind == "body"))
+    motion = assemble.motions(motion_laws)
     used = [law.function for law in (*laws, *motion_laws)] + [
         law.reach for law in laws if law.reach
     ]
@@ -361,11 +310,8 @@ def build(
         gather_forces=inner(contacts.gather_forces),
         correct=inner(bodies.correct, HAS_BRAKE=brake, **of_body),
         predict=inner(bodies.predict, **_turning_parts(brake)),
-        walls_at=inner(
-            walls_at,
-            place_walls=inner(
-                surfaces.place_walls, motion=motion or inner(surfaces.motion)
-            ),
+        place_walls=inner(
+            surfaces.place_walls, motion=motion or inner(surfaces.motion)
         ),
     )
     return loop, mark

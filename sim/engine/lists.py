@@ -8,6 +8,7 @@ import numpy as np
 from benchtwin.sim.engine import neighbours, surfaces
 from benchtwin.sim.engine.bodies import X
 from benchtwin.sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
+from benchtwin.sim.engine.neighbours import Bodies, Grid
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Vector
 from benchtwin.sim.engine.world import Tables
@@ -26,15 +27,11 @@ def _kernels():
     mark = fingerprint("lists")
     nearest = surfaces.nearest
     extent = inner(neighbours.extent)
+    stencil = njit(**ALLOCATING)(neighbours.stencil)
     return {
         "cells": kernel(neighbours.cells, mark, ALLOCATING),
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
-        "pairs": kernel(
-            neighbours.find_pairs,
-            mark,
-            ALLOCATING,
-            stencil=njit(**ALLOCATING)(neighbours.stencil),
-        ),
+        "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=stencil),
         "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
         "hand_over": kernel(neighbours.hand_over, mark),
     }
@@ -74,18 +71,16 @@ def relist(
     old, removed = state, state.removed
     if len(keep) < state.count:
         removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
-    grid = _grid(tables, state, keep)
-    keep = keep[grid["order"]]
-    state = _reordered(tables, state, keep)
-    state = replace(
-        state,
-        removed=removed,
-        path=np.zeros(len(state.ball)),
-        prim_ref=state.prim.copy(),
+    order, grid = _grid(tables, state, keep)
+    state = _reordered(tables, state, keep[order])
+    path = np.zeros(len(state.ball))
+    state = replace(state, removed=removed, path=path, prim_ref=state.prim.copy())
+    bodies = Bodies(
+        state.motion, state.shape_of, tables.shape, state.ball_start, state.ball
     )
-    first_pair, pair_i, pair_j = _pairs(tables, state, grid)
+    first_pair, pair_i, pair_j = _pairs(state, bodies, grid)
     memory, touch = _carried_pairs(old, state, pair_i, pair_j)
-    wall_i, wall_p = _walls(tables, state, grid)
+    wall_i, wall_p = _walls(tables, state, bodies, grid)
     wall_memory, wall_touch = _carried_walls(tables, old, state, wall_i, wall_p)
     blocks = cut_blocks(state.count)
     window = _window(state, blocks, first_pair, pair_j)
@@ -116,32 +111,20 @@ def cut_blocks(count: int) -> np.ndarray:
     return np.arange(blocks + 1, dtype=np.int64) * count // blocks
 
 
-def _grid(tables: Tables, state: State, keep: np.ndarray) -> dict:
+def _grid(tables: Tables, state: State, keep: np.ndarray) -> tuple[np.ndarray, Grid]:
     motion = np.ascontiguousarray(state.motion[keep])
     reach = 2.0 * float(tables.shape[state.shape_of[keep], 5].max()) + state.skin
     sides, low = np.empty(3, np.int64), np.empty(3)
     size = _kernels()["cells"](motion, reach, sides, low)
     axes = np.argsort(-sides, kind="stable")  # longest first
     strides = np.empty(3, np.int64)
-    strides[axes[2]], strides[axes[1]], strides[axes[0]] = (
-        1,
-        sides[axes[2]],
-        sides[axes[2]] * sides[axes[1]],
-    )
-    order, starts = (
-        np.empty(len(motion), np.int64),
-        np.empty(int(sides.prod()) + 1, np.int64),
-    )
+    strides[axes[2]] = 1
+    strides[axes[1]] = sides[axes[2]]
+    strides[axes[0]] = sides[axes[2]] * sides[axes[1]]
+    order = np.empty(len(motion), np.int64)
+    starts = np.empty(int(sides.prod()) + 1, np.int64)
     _kernels()["sort"](motion, size, sides, low, strides, order, starts)
-    return {
-        "size": size,
-        "sides": sides,
-        "low": low,
-        "strides": strides,
-        "axes": axes,
-        "order": order,
-        "starts": starts,
-    }
+    return order, Grid(size, sides, low, strides, axes, starts)
 
 
 def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
@@ -166,28 +149,12 @@ def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
     )
 
 
-def _pairs(tables: Tables, state: State, grid: dict):
+def _pairs(state: State, bodies: Bodies, grid: Grid):
     first = np.empty(state.count + 1, np.int64)
     room = max(64, int(1.2 * len(state.pair_i)))
     while True:
         i, j = np.empty(room, np.uint32), np.empty(room, np.uint32)
-        count = _kernels()["pairs"](
-            state.motion,
-            state.shape_of,
-            tables.shape,
-            state.ball_start,
-            state.ball,
-            state.skin,
-            grid["size"],
-            grid["sides"],
-            grid["low"],
-            grid["strides"],
-            grid["axes"],
-            grid["starts"],
-            i,
-            j,
-            first,
-        )
+        count = _kernels()["pairs"](bodies, grid, state.skin, i, j, first)
         if count <= room:
             return first, i[:count].copy(), j[:count].copy()
         room = int(1.1 * count)
@@ -201,9 +168,8 @@ def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndar
         a, b = old.ball_id[old.pair_i[touching]], old.ball_id[old.pair_j[touching]]
         kept = old.pair_memory[touching]
         swapped = a > b
-        signs = np.where(
-            np.arange(kept.shape[1]) == 3, 1.0, -1.0
-        )  # the impact speed has no direction
+        # the impact speed has no direction
+        signs = np.where(np.arange(kept.shape[1]) == 3, 1.0, -1.0)
         kept[swapped] *= signs
         lo, hi = np.minimum(a, b), np.maximum(a, b)
         order = np.argsort(lo, kind="stable")
@@ -215,23 +181,15 @@ def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndar
     return memory, touch
 
 
-def _walls(tables: Tables, state: State, grid: dict):
+def _walls(tables: Tables, state: State, bodies: Bodies, grid: Grid):
     room = max(64, int(1.2 * len(state.wall_i)))
     walls = tables.walls
     while True:
         i, p = np.empty(room, np.uint32), np.empty(room, np.uint32)
         count = _kernels()["walls"](
-            state.motion,
-            state.shape_of,
-            tables.shape,
-            state.ball_start,
-            state.ball,
+            bodies,
+            grid,
             state.skin,
-            grid["size"],
-            grid["sides"],
-            grid["low"],
-            grid["strides"],
-            grid["starts"],
             state.prim,
             walls.kind,
             walls.moving,
@@ -243,9 +201,8 @@ def _walls(tables: Tables, state: State, grid: dict):
             break
         room = int(1.1 * count)
     i, p = i[:count], p[:count]
-    order = np.lexsort(
-        (p, i, walls.wall[p], state.owner[i])
-    )  # balls of one body on one wall next to each other
+    # balls of one body on one wall next to each other
+    order = np.lexsort((p, i, walls.wall[p], state.owner[i]))
     return i[order], p[order]
 
 

@@ -74,22 +74,10 @@ def energy(world: World, state: State) -> Energy:
     )
     sums = state.sums.sum(axis=0)
     spent = dict(zip(LEDGER_NAMES, (float(v) for v in state.ledger), strict=True))
-    normal, tangential = (
-        float(sums[gathering.S_NORMAL]),
-        float(sums[gathering.S_TANGENTIAL]),
-    )
+    normal = float(sums[gathering.S_NORMAL])
+    tangential = float(sums[gathering.S_TANGENTIAL])
     spent["friction"] -= tangential
     return Energy(kinetic(state), potential, normal, tangential, **spent)
-
-
-def largest_overlap(state: State) -> float:
-    """Largest overlap now, as a part of the smaller ball's radius."""
-    return float(max(state.sums[:, gathering.S_OVERLAP].max(), 0.0))
-
-
-def contact_count(state: State) -> int:
-    """Contacts now, ball with ball or with wall, each once."""
-    return int(state.sums[:, gathering.S_CONTACTS].sum())
 
 
 def kinetic_per_seed(state: State) -> float:

@@ -8,18 +8,15 @@ class Pace:
 
     # calls after which the slower number is tried again; a trial's length; share of the
     # past
-    TRY_AGAIN, TRIAL, KEPT = (
-        32,
-        0.1,
-        0.4,
-    )
+    TRY_AGAIN = 32
+    TRIAL = 0.1
+    KEPT = 0.4
 
     def __init__(self, most: int) -> None:
         self.numbers = (most, 1) if most > 1 else (1,)
         self.calls = 0
-        self.spent = dict.fromkeys(
-            self.numbers, (0.0, 0.0)
-        )  # seconds and ball-steps, the past counting less and less
+        # seconds and ball-steps, the past counting less and less
+        self.spent = dict.fromkeys(self.numbers, (0.0, 0.0))
 
     def next_call(self) -> tuple[int, float]:
         """Number of threads for the next call, and its length as a share of the usual

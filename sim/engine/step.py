@@ -27,9 +27,8 @@ from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.world import Tables, World, tabulate_world, time_step
 
-BALL_STEPS_A_CALL = (
-    2_000_000  # a quarter of a second or so, after which Ctrl-C gets its turn
-)
+# a quarter of a second or so, after which Ctrl-C gets its turn
+BALL_STEPS_A_CALL = 2_000_000
 
 
 class Stopped(RuntimeError):
@@ -62,13 +61,8 @@ def tables_of(world: World) -> Tables:
 def farthest_reach(world: World, radii: np.ndarray) -> float:
     """How far apart [m] surfaces may be and still act on each other: for the largest
     ball and the softest material."""
-    materials = {
-        m.name: m
-        for m in (
-            *(s.material for s in world.seeds),
-            *(w.material for w in world.walls),
-        )
-    }.values()
+    owners = (*(s.material for s in world.seeds), *(w.material for w in world.walls))
+    materials = {m.name: m for m in owners}.values()
     softest = min(m.young_modulus_pa / (1 - m.poisson_ratio**2) / 2 for m in materials)
     reaches = [
         c.law.reach(float(radii.max()), softest, *c.numbers)
@@ -93,14 +87,8 @@ def init(
     counts = lists.ball_counts(tables, kind)
     ball_start = np.concatenate([[0], np.cumsum(counts)])
     m = int(ball_start[-1])
-    numbers = np.concatenate(
-        [
-            np.arange(a, b)
-            for a, b in zip(
-                tables.shape_start[kind], tables.shape_start[kind + 1], strict=True
-            )
-        ]
-    )
+    starts = tables.shape_start
+    numbers = np.concatenate([np.arange(starts[k], starts[k + 1]) for k in kind])
     ball = np.zeros((m, 4))
     ball[:, 3] = tables.shape_ball[numbers, 3]
     walls, columns = tables.walls, kernels.memory_columns(world.active_laws)
@@ -172,16 +160,12 @@ def start_bodies(
         turned = turning.matrix(turn[n, 0], turn[n, 1], turn[n, 2], turn[n, 3])
         a, b, c, d, e, f, g, h, i = turned
         x, y, z = m[6], m[7], m[8]
-        p, q, r = (
-            (a * x + d * y + g * z) / s[0],
-            (b * x + e * y + h * z) / s[1],
-            (c * x + f * y + i * z) / s[2],
-        )
-        spin[n, 0], spin[n, 1], spin[n, 2] = (
-            a * p + b * q + c * r,
-            d * p + e * q + f * r,
-            g * p + h * q + i * r,
-        )
+        p = (a * x + d * y + g * z) / s[0]
+        q = (b * x + e * y + h * z) / s[1]
+        r = (c * x + f * y + i * z) / s[2]
+        spin[n, 0] = a * p + b * q + c * r
+        spin[n, 1] = d * p + e * q + f * r
+        spin[n, 2] = g * p + h * q + i * r
         bodies.place_balls(
             ball_start[n],
             m[0],
@@ -316,11 +300,8 @@ def _view(world: World, tables: Tables, s: State) -> View:
 
 
 def _kernel_of(world: World, tables: Tables):
-    run, mark = kernels.build(
-        tuple(c.law for c in world.active_laws),
-        tables.walls.motion_laws,
-        ledger=world.ledger,
-    )
+    laws = tuple(c.law for c in world.active_laws)
+    run, mark = kernels.build(laws, tables.walls.motion_laws, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print(
             "benchtwin: compiling the step loop for this set of laws (once; about 20"
@@ -382,12 +363,8 @@ def run(
                 due[k] = _next_look(look, state, after=True)
         if last is not None and state.step >= last:
             return state
-        state = _advance(
-            world,
-            state,
-            min([*due, last] if last is not None else due) - state.step,
-            pace,
-        )
+        goal = min([*due, last] if last is not None else due)
+        state = _advance(world, state, goal - state.step, pace)
 
 
 def _next_look(look: Every, state: State, *, after: bool = False) -> int:
@@ -411,15 +388,8 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
     while steps > 0:
         threads, share = pace.next_call()
         began = time.perf_counter()
-        _in_threads(
-            loop,
-            scratch[:threads],
-            min(steps, max(1, int(share * most))),
-            state,
-            world,
-            view,
-            status,
-        )
+        most_steps = min(steps, max(1, int(share * most)))
+        _in_threads(loop, scratch[:threads], most_steps, state, world, view, status)
         pace.took(
             threads, time.perf_counter() - began, int(status[1]) * len(state.ball)
         )
@@ -437,10 +407,8 @@ def _room(
     world: World, tables: Tables, state: State, threads: int
 ) -> tuple[View, list[kernels.Scratch]]:
     view = _view(world, tables, state)
-    return view, [
-        kernels.scratch_for(view)
-        for _ in range(min(threads, len(state.block_body) - 1))
-    ]
+    name = min(threads, len(state.block_body) - 1)
+    return view, [kernels.scratch_for(view) for _ in range(name)]
 
 
 def _in_threads(

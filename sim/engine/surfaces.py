@@ -14,11 +14,9 @@ from numba import njit
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
 ROW = 10
 # features of a triangle: face 0, edges 1–3 (from corner 0, 1, 2 onwards), corners 4–6
-FACE, EDGE, VERTEX = (
-    0,
-    1,
-    4,
-)
+FACE = 0
+EDGE = 1
+VERTEX = 4
 
 
 @njit(**OPTIONS)
@@ -130,27 +128,29 @@ def motion(number, t, numbers):
     return 0.0, 0.0
 
 
-def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, way):
-    """Put every moving wall where it is at time t: rows of `prim` from those of `rest`,
-    and its `twist` (velocity at the world's origin, angular velocity). moves: wall,
-    SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's moves apply one
-    after the other. way[0] becomes the farthest that a point of a wall has moved from
-    `ref`, where it was when the neighbour lists were made."""
+def place_walls(t, view):
+    """Put every moving wall where it is at time t: rows of `prim` from those of
+    `prim_rest`, and its `twist` (velocity at the world's origin, angular velocity).
+    `moves`: wall, SLIDE or TURN, direction (3), pivot (3), number of the law; a wall's
+    moves apply one after the other. `wall_way[0]` becomes the farthest that a point of
+    a wall has moved from `prim_ref`, where it was when the neighbour lists were
+    made."""
+    moves, prim, twist = view.moves, view.prim, view.twist
     if len(moves) == 0:
         return
     for w in range(len(twist)):
         twist[w, :] = 0.0
     for k in range(len(prim)):
         for c in range(ROW):
-            prim[k, c] = rest[k, c]
+            prim[k, c] = view.prim_rest[k, c]
     for m in range(len(moves)):
         wall = int(moves[m, 0])
-        value, rate = motion(int(moves[m, 8]), t, move_numbers[m])
+        value, rate = motion(int(moves[m, 8]), t, view.move_numbers[m])
         ux, uy, uz = moves[m, 2], moves[m, 3], moves[m, 4]
         tw = twist[wall]
         if moves[m, 1] == SLIDE:
             for k in range(len(prim)):
-                if wall_of[k] == wall:
+                if view.prim_wall[k] == wall:
                     prim[k, 0] += value * ux
                     prim[k, 1] += value * uy
                     prim[k, 2] += value * uz
@@ -163,7 +163,7 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
         c, s = math.cos(value), math.sin(value)
         px, py, pz = moves[m, 5], moves[m, 6], moves[m, 7]
         for k in range(len(prim)):
-            if wall_of[k] == wall:
+            if view.prim_wall[k] == wall:
                 row = prim[k]
                 x, y, z = rotate(
                     ux, uy, uz, c, s, row[0] - px, row[1] - py, row[2] - pz
@@ -187,12 +187,11 @@ def place_walls(t, moves, move_numbers, rest, ref, kind, wall_of, prim, twist, w
         tw[1] = vy - (wz * px - wx * pz)
         tw[2] = vz - (wx * py - wy * px)
         tw[3], tw[4], tw[5] = wx, wy, wz
-    way[0] = 0.0
+    view.wall_way[0] = 0.0
     for k in range(len(prim)):
-        if (
-            kind[k] != PLANE
-        ):  # a plane that moves is listed with every ball, however far
-            way[0] = max(way[0], moved(prim[k], ref[k]))
+        # a plane that moves is listed with every ball, however far
+        if view.prim_kind[k] != PLANE:
+            view.wall_way[0] = max(view.wall_way[0], moved(prim[k], view.prim_ref[k]))
 
 
 @njit(**OPTIONS)

@@ -24,31 +24,25 @@ def rows(first: int, count: int) -> list[int]:
 
 # Filled by the gathering: side i is a ball of a seed, side j another ball or a wall.
 DX, DY, DZ, RI, RJ = rows(0, 5)  # from ball centre j to i, radii [m]
-OIX, OIY, OIZ, OJX, OJY, OJZ = rows(
-    5, 6
-)  # from body centre to ball centre; stay 0 where every seed is one ball
-VX, VY, VZ = rows(
-    11, 3
-)  # velocity of body i's centre less that of body j's, or of the wall's at the contact
+# from body centre to ball centre; stay 0 where every seed is one ball
+OIX, OIY, OIZ, OJX, OJY, OJZ = rows(5, 6)
+# velocity of body i's centre less that of body j's, or of the wall's at the contact
+VX, VY, VZ = rows(11, 3)
 WIX, WIY, WIZ, WJX, WJY, WJZ, MI, MJ = rows(14, 8)  # spins, masses
 UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact (for the ledger)
-SHARE = (
-    25 * STRIDE
-)  # part of the masses that this contact's damping answers for (see `contacts.shares`)
+# part of the masses that this contact's damping answers for (see `contacts.shares`)
+SHARE = 25 * STRIDE
 MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
 # what the contact remembers: tangential displacement (3), impact speed (1), rolling
 # spring (3)
 MEMORY = 32 * STRIDE
-MEMORY_COLUMNS = 7
 # From the geometry.
 COMPUTED = 39  # rows from here to EXTRA hold nothing from one tile to the next
-NX, NY, NZ, OVERLAP, RADIUS = rows(
-    39, 5
-)  # unit normal from j to i, overlap, effective radius
+# unit normal from j to i, overlap, effective radius
+NX, NY, NZ, OVERLAP, RADIUS = rows(39, 5)
 AIX, AIY, AIZ, AJX, AJY, AJZ = rows(44, 6)  # arms from the body centres to the contact
-CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(
-    50, 4
-)  # velocity of i against j at the contact: against and across the normal
+# velocity of i against j at the contact: against and across the normal
+CLOSING, SLIP_X, SLIP_Y, SLIP_Z = rows(50, 4)
 EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
 # From the laws: force on i; for i and for j the torque, the most that the contact
 # brakes its own spin by, and the squared speed at the contact, which wakes a sleeper.
@@ -61,9 +55,8 @@ E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACC
 EXTRA = 75 * STRIDE  # the chosen laws' parameters, a row each
 FIXED_ROWS = 75
 
-COLUMNS = (
-    6  # of the table of material pairs before the laws' parameters: MODULUS … E_IN
-)
+# of the table of material pairs before the laws' parameters: MODULUS … E_IN
+COLUMNS = 6
 
 
 def pair_geometry(P, count):
@@ -257,10 +250,9 @@ def laws(P, count, dt, pull, whole):
         P[FZ + t] = fz
 
         rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        brake_i, brake_j = (
-            0.0,
-            0.0,
-        )  # applied with the step, which knows where they end: see `bodies`
+        # applied with the step, which knows where they end: see `bodies`
+        brake_i = 0.0
+        brake_j = 0.0
         if HAS_SPIN:
             spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
             spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
@@ -327,6 +319,5 @@ def laws(P, count, dt, pull, whole):
                 rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz
             )
             P[P_EXTRA + t] = extra * closing
-            P[P_WALL + t] = (
-                fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]
-            )  # counts for walls only
+            # counts for walls only
+            P[P_WALL + t] = fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]

@@ -21,15 +21,13 @@ from benchtwin.sim.engine.tiles import COMPUTED, rows
 from numba import njit
 
 QW, QX, QY, QZ = rows(COMPUTED, 4)  # orientation: unit quaternion, body to world
-LX, LY, LZ = rows(
-    COMPUTED + 4, 3
-)  # angular momentum in the middle of the step, world axes
+# angular momentum in the middle of the step, world axes
+LX, LY, LZ = rows(COMPUTED + 4, 3)
 KX, KY, KZ = rows(COMPUTED + 7, 3)  # what the torque adds to it by the end of the step
 J1, J2, J3 = rows(COMPUTED + 10, 3)  # principal moments inverted
 WX, WY, WZ = rows(COMPUTED + 13, 3)  # out: spin at the end of the step, world axes
-RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(
-    COMPUTED + 16, 9
-)  # out: rotation matrix then (not from `turn_round`)
+# out: rotation matrix then (not from `turn_round`)
+RXX, RXY, RXZ, RYX, RYY, RYZ, RZX, RZY, RZZ = rows(COMPUTED + 16, 9)
 # most angular momentum that rolling friction takes in half a step; out: energy it took
 BRAKE, LOST = rows(COMPUTED + 25, 2)
 
@@ -87,16 +85,13 @@ def braked(p1, p2, p3, j1, j2, j3, most):
     spin = math.sqrt(spin2)
     # Taken along the spin's direction u, the spin itself is gone once c = |ω| / u·I⁻¹u
     # is taken.
-    along = spin2 / max(
-        w1 * w1 * j1 + w2 * w2 * j2 + w3 * w3 * j3, 1e-300
-    )  # 1 / u·I⁻¹u
+    # 1 / u·I⁻¹u
+    along = spin2 / max(w1 * w1 * j1 + w2 * w2 * j2 + w3 * w3 * j3, 1e-300)
     taken = min(most, spin * along) / max(spin, 1e-300)
     left = 1.0 if p1 * p1 + p2 * p2 + p3 * p3 > most * most else 0.0
-    q1, q2, q3 = (
-        left * (p1 - taken * w1),
-        left * (p2 - taken * w2),
-        left * (p3 - taken * w3),
-    )
+    q1 = left * (p1 - taken * w1)
+    q2 = left * (p2 - taken * w2)
+    q3 = left * (p3 - taken * w3)
     lost = 0.5 * (
         p1 * w1 + p2 * w2 + p3 * w3 - q1 * q1 * j1 - q2 * q2 * j2 - q3 * q3 * j3
     )
@@ -143,18 +138,14 @@ def turn_free(P, count, dt):
         lx, ly, lz = P[LX + t], P[LY + t], P[LZ + t]
         j1, j2, j3 = P[J1 + t], P[J2 + t], P[J3 + t]
         a, b, c, d, e, f, g, h, i = matrix(w, x, y, z)
-        p1, p2, p3 = (
-            a * lx + d * ly + g * lz,
-            b * lx + e * ly + h * lz,
-            c * lx + f * ly + i * lz,
-        )
+        p1 = a * lx + d * ly + g * lz
+        p2 = b * lx + e * ly + h * lz
+        p3 = c * lx + f * ly + i * lz
         if HAS_BRAKE:
             p1, p2, p3, lost = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
-            lx, ly, lz = (
-                a * p1 + b * p2 + c * p3,
-                d * p1 + e * p2 + f * p3,
-                g * p1 + h * p2 + i * p3,
-            )
+            lx = a * p1 + b * p2 + c * p3
+            ly = d * p1 + e * p2 + f * p3
+            lz = g * p1 + h * p2 + i * p3
             P[LX + t], P[LY + t], P[LZ + t], P[LOST + t] = lx, ly, lz, lost
 
         u = _half_tangent(0.5 * dt * p1 * j1)
@@ -197,11 +188,9 @@ def turn_free(P, count, dt):
 
         a, b, c, d, e, f, g, h, i = matrix(w, x, y, z)
         lx, ly, lz = lx + P[KX + t], ly + P[KY + t], lz + P[KZ + t]
-        p1, p2, p3 = (
-            a * lx + d * ly + g * lz,
-            b * lx + e * ly + h * lz,
-            c * lx + f * ly + i * lz,
-        )
+        p1 = a * lx + d * ly + g * lz
+        p2 = b * lx + e * ly + h * lz
+        p3 = c * lx + f * ly + i * lz
         if HAS_BRAKE:
             p1, p2, p3, _ = braked(p1, p2, p3, j1, j2, j3, P[BRAKE + t])
         p1, p2, p3 = p1 * j1, p2 * j2, p3 * j3

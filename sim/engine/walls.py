@@ -2,8 +2,6 @@
 sliding or turning."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from benchtwin.sim.engine.surfaces import (
@@ -19,9 +17,8 @@ from benchtwin.sim.laws.law import Chosen, Law
 from benchtwin.sim.material import Material
 
 Vector = tuple[float, float, float]
-Primitives = tuple[
-    list[int], np.ndarray, np.ndarray
-]  # kinds (n), rows (n, ROW), corners (n, 3)
+# kinds (n), rows (n, ROW), corners (n, 3)
+Primitives = tuple[list[int], np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -55,11 +52,8 @@ class Plane:
     moves: tuple[Slide | Turn, ...] = ()
 
     def primitives(self) -> Primitives:
-        return (
-            [PLANE],
-            _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0)),
-            np.full((1, 3), -1),
-        )
+        row = _rows(self.point, unit("normal", self.normal), (0.0, 0.0, 0.0))
+        return ([PLANE], row, np.full((1, 3), -1))
 
 
 @dataclass(frozen=True)
@@ -121,45 +115,6 @@ class Mesh:
     vertices: np.ndarray = field(repr=False)
     faces: np.ndarray = field(repr=False)
     moves: tuple[Slide | Turn, ...] = ()
-
-    @classmethod
-    def from_file(
-        cls,
-        path: Path | str,
-        name: str,
-        material: Material,
-        *,
-        scale: float = 1.0,
-        moves: tuple[Slide | Turn, ...] = (),
-    ) -> "Mesh":
-        """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale`
-        1e-3 for files in millimetres."""
-        import trimesh
-
-        return cls.from_trimesh(
-            trimesh.load(path, force="mesh"), name, material, scale=scale, moves=moves
-        )
-
-    @classmethod
-    def from_trimesh(
-        cls,
-        mesh: Any,
-        name: str,
-        material: Material,
-        *,
-        scale: float = 1.0,
-        moves: tuple[Slide | Turn, ...] = (),
-    ) -> "Mesh":
-        mesh = mesh.copy()
-        mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        mesh.update_faces(mesh.nondegenerate_faces())
-        return cls(
-            name,
-            material,
-            np.asarray(mesh.vertices) * scale,
-            np.asarray(mesh.faces),
-            moves,
-        )
 
     def primitives(self) -> Primitives:
         vertices, faces = np.asarray(self.vertices, float), np.asarray(self.faces)
@@ -272,15 +227,8 @@ def tabulate(walls: tuple[Wall, ...]) -> WallTables:
             law = move.law.law
             if law not in laws:
                 laws.append(law)
-            moves.append(
-                [
-                    w,
-                    SLIDE if isinstance(move, Slide) else TURN,
-                    *direction,
-                    *pivot,
-                    laws.index(law),
-                ]
-            )
+            how = SLIDE if isinstance(move, Slide) else TURN
+            moves.append([w, how, *direction, *pivot, laws.index(law)])
             numbers.append(move.law.numbers)
     width = max([len(row) for row in numbers], default=0)
     moving = {int(row[0]) for row in moves}

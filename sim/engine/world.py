@@ -271,16 +271,9 @@ def _shape_tables(world: World, names: tuple[str, ...]):
             diameter = (6.0 * seed.volume_m3 / math.pi) ** (1.0 / 3.0)
             same = float(np.ptp(inertia) <= 1e-9 * inertia.max())
             single = float(len(radii) == 1 and not centres.any())
+            mass = seed.mass_kg
             rows.append(
-                [
-                    *(1.0 / inertia),
-                    seed.mass_kg,
-                    diameter,
-                    bound,
-                    same,
-                    single,
-                    1.0 / seed.mass_kg,
-                ]
+                [*(1.0 / inertia), mass, diameter, bound, same, single, 1.0 / mass]
             )
             balls.append(np.column_stack([centres, radii]))
             starts.append(starts[-1] + len(radii))

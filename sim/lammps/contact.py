@@ -17,12 +17,10 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, effective_moduli
 from benchtwin.sim.rigs.bench import Bench
 
-RESTING_WEIGHTS = (
-    10.0  # the rolling spring is as stiff as Mindlin's under so many seeds' weight
-)
-ROLLING_DAMPING = (
-    0.3  # of critical, as type C has it (Ai et al. 2011); below the cap only
-)
+# the rolling spring is as stiff as Mindlin's under so many seeds' weight
+RESTING_WEIGHTS = 10.0
+# of critical, as type C has it (Ai et al. 2011); below the cap only
+ROLLING_DAMPING = 0.3
 WRITTEN = ("rolling_sds", "drag")
 
 
@@ -42,31 +40,25 @@ def in_lammps_law(bench: Bench) -> tuple[Bench, tuple[str, ...]]:
     before = bench.seed_seed.rolling_convention
     if before != "sds":
         seed, wall = bench.seed_seed, bench.seed_wall
-        on_seed, on_wall = (
-            seed.rolling_friction_in("sds", on_wall=False),
-            wall.rolling_friction_in("sds", on_wall=True),
-        )
+        on_seed = seed.rolling_friction_in("sds", on_wall=False)
+        on_wall = wall.rolling_friction_in("sds", on_wall=True)
         notes.append(
             f"rolling friction: LAMMPS has no {before!r} model; spring-dashpot-slider"
             " (sds) in the R* convention was used, between seeds"
             f" {seed.rolling_friction:g} as {on_seed:g}, on walls"
             f" {wall.rolling_friction:g} as {on_wall:g}"
         )
-        bench = replace(
-            bench,
-            seed_seed=replace(seed, rolling_friction=on_seed, rolling_convention="sds"),
-            seed_wall=replace(wall, rolling_friction=on_wall, rolling_convention="sds"),
-        )
+        seed_seed = replace(seed, rolling_friction=on_seed, rolling_convention="sds")
+        seed_wall = replace(wall, rolling_friction=on_wall, rolling_convention="sds")
+        bench = replace(bench, seed_seed=seed_seed, seed_wall=seed_wall)
     if not any(c.law.name == "rolling_sds" for c in bench.laws):
         spring, dashpot = _rolling_spring(bench)
         notes.append(
             f"rolling spring: {spring:.4g} N/m, dashpot {dashpot:.4g} N s/m in every"
             " contact"
         )
-        bench = replace(
-            bench,
-            laws=(*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot)),
-        )
+        laws = (*bench.laws, LAWS["rolling_sds"].use(spring=spring, dashpot=dashpot))
+        bench = replace(bench, laws=laws)
     if bench.share_damping:
         notes.append(
             "damping: every ball of a seed damps with the seed's whole mass, as LAMMPS"

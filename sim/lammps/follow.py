@@ -53,11 +53,8 @@ def read_way(folder: Path, name: str, orientations: np.ndarray) -> Way:
         for step, frame in frames:
             turn = products(frame[:, 3:7], inverse)
             steps.append(step)
-            rows.append(
-                np.concatenate(
-                    [frame[:, :3], products(turn, orientations), frame[:, 7:]], axis=1
-                )
-            )
+            turned = products(turn, orientations)
+            rows.append(np.concatenate([frame[:, :3], turned, frame[:, 7:]], axis=1))
     if not steps:
         raise RuntimeError(f"{folder}: LAMMPS has left no frame of {name}")
     return Way(np.array(steps), np.stack(rows))

@@ -33,11 +33,9 @@ def run_heap(
     made with it."""
     filled = _fill(vessel, bench, rng, lammps, watch)
     placed = filled.placed(bench)
+    standing = vessel.walls(0.0, vessel.lift(None))
     rest_world = bench.world(
-        placed,
-        vessel.walls(0.0, vessel.lift(None)),
-        domain=vessel.domain,
-        contacts=vessel.contacts,
+        placed, standing, domain=vessel.domain, contacts=vessel.contacts
     )
     rest = Stage(
         "rest",
@@ -50,12 +48,8 @@ def run_heap(
     )
     lain = lammps.run(rest, "coming to rest", watch)
     placed = replace(placed, orientations=lain.rows[-1, :, 3:7])
-    world = bench.world(
-        placed,
-        vessel.walls(0.0, vessel.lift(0.0)),
-        domain=vessel.domain,
-        contacts=vessel.contacts,
-    )
+    lifted = vessel.walls(0.0, vessel.lift(0.0))
+    world = bench.world(placed, lifted, domain=vessel.domain, contacts=vessel.contacts)
     out_s = (vessel.fill_height_m + 0.01) / vessel.lift_m_s
     frame_s = 1 / fps if fps > 0 else FRAME_S
     look_s = max(round(LOOK_S / frame_s), 1) * frame_s if fps > 0 else LOOK_S

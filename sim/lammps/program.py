@@ -29,11 +29,10 @@ class Program:
     def command(self, ranks: int, arguments: list[str]) -> list[str]:
         """The command line; LAMMPS ends when who started it is killed, where the system
         can see to that."""
-        tied = (
-            [setpriv, "--pdeathsig", "TERM"]
-            if (setpriv := shutil.which("setpriv"))
-            else []
-        )
+        if setpriv := shutil.which("setpriv"):
+            tied = [setpriv, "--pdeathsig", "TERM"]
+        else:
+            tied = []
         if ranks == 1:
             return [*tied, self.executable, *arguments]
         if self.launcher is None:
@@ -77,17 +76,11 @@ def program() -> Program:
             f"LAMMPS is here, but not {MPI} of MPICH, which it is linked to (no other"
             f" MPI will do): {INSTALL}"
         )
-    environment = {
-        **os.environ,
-        "LD_LIBRARY_PATH": ":".join(filter(None, paths)),
-        "OMP_NUM_THREADS": "1",
-    }
+    libraries = ":".join(filter(None, paths))
+    environment = {**os.environ, "LD_LIBRARY_PATH": libraries, "OMP_NUM_THREADS": "1"}
     own = Path(sys.prefix) / "bin" / "mpiexec"
-    return Program(
-        str(executable),
-        str(own) if own.exists() else shutil.which("mpiexec"),
-        environment,
-    )
+    launcher = str(own) if own.exists() else shutil.which("mpiexec")
+    return Program(str(executable), launcher, environment)
 
 
 def installed() -> bool:
@@ -118,11 +111,9 @@ def needed(ranks: int) -> Program:
 
 def cores_here() -> int:
     """Cores that this process may use."""
-    return (
-        len(os.sched_getaffinity(0))
-        if hasattr(os, "sched_getaffinity")
-        else os.cpu_count() or 1
-    )
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def run(
@@ -153,11 +144,8 @@ def run(
     if child.returncode == 0:
         return None
     lines = screen.read_text(errors="replace").strip().splitlines()
-    errors = (
-        [line for line in lines if "ERROR" in line]
-        or lines[-1:]
-        or [f"ended with code {child.returncode}"]
-    )
+    named = [line for line in lines if "ERROR" in line]
+    errors = named or lines[-1:] or [f"ended with code {child.returncode}"]
     return errors[0]
 
 

@@ -76,14 +76,9 @@ def _drop(
     fall_s = math.sqrt(2 * rig.height_m / G_M_S2)
     longest_s = 0.1 + AIR_SLOWS * fall_s * (1 + 2 * rig.bounces)
     low = BELOW_M + rig.plate_m[0] * math.tan(math.radians(abs(rig.tilt_deg)))
-    engine = Alone(
-        lammps,
-        "drop",
-        "falling and bouncing",
-        watch,
-        longest_s=longest_s,
-        over=f"v_z<-{low:.9g}",
-    )
+    title = "falling and bouncing"
+    over = f"v_z<-{low:.9g}"
+    engine = Alone(lammps, "drop", title, watch, longest_s=longest_s, over=over)
     return run_drop(rig, bench, rng, fps=fps, watch=watch, engine=engine)
 
 
@@ -92,13 +87,9 @@ def _slide(
 ) -> Motion:
     """Until the block is nearer to the hinge, the y axis, than its travel asks for."""
     near = rig.start_m - rig.travel_m - BEYOND_M
-    engine = Alone(
-        lammps,
-        "slide",
-        "tilting until they slide",
-        watch,
-        over=f"sqrt(v_x*v_x+v_z*v_z)<{near:.9g}",
-    )
+    title = "tilting until they slide"
+    over = f"sqrt(v_x*v_x+v_z*v_z)<{near:.9g}"
+    engine = Alone(lammps, "slide", title, watch, over=over)
     return run_slide(rig, bench, rng, fps=fps, watch=watch, engine=engine)
 
 

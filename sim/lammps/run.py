@@ -30,11 +30,10 @@ class Lammps:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._written(stage, placed, title)
         count = len(np.asarray(placed.positions))
-        start = (
-            np.tile([1.0, 0, 0, 0], (count, 1))
-            if placed.orientations is None
-            else np.asarray(placed.orientations)
-        )
+        if placed.orientations is None:
+            start = np.tile([1.0, 0, 0, 0], (count, 1))
+        else:
+            start = np.asarray(placed.orientations)
         while not self._done(stage.name):
             self._go(stage, title, watch)
         return read_way(self.folder, stage.name, start)
@@ -75,11 +74,10 @@ class Lammps:
         """One start of LAMMPS; on an error without any new restart file RuntimeError,
         else it may be started again."""
         before = self._restarts(stage)
-        part = (
-            int(parts(self.folder, stage.name)[-1].name.split(".")[-3]) + 1
-            if parts(self.folder, stage.name)
-            else 1
-        )
+        if parts(self.folder, stage.name):
+            part = int(parts(self.folder, stage.name)[-1].name.split(".")[-3]) + 1
+        else:
+            part = 1
         if not before:
             for old in parts(self.folder, stage.name):
                 old.unlink()

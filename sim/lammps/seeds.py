@@ -13,11 +13,10 @@ from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.rigs.bench import turned
 from benchtwin.sim.seed import Seed
 
-TOUCHING, CENTRE, INNER = (
-    1,
-    2,
-    3,
-)  # types: a ball; a ball at the centre of mass; one there that touches nothing
+# types: a ball; a ball at the centre of mass; one there that touches nothing
+TOUCHING = 1
+CENTRE = 2
+INNER = 3
 INNER_SHARE = 0.05  # its radius, of the smallest ball's
 APART = 1e-6  # of a radius: LAMMPS refuses bodies whose balls all lie in one point
 
@@ -46,10 +45,8 @@ def balls_of(shape: Seed) -> Balls:
             f"seed: moments of inertia {shown} kg m²: LAMMPS's fix rigid/small carries"
             " no body without all three"
         )
-    centres, radii = (
-        np.asarray(shape.centres_m, float).reshape(-1, 3),
-        np.atleast_1d(np.asarray(shape.radii_m, float)),
-    )
+    centres = np.asarray(shape.centres_m, float).reshape(-1, 3)
+    radii = np.atleast_1d(np.asarray(shape.radii_m, float))
     off = np.linalg.norm(centres, axis=1)
     types = np.full(len(radii), TOUCHING)
     nearest = int(np.argmin(off))
@@ -59,11 +56,8 @@ def balls_of(shape: Seed) -> Balls:
     if central and len(radii) > 1:
         return Balls(centres, radii, types)
     added = np.array([[APART * radii.min() * central, 0.0, 0.0]])
-    return Balls(
-        np.r_[centres, added],
-        np.r_[radii, INNER_SHARE * radii.min()],
-        np.r_[types, INNER],
-    )
+    radii_m = np.r_[radii, INNER_SHARE * radii.min()]
+    return Balls(np.r_[centres, added], radii_m, np.r_[types, INNER])
 
 
 def write_seeds(folder: Path, name: str, placed: Placed) -> None:
@@ -72,11 +66,10 @@ def write_seeds(folder: Path, name: str, placed: Placed) -> None:
     x = np.asarray(placed.positions, float)
     n = len(x)
     kind = np.zeros(n, int) if placed.shape_of is None else np.asarray(placed.shape_of)
-    q = (
-        np.tile([1.0, 0, 0, 0], (n, 1))
-        if placed.orientations is None
-        else np.asarray(placed.orientations, float)
-    )
+    if placed.orientations is None:
+        q = np.tile([1.0, 0, 0, 0], (n, 1))
+    else:
+        q = np.asarray(placed.orientations, float)
     v, w = (
         np.zeros((n, 3)) if given is None else np.asarray(given, float)
         for given in (placed.velocities, placed.spins)

@@ -149,15 +149,8 @@ def _seeds(stage: Stage) -> list[str]:
     ]
     for chosen in stage.world.active_laws:
         if chosen.law.name == "drag":
-            lines += _drag(
-                dict(
-                    zip(
-                        (p.name for p in chosen.law.parameters),
-                        chosen.numbers,
-                        strict=True,
-                    )
-                )
-            )
+            names = (p.name for p in chosen.law.parameters)
+            lines += _drag(dict(zip(names, chosen.numbers, strict=True)))
     return lines
 
 
@@ -165,14 +158,8 @@ def _drag(number: dict[str, float]) -> list[str]:
     """Drag after Brown and Lawler, as `sim.laws.drag` has it, on the ball at the centre
     of mass. Its coefficient is computed anew every DRAG_STEPS only: as a formula it
     costs LAMMPS a third of a heap's time."""
-    air = [
-        (
-            f"(v{axis}-({number[f'wind_{axis}']:.12g}))"
-            if number[f"wind_{axis}"]
-            else f"v{axis}"
-        )
-        for axis in "xyz"
-    ]
+    winds = {axis: number[f"wind_{axis}"] for axis in "xyz"}
+    air = [f"(v{axis}-({w:.12g}))" if w else f"v{axis}" for axis, w in winds.items()]
     squares = "+".join(f"{v}*{v}" for v in air)
     over = number["air_density"] / number["viscosity"]
     k = -0.39269908169872414 * number["factor"] * number["viscosity"]

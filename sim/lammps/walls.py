@@ -78,10 +78,8 @@ def _shape(wall: Wall, turned: Turned | None) -> str:
     if isinstance(wall, Rectangle):
         return _block(*_level(wall, turned))
     if isinstance(wall, Cylinder):
-        start, along = (
-            np.asarray(wall.start, float),
-            np.asarray(wall.end, float) - np.asarray(wall.start, float),
-        )
+        start = np.asarray(wall.start, float)
+        along = np.asarray(wall.end, float) - np.asarray(wall.start, float)
         axis = _axis_of(along)
         if axis is None:
             raise ValueError(
@@ -110,18 +108,15 @@ def _turned(wall: Rectangle) -> Turned | None:
 
     ValueError where neither edge, or not the turn, is along an axis.
     """
-    edges, turns = (
-        (np.asarray(wall.a, float), np.asarray(wall.b, float)),
-        [m for m in wall.moves if isinstance(m, Turn)],
-    )
+    edges = (np.asarray(wall.a, float), np.asarray(wall.b, float))
+    turns = [m for m in wall.moves if isinstance(m, Turn)]
     along = [_axis_of(edge) for edge in edges]
     if None not in along and not turns:
         return None
-    axis = (
-        _axis_of(np.asarray(turns[0].axis, float))
-        if turns
-        else next((k for k in along if k is not None), None)
-    )
+    if turns:
+        axis = _axis_of(np.asarray(turns[0].axis, float))
+    else:
+        axis = next((k for k in along if k is not None), None)
     if axis is None or axis not in along or len(turns) > 1:
         raise ValueError(
             f"wall {wall.name!r}: the LAMMPS input holds rectangles that are tilted"
@@ -216,11 +211,9 @@ def _angle(wall: Wall, turned: Turned) -> str:
 
 def _way(numbers: dict[str, float], share: float) -> str:
     """A steady motion's way as a formula of the time, `share` of it."""
-    rate, begin, end = (
-        numbers["rate"] * share,
-        numbers["start"],
-        numbers["start"] + numbers["duration"],
-    )
+    rate = numbers["rate"] * share
+    begin = numbers["start"]
+    end = numbers["start"] + numbers["duration"]
     way = f"{rate:.12g}*(time-{begin:.12g})" if begin else f"{rate:.12g}*time"
     stop = f"{rate * (end - begin):.12g}"
     return f"ternary(time<{begin:.12g},0,ternary(time>={end:.12g},{stop},{way}))"

@@ -53,54 +53,15 @@ to that (or replaces its namesake). A contact law may be limited to a pair of ma
 `LAW.use(between=("soybean", "steel"), …)`. A law that is not chosen is not compiled: it
 costs nothing.
 
-`LAWS` is the registry, by name. A law from elsewhere needs no entry: make a `Law` and
-choose it with `.use(…)`."""
+`LAWS` holds the LAW of every module here, by name. A law from elsewhere needs no
+entry: make a `Law` and choose it with `.use(…)`."""
 
-from benchtwin.sim.laws import (
-    cohesion_jkr,
-    cohesion_linear,
-    drag,
-    film_adhesion,
-    friction_kinetic,
-    friction_stribeck,
-    friction_viscous,
-    magnus,
-    motion_steady,
-    motion_vibration,
-    restitution_film,
-    restitution_plastic,
-    restitution_viscoelastic,
-    rolling_edem,
-    rolling_sds,
-    rolling_type_a,
-    rolling_type_c,
-    rolling_viscous,
-)
+from importlib import import_module
+from pkgutil import iter_modules
+
 from benchtwin.sim.laws.law import KINDS, Chosen, Law, Parameter
 
 __all__ = ["KINDS", "LAWS", "Chosen", "Law", "Parameter"]
 
-# One line a law, so that two people can add theirs without meeting.
-LAWS: dict[str, Law] = {
-    law.name: law
-    for law in (
-        rolling_edem.LAW,
-        rolling_type_a.LAW,
-        rolling_type_c.LAW,
-        rolling_sds.LAW,
-        rolling_viscous.LAW,
-        drag.LAW,
-        magnus.LAW,
-        restitution_viscoelastic.LAW,
-        restitution_plastic.LAW,
-        restitution_film.LAW,
-        film_adhesion.LAW,
-        cohesion_linear.LAW,
-        cohesion_jkr.LAW,
-        friction_kinetic.LAW,
-        friction_stribeck.LAW,
-        friction_viscous.LAW,
-        motion_steady.LAW,
-        motion_vibration.LAW,
-    )
-}
+_modules = (import_module(f"{__name__}.{m.name}") for m in iter_modules(__path__))
+LAWS: dict[str, Law] = {m.LAW.name: m.LAW for m in _modules if hasattr(m, "LAW")}

@@ -12,9 +12,8 @@ def restitution_viscoelastic(impact_speed, e, viscosity, anchor_speed):
     v_a [m/s]; v_a = 0: at vanishing speed, where P = 1. With e = 1 and v_a = 0 this is
     the exact law of viscoelastic spheres, P = 1 − 1.15345 k² v^⅕ + 0.79827 k⁴ v^⅖ ∓ …
     viscosity k [(s/m)^0.1] = √β, β = (3/2) A (4 E* √R*/3 m*)^⅖, A [s] the material's
-    dissipative time: k falls with size as d^-0.2 (`viscosity_for` finds it from one
-    measured e). Within 0.006 of the equation of motion for k v^0.1 < 1.1; valid for
-    impacts that flatten little and do not yield.
+    dissipative time: k falls with size as d^-0.2. Within 0.006 of the equation of
+    motion for k v^0.1 < 1.1; valid for impacts that flatten little and do not yield.
 
     Sources: 1. Schwager, Pöschel (2008), Phys. Rev. E 78, 051304. 2. Müller, Pöschel
     (2011), Phys. Rev. E 84, 021302 (Padé form).
@@ -32,28 +31,6 @@ def restitution_viscoelastic(impact_speed, e, viscosity, anchor_speed):
         1.0 + y * (0.501086 + y * (1.15345 + y * (0.577977 + y * 0.532178)))
     )
     return min(e * here / there, 1.0)
-
-
-def viscosity_for(e: float, speed_m_s: float) -> float:
-    """The k [(s/m)^0.1] with which purely viscoelastic spheres (e = 1, v_a = 0) rebound
-    with e, 0.05 to 1, at this speed [m/s].
-
-    >>> k = viscosity_for(0.54, 2.466)
-    >>> round(k, 4), round(restitution_viscoelastic(2.466, 1.0, k, 0.0), 6)
-    (0.7158, 0.54)
-    """
-    if not 0.05 <= e <= 1.0 or not speed_m_s > 0.0:
-        raise ValueError(
-            f"e = {e}, speed_m_s = {speed_m_s}: e must be 0.05 to 1, the speed positive"
-        )
-    low, high = 0.0, 10.0 / speed_m_s**0.1
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if restitution_viscoelastic(speed_m_s, 1.0, middle, 0.0) > e:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
 
 
 LAW = Law(

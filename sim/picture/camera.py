@@ -95,23 +95,16 @@ def axes(camera: Camera) -> Array:
         [camera.azimuth_deg, camera.elevation_deg, camera.roll_deg]
     )
     right = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    level = np.cos(elevation)
     away = np.array(
-        [
-            -np.sin(azimuth) * np.cos(elevation),
-            np.cos(azimuth) * np.cos(elevation),
-            -np.sin(elevation),
-        ]
+        [-np.sin(azimuth) * level, np.cos(azimuth) * level, -np.sin(elevation)]
     )
     up = np.cross(right, away)
     # What the picture shows turns clockwise by roll when the camera turns
     # anticlockwise.
-    return np.array(
-        [
-            np.cos(roll) * right + np.sin(roll) * up,
-            np.sin(roll) * right - np.cos(roll) * up,
-            away,
-        ]
-    )
+    across = np.cos(roll) * right + np.sin(roll) * up
+    down = np.sin(roll) * right - np.cos(roll) * up
+    return np.array([across, down, away])
 
 
 def view(camera: Camera, points_m: Array) -> Array:
@@ -131,21 +124,16 @@ def project(camera: Camera, points_m: Array) -> Array:
     seen = view(camera, points_m)
     depth = camera.distance_m + seen[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        flat = (
-            camera.focal_px
-            * seen[:, :2]
-            / np.where(depth > 0.0, depth, np.nan)[:, None]
-        )
+        far = np.where(depth > 0.0, depth, np.nan)[:, None]
+        flat = camera.focal_px * seen[:, :2] / far
     return camera.centre_px + distort(camera, flat)
 
 
 def distort(camera: Camera, offset_px: Array) -> Array:
     """Offsets from the centre (n, 2) [px] after the lens: o (1 + k |o|²/R²), for k < 0
     as far as that grows with |o|."""
-    k, ratio = (
-        camera.distortion,
-        (offset_px**2).sum(axis=-1, keepdims=True) / camera.corner_px**2,
-    )
+    k = camera.distortion
+    ratio = (offset_px**2).sum(axis=-1, keepdims=True) / camera.corner_px**2
     # beyond its maximum, well outside the picture, the formula would fold things back
     # into it
     if k < 0.0:

@@ -10,9 +10,8 @@ import numpy as np
 
 Array = np.ndarray
 
-EGL_PACKAGES = (  # the same as scripts/system-packages.sh
-    "libegl1 libegl-mesa0 libgl1-mesa-dri"
-)
+# the same as scripts/system-packages.sh
+EGL_PACKAGES = "libegl1 libegl-mesa0 libgl1-mesa-dri"
 SHADERS = Path(__file__).parent / "shaders"
 
 
@@ -32,9 +31,8 @@ def _pyrender():
 
     Written for numpy 1: `Mesh.bounds`, `Scene.bounds` and shadows ask for np.infty, so
     they cannot be used."""
-    os.environ["PYOPENGL_PLATFORM"] = (
-        "egl"  # off-screen; read by OpenGL when it is first imported
-    )
+    # off-screen; read by OpenGL when it is first imported
+    os.environ["PYOPENGL_PLATFORM"] = "egl"
     import pyrender
     import pyrender.platforms.egl
 

@@ -92,12 +92,8 @@ def coverage(
     with Stage(motion, camera, Look(), of=of) as stage:
         stage.place(frame)
         whole = (0, 0, camera.width_px, camera.height_px)
-        return (
-            np.vstack(
-                [_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]
-            )
-            / 255.0
-        )
+        bands = [_layer(stage, tile, fine)[:, :, 3] for tile in _tiles(whole, fine)]
+        return np.vstack(bands) / 255.0
 
 
 def _check(stage: Stage, frames) -> None:
@@ -114,16 +110,14 @@ def _check(stage: Stage, frames) -> None:
         )
         if inside.any():
             return
-    middle = (
-        np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
-        if np.isfinite(box).any()
-        else None
-    )
-    where = (
-        "all have left the rig"
-        if middle is None
-        else f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
-    )
+    if np.isfinite(box).any():
+        middle = np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
+    else:
+        middle = None
+    if middle is None:
+        where = "all have left the rig"
+    else:
+        where = f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
     raise ValueError(
         f"the camera does not see any of the {len(box)} seeds: {where}, the picture is"
         f" {camera.width_px} × {camera.height_px} px; change target_m, mm_per_px or the"
@@ -149,11 +143,8 @@ def _subframe_times(stage: Stage, frame: int) -> Array:
     first, there = stage.boxes(), stage.there
     stage.place(frame, camera.exposure_s / 2)
     way = float(np.abs(stage.boxes() - first)[there & stage.there].max(initial=0.0))
-    turn = (
-        camera.exposure_s
-        * np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1)
-        * stage.reach_m[: motion.seeds]
-    )
+    spin = np.linalg.norm(np.nan_to_num(motion.spins_rad_s[frame]), axis=1)
+    turn = camera.exposure_s * spin * stage.reach_m[: motion.seeds]
     way = max(way, float(turn.max(initial=0.0)) * 1e3 / camera.mm_per_px)
     count = int(np.clip(np.ceil(way / STEP_PX), 1, camera.subframes))
     return camera.exposure_s * ((np.arange(count) + 0.5) / count - 0.5)
@@ -171,10 +162,8 @@ def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
         return None
     low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
     bend = abs(camera.distortion) * camera.corner_px * 1.5
-    low, high = (
-        np.floor(low - MARGIN - bend).astype(int),
-        np.ceil(high + MARGIN + bend).astype(int) + 1,
-    )
+    low = np.floor(low - MARGIN - bend).astype(int)
+    high = np.ceil(high + MARGIN + bend).astype(int) + 1
     x0, y0 = np.maximum(low, 0)
     x1, y1 = np.minimum(high, [camera.width_px, camera.height_px])
     return (int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
@@ -225,11 +214,9 @@ def _layer(stage: Stage, box: Box, fine: int) -> Array:
         samples = _distort(stage, box, fine)
     else:
         samples = stage.draw(box, fine)
-    return (
-        samples
-        if fine == 1
-        else cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
-    )
+    if fine == 1:
+        return samples
+    return cv2.resize(samples, (x1 - x0, y1 - y0), interpolation=cv2.INTER_AREA)
 
 
 def _distort(stage: Stage, box: Box, fine: int) -> Array:

@@ -15,9 +15,8 @@ FINISHES = {
     "steel": (128.0, 131.0, 135.0),
     "board": (58.0, 52.0, 48.0),
 }  # levels of 255 of a surface that faces the light
-SKY = np.array(
-    [0.0, 0.85, 0.53]
-)  # whence neighbours shade, in the picture's axes: above, so that outlines stay bright
+# whence neighbours shade, in the picture's axes: above, so that outlines stay bright
+SKY = np.array([0.0, 0.85, 0.53])
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -128,9 +127,8 @@ def background(camera: Camera, look: Look, box: tuple[int, int, int, int]) -> Ar
     if look.texture:
         y, x = np.mgrid[y0:y1, x0:x1].astype(np.float32) / np.float32(camera.corner_px)
         cloth = np.zeros(y.shape, np.float32)
-        for n in range(
-            1, 13
-        ):  # waves of all directions, a tenth of the picture to all of it
+        # waves of all directions, a tenth of the picture to all of it
+        for n in range(1, 13):
             turn, length = np.float32(2.0 * np.pi * n * GOLDEN), np.float32(2.0 / n)
             cloth += np.sin(
                 2.0 * np.pi * (x * np.cos(turn) + y * np.sin(turn)) / length + 7.0 * n

@@ -15,14 +15,9 @@ def level_for(radius_px: float, seeds: int) -> int:
     Below 0.1 px is fine enough; of more than 100 seeds level 3 is, 0.2 % of the radius:
     their number counts, not each outline."""
     finest = 4 if seeds <= 100 else 3
-    return next(
-        (
-            level
-            for level in range(2, finest)
-            if radius_px * (1.1 / 2**level) ** 2 / 8.0 < 0.1
-        ),
-        finest,
-    )
+    levels = range(2, finest)
+    enough = (k for k in levels if radius_px * (1.1 / 2**k) ** 2 / 8.0 < 0.1)
+    return next(enough, finest)
 
 
 def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:
@@ -33,11 +28,8 @@ def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:
     what is photographed."""
     if seed.shape is not None:
         mesh = seed.mesh(level)
-        return Mesh(
-            mesh.vertices_m * np.sqrt(seed.shape.area_m2 / area(mesh)),
-            mesh.faces,
-            mesh.normals,
-        )
+        larger = np.sqrt(seed.shape.area_m2 / area(mesh))
+        return Mesh(mesh.vertices_m * larger, mesh.faces, mesh.normals)
     mesh, exact = seed.mesh(level, of=of), seed.mesh(5, of=of)
     scale = np.sqrt(area(exact) / area(mesh))
     normals = mesh.normals
@@ -59,8 +51,5 @@ def flat(mesh: Mesh) -> Mesh:
     corners = mesh.vertices_m[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
-    return Mesh(
-        corners.reshape(-1, 3),
-        np.arange(3 * len(corners)).reshape(-1, 3),
-        np.repeat(normals, 3, axis=0),
-    )
+    triangles = np.arange(3 * len(corners)).reshape(-1, 3)
+    return Mesh(corners.reshape(-1, 3), triangles, np.repeat(normals, 3, axis=0))

@@ -39,14 +39,12 @@ def _part_pose(motion: Motion, part, frame: int, later_s: float) -> Array:
     if motion.t_s[last] <= motion.t_s[first]:
         return pose
     share = later_s / (motion.t_s[last] - motion.t_s[first])
+    same_turn = np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0
     step = part.poses[last] - part.poses[first] * np.where(
-        np.arange(7) < 3,
-        1.0,
-        np.sign(part.poses[first][3:] @ part.poses[last][3:]) or 1.0,
+        np.arange(7) < 3, 1.0, same_turn
     )
-    pose = (
-        pose + share * step
-    )  # over a fraction of a frame a turn is small: the chord will do
+    # over a fraction of a frame a turn is small: the chord will do
+    pose = pose + share * step
     return np.r_[pose[:3], pose[3:] / np.linalg.norm(pose[3:])]
 
 
@@ -59,12 +57,8 @@ def from_rotation_vector(angles_rad: Array) -> Array:
 def product(a: Array, b: Array) -> Array:
     """Quaternion products a b (n, 4): first b, then a."""
     scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
-    return np.hstack(
-        [
-            scalar,
-            a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:]),
-        ]
-    )
+    turned = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
+    return np.hstack([scalar, turned])
 
 
 def matrices(places_m: Array, turns: Array) -> Array:

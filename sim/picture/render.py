@@ -43,14 +43,9 @@ class Stage:
             [motion.shapes[s].bounding_radius_m for s in motion.shape_of]
             + [np.linalg.norm(p.mesh.vertices_m, axis=1).max() for p in motion.parts]
         ).reshape(-1)
+        parts = [looks.part_colour(look, p.finish)[None] for p in motion.parts]
         self.colours = (
-            np.vstack(
-                [
-                    looks.seed_colours(look, motion.seeds),
-                    *[looks.part_colour(look, p.finish)[None] for p in motion.parts],
-                ]
-            )
-            / 255.0
+            np.vstack([looks.seed_colours(look, motion.seeds), *parts]) / 255.0
         )
         self.context, self._open = Context(), True
         try:
@@ -96,10 +91,8 @@ class Stage:
             who = np.flatnonzero(self.motion.shape_of == shape)
             if who.size:
                 size_px = seed.bounding_radius_m * 1e3 / self.camera.mm_per_px
-                self._add(
-                    silhouette_true(seed, level_for(size_px, self.motion.seeds), of),
-                    who,
-                )
+                level = level_for(size_px, self.motion.seeds)
+                self._add(silhouette_true(seed, level, of), who)
         for number, part in enumerate(self.motion.parts):
             self._add(flat(part.mesh), np.array([self.motion.seeds + number]))
 
@@ -109,14 +102,8 @@ class Stage:
             mesh.vertices_m, normals=mesh.normals, indices=mesh.faces, poses=poses
         )
         node = self.scene.add(self.context.pyrender.Mesh([primitive]))
-        self.forms.append(
-            _Form(
-                primitive,
-                node,
-                who,
-                float(np.linalg.norm(mesh.vertices_m, axis=1).max()),
-            )
-        )
+        radius_m = float(np.linalg.norm(mesh.vertices_m, axis=1).max())
+        self.forms.append(_Form(primitive, node, who, radius_m))
 
     def place(
         self, frame: int, later_s: float = 0.0, *, only: Array | None = None
@@ -145,9 +132,8 @@ class Stage:
         boxes = np.hstack([middle - reach, middle + reach]) + np.tile(
             self.camera.centre_px, 2
         )
-        for number, part in enumerate(
-            self.motion.parts, start=self.motion.seeds
-        ):  # long and flat: a sphere would be far too large
+        # long and flat: a sphere would be far too large
+        for number, part in enumerate(self.motion.parts, start=self.motion.seeds):
             corners = (
                 self.places_m[number]
                 + part.mesh.vertices_m @ self.poses[number, :3, :3].T
@@ -196,9 +182,8 @@ class Stage:
         primitive._poses = np.ascontiguousarray(self.poses[who], dtype=np.float32)
         data = np.ascontiguousarray(primitive._poses.transpose(0, 2, 1))
         self.context.platform.make_current()
-        gl.glBindBuffer(
-            gl.GL_ARRAY_BUFFER, primitive._buffers[1]
-        )  # 0: vertices, 1: poses, 2: faces
+        # 0: vertices, 1: poses, 2: faces
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, primitive._buffers[1])
         gl.glBufferSubData(gl.GL_ARRAY_BUFFER, 0, data.nbytes, data)
 
     def _depths(self) -> tuple[float, float]:

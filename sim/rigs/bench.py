@@ -99,11 +99,8 @@ class Bench:
     def mean_dimensions_m(self) -> tuple[float, float, float]:
         """Mean length, width and thickness of the seeds [m]."""
         if isinstance(self.sizes, Sizes):
-            return (
-                self.sizes.length.mean_m,
-                self.sizes.width.mean_m,
-                self.sizes.thickness.mean_m,
-            )
+            sizes = self.sizes
+            return (sizes.length.mean_m, sizes.width.mean_m, sizes.thickness.mean_m)
         if isinstance(self.sizes, Lot):
             length, width, thickness = (
                 float(v) for v in self.sizes.dimensions_m.mean(axis=0)
@@ -123,11 +120,8 @@ class Bench:
         """The seed with the stated inertia."""
         if self.inertia_factor is None or seed.dimensions_m is None:
             return seed
-        wanted = (
-            self.inertia_factor
-            * seed.mass_kg
-            * float(seed.dimensions_m[1:].mean() / 2) ** 2
-        )
+        half_width = float(seed.dimensions_m[1:].mean() / 2)
+        wanted = self.inertia_factor * seed.mass_kg * half_width**2
         return replace(
             seed, inertia_kg_m2=seed.inertia_kg_m2 * wanted / seed.inertia_kg_m2[0]
         )
@@ -148,18 +142,11 @@ class Bench:
         rigs."""
         laws, walls = self.laws, list(walls)
         if not any(wall.moves for wall in walls):
-            walls[0] = replace(
-                walls[0],
-                moves=(Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),),
-            )
+            moves = (Slide(LAWS["motion_steady"].use(rate=0.0), (0.0, 0.0, 1.0)),)
+            walls[0] = replace(walls[0], moves=moves)
         if self.air_density_kg_m3 > 0 and not any(c.law.name == "drag" for c in laws):
-            laws = (
-                LAWS["drag"].use(
-                    air_density=self.air_density_kg_m3,
-                    viscosity=self.air_viscosity_pa_s,
-                ),
-                *laws,
-            )
+            density, viscosity = self.air_density_kg_m3, self.air_viscosity_pa_s
+            laws = (LAWS["drag"].use(air_density=density, viscosity=viscosity), *laws)
         return World(
             (seeds,),
             tuple(walls),
@@ -222,12 +209,9 @@ class Frames:
     def columns(self) -> Columns:
         """All that was kept."""
         x, q, v, w = (np.stack(column) for column in zip(*self.rows, strict=True))
+        t_s = np.array(self.t_s)
         return Columns(
-            t_s=np.array(self.t_s),
-            positions_m=x,
-            orientations=q,
-            velocities_m_s=v,
-            spins_rad_s=w,
+            t_s=t_s, positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w
         )
 
 
@@ -241,12 +225,8 @@ def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
     """Quaternion of the turn q followed by the turn p."""
     a, b = np.asarray(p, float), np.asarray(q, float)
-    return np.concatenate(
-        [
-            [a[0] * b[0] - a[1:] @ b[1:]],
-            a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]),
-        ]
-    )
+    turned = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], turned])
 
 
 def about(axis: ArrayLike, angle_rad: float) -> np.ndarray:

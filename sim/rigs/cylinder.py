@@ -63,9 +63,8 @@ def run_cylinder(
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
-    inside = radius / np.sqrt(
-        2.0
-    )  # half the side of the square in which the rain starts
+    # half the side of the square in which the rain starts
+    inside = radius / np.sqrt(2.0)
     vessel = Vessel(
         low=(-inside, -inside, 0.0),
         high=(inside, inside, rig.cylinder_m[1]),

@@ -25,9 +25,8 @@ from benchtwin.sim.rigs.parts import prism
 from benchtwin.sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
-ONE_IMPACT_S = (
-    0.02  # touches closer than this (one end of a seed, then the other) are one impact
-)
+# touches closer than this (one end of a seed, then the other) are one impact
+ONE_IMPACT_S = 0.02
 LONGEST_S = 5.0
 MOST_TILT_DEG = 15.0
 
@@ -99,34 +98,24 @@ def run_drop(
     plate or lies still."""
     (seed,) = bench.draw(rng, 1)
     q = _orientation(rig, rng)
-    spin = (
-        rng.normal(0.0, rig.spin_sd_rad_s, 3)
-        if rig.spin_rad_s is None
-        else np.asarray(rig.spin_rad_s, float)
-    )
+    if rig.spin_rad_s is None:
+        spin = rng.normal(0.0, rig.spin_sd_rad_s, 3)
+    else:
+        spin = np.asarray(rig.spin_rad_s, float)
     x, y = np.array(rig.plate_m) / 2
     tilt = np.radians(rig.tilt_deg)
-    along, normal = (
-        np.array([np.cos(tilt), 0.0, -np.sin(tilt)]),
-        np.array([np.sin(tilt), 0.0, np.cos(tilt)]),
-    )
+    along = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
+    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     start = np.array(
         [0.0, 0.0, rig.height_m + reach(seed, q, tuple(-normal)) / normal[2]]
     )
-    plate = Rectangle(
-        "plate",
-        bench.wall,
-        tuple(-x * along - (0.0, y, 0.0)),
-        tuple(2 * x * along),
-        (0, 2 * y, 0),
-    )
+    corner = tuple(-x * along - (0.0, y, 0.0))
+    plate = Rectangle("plate", bench.wall, corner, tuple(2 * x * along), (0, 2 * y, 0))
     world = bench.world(
         Placed((seed,), bench.grain, start[None], q[None], spins=spin[None]), [plate]
     )
-    frames, over = (
-        Frames(1, fps),
-        Impacts(rig.bounces + 1, rig.plate_m, watch, float(np.tan(tilt))),
-    )
+    frames = Frames(1, fps)
+    over = Impacts(rig.bounces + 1, rig.plate_m, watch, float(np.tan(tilt)))
     engine(
         world, rng, LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)]
     )
@@ -160,9 +149,8 @@ class Impacts:
     plate_m: tuple[float, float]
     watch: Watch
     slope: float = 0.0  # of the plate, falling towards +x
-    times_s: list[list[float]] = field(
-        default_factory=list
-    )  # [before its first touch, after its last] of each impact
+    # [before its first touch, after its last] of each impact
+    times_s: list[list[float]] = field(default_factory=list)
     _push: float = 0.0
     _last: float = 0.0
 
@@ -184,9 +172,8 @@ class Impacts:
             or abs(y) > self.plate_m[1]
             or z + self.slope * x < -0.02
         )
-        longest = (
-            touching and state.time_s - self.times_s[-1][0] > 10 * ONE_IMPACT_S
-        )  # it rolls or lies
+        # it rolls or lies
+        longest = touching and state.time_s - self.times_s[-1][0] > 10 * ONE_IMPACT_S
         return gone or longest or (len(self.times_s) >= self.most and not touching)
 
 
@@ -199,12 +186,9 @@ def _held(columns: Columns, frames: int, step_s: float) -> Columns:
     x, q = waited(columns["positions_m"]), waited(columns["orientations"])
     v, w = waited(columns["velocities_m_s"]), waited(columns["spins_rad_s"])
     v[:frames] = w[:frames] = 0.0
+    t_s = np.arange(len(x)) * step_s
     return Columns(
-        t_s=np.arange(len(x)) * step_s,
-        positions_m=x,
-        orientations=q,
-        velocities_m_s=v,
-        spins_rad_s=w,
+        t_s=t_s, positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w
     )
 
 
@@ -214,19 +198,13 @@ def _truth(
     """Rise of the centre of mass from where it was at contact, as bench and measuring
     code mean it: flights before and after an impact are continued as parabolas until
     they meet."""
-    t, z, v = (
-        motion.t_s - begin_s,
-        motion.positions_m[:, 0, 2],
-        motion.velocities_m_s[:, 0, 2],
-    )
-    first, second = (
-        over.times_s[0] if over.times_s else [np.inf, np.inf],
-        (over.times_s[1:2] or [[t[-1], t[-1]]])[0],
-    )
-    before, after = (
-        np.flatnonzero((t <= first[0]) & (t >= 0)),
-        np.flatnonzero((t >= first[1]) & (t <= second[0])),
-    )
+    t = motion.t_s - begin_s
+    z = motion.positions_m[:, 0, 2]
+    v = motion.velocities_m_s[:, 0, 2]
+    first = over.times_s[0] if over.times_s else [np.inf, np.inf]
+    second = (over.times_s[1:2] or [[t[-1], t[-1]]])[0]
+    before = np.flatnonzero((t <= first[0]) & (t >= 0))
+    after = np.flatnonzero((t >= first[1]) & (t <= second[0]))
     if not len(before) or not len(after):
         return {}
     a, b = before[-1], after[0]

@@ -75,10 +75,8 @@ def run_drum(
     world = bench.world(
         filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench)
     )
-    frames, whole = (
-        Frames(len(filled.shape_of), fps, rig.wait_s),
-        rig.wait_s + rig.film_s,
-    )
+    frames = Frames(len(filled.shape_of), fps, rig.wait_s)
+    whole = rig.wait_s + rig.film_s
 
     def report(world: World, state) -> None:
         watch("turning", min(state.time_s / whole, 0.99))
@@ -87,23 +85,17 @@ def run_drum(
         if state.time_s >= rig.wait_s - 0.5 / fps:
             frames(world, state)
 
-    run(
-        world,
-        init(world, rng, allowed_overlap=0.2),
-        whole,
-        [Every(1 / fps, seen), Every(0.05, report)],
-        threads=threads,
-    )
+    looks = [Every(1 / fps, seen), Every(0.05, report)]
+    run(world, init(world, rng, allowed_overlap=0.2), whole, looks, threads=threads)
     motion = Motion(
         shapes=filled.shapes,
         shape_of=filled.shape_of,
         parts=(_rim(rig),),
         **frames.columns(),
     )
+    radius = rig.drum_m[0] / 2
     motion.truth["flowing_angle_deg"] = float(
-        np.mean(
-            [flowing_angle(motion, rig.drum_m[0] / 2, k) for k in range(motion.frames)]
-        )
+        np.mean([flowing_angle(motion, radius, k) for k in range(motion.frames)])
     )
     return motion
 
@@ -116,11 +108,8 @@ def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
     height = np.full(len(x), -np.inf)
     for c, r in zip(centres, radii):
         a, b = np.searchsorted(x, (c[0] - r, c[0] + r))
-        np.maximum(
-            height[a:b],
-            c[2] + np.sqrt(np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)),
-            out=height[a:b],
-        )
+        below = np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)
+        np.maximum(height[a:b], c[2] + np.sqrt(below), out=height[a:b])
     there = np.flatnonzero(np.isfinite(height))
     first, last = x[there[0]], x[there[-1]]
     inside = there[
@@ -137,10 +126,8 @@ def _fill(
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
     level = _level(rig.fill_share) * radius
     seeds = count_for(bench, rng, rig.fill_share * np.pi * radius**2 * width)
-    low, high = (
-        (-CORNER * radius, -width / 2, -CORNER * radius),
-        (CORNER * radius, width / 2, radius),
-    )
+    low = (-CORNER * radius, -width / 2, -CORNER * radius)
+    high = (CORNER * radius, width / 2, radius)
     tall = chute_height(seeds, low, high)
     walls = [_trough(rig, bench, tall), *_ends(rig, tall)]
 
@@ -193,43 +180,23 @@ def _lining(rig: Drum, bench: Bench) -> Material:
 
 def _contacts(rig: Drum, bench: Bench) -> tuple[Contact, ...]:
     on = bench.seed_wall
-    made = [
-        Contact(
-            (bench.seed.name, GLASS.name),
-            on.restitution,
-            0.0,
-            0.0,
-            on.rolling_convention,
-        )
-    ]
+    seed, convention = bench.seed.name, on.rolling_convention
+    made = [Contact((seed, GLASS.name), on.restitution, 0.0, 0.0, convention)]
     if rig.lining_friction is not None:
+        friction, rolling = rig.lining_friction, on.rolling_friction
         made.append(
-            Contact(
-                (bench.seed.name, "lining"),
-                on.restitution,
-                rig.lining_friction,
-                on.rolling_friction,
-                on.rolling_convention,
-            )
+            Contact((seed, "lining"), on.restitution, friction, rolling, convention)
         )
     return tuple(made)
 
 
 def _walls(rig: Drum, bench: Bench) -> list[Wall]:
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
-    turn = Turn(
-        LAWS["motion_steady"].use(rate=2 * np.pi * rig.speed_rpm / 60),
-        (0.0, 0.0, 0.0),
-        (0.0, 1.0, 0.0),
-    )
-    drum = Cylinder(
-        "drum",
-        _lining(rig, bench),
-        (0.0, -width / 2, 0.0),
-        (0.0, width / 2, 0.0),
-        radius,
-        (turn,),
-    )
+    law = LAWS["motion_steady"].use(rate=2 * np.pi * rig.speed_rpm / 60)
+    turn = Turn(law, (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    material = _lining(rig, bench)
+    start = (0.0, -width / 2, 0.0)
+    drum = Cylinder("drum", material, start, (0.0, width / 2, 0.0), radius, (turn,))
     return [drum, *_ends(rig, radius)]
 
 

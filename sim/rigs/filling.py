@@ -18,15 +18,13 @@ from benchtwin.sim.seed import Seed
 # volume fraction that is never exceeded by such a rain: how many seeds are enough
 PACKED = 0.64
 SPARE = 1.06  # that many more, to have something to strike off
-POURED = Settled(
-    window_s=0.05, displacement=0.1, kinetic=3e-4
-)  # packed; it may creep on, with rolling friction of type A
+# packed; it may creep on, with rolling friction of type A
+POURED = Settled(window_s=0.05, displacement=0.1, kinetic=3e-4)
 QUIET = Settled(window_s=0.05, displacement=1e-2, kinetic=1e-5)
 LONGEST_S = 3.0
 
-Lay = Callable[
-    [World], tuple[np.ndarray, np.ndarray]
-]  # a world run until its seeds lie: their places and orientations
+# a world run until its seeds lie: their places and orientations
+Lay = Callable[[World], tuple[np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,9 +64,8 @@ class Vessel:
         )
 
 
-Engine = Callable[
-    ..., Motion
-]  # what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+# what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
+Engine = Callable[..., Motion]
 
 
 def fill(
@@ -155,18 +154,10 @@ def run_heap(
         watch=watch,
     )
     begin = state.time_s
-    frames, flow = (
-        Frames(len(filled.shape_of), fps or 1.0, begin),
-        Flow(vessel, begin, watch),
-    )
-    state = run(
-        world(begin),
-        state,
-        flow,
-        [Every(1 / fps, frames)] if fps > 0 else [],
-        threads=threads,
-        every_s=0.01,
-    )
+    frames = Frames(len(filled.shape_of), fps or 1.0, begin)
+    flow = Flow(vessel, begin, watch)
+    filmed = [Every(1 / fps, frames)] if fps > 0 else []
+    state = run(world(begin), state, flow, filmed, threads=threads, every_s=0.01)
     frames.take(state, state.time_s)
     motion = Motion(
         shapes=filled.shapes,
@@ -182,13 +173,8 @@ def tell(motion: Motion, vessel: Vessel, filled: Filled, *, still: bool) -> None
     """Add what the simulation knows of the heap's outcome to its truth. still: whether
     it lay still at the end."""
     retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
-    motion.truth.update(
-        _truth(motion, vessel.wall_m)
-        | {
-            "lies_still": float(still),
-            "retained_seeds": retained,
-        }
-    )
+    told = {"lies_still": float(still), "retained_seeds": retained}
+    motion.truth.update(_truth(motion, vessel.wall_m) | told)
     motion.truth.update(_weights(motion, filled))
 
 
@@ -239,10 +225,8 @@ def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
     height = outline(motion, x)
     flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
     there = flanks[np.isfinite(flanks)]
-    angle, crest = (
-        float(there.mean()) if len(there) else float("nan"),
-        1e3 * float(height.max()),
-    )
+    angle = float(there.mean()) if len(there) else float("nan")
+    crest = 1e3 * float(height.max())
     of_centroid = centroid_angle(x, height, wall_m)
     return {
         "repose_angle_deg": angle,

@@ -44,11 +44,8 @@ def prism(
         vertices += list(polygon)
         normals += [normal / np.linalg.norm(normal)] * len(polygon)
         faces += [(start, start + k, start + k + 1) for k in range(1, len(polygon) - 1)]
-    return Part(
-        name,
-        Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals)),
-        finish,
-    )
+    mesh = Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals))
+    return Part(name, mesh, finish)
 
 
 def ring(
@@ -89,12 +86,6 @@ def ring(
             np.column_stack([k, k + 1, k + pieces + 1]),
             np.column_stack([k + 1, k + pieces + 2, k + pieces + 1]),
         ]
-    return Part(
-        name,
-        Mesh(
-            np.concatenate(vertices),
-            np.concatenate(faces).astype(np.int32),
-            np.concatenate(normals),
-        ),
-        finish,
-    )
+    triangles = np.concatenate(faces).astype(np.int32)
+    mesh = Mesh(np.concatenate(vertices), triangles, np.concatenate(normals))
+    return Part(name, mesh, finish)

@@ -10,7 +10,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.filling import Filled
-from benchtwin.sim.rigs.heap import Engine, Vessel, fill, run_heap
+from benchtwin.sim.rigs.heap import Engine, Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
@@ -105,18 +105,6 @@ def run_pile(
         threads=threads,
         filled=filled,
     )
-
-
-def fill_pile(
-    rig: Pile,
-    bench: Bench,
-    rng: np.random.Generator,
-    *,
-    watch: Watch = no_watch,
-    threads: int = 2,
-) -> Filled:
-    """The filling alone, for several runs from one packing."""
-    return fill(vessel(rig, bench), bench, rng, threads=threads, watch=watch)
 
 
 def vessel(rig: Pile, bench: Bench) -> Vessel:

@@ -10,11 +10,9 @@ from scipy.ndimage import uniform_filter1d
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile
 # ends
-FOOT, TOE, GAP_M = (
-    0.1,
-    0.02,
-    5e-3,
-)
+FOOT = 0.1
+TOE = 0.02
+GAP_M = 5e-3
 WINDOW = (
     0.2,
     0.8,
@@ -45,11 +43,8 @@ def outline(motion: Motion, x_m: np.ndarray, frame: int = -1) -> np.ndarray:
     )
     for c, r, a, b in zip(centres, radii, *order, strict=True):
         across = x_m[a:b] - c[0]
-        np.maximum(
-            height[a:b],
-            c[2] + np.sqrt(np.maximum(r * r - across * across, 0.0)),
-            out=height[a:b],
-        )
+        below = np.maximum(r * r - across * across, 0.0)
+        np.maximum(height[a:b], c[2] + np.sqrt(below), out=height[a:b])
     return height
 
 
@@ -76,12 +71,10 @@ def slope_angle(
         if inside.sum() < 12 or wider.sum() < 12:
             return float("nan")
         cubic = np.polynomial.Polynomial.fit(x_m[wider], height_m[wider], 3)(x_m)
+        least = x_m[wider].min()
+        most = x_m[wider].max()
         chosen = np.flatnonzero(
-            side
-            & (x_m >= x_m[wider].min())
-            & (x_m <= x_m[wider].max())
-            & (cubic > low)
-            & (cubic < high)
+            side & (x_m >= least) & (x_m <= most) & (cubic > low) & (cubic < high)
         )
         if len(chosen) < 12:
             return float("nan")

@@ -81,26 +81,15 @@ def run_roll(
     (seed,) = bench.draw(rng, 1)
     sign = 1.0 if rig.direction == "+x" else -1.0
     beta, level = np.radians(rig.incline_deg), np.radians(rig.slope_deg) * sign
-    down, across = (
-        np.array([sign * np.cos(beta), 0, -np.sin(beta)]),
-        np.array([0, rig.plate_m[1], 0.0]),
-    )
-    normal, ahead = (
-        np.array([sign * np.sin(beta), 0, np.cos(beta)]),
-        np.array([sign * np.cos(level), 0, -np.sin(level)]),
-    )
+    down = np.array([sign * np.cos(beta), 0, -np.sin(beta)])
+    across = np.array([0, rig.plate_m[1], 0.0])
+    normal = np.array([sign * np.sin(beta), 0, np.cos(beta)])
+    ahead = np.array([sign * np.cos(level), 0, -np.sin(level)])
     ramp = -(rig.incline_length_m + RAMP_BEYOND_M) * down
+    low, wide = tuple(-across / 2), tuple(across)
     walls = [
-        Rectangle(
-            "incline", bench.wall, tuple(-across / 2), tuple(ramp), tuple(across)
-        ),
-        Rectangle(
-            "plate",
-            bench.wall,
-            tuple(-across / 2),
-            tuple(rig.plate_m[0] * ahead),
-            tuple(across),
-        ),
+        Rectangle("incline", bench.wall, low, tuple(ramp), wide),
+        Rectangle("plate", bench.wall, low, tuple(rig.plate_m[0] * ahead), wide),
     ]
     q = _orientation(rig, rng, beta * sign)
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal
@@ -159,12 +148,10 @@ class Rest:
     plate."""
 
     def __init__(self, rig: Roll, seed: Seed, ahead: np.ndarray, watch: Watch) -> None:
-        self.rig, self.still, self.ahead, self.watch = (
-            rig,
-            REST_WAY * 2 * seed.radii_m.max(),
-            ahead,
-            watch,
-        )
+        self.rig = rig
+        self.still = REST_WAY * 2 * seed.radii_m.max()
+        self.ahead = ahead
+        self.watch = watch
         self.place: np.ndarray | None = None
         self.rested = False
 
@@ -189,11 +176,9 @@ def _parts(rig: Roll, sign: float):
     """The wedge and the level plate, seen from the side, sharing the junction's
     edge."""
     beta, slope = np.radians(rig.incline_deg), np.radians(rig.slope_deg)
-    length, thick, half = (
-        rig.incline_length_m + RAMP_BEYOND_M,
-        PLATE_THICKNESS_M,
-        rig.plate_m[1] / 2,
-    )
+    length = rig.incline_length_m + RAMP_BEYOND_M
+    thick = PLATE_THICKNESS_M
+    half = rig.plate_m[1] / 2
     top = (-sign * length * np.cos(beta), length * np.sin(beta))
     far = (
         sign * rig.plate_m[0] * np.cos(slope),

@@ -34,9 +34,8 @@ PULLED = (
     0.10,
     0.15,
 )  # of a seed's size: how far neighbours are pulled into each other
-TIPPED_DEG = (
-    20.0  # turned by more against the plate, the block rolls and does not slide
-)
+# turned by more against the plate, the block rolls and does not slide
+TIPPED_DEG = 20.0
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
@@ -90,27 +89,17 @@ def run_slide(
     rate, first = np.radians(rig.tilt_rate_deg_s), np.radians(rig.start_deg)
     steady = LAWS["motion_steady"].use(rate=rate, start=LIE_S)
     width = rig.plate_m[1]
-    along, up = (
-        np.array([np.cos(first), 0, np.sin(first)]),
-        np.array([-np.sin(first), 0, np.cos(first)]),
-    )
+    along = np.array([np.cos(first), 0, np.sin(first)])
+    up = np.array([-np.sin(first), 0, np.cos(first)])
     lift = Turn(steady, (0.0, 0.0, 0.0), (0.0, -1.0, 0.0))  # the far end rises
+    uphill = tuple(rig.plate_m[0] * along)
     plate = Rectangle(
-        "plate",
-        bench.wall,
-        (0, -width / 2, 0),
-        tuple(rig.plate_m[0] * along),
-        (0, width, 0),
-        (lift,),
+        "plate", bench.wall, (0, -width / 2, 0), uphill, (0, width, 0), (lift,)
     )
-    lying = Rotation.from_matrix(block.axes).as_quat(
-        scalar_first=True
-    )  # as on the table where it was taped
-    start = (
-        (rig.start_m + block.origin_m[0]) * along
-        + block.origin_m[2] * up
-        + (0, block.origin_m[1], 0)
-    )
+    # as on the table where it was taped
+    lying = Rotation.from_matrix(block.axes).as_quat(scalar_first=True)
+    origin = block.origin_m
+    start = (rig.start_m + origin[0]) * along + origin[2] * up + (0, origin[1], 0)
     placed = Placed(
         (block,),
         bench.grain,
@@ -131,16 +120,9 @@ def run_slide(
     columns = frames.columns()
     tilt = first + rate * np.clip(columns["t_s"] - LIE_S, 0, None)
     poses = np.array([[0, 0, 0, *about((0, -1, 0), angle)] for angle in tilt])
-    parts = (
-        Part(
-            "plate",
-            slab(
-                "", (0, -width / 2, -PLATE_THICKNESS_M), (rig.plate_m[0], width / 2, 0)
-            ).mesh,
-            "steel",
-            poses,
-        ),
-    )
+    ends = (rig.plate_m[0], width / 2, 0)
+    seen = slab("", (0, -width / 2, -PLATE_THICKNESS_M), ends).mesh
+    parts = (Part("plate", seen, "steel", poses),)
     series = {
         "tilt_deg": np.degrees(tilt),
         "travel_mm": 1e3 * _travel(columns["positions_m"][:, 0], tilt),
@@ -181,21 +163,16 @@ def _pulled_together(seeds: list[Seed], pull: float) -> Seed:
     centres = []
     for k, seed in enumerate(seeds):
         row, column = divmod(k, 2)
-        half_width, half_length = (
-            seed.radii_m.max(),
-            reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0)),
-        )
+        half_width = seed.radii_m.max()
+        half_length = reach(seed, np.array([1.0, 0, 0, 0]), (1, 0, 0))
         side = (
             (1 - pull) * half_width * (1 if column else -1) if len(seeds) > 1 else 0.0
         )
         ahead = (1 - pull) * half_length * (1 if row else -1) if len(seeds) > 2 else 0.0
         low = float(np.min(seed.centres_m[:, 2] - seed.radii_m))
         centres.append(seed.centres_m + np.array([ahead, side, -low]))
-    return Seed.from_spheres(
-        np.vstack(centres),
-        np.concatenate([s.radii_m for s in seeds]),
-        seeds[0].density_kg_m3,
-    )
+    radii_m = np.concatenate([s.radii_m for s in seeds])
+    return Seed.from_spheres(np.vstack(centres), radii_m, seeds[0].density_kg_m3)
 
 
 def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
@@ -211,13 +188,11 @@ class Sliding:
     def __init__(
         self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch
     ) -> None:
-        self.rig, self.end_s, self.rate, self.first, self.watch = (
-            rig,
-            end_s,
-            rate,
-            first,
-            watch,
-        )
+        self.rig = rig
+        self.end_s = end_s
+        self.rate = rate
+        self.first = first
+        self.watch = watch
         self.t_s: list[float] = []
         self.place: list[np.ndarray] = []
         self.travel_m: list[float] = []
@@ -264,12 +239,8 @@ class Sliding:
                 " is too steep for its friction"
             )
         crawling = np.flatnonzero(speed < SLIDES_M_S / 4)[-1]
-        slow = slice(
-            crawling + 1,
-            crawling
-            + 1
-            + max(int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S)), 3),
-        )
+        fast = int(np.argmax(speed[crawling + 1 :] > 10 * SLIDES_M_S))
+        slow = slice(crawling + 1, crawling + 1 + max(fast, 3))
         slope, offset = np.polyfit(t[slow], np.sqrt(np.clip(speed[slow], 0, None)), 1)
         angle = float(np.degrees(self._tilt(-offset / slope)))
         seen = float(np.degrees(self._tilt(t[np.argmax(travel >= SEEN_M)])))

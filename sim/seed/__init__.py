@@ -114,15 +114,9 @@ class Seed:
         moments, axes = solid.principal(whole.inertia(density_kg_m3))
         local = (centres - whole.centre_m) @ axes
         local[np.abs(local) < 1e-12 * radii.max()] = 0.0
+        mass = density_kg_m3 * whole.volume_m3
         return cls(
-            local,
-            radii,
-            density_kg_m3 * whole.volume_m3,
-            moments,
-            density_kg_m3,
-            None,
-            axes,
-            whole.centre_m,
+            local, radii, mass, moments, density_kg_m3, None, axes, whole.centre_m
         )
 
     @classmethod
@@ -140,20 +134,11 @@ class Seed:
         own, axes, origin = shape.principal()
         centres = (centres - origin) @ axes
         _check_balls(centres, radii)
-        sizes, moments = (
-            np.ptp(own.vertices_m, axis=0),
-            np.diag(own.solid.inertia(density_kg_m3)).copy(),
-        )
+        sizes = np.ptp(own.vertices_m, axis=0)
+        moments = np.diag(own.solid.inertia(density_kg_m3)).copy()
+        mass = density_kg_m3 * own.volume_m3
         return cls(
-            centres,
-            radii,
-            density_kg_m3 * own.volume_m3,
-            moments,
-            density_kg_m3,
-            sizes,
-            axes,
-            origin,
-            own,
+            centres, radii, mass, moments, density_kg_m3, sizes, axes, origin, own
         )
 
     @property

@@ -98,9 +98,8 @@ def planar(
         )
     halves = np.array([length_m, width_m, thickness_m]) / 2.0
     a, b, c = halves
-    medial = np.array(
-        [a - c**2 / a, b - c**2 / b]
-    )  # where the centres of balls touching on both faces may lie
+    # where the centres of balls touching on both faces may lie
+    medial = np.array([a - c**2 / a, b - c**2 / b])
     orbits = PLANAR[spheres]
     u, _ = directions(400)
     target = ellipsoid_radius(u, halves)

@@ -1,10 +1,8 @@
-"""Fits n overlapping balls to a closed shape: by its distance map, by its medial axis,
-or by least squares to its surface.
+"""Fits n overlapping balls to a closed shape by least squares to its surface.
 
-Sources. distance-map: Angelidakis, Nadimi, Otsubo, Utili, SoftwareX 15 (2021) 100735
-(CLUMP). medial-axis: balls that touch the surface from inside, found by shrinking (Ma,
-Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell, Granular Matter
-12 (2010) 459-467 choose theirs, to cover the surface. least-squares: surface
+Sources. Where it begins: balls that touch the surface from inside, found by shrinking
+(Ma, Bae, Choi, Vis. Comput. 28 (2012) 7-19), chosen as Ferellec & McDowell, Granular
+Matter 12 (2010) 459-467 choose theirs, to cover the surface. The fit: surface
 correspondence of balls and mesh as Price, Murariu, Morrison, Proc. Discrete Element
 Methods (2007) have it, by alternating which ball each point belongs to and each ball's
 own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they are
@@ -18,40 +16,29 @@ from scipy.spatial import cKDTree
 Array = np.ndarray
 Balls = tuple[Array, Array]
 
-METHODS = ("distance-map", "medial-axis", "least-squares")
 MOST_BALLS = 100
 POINTS_A_BALL, LEAST_POINTS = 60, 900  # of the surface, to which balls are fitted
-VOXELS = 40  # of the distance map along the longest extent
-# of a ball's radius, taken out of the distance map when it is chosen: the later ones
-# may overlap the rest
-KEPT_SHARE = 0.5
 LEAST_RADIUS = 0.05  # of the mean radius: smaller balls are dents of the mesh
 # a point this near, seen from a ball's centre, is a facet beside the one it touches:
 # not another side
 SAME_SIDE_DEG = 40.0
 STEPS, MOVES = 60, 3  # of a fit; how often each ball may be moved elsewhere
-STARTS, BEST_STARTS = (
-    24,
-    3,
-)  # fits from balls drawn at random, and how many of the best are improved
+# fits from balls drawn at random, and how many of the best are improved
+STARTS = 24
+BEST_STARTS = 3
 
 
-def fit_clump(
-    shape: Shape, spheres: int, *, method: str = "least-squares"
-) -> tuple[Array, Array, ClumpError]:
+def fit_clump(shape: Shape, spheres: int) -> tuple[Array, Array, ClumpError]:
     """Centres (n, 3) [m] and radii (n,) [m] in the shape's own frame, 1 to 100 of them,
     and their error; always the same ones.
 
-    Fewer than `spheres` come back where the method finds no place for more. Raises
-    ValueError for an unknown method, or a number of balls that do not make one piece.
-    """
-    if method not in METHODS:
-        raise ValueError(f"method = {method!r}: must be one of {', '.join(METHODS)}")
+    Fewer than `spheres` come back where there is no place for more. Raises ValueError
+    for a number of balls that do not make one piece."""
     if not 1 <= spheres <= MOST_BALLS:
         raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_BALLS}")
     own, axes, origin = shape.principal()
     unit = own.scaled(1.0 / own.mean_radius_m)
-    centres, radii = _BY[method](unit, spheres)
+    centres, radii = _least_squares(unit, spheres)
     if not connected(centres, radii):
         raise ValueError(
             f"{spheres} balls for this shape do not touch each other: take more"
@@ -65,7 +52,7 @@ def fit_clump(
 
 
 def spheres_for(
-    shape: Shape, tolerance: float, most: int, *, method: str = "least-squares"
+    shape: Shape, tolerance: float, most: int
 ) -> tuple[int, list[ClumpError | None]]:
     """The fewest balls whose rms surface error is within `tolerance` (of the mean
     radius), and the errors of 1, 2, … so many.
@@ -76,7 +63,7 @@ def spheres_for(
     best = np.inf
     for n in range(1, most + 1):
         try:
-            error = fit_clump(shape, n, method=method)[2]
+            error = fit_clump(shape, n)[2]
         except ValueError:
             errors.append(None)
             continue
@@ -100,45 +87,6 @@ def connected(centres: Array, radii: Array) -> bool:
     return bool(met.all())
 
 
-def _distance_map(shape: Shape, spheres: int) -> Balls:
-    """Repeatedly the largest inscribed ball; its inner part is removed before the next
-    is sought."""
-    low, high = shape.vertices_m.min(axis=0), shape.vertices_m.max(axis=0)
-    pitch = float((high - low).max()) / VOXELS
-    grid = [np.arange(a + pitch / 2, b, pitch) for a, b in zip(low, high)]
-    at = np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, 3)
-    left = _depth(shape, at)
-    at, left = at[left > 0], left[left > 0]
-    centres, radii = [], []
-    for _ in range(spheres):
-        best = int(np.argmax(left))
-        if left[best] < LEAST_RADIUS:
-            break
-        centres.append(at[best])
-        radii.append(left[best])
-        left = np.minimum(
-            left, np.linalg.norm(at - at[best], axis=1) - KEPT_SHARE * left[best]
-        )
-    return np.array(centres), np.array(radii)
-
-
-def _depth(shape: Shape, at: Array) -> Array:
-    """How deep below the surface (k, 3) lies, negative outside: to the tangent of the
-    nearest of many points on it."""
-    points, normals = shape.points(6 * CHECKED_POINTS)
-    far, nearest = cKDTree(points).query(at)
-    return np.where(
-        np.einsum("ki,ki->k", points[nearest] - at, normals[nearest]) > 0, far, -far
-    )
-
-
-def _medial_axis(shape: Shape, spheres: int) -> Balls:
-    """Balls of the medial axis, each time the one that leaves the least square distance
-    between surface and balls."""
-    points, _ = shape.points(_point_count(spheres))
-    return _choose_greedily(points, *_medial_balls(shape), spheres)
-
-
 def _medial_balls(shape: Shape) -> Balls:
     """Balls inside that touch the surface at two points and more, one for each of some
     points on it, by shrinking."""
@@ -152,15 +100,10 @@ def _medial_balls(shape: Shape) -> Balls:
         chord = points - around[nearest]
         depth = np.einsum("ki,ki->k", chord, normals)
         smaller = np.sum(chord**2, axis=1) / np.maximum(2.0 * depth, 1e-12)
-        beside = (
-            1.0 - depth / np.maximum(smaller, 1e-12) > same
-        )  # cosine of the angle in which the smaller ball sees the two
-        shrinks = (
-            (far < radii * (1 - 1e-3))
-            & (smaller < radii * (1 - 1e-3))
-            & (depth > 0)
-            & ~beside
-        )
+        # cosine of the angle in which the smaller ball sees the two
+        beside = 1.0 - depth / np.maximum(smaller, 1e-12) > same
+        least = radii * (1 - 1e-3)
+        shrinks = (far < least) & (smaller < least) & (depth > 0) & ~beside
         if not shrinks.any():
             break
         radii = np.where(shrinks, smaller, radii)
@@ -171,9 +114,8 @@ def _medial_balls(shape: Shape) -> Balls:
 def _choose_greedily(
     points: Array, centres: Array, radii: Array, spheres: int
 ) -> Balls:
-    gap = (
-        np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]
-    )  # (candidates, points)
+    # (candidates, points)
+    gap = np.linalg.norm(points - centres[:, None], axis=2) - radii[:, None]
     least = np.full(len(points), np.inf)
     chosen: list[int] = []
     for _ in range(min(spheres, len(radii))):
@@ -242,10 +184,8 @@ def _add_balls(
     while len(radii) < spheres:
         least = (np.linalg.norm(points[:, None] - centres, axis=2) - radii).min(axis=1)
         new = int(np.argmin(np.sum(np.minimum(gaps, least) ** 2, axis=1)))
-        centres, radii = (
-            np.vstack([centres, candidates[0][new]]),
-            np.append(radii, candidates[1][new]),
-        )
+        centres = np.vstack([centres, candidates[0][new]])
+        radii = np.append(radii, candidates[1][new])
     return centres, radii
 
 
@@ -275,9 +215,8 @@ def _fit_balls(points: Array, centres: Array, radii: Array) -> Fit:
     gap, toward, ball = _assign_points(points, centres, radii)
     cost = float(gap @ gap)
     for _ in range(STEPS):
-        row = np.concatenate(
-            [toward, np.ones((len(points), 1))], axis=1
-        )  # minus the gap's derivative
+        # minus the gap's derivative
+        row = np.concatenate([toward, np.ones((len(points), 1))], axis=1)
         mine = (ball[:, None] == np.arange(n)).astype(float)  # (points, n)
         normal = (mine.T @ (row[:, :, None] * row[:, None, :]).reshape(-1, 16)).reshape(
             n, 4, 4
@@ -331,10 +270,3 @@ def _drop_hidden(centres: Array, radii: Array) -> Balls:
     ] <= radii * (1 + 1e-9)
     keep = ~(inside & np.tri(len(radii), k=-1, dtype=bool)).any(axis=1)
     return centres[keep], radii[keep]
-
-
-_BY = {
-    "distance-map": _distance_map,
-    "medial-axis": _medial_axis,
-    "least-squares": _least_squares,
-}

@@ -64,16 +64,8 @@ def clump_command(
         print(f"benchtwin clump: {error}", file=sys.stderr)
         return MISUSED
     if not quiet:
-        print(
-            "\n".join(
-                [
-                    *_summary(
-                        own, seed, clump_error(own, seed.centres_m, seed.radii_m), tried
-                    ),
-                    *shape.notes,
-                ]
-            )
-        )
+        misses = clump_error(own, seed.centres_m, seed.radii_m)
+        print("\n".join([*_summary(own, seed, misses, tried), *shape.notes]))
         print(
             f"Files for LAMMPS, LIGGGHTS, YADE and EDEM: {out}; look at"
             f" {out / 'clump.png'}"
@@ -154,15 +146,9 @@ def picture(shape: Shape, seed: Seed) -> np.ndarray:
         panel[filled > 0] = GREY
         for centre, radius in zip(seed.centres_m, seed.radii_m):
             x, y = SIDE / 2 + scale * centre[[across, up]] * [1, -1]
-            cv2.circle(
-                panel,
-                (round(16 * x), round(16 * y)),
-                round(16 * scale * radius),
-                INK[::-1],
-                2,
-                cv2.LINE_AA,
-                4,
-            )
+            middle = (round(16 * x), round(16 * y))
+            wide = round(16 * scale * radius)
+            cv2.circle(panel, middle, wide, INK[::-1], 2, cv2.LINE_AA, 4)
         cv2.putText(
             panel,
             name,
@@ -174,13 +160,8 @@ def picture(shape: Shape, seed: Seed) -> np.ndarray:
             cv2.LINE_AA,
         )
         panels.append(panel)
-    cv2.line(
-        panels[0],
-        (12, SIDE - 14),
-        (12 + round(1e-3 * scale), SIDE - 14),
-        (60, 60, 60),
-        3,
-    )
+    end = (12 + round(1e-3 * scale), SIDE - 14)
+    cv2.line(panels[0], (12, SIDE - 14), end, (60, 60, 60), 3)
     cv2.putText(
         panels[0],
         "1 mm",

@@ -31,9 +31,8 @@ def flattened_ellipsoid(
     if not 0.0 < flat_at < 1.0:
         raise ValueError(f"flat_at = {flat_at:g}: must be above 0 and below 1")
     rim = math.sqrt(1.0 - flat_at**2)
-    cap = np.linspace(math.asin(flat_at), -math.pi / 2, RINGS)[
-        :-1
-    ]  # from the edge up to the pole, z = -sin
+    # from the edge up to the pole, z = -sin
+    cap = np.linspace(math.asin(flat_at), -math.pi / 2, RINGS)[:-1]
     z = np.concatenate([np.full(8, -flat_at), -np.sin(cap[1:])])
     radius = np.concatenate([np.linspace(1 / 8, 1.0, 8) * rim, np.cos(cap[1:])])
     vertices, faces = _rings(radius, z, -flat_at, 1.0)
@@ -101,10 +100,8 @@ def creased_ellipsoid(
     if not 3.0 <= half_width_deg <= 40.0:
         raise ValueError(f"half_width_deg = {half_width_deg:g}: must be 3 to 40")
     w = math.radians(half_width_deg)
-    fine, rest = (
-        np.linspace(-3.5 * w, 3.5 * w, AROUND // 2 + 1),
-        np.linspace(3.5 * w, 2 * np.pi - 3.5 * w, AROUND // 2 + 1),
-    )
+    fine = np.linspace(-3.5 * w, 3.5 * w, AROUND // 2 + 1)
+    rest = np.linspace(3.5 * w, 2 * np.pi - 3.5 * w, AROUND // 2 + 1)
     psi = np.concatenate([fine[:-1], rest[:-1]])  # from -z, about x
     furrow = depth * np.exp(
         -(np.where(psi > np.pi, psi - 2 * np.pi, psi) ** 2) / (2 * w * w)
@@ -208,13 +205,8 @@ def _rings(
     if unit is None:
         turn = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
         unit = np.c_[np.cos(turn), np.sin(turn)]
-    rows = np.concatenate(
-        [
-            radius[:, None, None] * unit,
-            np.broadcast_to(z[:, None, None], (len(z), len(unit), 1)),
-        ],
-        axis=2,
-    )
+    height = np.broadcast_to(z[:, None, None], (len(z), len(unit), 1))
+    rows = np.concatenate([radius[:, None, None] * unit, height], axis=2)
     return _join_rings(rows, np.array([0.0, 0.0, bottom]), np.array([0.0, 0.0, top]))
 
 

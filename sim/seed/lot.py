@@ -26,12 +26,8 @@ class Lot:
     def draw(self, rng: np.random.Generator, count: int) -> list[Seed]:
         """`count` seeds in random order, each of the lot equally often (± 1): means and
         covariances of the lot are kept."""
-        order = np.concatenate(
-            [
-                rng.permutation(len(self.seeds))
-                for _ in range(-(-count // len(self.seeds)))
-            ]
-        )
+        rounds = range(-(-count // len(self.seeds)))
+        order = np.concatenate([rng.permutation(len(self.seeds)) for _ in rounds])
         return [self.seeds[k] for k in order[:count]]
 
     def nearest(self, dimensions_m: np.ndarray) -> Seed:

@@ -80,11 +80,8 @@ def _load(file: Path) -> tuple[Array, Array]:
         raise ValueError(f"{file}: holds no triangles")
     if faces.max() >= len(vertices) or faces.min() < 0:
         raise ValueError(f"{file}: a face names a vertex that is not there")
-    vertices = (
-        vertices[: int(faces.max()) + 1]
-        if not np.isfinite(vertices).all()
-        else vertices
-    )
+    if not np.isfinite(vertices).all():
+        vertices = vertices[: int(faces.max()) + 1]
     if not np.isfinite(vertices).all():
         raise ValueError(f"{file}: a vertex is not finite")
     return vertices, faces
@@ -123,12 +120,8 @@ def _merge_vertices(vertices: Array, faces: Array) -> tuple[Array, Array]:
     size = float(np.ptp(vertices, axis=0).max())
     if not size > 0:
         raise ValueError("all its vertices are at one place")
-    _, first, back = np.unique(
-        np.round(vertices / (SAME_PLACE * size)),
-        axis=0,
-        return_index=True,
-        return_inverse=True,
-    )
+    places = np.round(vertices / (SAME_PLACE * size))
+    _, first, back = np.unique(places, axis=0, return_index=True, return_inverse=True)
     faces = back.reshape(-1)[faces]
     faces = faces[
         (faces[:, 0] != faces[:, 1])
@@ -295,13 +288,9 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
     face = np.repeat(np.arange(len(faces)), counts)
     number = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
     spans = (last - first + 1)[face]
+    wide = spans[:, 2]
     at = first[face] + np.stack(
-        [
-            number // (spans[:, 1] * spans[:, 2]),
-            number // spans[:, 2] % spans[:, 1],
-            number % spans[:, 2],
-        ],
-        1,
+        [number // (spans[:, 1] * wide), number // wide % spans[:, 1], number % wide], 1
     )
     most = int(last.max()) + 1
     code = at @ [most * most, most, 1]
@@ -322,11 +311,9 @@ def _near_pairs(vertices: Array, faces: Array) -> Array:
 def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Array:
     """Whether segments (n, 3) to (n, 3) pass through triangles (n, 3, 3) (Möller &
     Trumbore 1997)."""
-    a, u, v = (
-        triangle[:, 0],
-        triangle[:, 1] - triangle[:, 0],
-        triangle[:, 2] - triangle[:, 0],
-    )
+    a = triangle[:, 0]
+    u = triangle[:, 1] - triangle[:, 0]
+    v = triangle[:, 2] - triangle[:, 0]
     along = end - start
     p = np.cross(along, v)
     volume = np.einsum("ij,ij->i", u, p)
@@ -335,9 +322,8 @@ def _segments_cross_triangles(start: Array, end: Array, triangle: Array) -> Arra
         * np.linalg.norm(u, axis=1)
         * np.linalg.norm(v, axis=1)
     )
-    safe = np.where(
-        np.abs(volume) > 1e-9 * scale, volume, np.nan
-    )  # parallel ones pass nowhere
+    # parallel ones pass nowhere
+    safe = np.where(np.abs(volume) > 1e-9 * scale, volume, np.nan)
     offset = start - a
     s = np.einsum("ij,ij->i", offset, p) / safe
     q = np.cross(offset, u)

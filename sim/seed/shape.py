@@ -26,10 +26,8 @@ class Shape:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        vertices, faces = (
-            np.array(self.vertices_m, float).reshape(-1, 3),
-            np.array(self.faces, np.int64).reshape(-1, 3),
-        )
+        vertices = np.array(self.vertices_m, float).reshape(-1, 3)
+        faces = np.array(self.faces, np.int64).reshape(-1, 3)
         if (
             not len(faces)
             or not np.isfinite(vertices).all()
@@ -134,9 +132,8 @@ class Shape:
         tetrahedron from a point to each face."""
         origin = self.vertices_m.mean(axis=0)
         a, b, c = (self.vertices_m[self.faces[:, k]] - origin for k in range(3))
-        six = np.einsum(
-            "ij,ij->i", a, np.cross(b, c)
-        )  # six times the tetrahedron's volume
+        # six times the tetrahedron's volume
+        six = np.einsum("ij,ij->i", a, np.cross(b, c))
         volume, all_three = float(six.sum() / 6.0), a + b + c
         if volume == 0.0:
             return Solid(0.0, origin, np.zeros((3, 3)))
@@ -191,17 +188,13 @@ class Shape:
         axes = principal(self.solid.inertia(1.0))[1]
         local = (self.vertices_m - self.solid.centre_m) @ axes
         extent = np.ptp(local, axis=0)
-        order = np.lexsort(
-            (np.arange(3), -np.round(extent / extent.max(), 6))
-        )  # ties stay as they were given
+        # ties stay as they were given
+        order = np.lexsort((np.arange(3), -np.round(extent / extent.max(), 6)))
         axes = axes[:, order]
         if np.linalg.det(axes) < 0:
             axes[:, 2] *= -1.0
-        return (
-            replace(self, vertices_m=(self.vertices_m - self.solid.centre_m) @ axes),
-            axes,
-            self.solid.centre_m,
-        )
+        vertices_m = (self.vertices_m - self.solid.centre_m) @ axes
+        return (replace(self, vertices_m=vertices_m), axes, self.solid.centre_m)
 
     @property
     def dimensions_m(self) -> Array:
@@ -235,11 +228,8 @@ class Shape:
         normals = np.zeros_like(vertices)
         for k in range(3):
             np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
-        return Mesh(
-            vertices,
-            faces.astype(np.int32),
-            normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None],
-        )
+        lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+        return Mesh(vertices, faces.astype(np.int32), normals / lengths)
 
 
 def open_edges(faces: Array) -> int:
@@ -247,10 +237,8 @@ def open_edges(faces: Array) -> int:
     opposite directions."""
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     most = int(faces.max()) + 1
-    there, back = (
-        np.unique(ends @ [most, 1], return_counts=True),
-        np.unique(ends @ [1, most], return_counts=True),
-    )
+    there = np.unique(ends @ [most, 1], return_counts=True)
+    back = np.unique(ends @ [1, most], return_counts=True)
     once = there[0][there[1] == 1], back[0][back[1] == 1]
     return len(np.setxor1d(*once)) + int((there[1] > 1).sum())
 

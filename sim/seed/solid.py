@@ -76,9 +76,8 @@ def union_of_balls(centres_m: Array, radii_m: Array) -> Solid:
     origin = centres_m.mean(axis=0)
     centres, radii = (centres_m - origin) / scale, radii_m / scale
     _, _, turn = np.linalg.svd(centres, full_matrices=True)
-    turn = turn * np.sign(
-        np.linalg.det(turn)
-    )  # rows: the frame, longest extent first; an odd flip is undone
+    # rows: the frame, longest extent first; an odd flip is undone
+    turn = turn * np.sign(np.linalg.det(turn))
     local = centres @ turn.T
     on_a_line = len(radii) == 1 or np.abs(local[:, 1:]).max() < 1e-12
     volume, first, second = (
@@ -119,22 +118,16 @@ def _on_a_line(x: Array, radii: Array) -> tuple[float, Array, Array]:
 def _by_slices(centres: Array, radii: Array) -> tuple[float, Array, Array]:
     """Moments about the origin from slices x = const, with panel ends where a ball or a
     crossing of two balls begins or ends."""
+    crossings = _crossing_ends(centres, radii)
     edges = np.unique(
-        np.concatenate(
-            [
-                centres[:, 0] - radii,
-                centres[:, 0] + radii,
-                *_crossing_ends(centres, radii),
-            ]
-        )
+        np.concatenate([centres[:, 0] - radii, centres[:, 0] + radii, *crossings])
     )
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-12])]
     half, middle = np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0
     x = (middle[:, None] + half[:, None] * _SLICE_NODES).ravel()
     weight = (half[:, None] * _SLICE_WEIGHTS).ravel()
-    discs = np.sqrt(
-        np.maximum(radii**2 - (x[:, None] - centres[:, 0]) ** 2, 0.0)
-    )  # (slices, n)
+    # (slices, n)
+    discs = np.sqrt(np.maximum(radii**2 - (x[:, None] - centres[:, 0]) ** 2, 0.0))
     area, y1, z1, yy, zz, yz = weight * sum(
         _exposed_arcs(i, discs, centres[:, 1:]) for i in range(len(radii))
     )
@@ -169,22 +162,16 @@ def _exposed_arcs(i: int, discs: Array, yz: Array) -> Array:
     radius = discs[:, i]
     start, stop, hidden = _covered_by_others(i, discs, yz)
     order = np.argsort(start, axis=1)
-    start, stop = (
-        np.take_along_axis(start, order, 1),
-        np.take_along_axis(stop, order, 1),
-    )
+    start = np.take_along_axis(start, order, 1)
+    stop = np.take_along_axis(stop, order, 1)
     reached = np.maximum.accumulate(
         np.concatenate([np.zeros((len(radius), 1)), stop], axis=1), axis=1
     )
-    begin, end = (
-        reached,
-        np.concatenate([start, np.full((len(radius), 1), 2.0 * np.pi)], axis=1),
-    )
+    begin = reached
+    end = np.concatenate([start, np.full((len(radius), 1), 2.0 * np.pi)], axis=1)
     row, column = np.nonzero((end > begin) & ~hidden[:, None] & (radius > 0.0)[:, None])
-    half, middle = (
-        (end[row, column] - begin[row, column]) / 2.0,
-        (end[row, column] + begin[row, column]) / 2.0,
-    )
+    half = (end[row, column] - begin[row, column]) / 2.0
+    middle = (end[row, column] + begin[row, column]) / 2.0
     angle = middle[:, None] + half[:, None] * _ARC_NODES
     r = radius[row][:, None]
     y, z = yz[i, 0] + r * np.cos(angle), yz[i, 1] + r * np.sin(angle)
@@ -192,11 +179,9 @@ def _exposed_arcs(i: int, discs: Array, yz: Array) -> Array:
     weight = half[:, None] * _ARC_WEIGHTS
     moments = [(y * dz - z * dy) / 2.0, y**2 * dz / 2.0, -(z**2) * dy / 2.0]
     moments += [y**3 * dz / 3.0, -(z**3) * dy / 3.0, y**2 * z * dz / 2.0]
+    count = len(radius)
     return np.array(
-        [
-            np.bincount(row, (moment * weight).sum(axis=1), len(radius))
-            for moment in moments
-        ]
+        [np.bincount(row, (moment * weight).sum(axis=1), count) for moment in moments]
     )
 
 

@@ -70,9 +70,8 @@ def _unit_sphere(level: int) -> tuple[Array, Array]:
     vertices = [np.roll(corner, turn) for turn in range(3) for corner in corners]
     vertices = [np.array(v) / np.linalg.norm(v) for v in vertices]
     points = np.array(vertices)
-    near = (
-        np.abs(points @ points.T - 1.0 / np.sqrt(5.0)) < 1e-9
-    )  # corners that share an edge
+    # corners that share an edge
+    near = np.abs(points @ points.T - 1.0 / np.sqrt(5.0)) < 1e-9
     faces = [
         (i, j, k)
         for i in range(12)
@@ -83,11 +82,10 @@ def _unit_sphere(level: int) -> tuple[Array, Array]:
     for _ in range(level):
         faces = _cut_in_four(vertices, faces)
     points = np.array(vertices)
+    triangles = np.array(faces)
     outward = (
         np.einsum(
-            "ij,ij->i",
-            np.cross(*_edges(points, np.array(faces))),
-            points[np.array(faces)[:, 0]],
+            "ij,ij->i", np.cross(*_edges(points, triangles)), points[triangles[:, 0]]
         )
         > 0.0
     )

@@ -252,7 +252,8 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
     """`count` recordings as twin.tracks gives them."""
     from pathlib import Path
 
-    from benchtwin.bench.keys import Air, Camera, Drop, Seed
+    from benchtwin.bench.keys import Air, Camera, Seed
+    from benchtwin.rigs.drop.keys import Drop
     from benchtwin.twin.tracks import drop_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording

@@ -249,7 +249,8 @@ def rolls(
     bench: Bench, count: int, rng, *, directions=("+x", "-x"), lengths=None
 ) -> list:
     """`count` recordings as twin.roll_tracks gives them."""
-    from benchtwin.bench.keys import Air, Camera, Roll, Seed
+    from benchtwin.bench.keys import Air, Camera, Seed
+    from benchtwin.rigs.roll.keys import Roll
     from benchtwin.twin.roll_tracks import roll_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording

@@ -142,7 +142,8 @@ def noise(n, sd, rho, white, rng):
 
 def slides(bench: Bench, count: int, rng):
     """`count` recordings as twin.slides gives them."""
-    from benchtwin.bench.keys import Air, Camera, Seed, Slide
+    from benchtwin.bench.keys import Air, Camera, Seed
+    from benchtwin.rigs.slide.keys import Slide
     from benchtwin.twin.slides import slide_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording

@@ -42,6 +42,9 @@ def test_restitution_of_a_central_impact_is_that_of_the_point_of_contact():
         0.0,
         seeds_of([{"seed": SOY}]),
         none,
+        np.full(4, np.inf),
+        ("",),
+        (5.0,),
     )
     seen = impact_quantities(table, 0.19)
     plain = table.after[:, 1] / 2.0
@@ -76,6 +79,9 @@ def test_a_badly_seen_spin_makes_the_restitution_of_a_long_seed_uncertain():
             0.0,
             seeds_of([{"seed": SOY}]),
             np.zeros(4),
+            np.full(4, np.inf),
+            ("",),
+            (5.0,),
         )
         return impact_quantities(table, long)
 

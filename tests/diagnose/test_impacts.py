@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from benchtwin.infer.finding import DiagnosisTask, finding_of
 from benchtwin.rigs.drop import diagnose
-from benchtwin.rigs.drop.diagnose import diagnose_drop
+from benchtwin.rigs.drop.diagnose import diagnose_drop, heights_in_words
 from benchtwin.rigs.drop.impacts import (
     Impacts,
     impacts_from_times,
@@ -38,6 +38,7 @@ def diagnose_impacts(impacts):
         lambda base, model: (),
         {},
         law_in_words,
+        remarks=heights_in_words,
     )
     return finding_of(task, np.random.default_rng(0))
 
@@ -254,6 +255,9 @@ def repeated(scatter, rng):
         0.0,
         about,
         unseen,
+        np.full(6, np.inf),
+        ("",) * 3,
+        (5.0,) * 3,
     )
 
 
@@ -322,6 +326,9 @@ def lying(slope, rng):
         0.0,
         about,
         steep,
+        np.full(len(number), np.inf),
+        ("",) * 8,
+        (5.0,) * 8,
     )
 
 
@@ -369,7 +376,8 @@ def heard_times(e_of, height, hops, rng):
     return np.array(out)
 
 
-def microphone(e_of, seed, heights=(0.31, 0.1)):
+def microphone(e_of, seed, heights=(0.31, 0.1), low_mm=0.0):
+    """low_mm: by how much the heights are stated too low."""
     rng = np.random.default_rng(seed)
     about = [
         {
@@ -379,11 +387,13 @@ def microphone(e_of, seed, heights=(0.31, 0.1)):
         }
         for h in (*heights, *heights, *heights)
     ]
-    times = [heard_times(e_of, d["drop"]["height_mm"] / 1e3, 5, rng) for d in about]
+    falls = [(d["drop"]["height_mm"] + low_mm) / 1e3 for d in about]
+    times = [heard_times(e_of, fall, 5, rng) for fall in falls]
     return impacts_from_times(
         [
             SimpleNamespace(
                 recording=n,
+                session="",
                 description=d,
                 contacts_s=t,
                 contacts_sd_s=np.full(len(t), 2e-4),
@@ -399,6 +409,24 @@ def test_times_of_impacts_alone_show_restitution_that_falls_with_speed():
     value = found.parameters["restitution-falls-with-speed"]
     assert value.value == pytest.approx(0.135, abs=0.02)
     assert diagnose_impacts(microphone(lambda v, n: 0.6, 2)).verdict == "none"
+
+
+def test_heights_stated_too_low_are_no_physics_of_the_impact():
+    """A ball of e .9 whose heights are 7 mm low raises no alarm, and the number is
+    told; one whose heights are 45 mm low has its height named."""
+
+    def ball(low_mm):
+        return microphone(lambda v, n: 0.9, 3, (0.31, 0.1), low_mm)
+
+    usual = diagnose_impacts(ball(7.0))
+    assert usual.verdict == "none"
+    (said,) = usual.notes
+    low, sd = (float(word) for word in said.split()[4:7:2])
+    assert said.startswith("the stated heights are") and said.endswith("mm low")
+    assert abs(low - 7) < 2.5 * sd < 3
+    far = diagnose_impacts(ball(45.0))
+    assert (far.verdict, far.names) == ("name", ("release-height",))
+    assert far.parameters["release-height"].value == pytest.approx(45, abs=8)
 
 
 SHAPES = {

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Camera, Roll, Seed
+from benchtwin.bench.keys import Camera, Seed
 from benchtwin.rigs.roll.diagnose import diagnose_roll
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.run_noise import estimate_noise
 from benchtwin.rigs.roll.session import assemble, relative_drag
 from benchtwin.twin import Parameters

@@ -8,7 +8,7 @@ import beliefs
 import numpy as np
 import pytest
 from benchtwin.diagnose import words
-from benchtwin.diagnose.engine import verdict as engine
+from benchtwin.infer import verdict as engine
 from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.finding import Finding, Sector
 from benchtwin.infer.verdict import (

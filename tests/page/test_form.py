@@ -3,9 +3,9 @@ type."""
 
 import pytest
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import form, needed
-from benchtwin.vision.recording import RIGS
 
 
 def fields(rig):

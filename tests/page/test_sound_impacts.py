@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Drop
 from benchtwin.page.sound_impacts import (
     SoundView,
     changes_of_click,
     find_with_corrections,
     waveform,
 )
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.motion.onsets import find_onsets
 from benchtwin.vision.recording import Recording

@@ -1,5 +1,5 @@
-"""Materials and contacts: closed forms of Chung & Ooi, the paper's values, softening,
-errors by name."""
+"""Materials and contacts: closed forms of Chung & Ooi, the paper's values, a softened
+one's step, errors by name."""
 
 import pytest
 from benchtwin.sim.material import (
@@ -10,29 +10,11 @@ from benchtwin.sim.material import (
     Contact,
     Material,
     effective_moduli,
-    impact,
-    softening,
 )
 
 
 def solid(young, poisson, density):
     return Material("solid", density, young / (2 * (1 + poisson)), poisson)
-
-
-@pytest.mark.parametrize(
-    ("young", "poisson", "density", "force", "overlap", "time"),
-    [
-        (48e9, 0.20, 2800, 10.697e3, 274.11e-6, 40.340e-6),
-        (20e9, 0.25, 2500, 7.108e3, 368.30e-6, 54.201e-6),
-    ],
-)
-def test_chung_and_ooi_1_two_spheres(young, poisson, density, force, overlap, time):
-    m = solid(young, poisson, density)
-    mass = density * 4 / 3 * 3.141592653589793 * 0.01**3
-    hit = impact(m, m, mass_kg=mass / 2, radius_m=0.005, speed_m_s=20.0)
-    assert (hit.force_n, hit.overlap_m, hit.time_s) == pytest.approx(
-        (force, overlap, time), rel=1e-4
-    )
 
 
 def test_the_papers_values():
@@ -70,16 +52,11 @@ def test_effective_moduli_of_equal_materials_and_against_steel():
     )
 
 
-def test_softening_a_hundredfold_lengthens_contact_and_step_as_the_powers_say():
-    numbers = {"mass_kg": 1.13e-4, "radius_m": 1.6e-3, "speed_m_s": 1.0}
-    effect = softening(SOYBEAN, 3.23e6, SOYBEAN, **numbers)
-    assert effect.soft.time_s / effect.real.time_s == pytest.approx(100**0.4)
-    assert effect.soft.overlap_m / effect.real.overlap_m == pytest.approx(100**0.4)
-    assert effect.longer_step == pytest.approx(10.0)
-    assert "softened from 3.23e+08 Pa" in SOYBEAN.softened(3.23e6).source
-    # On steel only the seed is soft; its modulus rules there.
-    steel = softening(SOYBEAN, 3.23e6, Q235, **numbers)
-    assert steel.soft.time_s / steel.real.time_s == pytest.approx(100**0.4, rel=0.003)
+def test_softening_a_hundredfold_lengthens_the_step_as_the_power_says():
+    soft = SOYBEAN.softened(SOYBEAN.shear_modulus_pa / 100)
+    longer = soft.rayleigh_step_s(1.6e-3) / SOYBEAN.rayleigh_step_s(1.6e-3)
+    assert longer == pytest.approx(10.0)
+    assert "softened from 3.23e+08 Pa" in soft.source
 
 
 @pytest.mark.parametrize(
@@ -97,10 +74,6 @@ def test_softening_a_hundredfold_lengthens_contact_and_step_as_the_powers_say():
         (lambda: Material("", 1e3, 1e9, 0.3), "needs one"),
         (lambda: SOYBEAN.softened(1e9), "must be below the real"),
         (lambda: SOYBEAN.rayleigh_step_s(-1.0), "radius_m = -1"),
-        (
-            lambda: impact(SOYBEAN, Q235, mass_kg=1.0, radius_m=1.0, speed_m_s=0.0),
-            "speed_m_s = 0",
-        ),
         (lambda: Contact(("a", "b"), 1.2, 0.3, 0.1), "contact a–b: restitution = 1.2"),
         (lambda: Contact(("a", "b"), 0.5, -0.3, 0.1), "static_friction = -0.3"),
         (lambda: Contact(("a", "b"), 0.5, 0.3, float("inf")), "rolling_friction = inf"),

@@ -167,7 +167,7 @@ def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch)
     monkeypatch.setattr(
         observe,
         "observe_pile",
-        lambda r, o=None: 1 / 0 if r.id == "a" else whole(r, o),
+        lambda r, *o: 1 / 0 if r.id == "a" else whole(r, *o),
     )
     assert run(photos, "--out", tmp_path / "out").exit_code == 0
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")

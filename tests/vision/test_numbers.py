@@ -50,7 +50,7 @@ def test_what_is_not_known_is_not_made_up():
 
 def test_a_reading_of_an_absurdly_small_sd_is_doubted(monkeypatch, tmp_path):
     """Whatever measured it: all measurements pass `observe`."""
-    from benchtwin.vision import observe as module
+    from benchtwin.measure import observe as module
 
     folder = tmp_path / "bench" / "drop"
     folder.mkdir(parents=True)

@@ -29,14 +29,9 @@ def main(arguments: list[str]) -> int:
         )
         return 2
     store = open_store(file.parent.parent)
+    root = str(store.root)
     order = Order(
-        str(store.root),
-        store.id,
-        simulate_and_measure,
-        "all",
-        1,
-        store.now_s(),
-        retry_failed=True,
+        root, store.id, simulate_and_measure, "all", 1, store.now_s(), retry_failed=True
     )
     reply = attempt(order, job, told.get("key", job.key))
     if reply.outcome is None:
@@ -67,12 +62,8 @@ def job_of(told: dict) -> Any:
         "rng": tuple(told["rng"]),
         "rendered": told["rendered"],
     }
-    return Job(
-        told["rig"],
-        Parameters(**told["parameters"]),
-        engine=Engine(**told.get("engine", {})),
-        **more,
-    )
+    parameters = Parameters(**told["parameters"])
+    return Job(told["rig"], parameters, engine=Engine(**told.get("engine", {})), **more)
 
 
 if __name__ == "__main__":

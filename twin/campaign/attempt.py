@@ -58,9 +58,8 @@ class Reply:
 def attempt(order: Order, job: Any, key: str) -> Reply:
     """Have this job's outcome, by computing it if nobody else has. key: the job's, as
     the campaign knows it."""
-    if (
-        job.key != key
-    ):  # a result under another key would be lost, or stand for what it is not
+    # a result under another key would be lost, or stand for what it is not
+    if job.key != key:
         here = f"{socket.gethostname()}, process {os.getpid()}"
         return Reply(
             key,
@@ -89,14 +88,11 @@ def _attempt(store: Store, order: Order, job) -> Reply:
         return Reply(job.key, busy=True)
     try:
         with claims.beating(claim):
-            known = recorded(
-                store, order, job.key
-            )  # asked once the claim is ours: a winner releases it after publishing
-            return (
-                Reply(job.key, known)
-                if known is not None
-                else _compute(store, order, job, claim)
-            )
+            # asked once the claim is ours: a winner releases it after publishing
+            known = recorded(store, order, job.key)
+            if known is not None:
+                return Reply(job.key, known)
+            return _compute(store, order, job, claim)
     finally:
         shutil.rmtree(store.part(claim), ignore_errors=True)
         claim.release()
@@ -124,11 +120,8 @@ def _compute(store: Store, order: Order, job, claim: claims.Claim) -> Reply:
         # taken for dead (a machine asleep): its part may have been swept from under it
         if not claim.is_valid():
             return Reply(job.key, busy=True)
-        return Reply(
-            job.key,
-            store.put_failure(claim, _failure(order, job, error)),
-            computed=True,
-        )
+        outcome = store.put_failure(claim, _failure(order, job, error))
+        return Reply(job.key, outcome, computed=True)
     more = {
         "kept": order.keep,
         "host": socket.gethostname(),

@@ -17,9 +17,8 @@ from functools import cache
 from pathlib import Path
 
 BEAT_S = 5.0
-STALE_S = (
-    60.0  # twelve missed beats: a busy machine or a slow network drive delays a few
-)
+# twelve missed beats: a busy machine or a slow network drive delays a few
+STALE_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -41,9 +40,8 @@ class Claim:
         return max(_numbers(self.folder, self.key), default=-1) == self.number
 
     def release(self) -> None:
-        for number in sorted(
-            _numbers(self.folder, self.key)
-        ):  # the own one last: until then the key is taken
+        # the own one last: until then the key is taken
+        for number in sorted(_numbers(self.folder, self.key)):
             if number <= self.number:
                 (self.folder / f"{self.key}.{number}").unlink(missing_ok=True)
 

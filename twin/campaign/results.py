@@ -89,11 +89,8 @@ class Results:
         true_NAME_UNIT, seconds, reason, rerun."""
         rows = []
         for o in self.outcomes:
-            row: dict = {
-                "key": o.key,
-                "status": o.status,
-                "quality": o.quality if o.status == DONE else "",
-            }
+            quality = o.quality if o.status == DONE else ""
+            row: dict = {"key": o.key, "status": o.status, "quality": quality}
             for m in o.measurements:
                 row[m.column()], row[m.column("_sd")] = m.value, m.sd
             row |= {f"true_{name}": value for name, value in o.truth.items()}

@@ -109,11 +109,9 @@ class _Run:
 
         self.store, self.client, self.connection = store, connection.client, connection
         self.tally, self.progress, self.check_interrupt = tally, progress, check
-        self.order, self.slots, self.looked = (
-            order,
-            connection.slots(),
-            time.monotonic(),
-        )
+        self.order = order
+        self.slots = connection.slots()
+        self.looked = time.monotonic()
         self.completed = as_completed(loop=self.client.loop)
         self.keys: dict[str, str] = {}  # of jobs by the names of their tasks
         self.elsewhere: set[str] = set()

@@ -139,11 +139,8 @@ class Store:
             "seconds": round(seconds, 3),
             **more,
         }
-        _write(
-            folder / MEASUREMENTS,
-            json.dumps(told, indent=1, allow_nan=False),
-            durable=True,
-        )
+        text = json.dumps(told, indent=1, allow_nan=False)
+        _write(folder / MEASUREMENTS, text, durable=True)
         final = self.root / "runs" / claim.key
         try:
             folder.rename(final)
@@ -151,9 +148,8 @@ class Store:
             if error.errno not in TAKEN:
                 raise
             standing = self.finished(claim.key)
-            if (
-                standing is None or standing.status == UNMEASURED
-            ):  # torn by a power cut, or measured anew: removed with the part
+            # torn by a power cut, or measured anew: removed with the part
+            if standing is None or standing.status == UNMEASURED:
                 final.rename(self.part(claim) / "before")
                 folder.rename(final)
         (self.root / "failed" / f"{claim.key}.json").unlink(missing_ok=True)
@@ -187,9 +183,8 @@ class Store:
         parts = [
             p for p in (self.root / "parts").iterdir() if not p.name.startswith(".")
         ]
-        alive = claims.live_tokens(
-            self.claimed
-        )  # after the listing: a part is made when its claim stands
+        # after the listing: a part is made when its claim stands
+        alive = claims.live_tokens(self.claimed)
         for part in parts:
             if part.name.rpartition(".")[2] not in alive:
                 shutil.rmtree(part, ignore_errors=True)
@@ -217,9 +212,8 @@ def open_store(root: Path, *, id: str | None = None) -> Store:
                 mine, json.dumps({"schema": 1, "id": uuid.uuid4().hex}), durable=True
             )
             try:
-                os.link(
-                    mine, file
-                )  # the first of two that open a new store at once decides its id
+                # the first of two that open a new store at once decides its id
+                os.link(mine, file)
             except OSError:  # a file system without links, or a file that is spoilt
                 if not _id_in(file):
                     mine.replace(file)
@@ -263,13 +257,10 @@ def _plain(m: Measurement) -> dict:
 
 
 def _measurement(told: dict) -> Measurement:
+    value = _number(told["value"])
+    sd = _number(told["sd"])
     return Measurement(
-        told["name"],
-        _number(told["value"]),
-        _number(told["sd"]),
-        told["unit"],
-        told["quality"],
-        told["reason"],
+        told["name"], value, sd, told["unit"], told["quality"], told["reason"]
     )
 
 

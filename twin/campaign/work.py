@@ -40,11 +40,8 @@ def simulate_and_measure(job: Any, folder: Path, threads: int) -> Measured:
     except (
         MeasurementError
     ) as error:  # the run itself is good, and is kept to be looked at
-        return Measured(
-            truth=truth,
-            reason=f"it ran, but could not be measured: {error}",
-            warming_s=warming.took_s,
-        )
+        why = f"it ran, but could not be measured: {error}"
+        return Measured(truth=truth, reason=why, warming_s=warming.took_s)
     found = tuple(
         Measurement(q.name, float(q.value), float(q.sd), q.unit, q.quality, q.reason)
         for q in seen.quantities
@@ -84,14 +81,8 @@ def kernels_of(job: Any) -> str:
     )
     if job.input.get("engine", {}).get("name") == "lammps":
         return "lammps"
-    return "-".join(
-        [
-            kind,
-            parameters["rolling_convention"],
-            *sorted(parameters["laws"]),
-            *(["vacuum"] if air else []),
-        ]
-    )
+    laws, vacuum = sorted(parameters["laws"]), ["vacuum"] if air else []
+    return "-".join([kind, parameters["rolling_convention"], *laws, *vacuum])
 
 
 @dataclass

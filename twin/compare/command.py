@@ -185,11 +185,8 @@ def _write(
     (out / "compared.html").write_text(
         page(table, runs, verdict(table), notes), encoding="utf8"
     )
-    told = {
-        "versions": versions() | {"lammps": Engine(LAMMPS).version},
-        "notes": notes,
-        "verdict": verdict(table),
-    }
+    programs = versions() | {"lammps": Engine(LAMMPS).version}
+    told = {"versions": programs, "notes": notes, "verdict": verdict(table)}
     (out / "compared.json").write_text(json.dumps(told, indent=1), encoding="utf8")
 
 
@@ -211,11 +208,10 @@ def _show(
             heading, justify="left" if heading in ("row", "quantity", "") else "right"
         )
     for r in table.itertuples():
-        apart = (
-            f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
-            if r.low == r.low
-            else f"{r.difference:+.2f}"
-        )
+        if r.low == r.low:
+            apart = f"{r.difference:+.2f} ({r.low:+.2f} to {r.high:+.2f})"
+        else:
+            apart = f"{r.difference:+.2f}"
         numbers = (
             str(r.pairs),
             f"{r.ours:.2f}",

@@ -37,38 +37,28 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
     mean over the rows that have it."""
     lines = []
     for quantity in QUANTITIES:
+        index = ["row", "parameters", "packing"]
         wide = runs.pivot_table(
-            index=["row", "parameters", "packing"],
-            columns="engine",
-            values=quantity,
-            dropna=False,
+            index=index, columns="engine", values=quantity, dropna=False
         )
         wide = wide.reindex(columns=["benchtwin", "lammps"]).dropna().reset_index()
         for (row, parameters), pairs in wide.groupby(["row", "parameters"], sort=True):
             lines.append(_line(str(row), parameters, quantity, pairs))
         if wide["row"].nunique() > 1:
-            lines.append(
-                _line(
-                    ALL,
-                    "",
-                    quantity,
-                    wide.groupby("packing")[["benchtwin", "lammps"]].mean(),
-                )
-            )
+            means = wide.groupby("packing")[["benchtwin", "lammps"]].mean()
+            lines.append(_line(ALL, "", quantity, means))
     return pd.DataFrame(lines, columns=COLUMNS)
 
 
 def _line(row: str, parameters: str, quantity: str, pairs: pd.DataFrame) -> tuple:
     apart = (pairs["lammps"] - pairs["benchtwin"]).to_numpy(float)
     n, mean = len(apart), float(apart.mean())
-    half = (
-        float(stats.t.ppf(0.975, n - 1) * apart.std(ddof=1) / np.sqrt(n))
-        if n > 1
-        else float("nan")
-    )
-    parts = bool(
-        abs(mean) > half
-    )  # False of a single pair, which tells nothing of scatter
+    if n > 1:
+        half = float(stats.t.ppf(0.975, n - 1) * apart.std(ddof=1) / np.sqrt(n))
+    else:
+        half = float("nan")
+    # False of a single pair, which tells nothing of scatter
+    parts = bool(abs(mean) > half)
     return (
         row,
         parameters,

@@ -27,11 +27,9 @@ def page(table: pd.DataFrame, runs: pd.DataFrame, verdict: str, said: list[str])
     drawn = figure(table, runs).to_html(full_html=False, include_plotlyjs=True)
     shown = table.to_html(index=False, float_format=lambda v: f"{v:.3g}", border=0)
     sentences = "<br>".join(escape(line) for line in said)
+    said_first = verdict[0].upper() + verdict[1:]
     return PAGE.format(
-        verdict=escape(verdict[0].upper() + verdict[1:]),
-        said=sentences,
-        figure=drawn,
-        table=shown,
+        verdict=escape(said_first), said=sentences, figure=drawn, table=shown
     )
 
 
@@ -75,10 +73,8 @@ def figure(table: pd.DataFrame, runs: pd.DataFrame) -> go.Figure:
     drawn.update_xaxes(type="category", title_text="row")
     drawn.update_yaxes(title_text="LAMMPS − ours", row=1, col=1)
     drawn.update_annotations(font_size=13)
+    margin = {"l": 60, "r": 10, "t": 40, "b": 50}
     drawn.update_layout(
-        template="plotly_white",
-        showlegend=False,
-        height=420,
-        margin={"l": 60, "r": 10, "t": 40, "b": 50},
+        template="plotly_white", showlegend=False, height=420, margin=margin
     )
     return drawn

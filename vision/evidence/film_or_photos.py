@@ -170,17 +170,9 @@ def _by_content(files: list[Path]) -> Evidence:
         return []
     near = float(np.median([_changed(a, b) for a, b in seen]))
     rows = range(len(seen))
-    far = float(
-        np.median(
-            [
-                _changed(seen[i][0], seen[j][1])
-                for i in rows
-                for j in rows
-                if abs(i - j) > 1
-            ]
-            or [math.nan]
-        )
-    )
+    apart = [(i, j) for i in rows for j in rows if abs(i - j) > 1]
+    changes = [_changed(seen[i][0], seen[j][1]) for i, j in apart]
+    far = float(np.median(changes or [math.nan]))
     share = f"{100 * near:.2g} % of the picture"
     if near < LITTLE:
         return [(2.0, f"from one to the next only {share} changes")]

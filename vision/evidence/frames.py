@@ -179,11 +179,10 @@ class Video(FrameSource):
                     f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels;"
                     " scale it down"
                 )
-            duration = (
-                float(stream.duration * stream.time_base)
-                if stream.duration and stream.time_base
-                else 0.0
-            )
+            if stream.duration and stream.time_base:
+                duration = float(stream.duration * stream.time_base)
+            else:
+                duration = 0.0
             self._file_fps = float(stream.average_rate) if stream.average_rate else None
             expected = stream.frames or round(duration * (self._file_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
@@ -206,9 +205,8 @@ class Video(FrameSource):
         ):
             if i % stride == 0:
                 frames.append(frame.pixels)
-            if len(frames) > limit_to_memory(
-                n, frame.pixels
-            ):  # drop every second one, and go on half as densely
+            # drop every second one, and go on half as densely
+            if len(frames) > limit_to_memory(n, frame.pixels):
                 frames, stride = frames[::2], 2 * stride
         return frames
 
@@ -217,9 +215,8 @@ class Video(FrameSource):
         exact random access."""
         first, last = between or (0, self.count - 1)
         every = max(1, -(-(last - first + 1) // n))
-        stop = (
-            None if between is None else last + 1
-        )  # the count in a file's header may be wrong
+        # the count in a file's header may be wrong
+        stop = None if between is None else last + 1
         return list(
             itertools.islice(self._decode(every, first=first, stop=stop), 2 * n)
         )
@@ -251,11 +248,10 @@ class Video(FrameSource):
                         f" ({error.strerror})"
                     )
                     break
-                stamp = (
-                    frame.time
-                    if frame.time is not None
-                    else index / (self._file_fps or np.nan)
-                )
+                if frame.time is not None:
+                    stamp = frame.time
+                else:
+                    stamp = index / (self._file_fps or np.nan)
                 start = stamp if start is None else start
                 time = index / self._stated_fps if self._stated_fps else stamp - start
                 if time <= last:

@@ -28,9 +28,8 @@ PHOTO_SUFFIXES = (
     ".heif",
 )
 MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
-os.environ.setdefault(
-    "OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS)
-)  # read when OpenCV is first imported
+# read when OpenCV is first imported
+os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))
 ORIENTATION = 0x0112  # EXIF tag
 _DIRECT = {"L", "RGB", "I;16"}
 pillow_heif.register_heif_opener()
@@ -108,9 +107,8 @@ def _errors_in_words(path: Path) -> Iterator[None]:
     ):
         raise
     except Exception as error:  # decoders raise many kinds of errors for damaged files
-        why = " ".join(str(error).split()).replace(
-            " )", ")"
-        )  # some say it over several lines
+        # some say it over several lines
+        why = " ".join(str(error).split()).replace(" )", ")")
         raise MeasurementError(
             f"{path}: the picture is damaged or cut short ({why})"
         ) from error

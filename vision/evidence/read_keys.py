@@ -57,23 +57,19 @@ def read_toml(path: Path) -> dict:
         )
     if len(found) == 2:
         raise MeasurementError(f"{path}: [seed] lot and shape: give one of them")
-    return (
-        content
-        | {"seed": content["seed"] | {name: str(file) for name, file in found.items()}}
-        if found
-        else content
-    )
+    if found:
+        return content | {
+            "seed": content["seed"] | {name: str(file) for name, file in found.items()}
+        }
+    return content
 
 
 def merge(base: dict, over: dict) -> dict:
     """Both merged key by key; `over` takes precedence."""
     merged = dict(base)
     for key, value in over.items():
-        merged[key] = (
-            {**base[key], **value}
-            if isinstance(value, dict) and isinstance(base.get(key), dict)
-            else value
-        )
+        both = isinstance(value, dict) and isinstance(base.get(key), dict)
+        merged[key] = {**base[key], **value} if both else value
     return merged
 
 
@@ -92,9 +88,8 @@ def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic error in plain words: file, field, what it should hold."""
     if error["type"] == COMPLETE:
         return "\n".join(f"{path}: {line}" for line in error["msg"].splitlines())
-    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [
-        ""
-    ]  # pydantic adds the type after the key
+    # pydantic adds the type after the key
+    *section, key = [part for part in error["loc"] if isinstance(part, str)][:2] or [""]
     place = f"[{section[0]}] {key}" if section else key
     if error["type"] == "extra_forbidden":
         owner = Keys.model_fields[section[0]].annotation if section else Keys

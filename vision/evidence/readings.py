@@ -7,17 +7,22 @@ import numpy as np
 import pandas as pd
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step
+from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.bench.robust import robust_sd
 from benchtwin.bench.run_out import rolling_friction
-from benchtwin.vision.evidence.tables import READING_COLUMNS, Table, read_readings
+from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
-# protractor or ruler, release height.
-INSTRUMENT_SD = {"deg": unstated_sd("reader-zero"), "mm": unstated_sd("ruler-zero")}
-HEIGHT_SD_MM = 1.0
+# protractor, ruler or scale, a stop watch by hand; release height.
+INSTRUMENT_SD = {
+    "deg": unstated_sd("reader-zero"),
+    "mm": unstated_sd("ruler-zero"),
+    "g": 0.05,
+    "s": 0.1,
+}
 
 
 @dataclass(frozen=True)
@@ -43,28 +48,20 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
         values = values[1:-1]
     step, n = reading_step(values), values.size
     sd = float(values.std(ddof=1)) if n > 1 else float("nan")
-    sd_mean = (
-        float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
-        if n > 1
-        else float("nan")
-    )
+    if n > 1:
+        sd_mean = float(sd / np.sqrt(n) * student.ppf(0.975, n - 1) / 1.96)
+    else:
+        sd_mean = float("nan")
     # A mean of rounded readings is off by at most step/π exp(−2π² σ²/step²), σ the
     # scatter before rounding; all of it when σ = 0.
     unrounded = max(sd**2 - step**2 / 12, 0.0) if n > 1 else 0.0
-    rounding = (
-        step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
-        if step
-        else 0.0
-    )
-    return Summary(
-        float(values.mean()),
-        sd,
-        sd_mean,
-        n,
-        float(values[0]),
-        float(values[-1]),
-        float(rounding),
-    )
+    if step:
+        rounding = step / np.sqrt(12) * np.exp(-2 * np.pi**2 * unrounded / step**2)
+    else:
+        rounding = 0.0
+    mean = float(values.mean())
+    low = float(values[0])
+    return Summary(mean, sd, sd_mean, n, low, float(values[-1]), float(rounding))
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
@@ -91,20 +88,8 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         doubts = list(_doubts(recording, rig, values, s))
         quantities += [q.doubt(*doubts) for q in new]
         left_out = values.size - s.n
-        rows.append(
-            (
-                recording.id,
-                name,
-                s.mean,
-                s.sd,
-                s.sd_mean,
-                s.n,
-                s.low,
-                s.high,
-                unit,
-                left_out,
-            )
-        )
+        told = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
+        rows.append((recording.id, name, *told, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
             notes.append(
@@ -123,12 +108,9 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         "unit",
         "left_out",
     ]
+    readings = pd.DataFrame(rows, columns=heading)
     return Observation(
-        recording.id,
-        rig,
-        tuple(quantities),
-        tuple(notes),
-        readings=pd.DataFrame(rows, columns=heading),
+        recording.id, rig, tuple(quantities), tuple(notes), readings=readings
     )
 
 
@@ -173,7 +155,11 @@ def _derived(
             )
             return []
         e = float(np.sqrt(s.mean / h1))
-        shared = float(np.hypot(common / s.mean, HEIGHT_SD_MM / h1)) if s.mean else 0.0
+        shared = (
+            float(np.hypot(common / s.mean, recording.drop.height_sd / h1))
+            if s.mean
+            else 0.0
+        )
         return [
             _quantity(
                 "restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n
@@ -182,16 +168,8 @@ def _derived(
     if rig == "slide":
         angle = np.radians(s.mean)
         steep = float(np.radians(1.0) / np.cos(angle) ** 2)
-        return [
-            _quantity(
-                "static_friction",
-                float(np.tan(angle)),
-                steep * s.sd_mean,
-                steep * common,
-                "1",
-                s.n,
-            )
-        ]
+        sds = (steep * s.sd_mean, steep * common)
+        return [_quantity("static_friction", float(np.tan(angle)), *sds, "1", s.n)]
     if rig == "roll":
         length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
         if length is None or beta is None:

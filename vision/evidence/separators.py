@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 _WITH_POINT = re.compile(r"\s*[+-]?\d*\.\d+(?:[eE][+-]?\d+)?\s*")
 _WITH_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
-_WITH_BOTH = re.compile(
-    r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*"
-)  # 1.234,5: thousands and decimals
+# 1.234,5: thousands and decimals
+_WITH_BOTH = re.compile(r"\s*[+-]?(?:\d+[.']\d+,\d+|\d+[,']\d+\.\d+)\s*")
 
 
 @dataclass(frozen=True)

@@ -188,9 +188,8 @@ def _mono(frame) -> np.ndarray:
 
 def _picture_stream(container):
     """The stream of moving pictures, None where there is none."""
-    films = (
-        s for s in container.streams.video if not int(s.disposition) & 0x400
-    )  # an attached picture, such as a cover
+    # an attached picture, such as a cover
+    films = (s for s in container.streams.video if not int(s.disposition) & 0x400)
     return next(films, None)
 
 

@@ -9,25 +9,21 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.vision.evidence.separators import Separators, separators
 from benchtwin.vision.measurement import MeasurementError
 
-READING_COLUMNS = {  # column → (rig, quantity, unit)
-    "rebound_height_mm": ("drop", "rebound_height", "mm"),
-    "slide_angle_deg": ("slide", "slide_angle", "deg"),
-    "run_out_mm": ("roll", "run_out", "mm"),
-    "repose_angle_deg": ("pile", "repose_angle", "deg"),
-    "centroid_angle_deg": ("pile", "centroid_angle", "deg"),
-    "flowing_angle_deg": ("drum", "flowing_angle", "deg"),
+_READING_RANGE = {
+    "mm": (0.0, 100_000.0),
+    "deg": (0.0, 90.0),
+    "g": (0.0, 1e7),
+    "s": (0.0, 1e5),
 }
-_READING_RANGE = {"mm": (0.0, 100_000.0), "deg": (0.0, 90.0)}
 TRACK_COLUMNS = ("t_s", "x_mm", "y_mm")
 TRACK_COLUMNS_PX = ("frame", "x_px", "y_px")
-GATE_PLACE = {
-    "drop": "y_mm",
-    "slide": "x_mm",
-    "roll": "x_mm",
-}  # column of a gate's place: height above the plate, or along the path
+GATE_PLACE = {  # column of a gate's place: height above the plate, or along the path
+    rig.name: rig.gate_place for rig in RIGS.values() if rig.gate_place
+}
 GATE_EXTRA = ("sd_s", "sd_mm", "gate", "note")
 LEAST_GATES = 4  # place, speed, acceleration, and one degree of freedom
 SDS = ("sd_mm", "sd_px", "sd_s", "angle_sd_deg")
@@ -107,13 +103,8 @@ def read_gates(path: Path, rig: str) -> Table:
     positive."""
     where, rows = GATE_PLACE[rig], _read_csv(path)
     columns = (where, "t_s")
-    _check_columns(
-        path,
-        rows,
-        columns,
-        GATE_EXTRA,
-        numeric=[c for c in rows if c in (*columns, "sd_s", "sd_mm")],
-    )
+    numeric = [c for c in rows if c in (*columns, "sd_s", "sd_mm")]
+    _check_columns(path, rows, columns, GATE_EXTRA, numeric=numeric)
     rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
     time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()

@@ -14,8 +14,8 @@ from benchtwin.vision.foreign import (
     manual_tracking,
     mtrackj,
     phyphox,
+    table_of_places,
     tracker,
-    tracker_table,
     trackmate,
 )
 from benchtwin.vision.foreign.contents import Contents
@@ -30,7 +30,7 @@ READERS: tuple[ModuleType, ...] = (
     manual_tracking,
     phyphox,
     accelerometer,
-    tracker_table,
+    table_of_places,
 )
 SUFFIXES = (
     ".trk",

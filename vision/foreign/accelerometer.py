@@ -55,20 +55,15 @@ def read(source: Source) -> Contents:
             " as time (s) or timestamp (ms)"
         )
 
-    def alike(
-        k: int,
-    ) -> int:  # of several clocks the one named like the sensor is its own
+    # of several clocks the one named like the sensor is its own
+    def alike(k: int) -> int:
         pairs = zip(headings[k], headings[axes[0]])
         return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
 
-    best = max(
-        clocks,
-        key=lambda k: (
-            alike(k),
-            "since" in headings[k] or "elapsed" in headings[k],
-            -k,
-        ),
-    )
+    def since(k: int) -> bool:
+        return "since" in headings[k] or "elapsed" in headings[k]
+
+    best = max(clocks, key=lambda k: (alike(k), since(k), -k))
     time = (
         column(path, rows[1:], best, headings[best], 2)
         * TIME[_unit_of_time(headings[best])]
@@ -136,10 +131,8 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
     wide = max(1, len(angle) // 100)
     smooth = np.convolve(angle, np.ones(wide) / wide, "valid")
     middle = time[wide // 2 : wide // 2 + len(smooth)]
-    start, up = (
-        float(np.median(smooth[: max(3, len(smooth) // 20)])),
-        float(smooth.max()),
-    )
+    start = float(np.median(smooth[: max(3, len(smooth) // 20)]))
+    up = float(smooth.max())
     first_rows = int(np.argmax(smooth >= up - _TURNING * (up - start)))
     rising = np.flatnonzero(smooth[: first_rows + 1] < start + _TURNING * (up - start))
     first = int(rising[-1]) if rising.size else 0
@@ -159,9 +152,8 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
 def _axes(headings: list) -> list[int]:
     """Columns of acceleration along x, y and z; [] unless there is one of each."""
     found: dict[str, dict[str, int]] = {}
-    bare = (
-        ("a", "") if "seconds_elapsed" in headings else ("a",)
-    )  # x, y, z of Sensor Logger; elsewhere they are places
+    # x, y, z of Sensor Logger; elsewhere they are places
+    bare = ("a", "") if "seconds_elapsed" in headings else ("a",)
     for k, heading in enumerate(headings):
         name, unit = name_and_unit(heading)
         axis = _AXIS.fullmatch(name)

@@ -38,12 +38,8 @@ def evidence_of(path: Path) -> Evidence:
             f" {found.questions[0]}"
         )
     point_track, _ = choose_track(path, found, None)
-    return Evidence(
-        "track.csv",
-        "drop" if falls_freely(found, point_track) else "",
-        found.keys,
-        found.unitless,
-    )
+    rig = "drop" if falls_freely(found, point_track) else ""
+    return Evidence("track.csv", rig, found.keys, found.unitless)
 
 
 def read_track(path: Path) -> Table:
@@ -64,10 +60,8 @@ def _foreign_track(path: Path) -> Table:
     if found.doubt:
         raise MeasurementError(f"{path}: {found.doubt}")
     point_track, choice = choose_track(path, found, None)
-    guesses, questions = (
-        (f"taken to be so: {g}" for g in found.guesses),
-        (f"not known: {q}" for q in found.questions),
-    )
+    guesses = (f"taken to be so: {g}" for g in found.guesses)
+    questions = (f"not known: {q}" for q in found.questions)
     return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
@@ -122,18 +116,12 @@ def falls_freely(found: Contents, point_track: PointTrack) -> bool:
 
 def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
     """Rows of track.csv."""
-    time = (
-        {"t_s": point_track.time}
-        if found.time_unit == "s"
-        else {"frame": point_track.time}
-    )
-    return pd.DataFrame(
-        time
-        | {
-            f"x_{found.length_unit}": point_track.x,
-            f"y_{found.length_unit}": point_track.y,
-        }
-    )
+    if found.time_unit == "s":
+        time = {"t_s": point_track.time}
+    else:
+        time = {"frame": point_track.time}
+    x, y = f"x_{found.length_unit}", f"y_{found.length_unit}"
+    return pd.DataFrame(time | {x: point_track.x, y: point_track.y})
 
 
 def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:

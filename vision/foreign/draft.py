@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 import tomlkit
+from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
 from benchtwin.vision.foreign import read_foreign
@@ -21,46 +22,18 @@ from benchtwin.vision.foreign.as_evidence import (
 )
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import RIGS, VIDEO_SUFFIXES, bare_recording
+from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
 
-RIG_QUESTIONS = {  # rig → (key, question) that no file of a tool answers
-    "drop": (
-        (
-            "[drop] height_mm",
-            (
-                "from which height was it released (lowest point of the seed to plate,"
-                " in mm)?"
-            ),
-        ),
-    ),
-    "slide": (
-        (
-            "[slide] tilt_rate_deg_s",
-            (
-                "how fast was the plate raised, and at what angle did it start ([slide]"
-                " start_deg)?"
-            ),
-        ),
-    ),
-    "roll": (
-        (
-            "[roll] incline_deg, incline_length_mm",
-            "how steep and how long was the incline?",
-        ),
-    ),
-    "pile": (),
-    "": (("rig", "which rig is it: drop, slide, roll or pile?"),),
-}
+WHICH_RIG = (("rig", f"which rig is it: {rigs_in_words()}?"),)
 BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
 _COPIED = (
     (VIDEO_SUFFIXES, "video"),
     (SOUND_SUFFIXES, "recording of sound"),
     (PHOTO_SUFFIXES, "photo"),
 )
-DRAFTED = re.compile(
-    r"# Drafted from (.*) \([^()]*\)\. GUESS"
-)  # how a drafted recording.toml begins, with the name of its file
+# how a drafted recording.toml begins, with the name of its file
+DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
 BENCH_QUESTIONS = (  # (section, key, question)
     (
@@ -99,7 +72,7 @@ class Draft:
         }
         rest = [
             f"{key}: {words}"
-            for key, words in RIG_QUESTIONS[self.rig]
+            for key, words in (RIGS[self.rig].asked if self.rig else WHICH_RIG)
             if key not in stated
         ]
         return (*self.questions, *rest)
@@ -151,11 +124,10 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 )
     else:
         point_track, reasons = choose_track(path, found, track)
-        told = (
-            None
-            if rig or found.doubt
-            else rig_of_motion(point_track.time, point_track.x, point_track.y)
-        )
+        if rig or found.doubt:
+            told = None
+        else:
+            told = rig_of_motion(point_track.time, point_track.x, point_track.y)
         if not rig and falls_freely(found, point_track):
             told = "drop", "it falls freely"
         elif told is not None and told[0] == "drop":
@@ -163,14 +135,9 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
         if told is not None:
             rig, why = told
             guess = (f'rig = "{rig}": {why}',)
+        table = track_rows(found, point_track)
         yield _draft(
-            path,
-            path.stem,
-            found,
-            rig,
-            "track.csv",
-            track_rows(found, point_track),
-            (*reasons, *guess),
+            path, path.stem, found, rig, "track.csv", table, (*reasons, *guess)
         )
 
 
@@ -194,16 +161,9 @@ def _draft(
 ) -> Draft:
     doubt = (found.doubt,) if found.doubt else ()
     guesses = (*reasons, *found.guesses)
+    questions = (*doubt, *found.questions)
     return Draft(
-        name,
-        path,
-        found.tool,
-        rig,
-        evidence,
-        table,
-        found.keys,
-        guesses,
-        (*doubt, *found.questions),
+        name, path, found.tool, rig, evidence, table, found.keys, guesses, questions
     )
 
 

@@ -21,9 +21,8 @@ from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "Kinovea"
 _TEXT = "#Kinovea Trajectory data export"
-_CLOCK = re.compile(
-    r"(-?)(\d+):(\d\d):(\d\d):(\d+)"
-)  # hours, minutes, seconds, hundredths or thousandths
+# hours, minutes, seconds, hundredths or thousandths
+_CLOCK = re.compile(r"(-?)(\d+):(\d\d):(\d\d):(\d+)")
 _CENTIMETRES = {
     "centimeters": "cm",
     "meters": "m",
@@ -58,11 +57,9 @@ def read(source: Source) -> Contents:
 
 
 def _table(source: Source) -> Contents:
-    headings, rows, path = (
-        [str(h) for h in source.rows[0]],
-        source.rows[1:],
-        source.path,
-    )
+    headings = [str(h) for h in source.rows[0]]
+    rows = source.rows[1:]
+    path = source.path
     time, tracks = column(path, rows, 0, "Time", 2), []
     for k, heading in enumerate(headings):
         if not heading.endswith("/X"):
@@ -72,10 +69,8 @@ def _table(source: Source) -> Contents:
             raise MeasurementError(
                 f"{path}: column {name}/Y is missing beside {heading}"
             )
-        x, y = (
-            column(path, rows, k, heading, 2),
-            column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2),
-        )
+        x = column(path, rows, k, heading, 2)
+        y = column(path, rows, headings.index(f"{name}/Y"), f"{name}/Y", 2)
         tracks.append(point_track(path, name.removesuffix("/0"), time, x, y))
     return infer_units(path, TOOL, tracks, "", "", "up")
 
@@ -140,11 +135,8 @@ def _analysis(source: Source) -> Contents:
             for p in track.iter("TrackPoint")
         ]
         x, y, stamp = np.array(points, dtype=float).reshape(-1, 3).T
-        tracks.append(
-            point_track(
-                path, (track.get("name") or "")[:50], np.round(stamp / step), x, y
-            )
-        )
+        name = (track.get("name") or "")[:50]
+        tracks.append(point_track(path, name, np.round(stamp / step), x, y))
     found = require_tracks(path, tracks)
     keys: dict[str, dict[str, float]] = {"camera": {}}
     if fps and 0 < fps < 5e6:
@@ -183,11 +175,9 @@ def _scale(source: Source, root: Element) -> float | None:
         )
         length, pixels = _finite(source, line, "Length"), math.hypot(bx - ax, by - ay)
         mm = LENGTH.get(_CENTIMETRES.get(unit, unit))
-        return (
-            float(f"{length * mm / pixels:.8g}")
-            if length and mm and pixels > 0
-            else None
-        )
+        if length and mm and pixels > 0:
+            return float(f"{length * mm / pixels:.8g}")
+        return None
     mm = LENGTH.get(
         _CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), "")
     )

@@ -134,16 +134,14 @@ def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:
     if kind == "stops":
         times = np.array([c[0] for c in columns])
         return [times[np.isfinite(times) & (times > 0)]]
-    runs, stated = (
-        [],
-        [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]],
-    )  # there may be empty columns between
+    # there may be empty columns between
+    runs = []
+    stated = [k for k, heading in enumerate(rows[0]) if name_and_unit(heading)[1]]
     for k in (k for k in stated[::2] if k + 1 < wide):
         known = np.isfinite(columns[k]) & np.isfinite(columns[k + 1])
         time, gap = columns[k][known], columns[k + 1][known]
         if len(time):
-            last = (
-                [time[-1] + gap[-1]] if gap[-1] > 0 else []
-            )  # an interval of 0 marks the last event
+            # an interval of 0 marks the last event
+            last = [time[-1] + gap[-1]] if gap[-1] > 0 else []
             runs.append(np.append(time, last))
     return runs

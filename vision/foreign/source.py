@@ -183,9 +183,8 @@ class Source:
         try:
             content.decode("utf-8")
         except UnicodeDecodeError:
-            if _SAYS_UTF8.match(
-                content
-            ):  # some tools declare UTF-8 and write Windows-1252
+            # some tools declare UTF-8 and write Windows-1252
+            if _SAYS_UTF8.match(content):
                 content = content.decode("cp1252", "replace").encode()
         try:
             return defusedxml.ElementTree.fromstring(content, forbid_dtd=False)

@@ -36,10 +36,8 @@ class _System:
 
     def place(self, x: float, y: float) -> tuple[float, float]:
         turn, right, up = np.radians(self.angle), x - self.x0, self.y0 - y
-        across, along = (
-            right * np.cos(turn) + up * np.sin(turn),
-            up * np.cos(turn) - right * np.sin(turn),
-        )
+        across = right * np.cos(turn) + up * np.sin(turn)
+        along = up * np.cos(turn) - right * np.sin(turn)
         return float(across / self.scale[0]), float(along / self.scale[1])
 
 
@@ -63,10 +61,8 @@ def read(source: Source) -> Contents:
             f"{source.path}: delta_t = {step_ms} of its clip; it should be the"
             " milliseconds from frame to frame"
         )
-    start_ms, first = (
-        _number(source, clip, "starttime") or 0.0,
-        _number(source, clip, "startframe") or 0.0,
-    )
+    start_ms = _number(source, clip, "starttime") or 0.0
+    first = _number(source, clip, "startframe") or 0.0
     systems = _systems(source, coords)
     points = [
         item for item in _items(panel) if item.get("class", "").endswith(".PointMass")
@@ -127,16 +123,9 @@ def _contents(
         keys["camera"]["mm_per_px"] = float(
             f"{LENGTH[unit.lower() or 'm'] / abs(first.scale[0]):.8g}"
         )
+    length_unit = unit.lower() or "m"
     return infer_units(
-        source.path,
-        TOOL,
-        tracks,
-        "s",
-        unit.lower() or "m",
-        "up",
-        keys,
-        guesses,
-        questions,
+        source.path, TOOL, tracks, "s", length_unit, "up", keys, guesses, questions
     )
 
 

@@ -46,14 +46,9 @@ def read(source: Source) -> Contents:
 
 def _table(source: Source) -> Contents:
     path, headings = source.path, [str(h) for h in source.rows[0]]
-    first = next(
-        (
-            k
-            for k, row in enumerate(source.rows)
-            if k and any(isinstance(cell, float) for cell in row)
-        ),
-        len(source.rows),
-    )
+    lines = enumerate(source.rows)
+    numbers = (k for k, row in lines if k and any(isinstance(c, float) for c in row))
+    first = next(numbers, len(source.rows))
     rows, at = source.rows[first:], need(path, headings, _COLUMNS)
     units = {name: "" for name in _COLUMNS}
     for row in source.rows[1:first]:  # the third of them names the units, in brackets
@@ -68,9 +63,8 @@ def _table(source: Source) -> Contents:
     tracks = []
     for n in np.unique(number[~np.isnan(number)]):
         use = number == n
-        when = (
-            frame if np.isnan(time[use]).all() else time
-        )  # without a frame interval POSITION_T is empty
+        # without a frame interval POSITION_T is empty
+        when = frame if np.isnan(time[use]).all() else time
         tracks.append(point_track(path, f"track {n:g}", when[use], x[use], y[use]))
     return _with_units(
         source, require_tracks(path, tracks), units["POSITION_T"], units["POSITION_X"]
@@ -85,11 +79,8 @@ def _model(source: Source) -> Contents:
     spots = {s.get("ID", ""): s for s in model.iterfind("AllSpots/SpotsInFrame/Spot")}
     tracks = []
     for track in model.iterfind("AllTracks/Track"):
-        joined = {
-            e.get(end, "")
-            for e in track.iterfind("Edge")
-            for end in ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
-        }
+        ends = ("SPOT_SOURCE_ID", "SPOT_TARGET_ID")
+        joined = {e.get(end, "") for e in track.iterfind("Edge") for end in ends}
         if missing := joined - set(spots):
             name = track.get("name", "a track")[:50]
             raise MeasurementError(
@@ -102,11 +93,9 @@ def _model(source: Source) -> Contents:
             for key in ("POSITION_X", "POSITION_Y", "POSITION_T")
         )
         tracks.append(point_track(source.path, track.get("name", "")[:50], time, x, y))
+    found = require_tracks(source.path, tracks)
     return _with_units(
-        source,
-        require_tracks(source.path, tracks),
-        model.get("timeunits", ""),
-        model.get("spatialunits", ""),
+        source, found, model.get("timeunits", ""), model.get("spatialunits", "")
     )
 
 

@@ -24,13 +24,11 @@ TOLERANCE = 0.25  # relative, of g: perspective, an error of the scale, air
 # noticed elsewhere
 LEAST, GREATEST = (0.05, 3.0)
 MOST = 0.8  # share of the flights that a change of units must explain
-LARGEST_MISFIT = (
-    0.03  # rms about a parabola, of its sagitta: a bounce in the window gives 0.05
-)
+# rms about a parabola, of its sagitta: a bounce in the window gives 0.05
+LARGEST_MISFIT = 0.03
 LEAST_SAGITTA = 0.03  # of the motion's extent: less is noise
-LARGEST_SIDEWAYS = (
-    0.15  # acceleration along x over that along y: a roll down an incline has both
-)
+# acceleration along x over that along y: a roll down an incline has both
+LARGEST_SIDEWAYS = 0.15
 MOST_POINTS = 1000
 _TIMES = {"seconds": 1.0, "milliseconds": 1e-3, "minutes": 60.0}
 _LENGTHS = {
@@ -80,13 +78,8 @@ def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
             & (sagitta > LEAST_SAGITTA * extent)
             & (aside < LARGEST_SIDEWAYS * sagitta)
         ):
-            found.append(
-                Fall(
-                    float(2 * fitted[k, 2, 0] / span[k] ** 2),
-                    float(span[k]),
-                    float(worth[k]),
-                )
-            )
+            pull = float(2 * fitted[k, 2, 0] / span[k] ** 2)
+            found.append(Fall(pull, float(span[k]), float(worth[k])))
     return found
 
 
@@ -125,11 +118,10 @@ def unit_doubt(falls: list[Fall], mm: float, seconds: float, whole: bool) -> str
         near.insert(
             0, f"times frame numbers, at {np.sqrt(G_M_S2 / best):.4g} frames per second"
         )
-    meant = (
-        f": are the {' or the '.join(near)}?"
-        if near
-        else ": in which units are its times and lengths?"
-    )
+    if near:
+        meant = f": are the {' or the '.join(near)}?"
+    else:
+        meant = ": in which units are its times and lengths?"
     shown = f"{best:,.0f}" if 100 <= best < 1e9 else f"{best:.3g}"
     return f"the fall accelerates by {shown} m/s²{meant}"
 
@@ -149,12 +141,10 @@ def infer_units(
     there is no track. time_unit: of TIME or FRAMES; length_unit: of LENGTH or PIXELS;
     up: "up" or "down"; "" where the file does not state it. keys: of recording.toml
     that the file states; guesses, questions: of its reader."""
-    keys, guesses, questions, unitless = (
-        keys or {},
-        list(guesses or ()),
-        list(questions or ()),
-        False,
-    )
+    keys = keys or {}
+    guesses = list(guesses or ())
+    questions = list(questions or ())
+    unitless = False
     read = require_tracks(path, tracks)
     seconds, time_unit = _clock(path, read, time_unit, guesses, questions)
     found = tuple(

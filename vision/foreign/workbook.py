@@ -5,6 +5,7 @@ and so end the process. This module imports nothing of benchtwin, so that the pr
 starts fast."""
 
 import contextlib
+import io
 import json
 import subprocess
 import sys
@@ -43,7 +44,7 @@ def _print_sheets(path: str) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     try:
-        book, found, cells = CalamineWorkbook.from_path(path), {}, 0
+        book, found, cells = _opened(path), {}, 0
         for name in book.sheet_names:
             sheet = book.get_sheet_by_name(name)
             cells += (sheet.total_height or 0) * (sheet.total_width or 0)
@@ -56,6 +57,11 @@ def _print_sheets(path: str) -> None:
     except Exception as error:
         sys.exit(_fail(f"the workbook is damaged ({str(error)[:200]})"))
     sys.stdout.buffer.write(json.dumps(found).encode())
+
+
+def _opened(path: str) -> CalamineWorkbook:
+    """The workbook, of the kind that its content is, whatever its name."""
+    return CalamineWorkbook.from_filelike(io.BytesIO(Path(path).read_bytes()))
 
 
 def _fail(line: str) -> int:

@@ -12,9 +12,8 @@ import cv2
 import numpy as np
 from benchtwin.vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
-MOVES_SD = (
-    6.0  # off the background, at which a coarse pixel moves; one in 5e8 by chance
-)
+# off the background, at which a coarse pixel moves; one in 5e8 by chance
+MOVES_SD = 6.0
 # of the strongest difference in the frame: below it are codec errors and reflected
 # light
 FAINTEST = 0.03
@@ -102,16 +101,8 @@ def find_silhouettes(pixels: np.ndarray, scene: Scene) -> list[Silhouette]:
         if area < 2 or area > LARGEST * mask.size:
             continue
         here = labels[top : top + high, left : left + wide] == k
-        candidates.append(
-            (
-                float(strength[top : top + high, left : left + wide][here].sum()),
-                left,
-                top,
-                wide,
-                high,
-                here,
-            )
-        )
+        power = float(strength[top : top + high, left : left + wide][here].sum())
+        candidates.append((power, left, top, wide, high, here))
     candidates.sort(key=lambda c: -c[0])
     found: list[Silhouette | None] = []
     for strong, left, top, wide, high, here in candidates[:MOST]:
@@ -129,10 +120,8 @@ def _measure(
     f, (height, width) = scene.factor, scene.shape
     pad = 7 + f
     x0, y0 = max(int(left * f) - pad, 0), max(int(top * f) - pad, 0)
-    x1, y1 = (
-        min(int((left + wide) * f) + pad, width),
-        min(int((top + high) * f) + pad, height),
-    )
+    x1 = min(int((left + wide) * f) + pad, width)
+    y1 = min(int((top + high) * f) + pad, height)
     image = colours(pixels[y0:y1, x0:x1])
     background = gain * scene.background[y0:y1, x0:x1]
     rough: np.ndarray = np.zeros(image.shape[:2], np.uint8)
@@ -185,22 +174,18 @@ def _outline(
         np.percentile(strength[inside], 80) < CLEAR_SD
         or not LIKE_SHADOW[0] < np.median(brighter) < LIKE_SHADOW[1]
     ):
-        shade = (
-            0.0  # colour does not separate it from a shadow, or brightness alone does
-        )
+        # colour does not separate it from a shadow, or brightness alone does
+        shade = 0.0
         strength = np.sqrt(weighted_product(smooth, smooth, background_sds, shade))
         strong = inside & (strength >= np.percentile(strength[inside], 60))
     level = float(np.median(strength[strong]))
-    colour, back = (
-        np.median((smooth + background_sds)[strong], axis=0),
-        background_sds[strong].mean(axis=0),
-    )
+    colour = np.median((smooth + background_sds)[strong], axis=0)
+    back = background_sds[strong].mean(axis=0)
     off = colour - background_sds
     power = weighted_product(off, off, background_sds, shade)
     along = weighted_product(smooth, off, background_sds, shade)
-    if (
-        along[strong] > 0
-    ).mean() > 0.8:  # of one colour: a dark shadow beside a light seed is not included
+    # of one colour: a dark shadow beside a light seed is not included
+    if (along[strong] > 0).mean() > 0.8:
         share = along / np.maximum(power, (0.3 * level) ** 2)
         above = (share > 0.5) & (along > 4 * 0.29 * np.sqrt(np.maximum(power, 1e-9)))
     else:  # lighter and darker than the background: a shaded seed before a grey wall
@@ -236,16 +221,12 @@ def _coverage(
     band = (outer > 0) & (inner == 0)
     background = _shaded(image, background, outer == 0, scene)
     noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
+    inside, depth_px = (inner > 0) & (depth < half + 3.5), half + 1.0
+    channels = range(image.shape[2])
     colour = np.dstack(
         [
-            _own_brightness(
-                image[..., k],
-                (inner > 0) & (depth < half + 3.5),
-                half + 1.0,
-                noise,
-                scene.white,
-            )
-            for k in range(image.shape[2])
+            _own_brightness(image[..., k], inside, depth_px, noise, scene.white)
+            for k in channels
         ]
     )
     shift, background_sds, off = (
@@ -254,15 +235,10 @@ def _coverage(
     )
     power = weighted_product(off, off, background_sds, LEAST_SHADE)
     poor = power < (0.3 * outline.level) ** 2
-    alpha = np.clip(
-        weighted_product(shift, off, background_sds, LEAST_SHADE)
-        / np.maximum(power, 1e-9),
-        -0.35,
-        1.35,
-    )
-    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(
-        np.maximum(power, 1e-9)
-    )  # the background is a median of 25 frames
+    share = weighted_product(shift, off, background_sds, LEAST_SHADE)
+    alpha = np.clip(share / np.maximum(power, 1e-9), -0.35, 1.35)
+    # the background is a median of 25 frames
+    noise_share = np.sqrt(1.06 * scene.noise_spread) / np.sqrt(np.maximum(power, 1e-9))
     by_pixel = (
         alpha.astype(np.float16),
         np.where(poor, np.inf, noise_share).astype(np.float16),
@@ -307,11 +283,10 @@ def _own_brightness(
     u, v = columns - columns.mean(), rows - rows.mean()
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
     determinant = uu * vv - uv**2
-    slope_u, slope_v = (
-        ((zu * vv - zv * uv) / determinant, (zv * uu - zu * uv) / determinant)
-        if determinant > 1e-6
-        else (0.0, 0.0)
-    )
+    slope_u = slope_v = 0.0
+    if determinant > 1e-6:
+        slope_u = (zu * vv - zv * uv) / determinant
+        slope_v = (zv * uu - zu * uv) / determinant
     if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
         slope_u = slope_v = 0.0
     plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())
@@ -332,12 +307,8 @@ def _band(share: np.ndarray, mask: np.ndarray) -> float:
     pixel of outline."""
     near = cv2.dilate(mask, np.ones((15, 15), np.uint8)) > 0
     soft = float(((share > 0.2) & (share < 0.8) & near).sum())
-    outline = float(
-        (
-            mask
-            - cv2.erode(mask, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT)
-        ).sum()
-    )
+    square, kept = np.ones((3, 3), np.uint8), cv2.BORDER_CONSTANT
+    outline = float((mask - cv2.erode(mask, square, borderType=kept)).sum())
     softness = soft / max(outline, 1.0)
     return BAND_PX + float(np.clip(0.9 * (softness - SHARP), 0.0, 12.0))
 
@@ -366,15 +337,12 @@ def _moments(
     p, q = xx - yy, 2 * xy
     turn = (np.outer(dv, 2 * du) - q) * p - (du**2 - (dv**2)[:, None] - p) * q
     size = p**2 + q**2
-    angle_sd = (
-        0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
-        if size > 1e-9
-        else np.inf
-    )
-    ys, xs = (
-        np.nonzero(outline.mask.any(axis=1))[0],
-        np.nonzero(outline.mask.any(axis=0))[0],
-    )
+    if size > 1e-9:
+        angle_sd = 0.5 * np.degrees(np.sqrt((variance * turn**2).sum()) / area / size)
+    else:
+        angle_sd = np.inf
+    ys = np.nonzero(outline.mask.any(axis=1))[0]
+    xs = np.nonzero(outline.mask.any(axis=0))[0]
     height, width = shape
     cut = bool(
         x0 + xs[0] <= 1

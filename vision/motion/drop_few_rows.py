@@ -8,9 +8,12 @@ model is linear in its four parameters: five rows are enough, or four with state
 Light gates know the height and measure the time: a row's error is σ_t times the speed.
 """
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.flight import Flights, Gravity, drag_shift
+from benchtwin.vision.motion.flight import Flights, Gravity, fit_rows
 from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.outliers import STILL, rows_at_rest
 
@@ -74,7 +77,7 @@ def _fit_impact_after(
         if end - begin < least:
             end += 1
             continue
-        flights = _linear(
+        flights = _two_flights(
             time,
             height,
             sd,
@@ -114,77 +117,35 @@ def _fit_impact_after(
     return None
 
 
-def _linear(
+def _two_flights(
     time, height, sd, gravity: Gravity, rows: tuple[np.ndarray, np.ndarray], gates: bool
 ) -> Flights:
-    used = np.concatenate(rows)
-    middle = np.array([time[r].mean() for r in rows])
-    tau = time[used] - middle[np.repeat([0, 1], [len(r) for r in rows])]
-    bare = np.zeros((len(used), 4))
-    for k, r in enumerate(rows):
-        of_flight = np.isin(used, r)
-        bare[of_flight, 2 * k], bare[of_flight, 2 * k + 1] = 1.0, tau[of_flight]
-    bend, known = -(tau**2) / 2, gravity.value
-    stated = all_stated(sd)
-    weight, shift = np.ones(len(used)), np.zeros(len(used))
+    """Both flights by flight.fit_rows; unstated errors are those about the fit, of
+    light gates in proportion to the speed."""
+    stated, used = all_stated(sd), np.concatenate(rows)
+    weight = 1 / sd if stated else np.ones(len(time))
+    noise = 1.0 if stated else float(np.ptp(height))
+    least = 1e-9 * float(np.abs(height).max()) * (weight.max() if stated else 1.0)
+    freedom = len(used) - 4 - (gravity.value is None)
+    none = np.zeros(len(time), dtype=bool)
     for _ in range(3):
-        columns = bare if known is not None else np.column_stack([bare, bend])
-        target = height[used] - shift - (known * bend if known is not None else 0.0)
-        row_weight = weight / sd[used] if stated else weight
-        params = np.linalg.lstsq(
-            columns * row_weight[:, None], target * row_weight, rcond=None
-        )[0]
-        gamma = float(known if known is not None else params[4])
-        apex = np.repeat([params[1], params[3]], [len(r) for r in rows]) / gamma
-        shift, fall = drag_shift(tau - apex, gamma, gravity.drag)
+        found, left = fit_rows(
+            rows, time, time, height, weight, gravity, none, 0.0, True, noise
+        )
+        chi2 = max(float(left @ left), least**2 * freedom)
+        factor, _ = variance_factor(chi2, freedom, stated)
+        noise = math.sqrt(factor)
         if gates and not stated:
             speed = np.abs(
-                np.repeat([params[1], params[3]], [len(r) for r in rows])
-                - gamma * tau
-                + fall
+                np.concatenate([found.speed(k, time[r]) for k, r in enumerate(rows)])
             )
-            weight = (
-                1
-                / np.maximum(speed, 0.1 * speed.max())
-                * np.median(np.maximum(speed, 0.1 * speed.max()))
-            )
-    left = (target - columns @ params) * row_weight
-    freedom, chi2 = len(used) - columns.shape[1], float(left @ left)
-    inverse = np.linalg.pinv(
-        (columns * row_weight[:, None]).T @ (columns * row_weight[:, None])
+            slow = np.maximum(speed, 0.1 * speed.max())
+            weight[used] = np.median(slow) / slow
+    found, left = fit_rows(
+        rows, time, time, height, weight, gravity, none, 0.0, True, noise
     )
-    floor = (1e-9 * float(np.abs(height).max())) ** 2
-    factor, _ = variance_factor(max(chi2, floor * freedom), freedom, stated)
-    cov = np.zeros((6, 6))
-    cov[: len(params), : len(params)] = factor * inverse
-    both = np.array([*params[:4], gamma, 0.0])
-    if known is not None:  # a wrong gravity bends both flights alike
-        by_gamma = np.append(
-            -np.linalg.lstsq(
-                columns * row_weight[:, None], bend * row_weight, rcond=None
-            )[0],
-            1.0,
-        )
-        scale, other = known * gravity.scale_sd, known * gravity.other_sd
-        cov[:5, :5] += np.outer(by_gamma, by_gamma) * (scale**2 + other**2)
-        cov[:5, 5] = cov[5, :5] = by_gamma * scale * gravity.scale_sd
-        cov[5, 5] = gravity.scale_sd**2
-    noise = np.sqrt(chi2 / max(freedom, 1)) * (float(np.median(sd)) if stated else 1.0)
-    none = np.zeros(len(time), dtype=bool)
-    return Flights(
-        rows,
-        time,
-        middle,
-        both,
-        cov,
-        float(noise),
-        0.0,
-        gamma,
-        gamma,
-        none,
-        0.0,
-        gravity.drag,
-    )
+    scatter = math.sqrt(float(left @ left) / max(freedom, 1))
+    return replace(found, noise=scatter * (float(np.median(sd)) if stated else 1.0))
 
 
 def is_few(flights: Flights) -> bool:

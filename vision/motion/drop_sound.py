@@ -17,6 +17,7 @@ import pandas as pd
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound, read_sound
 from benchtwin.vision.measurement import (
+    DOUBTFUL,
     FAILED,
     GOOD,
     MeasurementError,
@@ -39,6 +40,7 @@ MOST_SHIFT_S = 0.3  # of a film's own sound
 SAME_IMPACT_S = (
     0.03  # within which, or three sds, an impact seen and one heard may be the same
 )
+NORMAL = "restitution_normal"
 MOST_LISTED = 6  # rejected sounds in one note
 
 
@@ -121,7 +123,9 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         )
     drops, said = [], []
     for number in np.flatnonzero(counts >= 2):
-        one, notes = _heard_drop(chain, onsets, number, recording, bool(corrections))
+        one, notes = _heard_drop(
+            chain, onsets, int(number), recording, bool(corrections)
+        )
         drops.append(one)
         said += [
             note if len(counts) == 1 else f"drop {len(drops)}: {note}" for note in notes
@@ -130,10 +134,10 @@ def find_impacts(sound: Sound, onsets: Onsets, recording: Recording) -> SoundImp
         f"the impact at {onsets.time_s[row]:.3f} s is alone and is not used"
         for row in chain.impacts[counts[chain.drop] == 1]
     ]
-    found = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
+    count = [f"{len(drops)} drops heard"] if len(drops) > 1 else []
     first, *others = said
     rejected = _rejection_notes(chain, onsets)
-    notes = [*sound.notes, *found, first, *corrections, *others, *alone, *rejected]
+    notes = [*sound.notes, *count, first, *corrections, *others, *alone, *rejected]
     return SoundImpacts(sound, onsets, chain, added, tuple(drops), tuple(notes))
 
 
@@ -234,16 +238,7 @@ def observe_sound(recording: Recording, file: Path) -> Observation:
 def sound_observation(heard: SoundImpacts, recording: Recording) -> Observation:
     """Quantities of the drops in a sound, without an overlay."""
     drops = [_observe_drop(drop, recording) for drop in heard.drops]
-    found = (
-        drops[0]
-        if len(drops) == 1
-        else over_drops(
-            [
-                _with_shared_errors(found, drop, recording)
-                for found, drop in zip(drops, heard.drops)
-            ]
-        )
-    )
+    found = drops[0] if len(drops) == 1 else over_drops(drops)
     return replace(found, notes=tuple(dict.fromkeys((*heard.notes, *found.notes))))
 
 
@@ -261,27 +256,6 @@ def _observe_drop(drop: HeardDrop, recording: Recording) -> Observation:
             for q in quantities
         )
     return Observation(recording.id, "drop", quantities, tuple(notes), bounces=bounces)
-
-
-def _with_shared_errors(
-    found: Observation, drop: HeardDrop, recording: Recording
-) -> Observation:
-    """The drop with what its errors have in common with those of the other drops of the
-    recording, that of the stated height and of the air: what is left of the sds if the
-    times were exact."""
-    exact, *_ = measure_impacts(
-        drop.times, np.zeros_like(drop.sd), recording, first=drop.first
-    )
-    shared = {q.name: q.sd for q in exact if q.quality != FAILED}
-    return replace(
-        found,
-        quantities=tuple(
-            replace(q, sd_common=min(shared.get(q.name, 0.0), q.sd))
-            if q.quality != FAILED
-            else q
-            for q in found.quantities
-        ),
-    )
 
 
 def combine_with_sound(
@@ -318,15 +292,7 @@ def combine_with_sound(
     if shift is not None and (seen.repeats or heard.repeats):
         both = _combine_drops(seen, heard, shift)
     else:
-        quantities = tuple(
-            _combine_quantities(q, heard.quantities) for q in seen.quantities
-        )
-        bounces = (
-            seen.bounces
-            if shift is None
-            else _combine_bounces(seen.bounces, heard.bounces, shift)
-        )
-        both = replace(seen, quantities=quantities, bounces=bounces)
+        both = _combine_drop(seen, heard, shift)
     if not agree:
         both = replace(
             both,
@@ -342,7 +308,11 @@ def _combine_drops(seen: Observation, heard: Observation, shift: float) -> Obser
     """Several drops, each by both where one bounce of it is seen and heard, else by
     what there is of it; means over all."""
     drops = []
-    others = {float(one.bounces.t_s.iloc[0]) - shift: one for one in each_drop(heard)}
+    others = {
+        float(one.bounces.t_s.iloc[0]) - shift: one
+        for one in each_drop(heard)
+        if one.bounces is not None
+    }
     for one in each_drop(seen):
         assert one.bounces is not None
         begin, end = one.bounces.t_s.min(), one.bounces.t_s.max()
@@ -359,11 +329,7 @@ def _combine_drops(seen: Observation, heard: Observation, shift: float) -> Obser
         if same is not None:
             at, other = same
             del others[at]
-            quantities = tuple(
-                _combine_quantities(q, other.quantities) for q in one.quantities
-            )
-            bounces = _combine_bounces(one.bounces, other.bounces, shift)
-            one = replace(one, quantities=quantities, bounces=bounces)
+            one = _combine_drop(one, other, shift)
         drops.append((begin, one))
     for at, other in others.items():
         assert other.bounces is not None
@@ -455,28 +421,61 @@ def _combine_quantities(q: Quantity, others: tuple[Quantity, ...]) -> Quantity:
     return replace(q, value=value, sd=float(weight.sum() ** -0.5))
 
 
+def _combine_drop(
+    seen: Observation, heard: Observation, shift: float | None
+) -> Observation:
+    """One drop by both. Where the sound tells nothing good of the first bounce, or
+    contradicts it, its restitution is that of this bounce's row in both tables."""
+    quantities = [_combine_quantities(q, heard.quantities) for q in seen.quantities]
+    if shift is None:
+        return replace(seen, quantities=tuple(quantities))
+    bounces, doubt = _combine_bounces(seen.bounces, heard.bounces, shift)
+    told = any(q.name == NORMAL and q.quality == GOOD for q in heard.quantities)
+    for k, q in enumerate(seen.quantities):
+        if q.name == NORMAL and q.quality != FAILED and (doubt or not told):
+            e, sd = bounces[["restitution", "restitution_sd"]].iloc[0].tolist()
+            common = min(q.sd_common, sd)
+            quantities[k] = replace(q, value=e, sd=sd, sd_common=common).doubt(doubt)
+    return replace(seen, quantities=tuple(quantities), bounces=bounces)
+
+
 def _combine_bounces(
     seen: pd.DataFrame, heard: pd.DataFrame, shift: float
-) -> pd.DataFrame:
+) -> tuple[pd.DataFrame, str]:
     """The bounces seen, with the impact times of the sound and the weighted means of
-    both restitutions."""
-    out, heard = seen.copy(), heard.reset_index(drop=True)
+    both restitutions, of those that contradict each other the one of less sd; behind
+    them those that were only heard. And what contradicts the first bounce, or ""."""
+    out, heard, doubt = seen.copy(), heard.reset_index(drop=True), ""
+    last = None
     for k, row in seen.iterrows():
         off = np.abs(heard.t_s - shift - row.t_s)
         j = int(off.argmin())
         if off[j] > max(SAME_IMPACT_S, 3 * row.t_sd_s):
             continue
+        last = j
         out.loc[k, ["t_s", "t_sd_s"]] = heard.t_s[j] - shift, heard.t_sd_s[j]
         one, two = (
             (row.restitution, row.restitution_sd),
             (heard.restitution[j], heard.restitution_sd[j]),
         )
-        if np.isfinite([*one, *two]).all() and abs(
-            one[0] - two[0]
-        ) < CONTRADICTION_SDS * np.hypot(one[1], two[1]):
-            weight = np.array([one[1] ** -2, two[1] ** -2])
-            out.loc[k, ["restitution", "restitution_sd"]] = (
-                np.average([one[0], two[0]], weights=weight),
-                weight.sum() ** -0.5,
-            )
-    return out
+        if not np.isfinite([*one, *two]).all():
+            continue
+        weight = np.array([one[1] ** -2, two[1] ** -2])
+        best = np.average([one[0], two[0]], weights=weight), weight.sum() ** -0.5
+        if abs(one[0] - two[0]) > CONTRADICTION_SDS * np.hypot(one[1], two[1]):
+            best = min(one, two, key=lambda e: e[1])
+            out.loc[k, "quality"] = DOUBTFUL
+            if k == seen.index[0]:
+                told = plus_minus(*one, "1"), plus_minus(*two, "1")
+                doubt = f"the pictures give {told[0]}, the sound {told[1]}"
+        out.loc[k, ["restitution", "restitution_sd"]] = best
+    if last is not None:
+        more = heard.iloc[last + 1 :].assign(
+            t_s=heard.t_s - shift,
+            drop=out["drop"].iloc[-1],
+            bounce=heard.bounce - heard.bounce[last] + out.bounce.iloc[-1],
+        )
+        more = more[more.t_s > out.t_s.iloc[-1]]
+        if len(more):
+            out = pd.concat([out, more[[c for c in more if c in out]]])
+    return out.reset_index(drop=True), doubt

@@ -36,10 +36,12 @@ BENT_DEG = 15.0
 
 
 def observe_drum(
-    recording: Recording, progress: Callable[[float], None] | None = None
+    recording: Recording,
+    options: object = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Observation:
     """Measure flowing_angle [deg] on frames or a video. MeasurementError where nothing
-    flows, or the film is too short."""
+    flows, or the film is too short. options: of piles, not used."""
     if recording.evidence not in ("frames", "video"):
         raise MeasurementError(
             f"{recording.path}: a drum is measured on frames or a video, not on"
@@ -104,10 +106,8 @@ def _flicker(
         )
         if sums is None or squares is None or first is None:
             first = frame.pixels
-            sums, squares = (
-                np.zeros((stretches, *grey.shape), np.float32),
-                np.zeros((stretches, *grey.shape), np.float32),
-            )
+            sums = np.zeros((stretches, *grey.shape), np.float32)
+            squares = np.zeros((stretches, *grey.shape), np.float32)
         if grey.shape != sums.shape[1:]:
             raise MeasurementError(
                 f"{source.path}: frame {frame.index} is of another size than the first"
@@ -135,9 +135,8 @@ def _surfaces(recording: Recording, flicker: np.ndarray) -> np.ndarray:
     """Row of the upper edge of the flickering pixels in each column, NaN where there is
     none, (stretches, w), reduced."""
     whole = np.sqrt((flicker**2).mean(axis=0))
-    level, separable = binarise(
-        np.log(np.maximum(whole, LEAST_FLICKER))
-    )  # logarithm: the surface flickers more than the seeds below it
+    # logarithm: the surface flickers more than the seeds below it
+    level, separable = binarise(np.log(np.maximum(whole, LEAST_FLICKER)))
     threshold = float(np.exp(level))
     if separable < SEPARABLE or whole.max() < CLEAR * np.median(
         whole[whole <= threshold]
@@ -206,12 +205,8 @@ def _doubts(angles: np.ndarray, lines: list[Line]):
             f"the angle goes on changing ({abs(early.mean()):.1f}°, then"
             f" {abs(late.mean()):.1f}°): no steady flow yet"
         )
-    bend = np.mean(
-        [
-            np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-            for line in lines
-        ]
-    )
+    ends = [(line.slope_low, line.slope_high) for line in lines]
+    bend = np.mean([np.degrees(np.arctan(b) - np.arctan(a)) for a, b in ends])
     if bend > BENT_DEG:
         yield (
             f"the surface is bent (its slope differs by {bend:.0f}° within the window):"
@@ -229,17 +224,11 @@ def _overlay(
     for line in lines:
         x = np.array([line.x_low, line.x_high])
         canvas.curve(factor * x, factor * line.at(x), YELLOW, 0.5)
-    slope, x = (
-        np.mean([line.slope for line in lines]),
-        np.array([lines[0].x_low, lines[0].x_high]),
-    )
+    slope = np.mean([line.slope for line in lines])
+    x = np.array([lines[0].x_low, lines[0].x_high])
     middle = np.mean([line.at(x.mean()) for line in lines])
     canvas.curve(factor * x, factor * (middle + slope * (x - x.mean())), RED, 2.5)
-    legend = [
-        (
-            f"{value.in_words}  {value.quality}",
-            WHITE if value.quality == GOOD else YELLOW,
-        )
-    ]
+    colour = WHITE if value.quality == GOOD else YELLOW
+    legend = [(f"{value.in_words}  {value.quality}", colour)]
     canvas.legend([*legend, (value.reason, YELLOW)] if value.reason else legend)
     return canvas.pixels

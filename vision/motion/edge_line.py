@@ -105,13 +105,8 @@ def _candidates(images: list[np.ndarray]) -> list[Line]:
         if on.sum() < 30:
             continue
         s = points[on] @ line.along
-        lines.append(
-            Line(
-                line.angle,
-                line.offset,
-                (float(np.percentile(s, 1)), float(np.percentile(s, 99))),
-            )
-        )
+        ends = (float(np.percentile(s, 1)), float(np.percentile(s, 99)))
+        lines.append(Line(line.angle, line.offset, ends))
         if len(lines) == CANDIDATES:
             break
     return lines

@@ -17,10 +17,9 @@ RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 # relative deviation from the seed's area, within which a silhouette shows the seed
 # alone
 CLEAN = 0.08
-AREA_SCATTER, MOST_DEVIATING = (
-    0.01,
-    0.05,
-)  # scatter of areas, and share of deviating ones, above which centroids are biased
+# scatter of areas, and share of deviating ones, above which centroids are biased
+AREA_SCATTER = 0.01
+MOST_DEVIATING = 0.05
 STATED_MARGIN = 0.05  # of a stated area: no seed is exactly an ellipse
 LEAST_ROWS = 8
 BLURS_PX = (0.45, 0.6, 0.8, 1.1, 1.5)  # sds of blur that are tried
@@ -80,9 +79,8 @@ def ellipse_coverage(
         p, q = (x * c + y * s) / ellipse.a, (y * c - x * s) / ellipse.b
         g = np.hypot(p, q)
         away = g * (g - 1) / np.maximum(np.hypot(p / ellipse.a, q / ellipse.b), 1e-6)
-        out += 1 / (
-            1 + np.exp(np.clip(1.702 * away / blur_px, -30, 30))
-        )  # the logistic curve next to the normal one
+        # the logistic curve next to the normal one
+        out += 1 / (1 + np.exp(np.clip(1.702 * away / blur_px, -30, 30)))
     return out / len(shares)
 
 
@@ -114,14 +112,8 @@ def fit_ellipse(
     p = np.array([0.0, 0.0, start.turn, start.streak])
 
     def model(p: np.ndarray) -> np.ndarray:
-        return ellipse_coverage(
-            ellipse,
-            u - p[0],
-            v - p[1],
-            p[2],
-            (direction[0] * p[3], direction[1] * p[3]),
-            blur_px,
-        )
+        streak = (direction[0] * p[3], direction[1] * p[3])
+        return ellipse_coverage(ellipse, u - p[0], v - p[1], p[2], streak, blur_px)
 
     steps = np.array([0.1, 0.1, 0.02, 0.2])
     scale = 3.0  # of the Cauchy weights: wide at first
@@ -229,24 +221,14 @@ def _estimate_ellipse(
     used = (speed > RESTING_PX) & ~cut
     used = used if used.sum() >= LEAST_ROWS else ~cut
     typical = float(np.median(area[used])) if used.any() else 0.0
-    typical = float(
-        np.clip(
-            typical,
-            stated_px[0] * (1 - STATED_MARGIN),
-            stated_px[1] * (1 + STATED_MARGIN),
-        )
-    )
+    least, most = stated_px[0] * (1 - STATED_MARGIN), stated_px[1] * (1 + STATED_MARGIN)
+    typical = float(np.clip(typical, least, most))
     clean = (np.abs(area / max(typical, 1e-9) - 1) < CLEAN) & ~cut
     calm = np.flatnonzero(clean)[np.argsort(speed[clean])][
         : max(LEAST_ROWS, int(clean.sum()) // 3)
     ]
-    ratio = [
-        math.sqrt(
-            max(_principal_moments(shapes[i])[0], 1e-9)
-            / max(_principal_moments(shapes[i])[1], 1e-9)
-        )
-        for i in calm
-    ]
+    moments = [_principal_moments(shapes[i]) for i in calm]
+    ratio = [math.sqrt(max(m[0], 1e-9) / max(m[1], 1e-9)) for m in moments]
     stretch = float(np.median(ratio)) if ratio else 1.0
     radius = math.sqrt(typical / math.pi)
     return Ellipse(radius * math.sqrt(stretch), radius / math.sqrt(stretch)), clean
@@ -254,10 +236,8 @@ def _estimate_ellipse(
 
 def _principal_moments(shape: Silhouette) -> tuple[float, float]:
     """Greatest and least second moment about the centroid."""
-    middle, half = (
-        (shape.xx + shape.yy) / 2,
-        math.hypot((shape.xx - shape.yy) / 2, shape.xy),
-    )
+    middle = (shape.xx + shape.yy) / 2
+    half = math.hypot((shape.xx - shape.yy) / 2, shape.xy)
     return middle + half, middle - half
 
 
@@ -272,10 +252,8 @@ def _exposure(
     shares = []
     for i in fast:
         s, (p, q) = shapes[i], directions[i]
-        along, across = (
-            s.xx * p * p + 2 * s.xy * p * q + s.yy * q * q,
-            s.xx * q * q - 2 * s.xy * p * q + s.yy * p * p,
-        )
+        along = s.xx * p * p + 2 * s.xy * p * q + s.yy * q * q
+        across = s.xx * q * q - 2 * s.xy * p * q + s.yy * p * p
         still = across if ellipse.round else ellipse.a * ellipse.b / 4
         shares.append(math.sqrt(max(12 * (along - still), 0.0)) / speed[i])
     return float(np.clip(np.median(shares), 0.0, 1.0))

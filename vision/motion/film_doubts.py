@@ -14,18 +14,15 @@ from benchtwin.vision.recording import Recording
 LOOKED_AT = 9  # frames, spread over the film
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
 LARGEST_SIDE = 1280  # px of the picture that is compared
-TEXTURED = (
-    3.0  # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
-)
-LEAST_TILES, AGREEING, ALIKE_PX = (
-    4,
-    0.6,
-    0.4,
-)  # share of the textured tiles that must shift alike
+# least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
+TEXTURED = 3.0
+# share of the textured tiles that must shift alike
+LEAST_TILES = 4
+AGREEING = 0.6
+ALIKE_PX = 0.4
 LEAST_SHIFT_PX = 0.7
-AREA_MARGIN = (
-    0.30  # of an area: a silhouette is no ellipse, and blur and compression reduce it
-)
+# of an area: a silhouette is no ellipse, and blur and compression reduce it
+AREA_MARGIN = 0.30
 MOST_HIDDEN = 0.15  # share of the rows in motion that may be hidden or merged
 RESTING_PX = 0.3  # a smaller step from frame to frame is rest
 LEAST_ROWS = 8
@@ -104,9 +101,8 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
     if moving.sum() < LEAST_ROWS:
         return ""
     hidden = float(track.outlier[moving].mean())
-    if (
-        hidden > MOST_HIDDEN and recording.rig == "roll"
-    ):  # a drop's places are compared with parabolas
+    # a drop's places are compared with parabolas
+    if hidden > MOST_HIDDEN and recording.rig == "roll":
         return (
             f"the seed is partly hidden or merged with something in {100 * hidden:.0f}"
             " % of the frames in which it moves"
@@ -123,9 +119,8 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
             " or more than it, was tracked"
         )
     resting = ~moving & clear & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
-    turns = (
-        most / least if least > 0 else math.inf
-    )  # an oblong seed may show another side at rest
+    # an oblong seed may show another side at rest
+    turns = most / least if least > 0 else math.inf
     if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
         ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):

@@ -8,8 +8,9 @@ and frame rate are stated, γ is g (1 + η)(1 + ε): ε the error of the scale, 
 everything else. Both have priors with their sds, so that the curvature of the parabolas
 refines the scale."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,13 @@ from benchtwin.vision.motion.outliers import (
     off_curve,
     single_spikes,
 )
-from benchtwin.vision.motion.split_flights import free_flights, split
+from benchtwin.vision.motion.split_flights import free_flights, splits
 
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
-LEAST_FALL = (
-    0.3  # of the track's height: a single flight of less, without a contact, is none
+NO_FALL = (
+    "no fall can be distinguished from how the seed was held: too much noise, or too"
+    " few frames"
 )
 
 
@@ -54,7 +56,8 @@ class Flights:
     """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ …
     γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by
     the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left
-    out on either side of a contact."""
+    out on either side of a contact; unused: whether lowest points before the first
+    flight are no contacts (a hand, a slip of the tracker)."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
@@ -68,6 +71,7 @@ class Flights:
     outlier: np.ndarray
     guard: float
     drag: float
+    unused: bool = False
 
     @property
     def gamma(self) -> float:
@@ -152,34 +156,76 @@ def fit_flights(
     gravity: Gravity,
 ) -> Flights:
     """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,):
-    used to find outliers only."""
+    used to find outliers only.
+
+    Of the moments at which the seed may have been let go, that is taken whose flights
+    tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
+    reach = float(np.ptp(height))
+    tried, errors = [], []
+    for begin, ranges in enumerate(splits(height)):
+        most = max((len(t.residual) for t in tried), default=0)
+        if len(height) - ranges[0][0] < most:
+            break  # fewer rows are left than are explained already
+        try:
+            free = _free(ranges, time, frame, height, across, weight, gravity, step)
+        except MeasurementError as error:
+            errors.append(error)
+            continue
+        if free.flights.free > 0:
+            tried.append(replace(free, begin=begin))
+    if not tried:
+        raise errors[0] if errors else MeasurementError(NO_FALL)
+    best = max(tried, key=lambda t: _explained(t.residual, reach))
+    first = best.flights
+    if len(first.rows) == 1:  # no contact: that it was held explains much as well
+        still = height[first.rows[0]] - np.median(height[first.rows[0]])
+        if _explained(still, reach) > _explained(best.residual, reach):
+            raise MeasurementError(NO_FALL)
+    rows, guard = _usable(best.ranges, first.contact_times(), time, best.outlier, step)
+    flights, _ = fit_rows(
+        rows, time, frame, height, weight, gravity, best.outlier, guard, quick=False
+    )
+    return replace(flights, unused=bool(best.begin))
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """The free flights if the seed was let go behind a lowest point, number `begin`."""
+
+    flights: Flights
+    residual: np.ndarray
+    ranges: list[tuple[int, int]]
+    outlier: np.ndarray
+    begin: int = 0
+
+
+def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
+    """The free flights among these ranges, outliers told apart."""
     outlier = single_spikes(height)
-    ranges = split(height)
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
-    for turn in range(4):
+    for _ in range(3):
         rows, guard = _usable(ranges, contact_times, time, outlier, step)
-        flights, residual = _fit_once(
-            rows, time, frame, height, weight, gravity, outlier, guard, quick=turn < 3
+        flights, residual = fit_rows(
+            rows, time, frame, height, weight, gravity, outlier, guard, quick=True
         )
         contact_times = flights.contact_times()
-        if turn == 3:
-            if len(rows) == 1 and np.ptp(height[rows[0]]) < LEAST_FALL * np.ptp(
-                height[~outlier]
-            ):
-                raise MeasurementError(
-                    "no fall can be distinguished from how the seed was held: too much"
-                    " noise, or too few frames"
-                )
-            return flights
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
         ranges = ranges[
             : free_flights(rows, time, height, residual, flights.contact_states(), step)
         ]
-    raise AssertionError
+    return _Tried(flights, residual, ranges, outlier)
+
+
+def _explained(residual: np.ndarray, reach: float) -> float:
+    """ln of how much better the places are told than by "anywhere within reach"; a row
+    far off counts as that (heavy tails)."""
+    sd = max(robust_sd(residual), 1e-6 * reach)
+    density = np.exp(-0.5 * (residual / sd) ** 2) / (math.sqrt(2 * math.pi) * sd)
+    return float(np.log1p(reach * density).sum())
 
 
 def _spikes(
@@ -257,16 +303,27 @@ def _usable(
     return tuple(rows), least
 
 
-def _fit_once(
-    rows, time, frame, height, weight, gravity: Gravity, outlier, guard, quick: bool
-):
+def fit_rows(
+    rows: tuple[np.ndarray, ...],
+    time: np.ndarray,
+    frame: np.ndarray,
+    height: np.ndarray,
+    weight: np.ndarray,
+    gravity: Gravity,
+    outlier: np.ndarray,
+    guard: float,
+    quick: bool,
+    noise: float | None = None,
+) -> tuple[Flights, np.ndarray]:
+    """Flights fitted to their rows, and the weighted residuals; quick: as if the noise
+    were white; noise: of a row of weight 1, where it is not to be estimated."""
     used = np.concatenate(rows)
     middle = np.array([time[r].mean() for r in rows])
     design = _places_and_speeds(rows, time, middle, 2)
     design[:, -2] = -(design[:, 1:-2:2].sum(axis=1) ** 2) / 2
     lag = frame_lag(frame[used])
     target = height[used]
-    solved = _solve(design, target, lag, weight[used], gravity, quick)
+    solved = _solve(design, target, lag, weight[used], gravity, quick, noise)
     for _ in range(2 if gravity.drag else 0):
         params = solved[0].params
         late = np.concatenate(
@@ -276,7 +333,7 @@ def _fit_once(
             ]
         )
         shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
-        solved = _solve(design, shifted, lag, weight[used], gravity, quick)
+        solved = _solve(design, shifted, lag, weight[used], gravity, quick, noise)
     found, free = solved
     return (
         Flights(
@@ -298,12 +355,12 @@ def _fit_once(
 
 
 def _solve(
-    design, target, lag, weight, gravity: Gravity, quick: bool
+    design, target, lag, weight, gravity: Gravity, quick: bool, noise: float | None
 ) -> tuple[Fit, Fit]:
     """The fit with the prior of gravity, and the one without."""
     bare = design[:, :-1]
     rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
-    free = fit(bare, target, lag, weight=weight, rho=rho)
+    free = fit(bare, target, lag, weight=weight, rho=rho, noise=noise)
     scale_row = np.zeros(design.shape[1])
     scale_row[-1] = 1.0
     rows, values, sds = [scale_row], [0.0], [max(gravity.scale_sd, 1e-9)]
@@ -316,7 +373,8 @@ def _solve(
             [*sds, max(gravity.other_sd, 1e-9)],
         )
     prior = (np.array(rows), np.array(values), np.array(sds))
-    return fit(design, target, lag, weight=weight, rho=rho, prior=prior), free
+    found = fit(design, target, lag, weight=weight, rho=rho, prior=prior, noise=noise)
+    return found, free
 
 
 def fit_lateral(

@@ -9,21 +9,20 @@ bouncing seed towards the camera or away from it changes the scale."""
 import math
 
 import numpy as np
+from benchtwin.bench.air import (
+    SHAPE_SD,
+    SLOWEST_M_S,
+    UNKNOWN_DRAG_PER_M,
+    air_of,
+    drag_at,
+)
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.bench.ellipsoid import sphere_volume
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.motion.flight import Flights, Gravity
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
-# local gravity (9.780 to 9.832 m/s²), perspective and lens over a fall, relative
-OTHER_SD = 1e-3
-# relative, due to drag on a seed of unknown size and mass (a soybean over 310 mm: 1.4 %
-# of g)
-UNKNOWN_AIR_SD = 0.01
-# assumed where the seed is not described: a soybean's (maize 0.03, wheat 0.08)
-UNKNOWN_DRAG_PER_M = 0.045
 UNKNOWN_FALL_M = 0.6  # assumed height of an unknown fall: rms of heights up to 1 m
-SHAPE_SD = 0.15  # relative: drag coefficient of a seed against that of a sphere
 NEAREST_MM, FARTHEST_MM = (
     300.0,
     20_000.0,
@@ -31,29 +30,18 @@ NEAREST_MM, FARTHEST_MM = (
 
 
 def drag_per_metre(recording: Recording, speed: float) -> float | None:
-    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s]; None
-    where the seed is not described. k = ρ_a C_d π d² / (8 m), d the diameter of the
-    sphere of equal volume, C_d of Schiller & Naumann (1935) up to Re 1000 and 0.44
-    beyond (Re < 2e5). A seed's own C_d differs by about SHAPE_SD."""
-    seed, air = recording.seed, recording.air
-    if air.density_kg_m3 == 0:
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s], as of
+    a sphere of equal volume (bench.air); None where the seed is not described."""
+    seed = recording.seed
+    if not recording.air.density_kg_m3:
         return 0.0
-    sizes = seed.sizes_mm
-    if not sizes:
+    if not seed.sizes_mm or not (seed.mass_g or seed.density_kg_m3):
         return None
-    diameter = float(np.prod(sizes)) ** (1 / len(sizes)) / 1000
-    if seed.mass_g:
-        mass = seed.mass_g / 1000
-    elif seed.density_kg_m3:
-        mass = seed.density_kg_m3 * sphere_volume(diameter)
-    else:
-        return None
-    coefficient = 0.44
-    if air.viscosity_pa_s > 0:
-        reynolds = max(air.density_kg_m3 * speed * diameter / air.viscosity_pa_s, 1e-3)
-        if reynolds < 1000:
-            coefficient = 24 / reynolds * (1 + 0.15 * reynolds**0.687)
-    return air.density_kg_m3 * coefficient * math.pi * diameter**2 / (8 * mass)
+    about = {
+        "seed": seed.model_dump(exclude_none=True),
+        "air": recording.air.model_dump(exclude_none=True),
+    }
+    return drag_at(air_of(about), max(speed, SLOWEST_M_S))
 
 
 def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str]]:
@@ -69,7 +57,14 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
         return Gravity(
             None, recording.camera.scale_sd if track.unit == "mm" else 0.0
         ), [text]
-    speed = math.sqrt(max(np.ptp(track.y), 1e-9) / 1000 * 2 * (G_MM_S2 / 1000))
+    fall_m = max(float(np.ptp(track.y)), 1e-9) / 1000
+    speed = math.sqrt(fall_m * 2 * (G_MM_S2 / 1000))
+    # local gravity, and what a lens and a camera's pitch do to a fall's curvature
+    other = math.hypot(
+        unstated_sd("gravity"),
+        unstated_sd("perspective") * fall_m,
+        2 * unstated_sd("lens"),
+    )
     drag = drag_per_metre(recording, 0.75 * speed)
     if drag is None:
         text = (
@@ -77,7 +72,10 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
             " unknown"
         )
         return Gravity(
-            G_MM_S2, recording.camera.scale_sd, math.hypot(OTHER_SD, UNKNOWN_AIR_SD)
+            G_MM_S2,
+            recording.camera.scale_sd,
+            # drag takes k 2H/3 of g, on average over a fall
+            math.hypot(other, 2 / 3 * UNKNOWN_DRAG_PER_M * fall_m),
         ), [text]
     share = drag * speed**2 / (G_MM_S2 / 1000)
     notes = (
@@ -89,7 +87,7 @@ def known_gravity(track: Track, recording: Recording) -> tuple[Gravity, list[str
         else []
     )
     return (
-        Gravity(G_MM_S2, recording.camera.scale_sd, OTHER_SD, drag / 1000),
+        Gravity(G_MM_S2, recording.camera.scale_sd, other, drag / 1000),
         notes,
     )  # the drag's own error: other_drag
 
@@ -163,7 +161,7 @@ def gravity_doubt(
             return (
                 f"{text}: {scale} (the fall reads {fall:.4g} mm instead of {stated:g})"
             )
-    if abs(ratio - 1) < 0.1 and gravity.other_sd > 0.9 * UNKNOWN_AIR_SD:
+    if abs(ratio - 1) < 0.1 and not gravity.drag and recording.air.density_kg_m3:
         return (
             f"{text}: {fps}, or {scale}, or air drag counts (state [seed] sizes and"
             " mass_g)"

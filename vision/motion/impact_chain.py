@@ -12,19 +12,18 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.bench.keys import Drop
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
 
 G = G_MM_S2 / 1000  # m/s²
 LEAST_E, MOST_E = 0.08, 1.0
-E_SD = (
-    0.12  # of ln e from bounce to bounce, by which a seed's shape and plate scatter it
-)
+# of ln e from bounce to bounce, by which a seed's shape and plate scatter it
+E_SD = 0.12
 # of ln e of the first bounce, from the stated height, which was read off a ruler
 FIRST_E_SD = 0.5
 LEVEL_POWER, LEVEL_SD_DB = 1.2, 6.0  # loudness against speed, and its scatter
@@ -32,9 +31,8 @@ LEVEL_POWER, LEVEL_SD_DB = 1.2, 6.0  # loudness against speed, and its scatter
 # cosine
 ALIKE, ALIKE_WEIGHT = (0.75, 5.0)
 SUDDEN_S, LASTS_DB = 5e-3, -4.0
-NOT_SUDDEN = (
-    4.0  # ln likelihood ratio against an impact where a sound rises slowly or lasts
-)
+# ln likelihood ratio against an impact where a sound rises slowly or lasts
+NOT_SUDDEN = 4.0
 LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
 OTHERS = 0.3  # other sounds as loud that are expected in a recording without any
 PASSES = 4
@@ -46,11 +44,10 @@ HIGHER = 6.0
 UNKNOWN_FAINTER_DB = -6.0  # the second impact than the first, where no height is stated
 MISSED = 6.0  # cost in ln likelihood of an impact that was not heard
 COST = 2.0  # in ln likelihood, of each impact
-ECHO_S, ECHO_SD_S, FAINTER_DB = (
-    (3e-3, 0.065),
-    4e-4,
-    3.0,
-)  # delay of echoes, its scatter, by how much they are fainter
+# delay of echoes, its scatter, by how much they are fainter
+ECHO_S = (3e-3, 0.065)
+ECHO_SD_S = 4e-4
+FAINTER_DB = 3.0
 ECHO = 4.0  # ln likelihood ratio against an impact at the delay of an echo
 BESIDE_S = (
     0.02,
@@ -101,11 +98,10 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
     for _ in range(PASSES if drops else 0):
         known = _rows(drops)
         likelihoods = _log_likelihoods(onsets, duration_s, known)
-        first = (
-            drops[0]
-            if len(drops) == 1
-            else _likeliest_chain(onsets, likelihoods, height_mm)
-        )
+        if len(drops) == 1:
+            first = drops[0]
+        else:
+            first = _likeliest_chain(onsets, likelihoods, height_mm)
         drops = _further(onsets, likelihoods, height_mm, first)
         if np.array_equal(_rows(drops), known):
             break
@@ -224,13 +220,8 @@ def echo_lags(o: Onsets) -> np.ndarray:
     late, early = np.nonzero(pair & (o.timbre @ o.timbre.T > ALIKE))
     out = np.zeros(len(o))
     for i, j in zip(late, early):
-        same = (
-            (np.abs(lag[late, early] - lag[i, j]) < ECHO_SD_S)
-            & (late != i)
-            & (early != j)
-            & (late != j)
-            & (early != i)
-        )
+        alike = np.abs(lag[late, early] - lag[i, j]) < ECHO_SD_S
+        same = (alike) & (late != i) & (early != j) & (late != j) & (early != i)
         if same.any():
             out[i] = lag[i, j]
     return out
@@ -247,11 +238,9 @@ def _likeliest_chain(
     alike = o.timbre @ o.timbre.T
     audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
-    interval, e, previous = (
-        np.zeros((n, n)),
-        np.full((n, n), np.nan),
-        np.full((n, n), -1),
-    )
+    interval = np.zeros((n, n))
+    e = np.full((n, n), np.nan)
+    previous = np.full((n, n), -1)
     skipped = np.zeros((n, n), bool)
     for k in range(n):
         for j in range(k - 1, -1, -1):
@@ -266,11 +255,10 @@ def _likeliest_chain(
             )
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
             first_e = gap / fall if fall else math.nan
-            fainter = (
-                20 * LEVEL_POWER * math.log10(min(first_e, 1.0))
-                if fall
-                else UNKNOWN_FAINTER_DB
-            )
+            if fall:
+                fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0))
+            else:
+                fainter = UNKNOWN_FAINTER_DB
             begin += _log_likelihood_of_level(o.level_db[k] - o.level_db[j], fainter)
             if fall and first_e > MOST_E:
                 begin -= HIGHER
@@ -291,19 +279,14 @@ def _likeliest_chain(
                     o.level_db[k] - o.level_db[j],
                     20 * LEVEL_POWER * np.log10(now) * (1 + lost),
                 )
-                whole = np.where(
-                    fits,
-                    score[before, j] + pair + like + due + fainter - MISSED * lost,
-                    -np.inf,
-                )
+                total = score[before, j] + pair + like + due + fainter
+                whole = np.where(fits, total - MISSED * lost, -np.inf)
                 best = int(np.argmax(whole))
                 if whole[best] > score[j, k]:
-                    score[j, k], previous[j, k], e[j, k], skipped[j, k] = (
-                        whole[best],
-                        before[best],
-                        now[best],
-                        lost,
-                    )
+                    score[j, k] = whole[best]
+                    previous[j, k] = before[best]
+                    e[j, k] = now[best]
+                    skipped[j, k] = lost
                     interval[j, k] = gap * now[best] / (1 + now[best]) if lost else gap
     return _backtrack(score, previous, skipped)
 
@@ -359,7 +342,7 @@ def _rejections(o: Onsets, impacts: np.ndarray) -> dict[int, str]:
 
 
 def correct_impacts(
-    sound: Sound, onsets: Onsets, chain: Chain, drop: Drop, where: str
+    sound: Sound, onsets: Onsets, chain: Chain, drop: Any, where: str
 ) -> tuple[Onsets, Chain, tuple[int, ...], list[str]]:
     """(onsets, chain, rows of the added impacts, notes) after the corrections in
     `drop`, which the file `where` states."""
@@ -422,30 +405,20 @@ def _with_added(
         onset_near(sound, at) for at in moments if _nearest(onsets.time_s, at) is None
     ]
     times, sds = np.array(new).reshape(-1, 2).T
-    unknown = {
-        "time_s": times,
-        "sd_s": sds,
-        "timbre": np.full((len(new), onsets.timbre.shape[1]), np.nan),
-    }
+    timbre = np.full((len(new), onsets.timbre.shape[1]), np.nan)
+    unknown = {"time_s": times, "sd_s": sds, "timbre": timbre}
     fields = Onsets.__dataclass_fields__
+    blank = np.full(len(new), np.nan)
     grown = Onsets(
-        *(
-            np.concatenate(
-                [getattr(onsets, f), unknown.get(f, np.full(len(new), np.nan))]
-            )
-            for f in fields
-        )
+        *(np.concatenate([getattr(onsets, f), unknown.get(f, blank)]) for f in fields)
     )
     order = np.argsort(grown.time_s, kind="stable")
     row_of = np.argsort(order)
     grown = grown.take(order)
     rejected = {int(row_of[row]): reason for row, reason in chain.rejected.items()}
     added = [int(np.abs(grown.time_s - at).argmin()) for at in moments]
-    return (
-        grown,
-        replace(chain, impacts=row_of[chain.impacts], rejected=rejected),
-        added,
-    )
+    impacts = row_of[chain.impacts]
+    return (grown, replace(chain, impacts=impacts, rejected=rejected), added)
 
 
 def _nearest(times: np.ndarray, at: float) -> int | None:

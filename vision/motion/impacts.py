@@ -2,17 +2,21 @@
 
 A free flight that starts and ends on the plate lasts Δt = 2 v / g, so v = g Δt / 2, its
 height is g Δt² / 8, and the restitution of the impact between two flights is e = Δt₂ /
-Δt₁. The first impact's speed is √(2 g H) of the stated fall. Air drag is allowed for
+Δt₁. The first impact's speed is √(2 g H) of the stated fall, which the later bounces
+correct (first_bounce.py). Air drag is allowed for
 where the seed is described (a = −g − k v |v|, in closed form); otherwise a soybean's
 drag is part of the error. Unknown sds of the times are estimated from their rounding
 and scatter: an error of a time changes two intervals in opposite ways, a scatter of the
 restitution does not."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.air import SHAPE_SD, UNKNOWN_DRAG_PER_M, through_air
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.ellipsoid import elongation
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -21,8 +25,8 @@ from benchtwin.vision.measurement import (
     all_failed,
     failed,
 )
-from benchtwin.vision.motion.gravity import SHAPE_SD, UNKNOWN_DRAG_PER_M, drag_per_metre
-from benchtwin.vision.motion.rebound import HEIGHT_SD_MM
+from benchtwin.vision.motion.first_bounce import first_bounce, first_flat_sd
+from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.recording import Recording
 
 G = G_MM_S2 / 1000  # m/s²
@@ -56,30 +60,45 @@ def measure_impacts(
         )
     gap_sd = np.hypot(sd[:-1], sd[1:])
     height = recording.drop.height_mm if first else None
+    height_m = height / 1000 if height else None
     drag, drag_sd, drag_notes = _drag(recording, float(gap[0]), height)
     notes += drag_notes
-    before, speed, rise = _through_air(gap, height, drag)
-    fall_speed, air = before[0], _through_air(gap, height, drag + drag_sd)
+    before, speed, rise = through_air(gap, height_m, drag)
+    air = through_air(gap, height_m, drag + drag_sd)
     e, e_air = speed / before, air[1] / air[0] - speed / before
-    fall_sd = (
-        math.hypot(fall_speed * HEIGHT_SD_MM / height / 2, air[0][0] - fall_speed)
-        if height
-        else math.nan
-    )
-    speed_sd = np.hypot(G * gap_sd / 2, air[1] - speed)
-    before_sd = np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
     # Neighbouring intervals share the impact between them, so their errors are
     # opposite.
-    later = (
-        np.sqrt((e[1:] * sd[:-2]) ** 2 + ((1 + e[1:]) * sd[1:-1]) ** 2 + sd[2:] ** 2)
-        / gap[:-1]
+    late = np.zeros((len(gap), len(times)))  # of e with the times, which are late by sd
+    rows = np.arange(len(gap))
+    late[rows, rows + 1], late[rows, rows] = sd[1:] / gap, -sd[:-1] / gap
+    late[1:] -= late[:-1].copy()
+    late *= e[:, None]
+    e_sd = np.hypot(np.sqrt((late**2).sum(axis=1)), e_air)
+    speed_sd = np.hypot(G * gap_sd / 2, air[1] - speed)
+    before_sd = np.append(
+        math.nan, np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
     )
-    first_sd = (
-        e[0] * math.hypot(gap_sd[0] / gap[0], HEIGHT_SD_MM / height / 2)
-        if height
-        else math.nan
-    )
-    e_sd = np.hypot(np.concatenate([[first_sd], later]), e_air)
+    doubt, e_common = "", np.abs(e_air)
+    by_height = math.sqrt(1000 * rise[0] / height) / e[0] if height else math.nan
+    if height:
+        lost = 1 - before[0] ** 2 / (2 * G * height / 1000)
+        told = first_bounce(
+            e,
+            late @ late.T + np.outer(e_air, e_air),
+            before,
+            height,
+            recording.drop.height_sd,
+            first_flat_sd(elongation(recording.seed.sizes_mm)),
+        )
+        e[0], e_sd[0] = told.value, told.sd
+        doubt = told.doubt(recording.drop.height_sd)
+        e_common[0] = math.hypot(e_air[0], told.by_height)
+        before[0] = speed[0] / e[0]
+        before_sd[0] = before[0] * math.hypot(e_sd[0] / e[0], gap_sd[0] / gap[0])
+    at = _missed_interval(e)
+    if at is not None and at < 2:  # said below: it is not the height's fault
+        doubt = ""
+    rise_air = air[2] - rise
     bounces = pd.DataFrame(
         {
             "recording": recording.id,
@@ -88,40 +107,51 @@ def measure_impacts(
             "t_s": times[:-1],
             "t_sd_s": sd[:-1],
             "speed_before_m_s": before,
-            "speed_before_sd_m_s": [fall_sd, *before_sd],
+            "speed_before_sd_m_s": before_sd,
             "speed_after_m_s": speed,
             "speed_after_sd_m_s": speed_sd,
             "height_mm": 1000 * rise,
-            "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, air[2] - rise),
+            "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, rise_air),
             "restitution": e,
             "restitution_sd": e_sd,
             "quality": _qualities(e),
         }
     )
-    top = float(bounces.height_mm[0])
+
+    def quantity(name: str, column: str, unit: str, common: float, row: int = 0):
+        value, sd = (
+            float(bounces[c][row]) for c in (column, column.replace("_m", "_sd_m"))
+        )
+        return Quantity(name, value, sd, unit, sd_common=min(abs(common), sd))
+
+    top = 1000 * float(rise[0])
     quantities = [
-        Quantity("rebound_height", top, float(bounces.height_sd_mm[0]), "mm"),
-        Quantity("rebound_speed", float(speed[0]), float(speed_sd[0]), "m/s"),
+        quantity("rebound_height", "height_mm", "mm", 1000 * rise_air[0]),
+        quantity("rebound_speed", "speed_after_m_s", "m/s", (air[1] - speed)[0]),
     ]
     if height:
-        by_height = math.sqrt(top / height)
-        by_height_sd = (
-            by_height
-            / 2
-            * math.hypot(float(bounces.height_sd_mm[0]) / top, HEIGHT_SD_MM / height)
-        )
-        if (lost := 1 - fall_speed**2 / (2 * G * height / 1000)) > MOST_LOST:
+        e1 = float(e[0])
+        normal = Quantity(
+            "restitution_normal", e1, float(e_sd[0]), "1", sd_common=float(e_common[0])
+        ).doubt(doubt)
+        if lost > MOST_LOST:
             text = (
                 f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) ="
-                f" {by_height:.4g} is no restitution"
+                f" {by_height * e1:.4g} is no restitution"
             )
             notes.append(f"{text}; the ratio of the speeds is given")
-            by_height, by_height_sd = float(e[0]), float(e_sd[0])
-        quantities.insert(1, Quantity("restitution", by_height, by_height_sd, "1"))
-        quantities.insert(2, Quantity("impact_speed", fall_speed, fall_sd, "m/s"))
-        quantities.append(
-            Quantity("restitution_normal", float(e[0]), float(e_sd[0]), "1")
-        )
+            by_height = 1.0
+        scaled = (by_height * v for v in (normal.value, normal.sd, normal.sd_common))
+        value, value_sd, common = scaled
+        quantities[1:1] = [
+            replace(
+                normal, name="restitution", value=value, sd=value_sd, sd_common=common
+            ),
+            quantity(
+                "impact_speed", "speed_before_m_s", "m/s", before[0] / e1 * e_common[0]
+            ).doubt(doubt),
+        ]
+        quantities.append(normal)
     else:
         text = (
             f"{recording.toml}: [drop] height_mm is missing; the first impact's speed"
@@ -133,7 +163,13 @@ def measure_impacts(
             (("restitution", "1"), ("impact_speed", "m/s")), text
         )
         if len(gap) > 1:
-            second = Quantity("restitution_normal", float(e[1]), float(e_sd[1]), "1")
+            second = Quantity(
+                "restitution_normal",
+                float(e[1]),
+                float(e_sd[1]),
+                "1",
+                sd_common=float(e_common[1]),
+            )
             reason = (
                 "[drop] height_mm is missing, so the first one's speed is unknown"
                 if first
@@ -142,13 +178,13 @@ def measure_impacts(
             quantities.append(second.doubt(f"of the second impact: {reason}"))
         else:
             quantities.append(failed("restitution_normal", "1", text))
-    if wrong := _wrong_unit(gap, e, top, recording):
+    if wrong := _wrong_unit(gap, top, recording):
         return (
             tuple(failed(q.name, q.unit, wrong) for q in quantities),
             bounces,
             [*notes, wrong],
         )
-    if (at := _missed_interval(e)) is not None:
+    if at is not None:
         what = (
             f"an impact seems to be missing: interval {at + 1} ({gap[at]:.4g} s) does"
             " not fit the others"
@@ -193,31 +229,7 @@ def _drag(
     )
 
 
-def _through_air(
-    gap: np.ndarray, height: float | None, drag: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(m,) each: speed before and after each impact [m/s], height of the flight after
-    it [m]; the first speed is the stated fall's."""
-    k = max(drag, 1e-9)
-    up = G * gap / 2
-    for _ in range(12):  # Newton's steps would be two; the duration is nearly 2 v / g
-        rise = np.log1p(k * up**2 / G) / (2 * k)
-        lasts = (
-            np.arctan(up * math.sqrt(k / G))
-            + np.arcsinh(np.sqrt(np.expm1(2 * k * rise)))
-        ) / math.sqrt(G * k)
-        up = up * gap / lasts
-    rise = np.log1p(k * up**2 / G) / (2 * k)
-    down = np.sqrt(G / k * -np.expm1(-2 * k * rise))
-    fall = (
-        math.sqrt(G / k * -math.expm1(-2 * k * height / 1000)) if height else math.nan
-    )
-    return np.concatenate([[fall], down[:-1]]), up, rise
-
-
-def _wrong_unit(
-    gap: np.ndarray, e: np.ndarray, top: float, recording: Recording
-) -> str:
+def _wrong_unit(gap: np.ndarray, top: float, recording: Recording) -> str:
     """Why times or heights cannot be in their units; "" where they can."""
     if gap.max() > LONGEST_S:
         return (
@@ -225,7 +237,7 @@ def _wrong_unit(
             " (are these milliseconds?)"
         )
     height = recording.drop.height_mm
-    if height and e[0] > 1.05:
+    if height and top > 1.1 * height + 3 * recording.drop.height_sd:
         return (
             f"the first interval of {gap[0]:.4g} s is a rebound of {top:.4g} mm, higher"
             f" than the drop ([drop] height_mm = {height:g}): is height_mm in"

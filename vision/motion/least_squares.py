@@ -15,9 +15,8 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2 as chi_square
 from scipy.stats import t as student
 
-RHO_MAX = (
-    0.995  # beyond this a few thousand frames cannot tell correlated noise from a drift
-)
+# beyond this a few thousand frames cannot tell correlated noise from a drift
+RHO_MAX = 0.995
 LEAST_P = 0.01  # of a χ² as large by chance, below which stated sds are doubted
 
 
@@ -63,11 +62,8 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
         carried[0] = 0.0
         triangle = np.abs(np.diag(np.linalg.qr(whiten(both, lag, rho), mode="r")))
         triangle = np.maximum(triangle, 1e-300)
-        return (
-            (n - p) * 2 * np.log(triangle[p])
-            + np.log(1 - carried**2).sum()
-            + 2 * np.log(triangle[:p]).sum()
-        )
+        spread = 2 * np.log(triangle[:p]).sum()
+        return (n - p) * 2 * np.log(triangle[p]) + np.log(1 - carried**2).sum() + spread
 
     found = minimize_scalar(
         loss, bounds=(0.0, RHO_MAX), method="bounded", options={"xatol": 2e-3}
@@ -83,36 +79,35 @@ def fit(
     weight: np.ndarray | None = None,
     rho: float | None = None,
     prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
+    noise: float | None = None,
 ) -> Fit:
     """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
     weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds
-    (m,)) of what is known beforehand. The covariance is widened by Student's t for the
-    n − p degrees of freedom behind σ."""
+    (m,)) of what is known beforehand. σ is `noise`, or estimated; then the covariance
+    is widened by Student's t for the n − p degrees of freedom behind it."""
     n, p = design.shape
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight
     rho = estimate_rho(scaled, target, lag) if rho is None else rho
     white, aim = whiten(scaled, lag, rho), whiten(target, lag, rho)
-    alone = np.linalg.lstsq(white, aim, rcond=None)[0]
-    freedom = max(n - np.linalg.matrix_rank(white), 1)
-    noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
-    noise = max(
-        noise, 1e-12 * float(np.abs(data).max()), 1e-9
-    )  # a simulated track may be exact, or exactly 0
+    widen = 1.0
+    if noise is None:
+        alone = np.linalg.lstsq(white, aim, rcond=None)[0]
+        freedom = max(n - np.linalg.matrix_rank(white), 1)
+        noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
+        widen = (student.ppf(0.975, freedom) / 1.96) ** 2
+    # a simulated track may be exact, or exactly 0
+    noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)
     white, aim = white / noise, aim / noise
     if prior is not None:
         rows, values, sds = prior
-        white, aim = (
-            np.vstack([white, rows / sds[:, None]]),
-            np.concatenate([aim, values / sds]),
-        )
-    inverse = (
-        np.linalg.pinv(white.T @ white, hermitian=True)
-        if p > 2
-        else np.linalg.pinv(white.T @ white)
-    )
+        white = np.vstack([white, rows / sds[:, None]])
+        aim = np.concatenate([aim, values / sds])
+    if p > 2:
+        inverse = np.linalg.pinv(white.T @ white, hermitian=True)
+    else:
+        inverse = np.linalg.pinv(white.T @ white)
     params = np.linalg.lstsq(white, aim, rcond=None)[0]
-    widen = (student.ppf(0.975, freedom) / 1.96) ** 2
     return Fit(params, inverse * widen, noise, rho, data - design @ params)
 
 

@@ -30,14 +30,12 @@ STANDS_OUT = 6.0  # times the noise's power in one frequency: e^-6 of the noise 
 MOST_OVER = 25.0  # times the noise's power that one frequency may contribute
 FRESH_S = 7e-3  # an onset is louder than the sound this long before it
 APART_S = 4e-3  # least distance of two onsets
-NOISE_PEAKS_PER_S = (
-    2.0  # rate of noise peaks as strong as the weakest onset that is listed
-)
+# rate of noise peaks as strong as the weakest onset that is listed
+NOISE_PEAKS_PER_S = 2.0
 MOST_ONSETS, MOST_IN_ALL = 160, 1000  # in BLOCK_S; in a recording
 BLOCK_S = 20.0
-EDGE_S = (
-    0.06  # at a recording's beginning and end: encoders begin and stop with a click
-)
+# at a recording's beginning and end: encoders begin and stop with a click
+EDGE_S = 0.06
 ORDER_S = 8e-4  # order of the autoregressive filter
 BANDS_HZ = np.geomspace(200, 20_000, 25)
 SEARCH_S = (
@@ -47,15 +45,13 @@ SEARCH_S = (
 POINTED_S = 6e-3  # before and after a moment that somebody points at
 # error of the time at which the window contains most of a ring of several tones
 WINDOW_SD_S = 3e-4
-AHEAD_S = (
-    3e-3  # of the sound after the onset; a room's reverberation may be louder later
-)
+# of the sound after the onset; a room's reverberation may be louder later
+AHEAD_S = 3e-3
 PRE_ECHO = 0.25  # of the amplitude that follows: an encoder's pre-echo is fainter
 LOSSY_SD_S = 1e-4  # least sd of an onset in lossy sound
 TIME_SD_S = 3e-5  # least sd of an onset: the contact itself lasts as long
-LEAST_NOISE = (
-    0.1  # of the median power: less in some frequencies is a gap left by a codec
-)
+# of the median power: less in some frequencies is a gap left by a codec
+LEAST_NOISE = 0.1
 CODEC_HZ = (500.0, 8000.0)  # where codecs leave no gaps
 LEAST_DENSITY = 1e-7  # of the noise's power per hertz, relative to its maximum
 
@@ -102,11 +98,9 @@ def find_onsets(sound: Sound) -> Onsets:
         inside = np.flatnonzero((at >= first / rate) & (at < stop / rate))
         part = found.take(inside)
         parts.append(replace(part, time_s=part.time_s + begin / rate + sound.start_s))
+    names = Onsets.__dataclass_fields__
     whole = Onsets(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in Onsets.__dataclass_fields__
-        )
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
     )
     return whole.take(np.sort(np.argsort(-whole.strength, kind="stable")[:MOST_IN_ALL]))
 
@@ -163,11 +157,8 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     level = np.maximum(middle / np.log(2), high / -np.log(0.15) / 2)
     level = np.maximum(level, LEAST_NOISE * np.median(level) + 1e-9).astype(np.float32)
     # the mean power before each window, at least that of the noise
-    total = np.cumsum(
-        np.concatenate([np.zeros((1, power.shape[1]), np.float32), power]),
-        axis=0,
-        dtype=np.float64,
-    )
+    nothing = np.zeros((1, power.shape[1]), np.float32)
+    total = np.cumsum(np.concatenate([nothing, power]), axis=0, dtype=np.float64)
     stop = np.maximum(np.arange(len(power)) - round(DECAYS * DECAY_S * hops) + 1, 0)
     start = np.maximum(stop - round(BEFORE_S * hops), 0)
     mean_before = (total[stop] - total[start]) / np.maximum(stop - start, 1)[:, None]
@@ -176,9 +167,8 @@ def _in_block(white: np.ndarray, rate: float, lossy: bool) -> Onsets:
     loud = np.log(np.maximum(over, STANDS_OUT) / STANDS_OUT).sum(axis=1)
     lag = round(FRESH_S * hops)
     earlier = np.maximum(before[lag:], power[: len(power) - lag])
-    fresh = np.concatenate(
-        [over[:lag], power[lag:] / earlier]
-    )  # a ring that goes on is not a new one
+    # a ring that goes on is not a new one
+    fresh = np.concatenate([over[:lag], power[lag:] / earlier])
     score = np.clip(fresh - STANDS_OUT, 0, MOST_OVER).sum(axis=1)
     at, strength = _peaks(loud, score, hops)
     rows = [
@@ -224,9 +214,8 @@ def _peaks(
     if not len(top):
         return top, np.zeros(0)
     found = score[top]
-    silent = max(
-        0, round(len(loud) / (2 * wide)) - len(top)
-    )  # intervals without a peak
+    # intervals without a peak
+    silent = max(0, round(len(loud) / (2 * wide)) - len(top))
     low, high = np.quantile(np.concatenate([np.zeros(silent), found]), [0.4, 0.8])
     scale = max((high - low) / np.log(0.6 / 0.2), 1.0)
     per_s = len(loud) / (2 * wide) / (len(loud) / hops)
@@ -266,14 +255,9 @@ def _describe_onset(
         np.bincount(band[inside], np.maximum(extra[inside], 0), len(BANDS_HZ) - 1)
     )
     rise, lasting = _rise_and_decay(white, rate, begin)
-    return (
-        time,
-        sd,
-        10 * np.log10(max(extra.sum() / noise, 1e-9)),
-        rise,
-        lasting,
-        shares / max(np.linalg.norm(shares), 1e-30),
-    )
+    level = 10 * np.log10(max(extra.sum() / noise, 1e-9))
+    length = max(np.linalg.norm(shares), 1e-30)
+    return (time, sd, level, rise, lasting, shares / length)
 
 
 def _rise_and_decay(white: np.ndarray, rate: float, begin: int) -> tuple[float, float]:
@@ -284,9 +268,8 @@ def _rise_and_decay(white: np.ndarray, rate: float, begin: int) -> tuple[float, 
     ten = round(0.01 * rate)
     smooth = uniform_filter1d(here[: 2 * ten], max(1, round(1e-3 * rate)))
     first = max(here[:ten].mean() - 1, 1e-6)
-    later = (
-        np.diff(np.cumsum(here)[ten::ten]) / ten - 1
-    )  # of every hundredth of a second after the first
+    # of every hundredth of a second after the first
+    later = np.diff(np.cumsum(here)[ten::ten]) / ten - 1
     lasting = 10 * np.log10(max(float(later.min()), 1e-3 * first) / first)
     return float(np.argmax(smooth > 0.25 * smooth.max()) / rate), float(lasting)
 
@@ -298,9 +281,8 @@ def _past_pre_echo(white, rate: float, begin: int) -> float:
     ahead = white[max(0, begin - wide) : begin + round(AHEAD_S * rate)]
     if len(ahead) <= 2 * wide:
         return 0.0
-    loud = np.convolve(
-        np.square(ahead, dtype=float), np.ones(wide), "valid"
-    )  # of the samples from each one on
+    # of the samples from each one on
+    loud = np.convolve(np.square(ahead, dtype=float), np.ones(wide), "valid")
     at = begin - wide + int(np.argmax(loud >= PRE_ECHO**2 * loud.max()))
     return (at + wide) / rate if at > begin + wide else 0.0
 
@@ -317,14 +299,11 @@ def _variance_change(
         return near, 1e-2
     k = np.arange(4, n - 4)
     sums = np.cumsum(square)
-    one, two = (
-        np.maximum(sums[k - 1] / k, 1e-12),
-        np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12),
-    )
+    one = np.maximum(sums[k - 1] / k, 1e-12)
+    two = np.maximum((sums[-1] - sums[k - 1]) / (n - k), 1e-12)
     at = (first + k) / rate
-    far = 1.5 * np.log1p(
-        ((at - near) / near_sd) ** 2
-    )  # with wide tails: beating tones are loudest some time after they begin
+    # with wide tails: beating tones are loudest some time after they begin
+    far = 1.5 * np.log1p(((at - near) / near_sd) ** 2)
     jump = -0.5 * (k * np.log(one) + (n - k) * np.log(two))
     none = -0.5 * n * np.log(max(sums[-1] / n, 1e-12))  # a falling variance is no onset
     return _posterior_mean(at, np.where(two > one, jump, none) - far)
@@ -340,9 +319,8 @@ def _window_maximum(
     power = _spectra(white[at[0] : at[-1] + 2 * len(window)], at - at[0], window)[
         :, seen
     ]
-    bins_apart = (
-        rate / len(window) * 2 * DECAY_S
-    )  # how many of them are one independent number
+    # how many of them are one independent number
+    bins_apart = rate / len(window) * 2 * DECAY_S
     return _posterior_mean(
         at / rate, (power / before[seen]).sum(axis=1) * min(1.0, bins_apart)
     )

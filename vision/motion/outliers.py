@@ -11,11 +11,10 @@ LEAST_ROWS = 15
 # 5,000 true rows
 SPIKE_SD = 6.0
 SMOOTH = 6  # degree of the curve through a flight
-LEAP, LEAST_LEAP, RETURN = (
-    5.0,
-    0.1,
-    2.5,
-)  # in typical steps; of the extent; in typical steps
+# in typical steps; of the extent; in typical steps
+LEAP = 5.0
+LEAST_LEAP = 0.1
+RETURN = 2.5
 WINDOW, MOST_SLIPPED = 13, 12  # rows
 STILL = 0.01  # of the extent: rows so near the first are those of a seed that is held
 MOST_OUTLIERS = 0.05  # of a flight's rows; more are no outliers but its path
@@ -37,10 +36,9 @@ def single_spikes(height: np.ndarray) -> np.ndarray:
         return spikes
     _, off, limit = _off_neighbours(height)
     before, after = height[1:-1] - height[:-2], height[1:-1] - height[2:]
+    nearer = np.minimum(np.abs(before), np.abs(after))
     spikes[1:-1] = (
-        (off[1:-1] > limit[1:-1])
-        & (before * after > 0)
-        & (np.minimum(np.abs(before), np.abs(after)) > limit[1:-1])
+        (off[1:-1] > limit[1:-1]) & (before * after > 0) & (nearer > limit[1:-1])
     )
     return spikes
 
@@ -59,11 +57,8 @@ def slips(frame: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     leap = (rate > LEAP * typical) & (rate > LEAST_LEAP * extent)
     after = 0
     for away in np.flatnonzero(leap):  # from row `away` to the next
-        backs = [
-            b
-            for b in np.flatnonzero(leap[away + 1 : away + 1 + MOST_SLIPPED]) + away + 1
-            if away >= after
-        ]
+        near = leap[away + 1 : away + 1 + MOST_SLIPPED]
+        backs = [b for b in np.flatnonzero(near) + away + 1 if away >= after]
         for back in backs:
             between = np.hypot(x[back + 1] - x[away], y[back + 1] - y[away]) / (
                 frame[back + 1] - frame[away]
@@ -115,10 +110,5 @@ def _off_neighbours(height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     steps = np.abs(
         np.diff(median_filter(height, 3, mode="nearest"), append=height[-1:])
     )  # single rows off are not in it
-    return (
-        middle,
-        off,
-        np.maximum(
-            10 * float(np.median(off)), 2.0 * maximum_filter1d(steps, 9, mode="nearest")
-        ),
-    )
+    moving = 2.0 * maximum_filter1d(steps, 9, mode="nearest")
+    return (middle, off, np.maximum(10 * float(np.median(off)), moving))

@@ -3,6 +3,7 @@ or errs."""
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from benchtwin.bench.keys import Tracking
@@ -35,7 +36,7 @@ def with_places(track: Track, places: Places, times: Mapping[int, float]) -> Tra
     blank = np.full(len(hand), np.nan)
     order = np.argsort(np.concatenate([kept.frame, hand.frame]), kind="stable")
     columns = ("frame", "t_s", "x", "y", "sd", "outlier")
-    joined = {
+    joined: dict[str, Any] = {
         c: np.concatenate([getattr(kept, c), getattr(hand, c)])[order] for c in columns
     }
     joined |= {
@@ -43,7 +44,7 @@ def with_places(track: Track, places: Places, times: Mapping[int, float]) -> Tra
         for c in ("angle_deg", "angle_sd_deg")
         if (values := getattr(kept, c)) is not None
     }
-    return replace(track, **joined, notes=(*track.notes, *hand.notes))
+    return replace(track, notes=(*track.notes, *hand.notes), **joined)
 
 
 def upside_down(places: Places, height: int) -> Places:

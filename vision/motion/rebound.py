@@ -36,9 +36,6 @@ from benchtwin.vision.motion.least_squares import propagate
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
-HEIGHT_SD_MM = (
-    1.0  # of a stated release height: a seed held by hand or clamp, read off a ruler
-)
 QUANTITIES = (
     ("rebound_height", "mm"),
     ("restitution", "1"),
@@ -92,6 +89,12 @@ def measure_rebound(
         notes.append(
             f"{int(flights.outlier.sum())} frames lie off their flight and were left"
             " out (marked as outliers)"
+        )
+    if flights.unused:
+        began = f"{used.time[flights.rows[0][0]]:.4g} {used.time_unit}"
+        notes.append(
+            f"before {began} the place moves, but not in a free fall (a hand, or a"
+            " slip of the tracker): these rows are not used"
         )
     if flights.rho > 0.3:
         notes.append(
@@ -338,40 +341,32 @@ def _quantities(
     normal = quantity("restitution_normal", "restitution", "1", "", common[5])
     notes = []
     stated, seen = recording.drop.height_mm, release_seen(flights, track)
-    if stated and track.unit == "mm":
-        relative = (
-            math.hypot(height.sd / top, HEIGHT_SD_MM / stated) if top > 0 else math.nan
+    turned = max(height.sd**2 - sds[4] ** 2, 0.0) ** 0.5  # by the plumb, beside `cov`
+    turned = turned / top if top > 0 else math.nan
+    by_fall = float(values[-1]), math.hypot(sds[-1], values[-1] * turned / 2)
+    if stated and track.unit == "mm" and top > 0:
+        off_sd = recording.drop.height_sd
+        e = math.sqrt(top / stated)
+        e_sd, e_common = (
+            e / 2 * math.hypot(sd / top, off_sd / stated)
+            for sd in (height.sd, height.sd_common)
         )
-        e = math.sqrt(max(top, 0) / stated)
-        shared = (
-            math.hypot(height.sd_common / top, HEIGHT_SD_MM / stated)
-            if top > 0
-            else 0.0
+        both = e / top / 2 * (cov[-1, 4] + by_fall[0] * turned**2 * top / 2)
+        restitution = _likeliest(
+            (e, e_sd, e_common), (*by_fall, float(common[-1])), float(both)
         )
-        restitution = Quantity(
-            "restitution", e, e * relative / 2, "1", sd_common=e * shared / 2
-        )
-        if seen and abs(fall - stated) > max(
-            3 * math.hypot(fall_sd, HEIGHT_SD_MM), 0.02 * stated
-        ):
+        if abs(fall - stated) > off_sd + 2 * fall_sd:
             text = (
-                f"the fall seen is {fall:.4g} mm but [drop] height_mm says {stated:g}:"
-                " one of them is in a wrong unit or wrong"
+                f"the fall seen is {fall:.4g} ± {fall_sd:.2g} mm but [drop] height_mm"
+                f" says {stated:g}"
             )
-            restitution, notes = restitution.doubt(text), [text]
+            if abs(fall - stated) > max(3 * math.hypot(fall_sd, off_sd), 0.02 * stated):
+                text += ": one of them is in a wrong unit or wrong"
+                restitution = restitution.doubt(text)
+            notes = [text]
     elif seen:
-        turned = (
-            math.sqrt(max(height.sd**2 - sds[4] ** 2, 0.0)) / top / 2
-            if top > 0
-            else math.nan
-        )
-        sd = math.hypot(sds[-1], values[-1] * turned)
         restitution = Quantity(
-            "restitution",
-            float(values[-1]),
-            sd,
-            "1",
-            sd_common=min(float(common[-1]), sd),
+            "restitution", *by_fall, "1", sd_common=min(float(common[-1]), by_fall[1])
         )
         notes.append(f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}")
     else:
@@ -392,6 +387,26 @@ def _quantities(
             for q in quantities
         ]
     return tuple(_doubtful(q, flights, track, normal.value) for q in quantities), notes
+
+
+def _likeliest(
+    one: tuple[float, float, float], other: tuple[float, float, float], both: float
+) -> Quantity:
+    """Restitution of least variance from two estimates (value, sd, common sd) with the
+    covariance `both`, the other one perhaps NaN; what is common is of different
+    causes."""
+    values, sds, common = np.array([one, other]).T
+    cov = np.array([[sds[0] ** 2, both], [both, sds[1] ** 2]])
+    apart = sds[0] ** 2 + sds[1] ** 2 - 2 * both
+    share = 0.0
+    if np.isfinite(other[:2]).all() and apart > 0:
+        share = float(np.clip((sds[0] ** 2 - both) / apart, 0.0, 1.0))
+    kept = np.array([1 - share, share]) > 0
+    weight = np.array([1 - share, share])[kept]
+    sd = math.sqrt(weight @ cov[np.ix_(kept, kept)] @ weight)
+    shared = min(float(np.linalg.norm(weight * common[kept])), sd)
+    value = float(weight @ values[kept])
+    return Quantity("restitution", value, sd, "1", sd_common=shared)
 
 
 def _doubtful(quantity: Quantity, flights: Flights, track: Track, e: float) -> Quantity:

@@ -23,9 +23,8 @@ RESTLESS = 2.0
 # Orthonormal: brightness and two colours; a grey picture has only the first.
 AXES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, -1.0], [1.0, -2.0, 1.0]])
 AXES /= np.linalg.norm(AXES, axis=1, keepdims=True)
-HUE_FLOOR = (
-    1.5 / 255
-)  # of white: video stores colours coarsely, with errors where something moves
+# of white: video stores colours coarsely, with errors where something moves
+HUE_FLOOR = 1.5 / 255
 
 
 @dataclass(frozen=True)
@@ -73,11 +72,8 @@ class Scene:
             np.median(small[::3, ::3].sum(axis=2) / self.coarse[::3, ::3].sum(axis=2))
         )
         background = in_sds(gain * self.coarse, self.coarse_matrix)
-        return (
-            (in_sds(small, self.coarse_matrix) - background) / self.restless[..., None],
-            background,
-            gain,
-        )
+        difference = in_sds(small, self.coarse_matrix) - background
+        return ((difference) / self.restless[..., None], background, gain)
 
 
 def colours(pixels: np.ndarray) -> np.ndarray:
@@ -116,10 +112,8 @@ def learn_scene(
     sd, spread, coarse_sd = _noise(
         frames[:: max(1, len(frames) // 7)], background, coarse
     )
-    white, steady = (
-        float(np.iinfo(first.dtype).max),
-        np.ones(coarse.shape[:2], np.float32),
-    )
+    white = float(np.iinfo(first.dtype).max)
+    steady = np.ones(coarse.shape[:2], np.float32)
     matrices = noise_matrix(sd, white), noise_matrix(coarse_sd, white)
     plain = Scene(background, factor, coarse, *matrices, steady, spread, white, first)
     return replace(plain, restless=_restless(chosen, plain))
@@ -138,9 +132,8 @@ def even_in_motion(frames: list[np.ndarray]) -> list[np.ndarray]:
     # thing would count as motion.
     level = max(8 * float(np.median(change)) + 0.01, LEAST_CHANGE * float(change.max()))
     moved = (change > level).mean(axis=(1, 2))
-    moved = np.maximum(
-        moved, 0.02 * moved.max() + 1e-12
-    )  # a little for time, so that nothing is skipped
+    # a little for time, so that nothing is skipped
+    moved = np.maximum(moved, 0.02 * moved.max() + 1e-12)
     path = np.concatenate([[0.0], np.cumsum(moved)])
     wanted = np.linspace(0, path[-1], min(MEDIAN_FRAMES, len(frames)))
     # A frame may be taken several times, so that the few frames of a short motion
@@ -178,37 +171,23 @@ def _noise(
     sds, spreads, coarse_sds = [], [], []
     for frame in frames:
         plain = colours(frame)
-        gain = float(
-            np.median(
-                plain[::5, ::5].sum(axis=2)
-                / np.maximum(background[::5, ::5].sum(axis=2), 1.0)
-            )
-        )
+        dark = np.maximum(background[::5, ::5].sum(axis=2), 1.0)
+        gain = float(np.median(plain[::5, ::5].sum(axis=2) / dark))
         off = colour_axes(plain - gain * background)
         sds.append([max(_spread(o), 0.3) for o in np.moveaxis(off, 2, 0)])
         clear = np.clip(off[..., 0], -4 * sds[-1][0], 4 * sds[-1][0])
         power = float((clear**2).mean())
-        near = (
-            float(
-                (clear[:, 1:] * clear[:, :-1]).mean() + (clear[1:] * clear[:-1]).mean()
-            )
-            / power
-            if power > 0
-            else 0.0
-        )
+        near = 0.0
+        if power > 0:
+            beside, below = clear[:, 1:] * clear[:, :-1], clear[1:] * clear[:-1]
+            near = float(beside.mean() + below.mean()) / power
         spreads.append(min(max(1.0, 1 + 2 * near), 6.0))
-        small = (
-            colours(
-                cv2.resize(plain, coarse.shape[1::-1], interpolation=cv2.INTER_AREA)
-            )
-            - gain * coarse
-        )
+        size = coarse.shape[1::-1]
+        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
+        small = colours(small) - gain * coarse
         coarse_sds.append([_spread(o) for o in np.moveaxis(colour_axes(small), 2, 0)])
-    return (
-        np.median(sds, axis=0),
-        float(np.median(spreads)),
-        np.maximum(np.median(coarse_sds, axis=0), 0.15),
-    )
+    coarse_sd = np.maximum(np.median(coarse_sds, axis=0), 0.15)
+    return (np.median(sds, axis=0), float(np.median(spreads)), coarse_sd)
 
 
 def _restless(frames: list[np.ndarray], scene: Scene) -> np.ndarray:
@@ -242,20 +221,16 @@ def noise_matrix(sd: np.ndarray, white: float) -> np.ndarray:
 
 def colour_axes(colours: np.ndarray) -> np.ndarray:
     """(h, w, c): brightness and the two other axes."""
-    return (
-        colours
-        if colours.shape[2] == 1
-        else cv2.transform(colours, AXES.astype(np.float32))
-    )
+    if colours.shape[2] == 1:
+        return colours
+    return cv2.transform(colours, AXES.astype(np.float32))
 
 
 def in_sds(colours: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """(h, w, c) float32 in sds of the noise."""
-    return (
-        colours * matrix[0, 0]
-        if matrix.shape == (1, 1)
-        else cv2.transform(colours, matrix)
-    )
+    if matrix.shape == (1, 1):
+        return colours * matrix[0, 0]
+    return cv2.transform(colours, matrix)
 
 
 def weighted_product(

@@ -51,9 +51,11 @@ def releases(height: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in itertools.pairwise([*cuts, len(height)])]
 
 
-def split(height: np.ndarray) -> list[tuple[int, int]]:
-    """Row ranges [start, stop) of the flights between lowest points that stand out,
-    without the rests at both ends."""
+def splits(height: np.ndarray) -> list[list[tuple[int, int]]]:
+    """Row ranges [start, stop) of the flights between contacts, without the rests at
+    both ends: one list for each moment at which the seed may have been let go, the
+    earliest first. Lowest points near the plate are contacts; any lowest point may be
+    the last at which a hand, or a slip of the tracker, moved the place."""
     smooth = despiked(height)
     reach = float(np.ptp(smooth))
     if reach <= 0:
@@ -63,16 +65,34 @@ def split(height: np.ndarray) -> list[tuple[int, int]]:
     lows = _lows(
         smooth, max(0.002 * reach, min(LOW_SD * _scatter(smooth), 0.03 * reach))
     )
-    # The first flight starts where the seed has left its rest: 1 % of the fall below
-    # the highest place.
-    first_low = lows[0] if lows else int(np.argmin(smooth))
-    before = smooth[: first_low + 1]
+    step = np.abs(np.diff(smooth, append=smooth[-1]))
+    plate = smooth.min() + PLATE_SHARE * reach
+    contacts = [
+        low
+        for low in lows
+        if smooth[low] <= plate + step[max(low - 2, 0) : low + 2].max()
+    ]
+    return [
+        _behind(smooth, begin, [low for low in contacts if low > begin])
+        for begin in [0, *lows]
+    ]
+
+
+def _behind(
+    smooth: np.ndarray, begin: int, contacts: list[int]
+) -> list[tuple[int, int]]:
+    """The ranges if the seed was let go behind row `begin`. The first starts where the
+    seed has left its rest: 1 % of the fall below the highest place."""
+    first = contacts[0] if contacts else begin + int(np.argmin(smooth[begin:]))
+    before = smooth[begin : first + 1]
     fall = before.max() - before[-1]
-    still = np.flatnonzero(before > before.max() - 0.01 * fall)
-    start = 0 if fall < 0.02 * reach else min(int(still[-1]) + 1, max(first_low - 3, 0))
-    ends = [start, *[low for low in lows if low > start]]
+    start = begin
+    if fall > 0.02 * float(np.ptp(smooth)):
+        still = np.flatnonzero(before > before.max() - 0.01 * fall)
+        start += min(int(still[-1]) + 1, max(first - begin - 3, 0))
+    ends = [start, *[low for low in contacts if low > start]]
     ranges = list(zip(ends[:-1], [e + 1 for e in ends[1:]]))
-    return [*ranges, (ends[-1], _end_of_last(smooth, ends[-1], bool(lows)))]
+    return [*ranges, (ends[-1], _end_of_last(smooth, ends[-1], bool(contacts)))]
 
 
 def _lows(height: np.ndarray, least: float) -> list[int]:

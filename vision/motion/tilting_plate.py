@@ -110,7 +110,7 @@ def track_slide(
     track = replace(tracked.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
     rows = strip.height - 1 - track.y
     strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
-    places = np.array(
+    on_film = np.array(
         [strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)]
     )
     shown = [lines[min(lines)], lines[max(lines)]]
@@ -119,7 +119,7 @@ def track_slide(
         for line in shown
     ]
     return replace(tracked, track=track), PlateOverlay(
-        last, (places[:, 0], places[:, 1]), segments
+        last, (on_film[:, 0], on_film[:, 1]), segments
     )
 
 
@@ -183,11 +183,8 @@ class PlateFrames(FrameSource):
                 yield self._warped(frame)
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
-        return [
-            self._warped(frame)
-            for frame in self._source.picked(n, between)
-            if frame.index in self._lines
-        ]
+        near = self._source.picked(n, between)
+        return [self._warped(frame) for frame in near if frame.index in self._lines]
 
     def sample(self, n: int) -> list[np.ndarray]:
         """About n strips spread over the film, and at least AFTER_SLIDE from after the
@@ -236,12 +233,9 @@ class PlateFrames(FrameSource):
     def _warped(self, frame: Frame) -> Frame:
         size = (self._reach[1] - self._reach[0], self.height)
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        matrix = self.matrix(frame.index)
         strip = cv2.warpAffine(
-            frame.pixels,
-            self.matrix(frame.index),
-            size,
-            flags=flags,
-            borderMode=cv2.BORDER_REPLICATE,
+            frame.pixels, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE
         )
         # the mean of each row's middle half, which the block does not change
         ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
@@ -288,11 +282,8 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
     for strip in strips:
         plain = grey(strip)
         plain = plain[:, : plain.shape[1] // factor * factor]
-        small = cv2.resize(
-            plain,
-            (plain.shape[1] // factor, max(1, plain.shape[0] // factor)),
-            interpolation=cv2.INTER_AREA,
-        )
+        size = (plain.shape[1] // factor, max(1, plain.shape[0] // factor))
+        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
         outstanding.append(
             np.abs(small - np.median(small, axis=1, keepdims=True)).sum(axis=0)
         )
@@ -303,12 +294,8 @@ def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] 
         return None
     weight = np.where(gone > 0.3 * gone.max(), gone, 0.0)
     share = (first - profile) @ weight / (gone @ weight)
-    place = (
-        cv2.dilate(
-            (gone > 0.1 * gone.max()).astype(np.uint8)[None], np.ones((1, 7), np.uint8)
-        )[0]
-        > 0
-    )
+    rows_gone = (gone > 0.1 * gone.max()).astype(np.uint8)[None]
+    place = cv2.dilate(rows_gone, np.ones((1, 7), np.uint8))[0] > 0
     return (
         place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)],
         share,

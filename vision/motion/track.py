@@ -103,10 +103,8 @@ class Track:
         rows = rows[np.isfinite(self.angle_deg[rows])]
         if len(rows) < 5:
             return np.nan, np.nan
-        weight, sd = (
-            None,
-            None if self.angle_sd_deg is None else self.angle_sd_deg[rows],
-        )
+        weight = None
+        sd = None if self.angle_sd_deg is None else self.angle_sd_deg[rows]
         if sd is not None and np.isfinite(sd).all():
             weight = np.median(sd) / np.maximum(sd, 1e-3)
         design = np.column_stack(
@@ -178,28 +176,24 @@ def track_from_table(
         for name in (*_OPTIONAL, "t_s", "frame")
     }
     x, y = rows[f"x_{unit}"].to_numpy(float), rows[f"y_{unit}"].to_numpy(float)
-    sd = (
-        rows[f"sd_{unit}"].to_numpy(float)
-        if f"sd_{unit}" in rows
-        else np.full(len(rows), np.nan)
-    )
+    if f"sd_{unit}" in rows:
+        sd = rows[f"sd_{unit}"].to_numpy(float)
+    else:
+        sd = np.full(len(rows), np.nan)
     if unit == "px" and camera.mm_per_px:
-        x, y, sd, unit = (
-            x * camera.mm_per_px,
-            y * camera.mm_per_px,
-            sd * camera.mm_per_px,
-            "mm",
-        )
+        x = x * camera.mm_per_px
+        y = y * camera.mm_per_px
+        sd = sd * camera.mm_per_px
+        unit = "mm"
     time, frame = column["t_s"], column["frame"]
     if frame is None and time is not None:
         frame = _frame_numbers(time, camera.fps)
     elif frame is not None and time is None and camera.fps:
         time = (frame - frame[0]) / camera.fps
-    outlier = (
-        rows["outlier"].fillna(0).to_numpy(float) != 0
-        if "outlier" in rows
-        else np.zeros(len(rows), dtype=bool)
-    )
+    if "outlier" in rows:
+        outlier = rows["outlier"].fillna(0).to_numpy(float) != 0
+    else:
+        outlier = np.zeros(len(rows), dtype=bool)
     if (slipped := slips(np.asarray(frame), x, y) & ~outlier).any():
         outlier = outlier | slipped
         notes = (
@@ -262,10 +256,8 @@ def _falling(time: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Speed [mm/s] at each row of a drop, under gravity, from the neighbour on its own
     side of the impact."""
     turn, step = int(np.argmin(place)), np.diff(time)
-    after, before = (
-        np.diff(place) / step + G_MM_S2 * step / 2,
-        np.diff(place) / step - G_MM_S2 * step / 2,
-    )
+    after = np.diff(place) / step + G_MM_S2 * step / 2
+    before = np.diff(place) / step - G_MM_S2 * step / 2
     return np.array(
         [
             before[k - 1] if 0 < k <= turn or k == len(time) - 1 else after[k]
@@ -281,6 +273,5 @@ def _frame_numbers(time: np.ndarray, fps: float | None) -> np.ndarray:
     if fps and 0.9 < fps * step < 1.1:
         step = 1 / fps
     number = np.round((time - time[0]) / step).astype(int)
-    return (
-        number if (np.diff(number) > 0).all() else np.arange(len(time))
-    )  # unevenly timed (a phone): count the rows
+    # unevenly timed (a phone): count the rows
+    return number if (np.diff(number) > 0).all() else np.arange(len(time))

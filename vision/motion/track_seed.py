@@ -34,9 +34,8 @@ from benchtwin.vision.motion.tracklets import (
     join_alike,
 )
 
-MOST_AREA_CHANGE = (
-    0.12  # from the frames around: more means merged with something, or partly hidden
-)
+# from the frames around: more means merged with something, or partly hidden
+MOST_AREA_CHANGE = 0.12
 MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
 # (a² − b²)/(a² + b²) of the axes, below which an outline is round: pixels and shading
 # give a ball 0.003
@@ -96,11 +95,10 @@ def track_seed(
     if progress:
         progress(1.0)
     tracklets = [p for p in tracklets if len(p.frames) >= 3]
-    chosen = (
-        _choose(tracklets, falling, scene)
-        if at is None
-        else _nearest_to(tracklets, *at)
-    )
+    if at is None:
+        chosen = _choose(tracklets, falling, scene)
+    else:
+        chosen = _nearest_to(tracklets, *at)
     if chosen is None and len(places) >= LEAST_PLACES:
         return _by_hand(places, times, scene, area_px)
     if only_places:
@@ -109,11 +107,10 @@ def track_seed(
             f" far; {LEAST_PLACES} make a track"
         )
     if chosen is None:
-        where = (
-            ""
-            if at is None
-            else f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
-        )
+        if at is None:
+            where = ""
+        else:
+            where = f"near [track] follow_px = {[float(f'{v:.6g}') for v in at]}"
         raise MeasurementError(
             f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
         )
@@ -151,10 +148,8 @@ def _nearest_to(
     found: list[tuple[float, int, Tracklet]] = []
     for tracklet in tracklets:
         k = int(np.argmin(np.abs(np.array(tracklet.frames) - frame)))
-        away, size = (
-            np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y),
-            np.sqrt(tracklet.area),
-        )
+        away = np.hypot(tracklet.shapes[k].x - x, tracklet.shapes[k].y - y)
+        size = np.sqrt(tracklet.area)
         if abs(tracklet.frames[k] - frame) <= PATIENCE and away < 2 * size + 4:
             found.append((float(away), len(found), tracklet))
     return join_alike(min(found)[2], tracklets) if found else None
@@ -193,10 +188,8 @@ def _with_further_falls(
 def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
     """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
     height fallen, times contrast."""
-    x, y = (
-        np.array([s.x for s in tracklet.shapes]),
-        -np.array([s.y for s in tracklet.shapes]),
-    )
+    x = np.array([s.x for s in tracklet.shapes])
+    y = -np.array([s.y for s in tracklet.shapes])
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):
@@ -214,11 +207,10 @@ def _fall_height(frames: np.ndarray, y: np.ndarray) -> float:
     those opening upwards."""
     if len(y) < 4:
         return 0.3 * float(np.ptp(y))
-    turns = (
-        np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
-        if len(y) > 4
-        else np.array([], int)
-    )
+    if len(y) > 4:
+        turns = np.flatnonzero((np.diff(y)[:-1] < 0) & (np.diff(y)[1:] > 0)) + 1
+    else:
+        turns = np.array([], int)
     big = [0, *[int(t) for t in turns if _stands_out(y, int(t))], len(y) - 1]
     height = 0.0
     for a, b in itertools.pairwise(big):
@@ -263,12 +255,8 @@ def _to_track(
     frame, t_s = np.array(tracklet.frames), np.array(tracklet.times)
     outlying = _outlying_areas(area)
     if (poses := fit_ellipses(shapes, area_px)) is not None:
-        x, y, sd = np.array(
-            [
-                (s.x, s.y, s.sd) if one is None else (one.x, one.y, one.sd)
-                for s, one in zip(shapes, poses)
-            ]
-        ).T
+        best = [s if one is None else one for s, one in zip(shapes, poses)]
+        x, y, sd = np.array([(s.x, s.y, s.sd) for s in best]).T
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)

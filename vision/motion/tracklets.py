@@ -7,10 +7,9 @@ import numpy as np
 from benchtwin.vision.motion.detect import Silhouette
 
 PATIENCE = 6  # frames for which a thing may be lost before its tracklet ends
-MOST_COLOUR_STEP, MOST_COLOUR_CHANGE = (
-    0.67,
-    0.5,
-)  # colour distance from frame to frame, and over the film
+# colour distance from frame to frame, and over the film
+MOST_COLOUR_STEP = 0.67
+MOST_COLOUR_CHANGE = 0.5
 
 
 @dataclass
@@ -33,10 +32,8 @@ class Tracklet:
             return float(np.hypot(shape.x - last.x, shape.y - last.y)), 0.0
         back = -min(4, len(self.shapes))
         span, ahead = self.frames[-1] - self.frames[back], frame - self.frames[-1]
-        vx, vy = (
-            (last.x - self.shapes[back].x) / span,
-            (last.y - self.shapes[back].y) / span,
-        )
+        vx = (last.x - self.shapes[back].x) / span
+        vy = (last.y - self.shapes[back].y) / span
         across, along = shape.x - last.x - vx * ahead, shape.y - last.y
         away = float(np.hypot(across, along - vy * ahead))
         if vy > 0:
@@ -60,11 +57,9 @@ class Tracklet:
     @property
     def extent(self) -> float:
         """Diagonal of the box around its places [px]."""
-        return float(
-            np.hypot(
-                np.ptp([s.x for s in self.shapes]), np.ptp([s.y for s in self.shapes])
-            )
-        )
+        across = np.ptp([s.x for s in self.shapes])
+        down = np.ptp([s.y for s in self.shapes])
+        return float(np.hypot(across, down))
 
 
 def extend(
@@ -82,15 +77,12 @@ def extend(
         for s, shape in enumerate(shapes):
             size = np.sqrt(max(shape.area, last.area))
             away, speed = tracklet.distance(shape, frame)
-            gate = (
-                1.2 * size + 2.2 * speed + 3.0
-                if len(tracklet.shapes) > 1
-                else 2.5 * size + 40.0
-            )
-            area, colour_distance = (
-                abs(np.log(shape.area / last.area)),
-                shape.colour_distance(last),
-            )
+            if len(tracklet.shapes) > 1:
+                gate = 1.2 * size + 2.2 * speed + 3.0
+            else:
+                gate = 2.5 * size + 40.0
+            area = abs(np.log(shape.area / last.area))
+            colour_distance = shape.colour_distance(last)
             if away < gate and area < 1.1 and colour_distance < MOST_COLOUR_STEP:
                 offers.append((away / size + 1.5 * area + 2.0 * colour_distance, p, s))
     extended: dict[int, int] = {}  # shape → tracklet
@@ -131,11 +123,8 @@ def appended(one: Tracklet, other: Tracklet) -> Tracklet:
     first, second = (one, other) if one.frames[0] <= other.frames[0] else (other, one)
     if first.frames[-1] >= second.frames[0]:
         return one
-    return Tracklet(
-        first.frames + second.frames,
-        first.times + second.times,
-        first.shapes + second.shapes,
-    )
+    frames = first.frames + second.frames
+    return Tracklet(frames, first.times + second.times, first.shapes + second.shapes)
 
 
 def _join(one: Tracklet, other: Tracklet, size: float) -> Tracklet:

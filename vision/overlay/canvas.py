@@ -7,18 +7,15 @@ import cv2
 import numpy as np
 
 LONGEST_PX, SHORTEST_PX = 1600, 800
-SHOWN_PX = (
-    480  # the longest side at which overlays/index.html and report.html show a picture
-)
-LETTER_PX, LINE_PX = (
-    13,
-    18,
-)  # there: size of the letters, from one line of text to the next
+# the longest side at which overlays/index.html and report.html show a picture
+SHOWN_PX = 480
+# there: size of the letters, from one line of text to the next
+LETTER_PX = 13
+LINE_PX = 18
 TALL = 1.3  # height over width beyond which the legend stands beside the picture
 FONT = cv2.FONT_HERSHEY_SIMPLEX
-ASCII_ONLY = (
-    int(cv2.__version__.split(".")[0]) < 5
-)  # older versions of OpenCV have no other letters
+# older versions of OpenCV have no other letters
+ASCII_ONLY = int(cv2.__version__.split(".")[0]) < 5
 ASCII = {
     "°": " deg",
     "±": "+/-",
@@ -30,13 +27,11 @@ ASCII = {
     "μ": "mu",
     "²": "2",
 }
-GREEN, RED, BLUE, YELLOW, WHITE = (
-    (0, 200, 60),
-    (235, 50, 40),
-    (60, 150, 255),
-    (255, 210, 0),
-    (255, 255, 255),
-)
+GREEN = (0, 200, 60)
+RED = (235, 50, 40)
+BLUE = (60, 150, 255)
+YELLOW = (255, 210, 0)
+WHITE = (255, 255, 255)
 Colour = tuple[int, int, int]  # red, green, blue
 
 
@@ -118,25 +113,15 @@ class Canvas:
     ) -> None:
         """A polyline; NaNs interrupt it."""
         keep = np.isfinite(x) & np.isfinite(y)
-        points = np.stack(
-            [
-                (np.asarray(x) + 0.5) * self.scale - 0.5,
-                (np.asarray(y) + 0.5) * self.scale - 0.5,
-            ],
-            axis=1,
-        )
+        x, y = ((np.asarray(v) + 0.5) * self.scale - 0.5 for v in (x, y))
+        points = np.stack([x, y], axis=1)
         for piece in np.split(np.arange(len(points)), np.flatnonzero(~keep)):
             piece = piece[keep[piece]]
             if piece.size > 1:
                 path = np.rint(points[piece] * 16).astype(np.int32)
+                thickness = max(1, round(width * self.unit))
                 cv2.polylines(
-                    self.pixels,
-                    [path],
-                    False,
-                    colour,
-                    max(1, round(width * self.unit)),
-                    cv2.LINE_AA,
-                    4,
+                    self.pixels, [path], False, colour, thickness, cv2.LINE_AA, 4
                 )
 
     def cross(
@@ -151,15 +136,8 @@ class Canvas:
         path = np.rint(
             ((np.asarray(points, float) + 0.5) * self.scale - 0.5) * 16
         ).astype(np.int32)
-        cv2.polylines(
-            self.pixels,
-            [path],
-            True,
-            colour,
-            max(1, round(width * self.unit)),
-            cv2.LINE_AA,
-            4,
-        )
+        thickness = max(1, round(width * self.unit))
+        cv2.polylines(self.pixels, [path], True, colour, thickness, cv2.LINE_AA, 4)
 
     def ring(
         self,
@@ -204,14 +182,8 @@ class Canvas:
         needed = round(step * len(rows) + margin)
         strip = np.full((high if tall else needed, strip_px, 3), 30, np.uint8)
         for i, (text, colour) in enumerate(rows):
-            write(
-                strip,
-                text,
-                margin,
-                (i + 1) * step - 0.2 * LETTER_PX * self.shown,
-                colour,
-                self.shown,
-            )
+            baseline = (i + 1) * step - 0.2 * LETTER_PX * self.shown
+            write(strip, text, margin, baseline, colour, self.shown)
         self.pixels = (
             np.hstack([self.pixels, strip]) if tall else np.vstack([self.pixels, strip])
         )
@@ -231,15 +203,9 @@ def write(
     """Text on the line y, in letters that are LETTER_PX high where `shown` pixels are
     shown as one; anchor: the share of its width that stands left of x."""
     at = (round(x - anchor * text_width(text, shown)), round(y))
+    thickness = max(1, round(0.6 * bold * shown))
     cv2.putText(
-        image,
-        plain(text),
-        at,
-        FONT,
-        _size(shown),
-        colour,
-        max(1, round(0.6 * bold * shown)),
-        cv2.LINE_AA,
+        image, plain(text), at, FONT, _size(shown), colour, thickness, cv2.LINE_AA
     )
 
 
@@ -275,9 +241,8 @@ def _eight_bits(image: np.ndarray) -> np.ndarray:
 def plain(text: str) -> str:
     """The text in letters that this OpenCV has."""
     if not ASCII_ONLY:
-        return (
-            text.encode("utf8", "replace").decode()
-        )  # half a surrogate pair, as in a folder's name that is no text, ends OpenCV
+        # half a surrogate pair, as in a folder's name that is no text, ends OpenCV
+        return text.encode("utf8", "replace").decode()
     for mark, ascii_mark in ASCII.items():
         text = text.replace(mark, ascii_mark)
     return text.encode("ascii", "replace").decode()

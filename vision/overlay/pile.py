@@ -14,13 +14,9 @@ def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:
     x0, y0, width, height = found.roi
     x = np.arange(found.surface.size)
     canvas.curve(x + x0, found.surface + y0, GREEN, 1.5)
+    last = x0 + width - 1
     canvas.line(
-        x0,
-        found.base.at(0) + y0,
-        x0 + width - 1,
-        found.base.at(width - 1) + y0,
-        BLUE,
-        1.5,
+        x0, found.base.at(0) + y0, last, found.base.at(width - 1) + y0, BLUE, 1.5
     )
     rise = float(found.base.at(found.crest[0] - x0)) + y0 - found.crest[1]
     for fraction in found.window:
@@ -63,10 +59,8 @@ def _words(found: Repose):
         if np.isfinite(q.value) and not (
             one_sided and q.name.endswith(("_left", "_right"))
         ):
-            yield (
-                f"{q.in_words}  {q.quality}",
-                WHITE if q.quality == GOOD else YELLOW,
-            )
+            colour = WHITE if q.quality == GOOD else YELLOW
+            yield (f"{q.in_words}  {q.quality}", colour)
     yield from ((note, BLUE) for note in found.notes)
     for reason in dict.fromkeys(q.reason for q in found.quantities if q.reason):
         yield reason, YELLOW

@@ -35,11 +35,9 @@ def plot(
     shown = max(size) / SHOWN_PX
     line, gap = round(LINE_PX * shown), round(6 * shown)
     image = np.full((high, wide, 3), 255, np.uint8)
-    x, y, outlier = (
-        np.asarray(x, float),
-        np.asarray(y, float),
-        np.asarray(outlier, bool),
-    )
+    x = np.asarray(x, float)
+    y = np.asarray(y, float)
+    outlier = np.asarray(outlier, bool)
     good = ~outlier if (~outlier).any() else np.ones(len(x), bool)
     ends = [np.asarray(u, float)[[0, -1]] for u, _ in curves]
     across, up = _range(np.concatenate([x[good], *ends])), _range(y[good])
@@ -48,12 +46,8 @@ def plot(
         max((text_width(f"{value:.6g}", shown) for value in ticks(*up)), default=0)
         + 2 * gap
     )
-    axes = _Axes(
-        across,
-        up,
-        (left, wide - 4 * gap),
-        ((len(caption_lines) + 1) * line + gap, high - 2 * line - gap),
-    )
+    rows = ((len(caption_lines) + 1) * line + gap, high - 2 * line - gap)
+    axes = _Axes(across, up, (left, wide - 4 * gap), rows)
     _draw_axes(image, axes, shown)
     fine = round(16 * shown)  # a pixel as shown, in sixteenths of one of the picture
     for i, (column, row) in enumerate(axes.place(x, y)):
@@ -70,25 +64,13 @@ def plot(
     for u, v in curves:
         path = axes.place(u, v)
         path = path[np.isfinite(path).all(axis=1)]
-        cv2.polylines(
-            image,
-            [np.round(path * 16).astype(np.int32)],
-            False,
-            CURVE,
-            round(shown),
-            cv2.LINE_AA,
-            4,
-        )
+        points = np.round(path * 16).astype(np.int32)
+        cv2.polylines(image, [points], False, CURVE, round(shown), cv2.LINE_AA, 4)
     for column, row in (axes.place(u, v)[0] for u, v in marks):
         if np.isfinite([column, row]).all():
+            middle = (round(column * 16), round(row * 16))
             cv2.circle(
-                image,
-                (round(column * 16), round(row * 16)),
-                5 * fine,
-                MARK,
-                round(1.5 * shown),
-                cv2.LINE_AA,
-                4,
+                image, middle, 5 * fine, MARK, round(1.5 * shown), cv2.LINE_AA, 4
             )
     write(image, labels[0], sum(axes.columns) / 2, high - gap, INK, shown, anchor=0.5)
     write(image, labels[1], gap, axes.rows[0] - gap, INK, shown)
@@ -132,15 +114,8 @@ def _draw_axes(image: np.ndarray, axes: _Axes, shown: float) -> None:
     for value in ticks(*axes.up):
         at = round(float(axes.place(axes.across[0], value)[0, 1]))
         cv2.line(image, (left, at), (right, at), GRID, round(shown))
-        write(
-            image,
-            f"{value:.6g}",
-            left - 6 * shown,
-            at + 0.25 * line,
-            INK,
-            shown,
-            anchor=1.0,
-        )
+        baseline = at + 0.25 * line
+        write(image, f"{value:.6g}", left - 6 * shown, baseline, INK, shown, anchor=1.0)
     cv2.rectangle(image, (left, top), (right, bottom), INK, 1)
 
 
@@ -155,9 +130,8 @@ def ticks(low: float, high: float) -> np.ndarray:
 
 
 def _range(values: np.ndarray) -> tuple[float, float]:
-    shown = np.clip(
-        values[np.isfinite(values)], -1e15, 1e15
-    )  # beyond, a picture has no use for it
+    # beyond, a picture has no use for it
+    shown = np.clip(values[np.isfinite(values)], -1e15, 1e15)
     low, high = (float(shown.min()), float(shown.max())) if shown.size else (0.0, 0.0)
     pad = 0.04 * (high - low) or max(1.0, 0.04 * abs(high))
     return low - pad, high + pad

@@ -13,13 +13,11 @@ from benchtwin.vision.shape.outline import from_fourier_terms
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
 REGION, LINE = (0, 120, 255), (0, 200, 255)
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
-PAPER, INK, OUTLINE, BOLD, BAR = (
-    255,
-    (60, 60, 60),
-    (190, 170, 140),
-    (160, 60, 30),
-    (200, 160, 110),
-)
+PAPER = 255
+INK = (60, 60, 60)
+OUTLINE = (190, 170, 140)
+BOLD = (160, 60, 30)
+BAR = (200, 160, 110)
 
 
 def draw_grains(
@@ -38,12 +36,8 @@ def draw_grains(
             for ends in _axes(grain):
                 canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
         canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
-    canvas.legend(
-        [
-            *_words(grains),
-            *([(scale_words(paper), REGION)] if paper is not None else []),
-        ]
-    )
+    scale = [(scale_words(paper), REGION)] if paper is not None else []
+    canvas.legend([*_words(grains), *scale])
     return canvas.pixels
 
 
@@ -67,12 +61,9 @@ def _axes(grain: Grain) -> list[np.ndarray]:
     across = np.array([-along[1], along[0]])
     place = grain.edge @ along
     middle = np.array([grain.x_px, grain.y_px])
-    return [
-        grain.edge[[place.argmin(), place.argmax()]],
-        np.stack(
-            [middle - across * grain.width_px / 2, middle + across * grain.width_px / 2]
-        ),
-    ]
+    half = across * grain.width_px / 2
+    ends = grain.edge[[place.argmin(), place.argmax()]]
+    return [ends, np.stack([middle - half, middle + half])]
 
 
 def scale_words(scale: Scale) -> str:
@@ -116,14 +107,8 @@ def draw_outlines(lot: Lot) -> np.ndarray:
         from_fourier_terms(np.mean([s.terms for s in lot.seeds], axis=0), 180), BOLD, 3
     )
     cv2.line(image, (MARGIN, SIDE - 25), (MARGIN + round(scale), SIDE - 25), INK, 3)
-    write(
-        image,
-        f"1 mm; {len(lot.seeds)} seeds, their mean bold",
-        MARGIN,
-        SIDE - 38,
-        INK,
-        SIDE / SHOWN_PX,
-    )
+    words = f"1 mm; {len(lot.seeds)} seeds, their mean bold"
+    write(image, words, MARGIN, SIDE - 38, INK, SIDE / SHOWN_PX)
     return image
 
 
@@ -144,31 +129,15 @@ def _histogram(values: np.ndarray, name: str) -> np.ndarray:
     step, unit = (WIDE - 2 * MARGIN) / BINS, (HIGH - 2 * MARGIN) / counts.max()
     for k, count in enumerate(counts):
         x = MARGIN + k * step
-        cv2.rectangle(
-            image,
-            (round(x), round(HIGH - MARGIN - count * unit)),
-            (round(x + step) - 1, HIGH - MARGIN),
-            BAR,
-            -1,
-        )
-    cv2.line(
-        image,
-        (MARGIN, HIGH - MARGIN),
-        (WIDE - MARGIN, HIGH - MARGIN),
-        INK,
-        1,
-        cv2.LINE_AA,
-    )
+        top = round(HIGH - MARGIN - count * unit)
+        right = round(x + step) - 1
+        cv2.rectangle(image, (round(x), top), (right, HIGH - MARGIN), BAR, -1)
+    floor = HIGH - MARGIN
+    cv2.line(image, (MARGIN, floor), (WIDE - MARGIN, floor), INK, 1, cv2.LINE_AA)
     shown = 2 * WIDE / SHOWN_PX  # two stand side by side
     for at, value in ((MARGIN, edges[0]), (WIDE - MARGIN, edges[-1])):
         write(image, f"{value:.2f}", at, HIGH - MARGIN + 24, INK, shown, anchor=0.5)
     sd = f" ± {values.std(ddof=1):.2f}" if len(values) > 1 else ""
-    write(
-        image,
-        f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}",
-        MARGIN,
-        30,
-        INK,
-        shown,
-    )
+    words = f"{name}: {values.mean():.2f}{sd} mm, n = {len(values)}"
+    write(image, words, MARGIN, 30, INK, shown)
     return image

@@ -23,12 +23,10 @@ WIDE, LOUDNESS, STRIP = 1200, 360, 220
 SHOWN = WIDE / SHOWN_PX
 LINE, GAP = round(LINE_PX * SHOWN), round(6 * SHOWN)
 LEFT, RIGHT = 9 * GAP, 2 * GAP
-WAVE, IMPACT, ADDED, REMOVED = (
-    (120, 150, 190),
-    (0, 150, 40),
-    (150, 0, 170),
-    (220, 60, 40),
-)
+WAVE = (120, 150, 190)
+IMPACT = (0, 150, 40)
+ADDED = (150, 0, 170)
+REMOVED = (220, 60, 40)
 RANGE_DB = 80.0
 MOST_REASONS = 7
 MARGIN_S = 0.3
@@ -78,39 +76,23 @@ def draw_sound(
     _frequencies(image, part, sound.rate_hz, room, strip)
     for row, reason in chain.rejected.items():
         if begin <= onsets.time_s[row] <= end:
-            _mark(
-                image,
-                column(onsets.time_s[row]),
-                top,
-                strip,
-                REMOVED,
-                str(reasons.get(_kind(reason), "")),
-                dashed=True,
-            )
+            at = column(onsets.time_s[row])
+            why = str(reasons.get(_kind(reason), ""))
+            _mark(image, at, top, strip, REMOVED, why, dashed=True)
     for row in chain.impacts:
-        _mark(
-            image,
-            column(onsets.time_s[row]),
-            top,
-            strip,
-            ADDED if row in added else IMPACT,
-            "",
-            dashed=False,
-        )
+        colour = ADDED if row in added else IMPACT
+        _mark(image, column(onsets.time_s[row]), top, strip, colour, "", dashed=False)
     begins = np.diff(chain.drop, prepend=-1) > 0
-    _labels(
-        image,
-        [
-            (
-                column(onsets.time_s[row]),
-                f"{drop + 1}" if several else f"{1000 * onsets.sd_s[row]:.2g}",
-                ADDED if row in added else IMPACT,
-            )
-            for row, drop, first in zip(chain.impacts, chain.drop, begins)
-            if first or not several
-        ],
-        top,
-    )
+    impacts = [
+        (
+            column(onsets.time_s[row]),
+            f"{drop + 1}" if several else f"{1000 * onsets.sd_s[row]:.2g}",
+            ADDED if row in added else IMPACT,
+        )
+        for row, drop, first in zip(chain.impacts, chain.drop, begins)
+        if first or not several
+    ]
+    _labels(image, impacts, top)
     for k, line in enumerate(caption_lines):
         _text(image, line, GAP, (k + 0.8) * LINE)
     _text(image, "loudness [dB]", GAP, (len(caption_lines) + 0.8) * LINE)
@@ -130,12 +112,8 @@ def _reasons(onsets: Onsets, chain: Chain, begin: float, end: float) -> dict[str
         for row, reason in chain.rejected.items()
         if begin <= onsets.time_s[row] <= end
     )
-    return {
-        reason: n
-        for n, reason in enumerate(
-            list(dict.fromkeys(_kind(reason) for reason in inside))[:MOST_REASONS], 1
-        )
-    }
+    kinds = list(dict.fromkeys(_kind(reason) for reason in inside))
+    return {reason: n for n, reason in enumerate(kinds[:MOST_REASONS], 1)}
 
 
 def _shown(sound: Sound, onsets: Onsets, chain: Chain) -> tuple[float, float]:
@@ -177,13 +155,8 @@ def _loudness(image: np.ndarray, part: np.ndarray, room: int, top: int) -> None:
             image, (LEFT + k, round(rows[1][k])), (LEFT + k, top + LOUDNESS), WAVE, 1
         )
     for db in range(0, int(RANGE_DB), 20):
-        _text(
-            image,
-            f"-{db}" if db else "0",
-            LEFT - GAP,
-            top + db / RANGE_DB * LOUDNESS + 0.3 * LINE,
-            anchor=1.0,
-        )
+        at = top + db / RANGE_DB * LOUDNESS + 0.3 * LINE
+        _text(image, f"-{db}" if db else "0", LEFT - GAP, at, anchor=1.0)
     cv2.rectangle(image, (LEFT, top), (LEFT + room, top + LOUDNESS), INK, 1)
 
 
@@ -209,13 +182,8 @@ def _frequencies(
     highest = min(MOST_HZ, rate / 2)
     for khz in range(0, int(highest / 1000) + 1, 10):
         unit = " kHz" if khz + 10 > highest / 1000 else ""
-        _text(
-            image,
-            f"{khz}{unit}",
-            LEFT - GAP,
-            y + STRIP - khz * 1000 / highest * STRIP + 0.3 * LINE,
-            anchor=1.0,
-        )
+        at = y + STRIP - khz * 1000 / highest * STRIP + 0.3 * LINE
+        _text(image, f"{khz}{unit}", LEFT - GAP, at, anchor=1.0)
 
 
 def _mark(
@@ -232,14 +200,8 @@ def _mark(
     beside it."""
     for high, low in ((top, top + LOUDNESS), (strip, strip + 3 * GAP)):
         for y in range(high, low, 12):
-            cv2.line(
-                image,
-                (x, y),
-                (x, min(y + (5 if dashed else 12), low)),
-                colour,
-                round(0.8 * SHOWN),
-                cv2.LINE_AA,
-            )
+            end = min(y + (5 if dashed else 12), low)
+            cv2.line(image, (x, y), (x, end), colour, round(0.8 * SHOWN), cv2.LINE_AA)
     _text(image, text, x + GAP / 2, top + LINE, colour)
 
 

@@ -7,13 +7,11 @@ import numpy as np
 from benchtwin.vision.overlay.canvas import WHITE, Canvas
 from numpy.typing import ArrayLike
 
-CROSS, BAD, CURVE, MARK, LINE = (
-    (0, 200, 255),
-    (255, 60, 60),
-    (255, 220, 0),
-    (255, 0, 255),
-    (0, 230, 90),
-)
+CROSS = (0, 200, 255)
+BAD = (255, 60, 60)
+CURVE = (255, 220, 0)
+MARK = (255, 0, 255)
+LINE = (0, 230, 90)
 MOST_CROSSES = 160
 
 
@@ -51,8 +49,5 @@ def _spread(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     if len(x) <= MOST_CROSSES:
         return np.arange(len(x))
     path = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    return np.unique(
-        np.searchsorted(path, np.linspace(0, path[-1], MOST_CROSSES)).clip(
-            0, len(x) - 1
-        )
-    )
+    ways = np.linspace(0, path[-1], MOST_CROSSES)
+    return np.unique(np.searchsorted(path, ways).clip(0, len(x) - 1))

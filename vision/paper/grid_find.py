@@ -61,11 +61,8 @@ def pyramid(image: np.ndarray) -> list[Level]:
         dark -= cv2.GaussianBlur(dark, (0, 0), WINDOW_PX / 8)
         np.clip(dark, -0.7, 0.7, out=dark)
         levels.append(Level(dark, width / image.shape[1], height / image.shape[0]))
-        image = cv2.resize(
-            image,
-            (image.shape[1] // 2, image.shape[0] // 2),
-            interpolation=cv2.INTER_AREA,
-        )
+        half = (image.shape[1] // 2, image.shape[0] // 2)
+        image = cv2.resize(image, half, interpolation=cv2.INTER_AREA)
     return levels
 
 
@@ -98,11 +95,8 @@ def _level_candidates(index: int, level: Level) -> list[GridCandidate]:
     places = [(y, x) for y in ys for x in xs]
     best: list[tuple[float, int, np.ndarray, np.ndarray]] = []
     for start in range(0, len(windows), 512):  # in portions, to stay small in memory
-        spectra = fft.rfft2(
-            windows[start : start + 512] * np.outer(hann, hann),
-            s=(WINDOW_PX, WINDOW_PX),
-            workers=2,
-        )
+        cut = windows[start : start + 512] * np.outer(hann, hann)
+        spectra = fft.rfft2(cut, s=(WINDOW_PX, WINDOW_PX), workers=2)
         power = spectra.real**2 + spectra.imag**2
         ringed = power * ring
         mean = ringed.sum((1, 2)) / ring.sum() + 1e-12
@@ -156,22 +150,16 @@ def _peak(power: np.ndarray, iy: int, ix: int) -> np.ndarray:
     def shift(before, here, after):
         a, b, c = (np.log(p + 1e-20) for p in (before, here, after))
         bend = a - 2 * b + c
-        return (
-            float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5))
-            if bend < 0 and min(before, after) > 0
-            else 0.0
-        )
+        if bend < 0 and min(before, after) > 0:
+            return float(np.clip(0.5 * (a - c) / bend, -0.5, 0.5))
+        return 0.0
 
     rows, columns = power.shape
     dy = shift(power[iy - 1, ix], power[iy, ix], power[(iy + 1) % rows, ix])
     left = power[-iy % rows, 1] if ix == 0 else power[iy, ix - 1]
     dx = shift(left, power[iy, ix], power[iy, min(ix + 1, columns - 1)])
-    return np.array(
-        [
-            (ix + dx) / WINDOW_PX,
-            ((iy if iy < rows // 2 else iy - rows) + dy) / WINDOW_PX,
-        ]
-    )
+    y = iy if iy < rows // 2 else iy - rows
+    return np.array([(ix + dx) / WINDOW_PX, (y + dy) / WINDOW_PX])
 
 
 def _upright(first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

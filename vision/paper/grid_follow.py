@@ -108,23 +108,11 @@ def from_waves(
     """A flat map with its origin at `at` [px] and the grid's wave vectors `wave_u`,
     `wave_v` [lines per px]."""
     height, width = shape
-    centre, radius = (
-        ((width - 1) / 2, (height - 1) / 2),
-        float(np.hypot(width, height) / 2),
-    )
+    centre = ((width - 1) / 2, (height - 1) / 2)
+    radius = float(np.hypot(width, height) / 2)
     offset = np.subtract(centre, at)
-    p = np.array(
-        [
-            *(wave_u * radius),
-            wave_u @ offset,
-            *(wave_v * radius),
-            wave_v @ offset,
-            0,
-            0,
-            0,
-        ],
-        dtype=float,
-    )
+    start = [*(wave_u * radius), wave_u @ offset, *(wave_v * radius), wave_v @ offset]
+    p = np.array([*start, 0, 0, 0], dtype=float)
     return GridMap(centre, radius, p)
 
 
@@ -158,11 +146,8 @@ def fit_map(
         normal = design.T @ design + np.diag(prior)
         scale = np.sqrt(np.diag(normal)) + 1e-12
         pull = (design.T @ gap - prior * (current.p - centre)) / scale
-        p = (
-            current.p
-            + np.linalg.lstsq(normal / np.outer(scale, scale), pull, rcond=None)[0]
-            / scale
-        )
+        scaled = normal / np.outer(scale, scale)
+        p = current.p + np.linalg.lstsq(scaled, pull, rcond=None)[0] / scale
         p[6:8] = np.clip(p[6:8], -0.6, 0.6)
         p[8] = np.clip(p[8], -0.3, 0.3)
         current = replace(current, p=p)
@@ -186,12 +171,9 @@ class Windows:
     step_px: float
 
     def select(self, mask: np.ndarray) -> "Windows":
+        energy = self.energy[mask]
         return replace(
-            self,
-            h=self.h[mask],
-            energy=self.energy[mask],
-            x=self.x[mask],
-            y=self.y[mask],
+            self, h=self.h[mask], energy=energy, x=self.x[mask], y=self.y[mask]
         )
 
 

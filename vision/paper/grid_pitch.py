@@ -32,9 +32,8 @@ RATIOS = (
     5.0,
 )
 BINS = 16  # per line
-FAINTEST = (
-    0.04  # of the heaviest line's strength: fainter ones are due to blur or compression
-)
+# of the heaviest line's strength: fainter ones are due to blur or compression
+FAINTEST = 0.04
 SAMPLES = 60_000
 _CLASSES = {  # pattern: class of each of ten lines, rising with strength
     "equal": (0,) * 10,
@@ -85,10 +84,8 @@ class Strengths:
     @property
     def missing(self) -> int:
         """How many lines are not there, of those that could be seen."""
-        value, sd = (
-            self.value[np.isfinite(self.value)],
-            self.sd[np.isfinite(self.value)],
-        )
+        value = self.value[np.isfinite(self.value)]
+        sd = self.sd[np.isfinite(self.value)]
         return int(
             (value <= np.maximum(2.5 * sd, FAINTEST * value.max(initial=0))).sum()
         )
@@ -147,9 +144,8 @@ def line_strengths(
     level = levels[
         int(np.clip(np.floor(np.log2(max(pitch_px, 1) / 6)), 0, len(levels) - 1))
     ]
-    half = (
-        0.32 * fit.windows.h.shape[1] * fit.windows.fx
-    )  # where the windows' weight lies
+    # where the windows' weight lies
+    half = 0.32 * fit.windows.h.shape[1] * fit.windows.fx
     pick = rng.integers(len(fit.windows.x), size=SAMPLES)
     full = [
         c[pick] + rng.uniform(-half, half, SAMPLES)
@@ -166,9 +162,8 @@ def line_strengths(
     index = np.floor(np.mod(place, 10) * BINS).astype(int) % (10 * BINS)
     count = np.bincount(index, minlength=10 * BINS)
     order = np.lexsort((dark, index))
-    middle = (
-        np.cumsum(count) - (count + 1) // 2
-    )  # a bin's median: crossing lines, seeds and edges do not move it
+    # a bin's median: crossing lines, seeds and edges do not move it
+    middle = np.cumsum(count) - (count + 1) // 2
     typical = dark[order][np.clip(middle, 0, len(dark) - 1)]
     noise = 1.25 * robust_sd(dark - typical[index]) / np.sqrt(np.maximum(count, 1))
     return _fit_bells(typical, noise + 1e-6, count > 0.05 * SAMPLES / (10 * BINS))
@@ -176,9 +171,8 @@ def line_strengths(
 
 def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Strengths:
     place = (np.arange(10 * BINS) + 0.5) / BINS
-    near = np.abs(
-        np.mod(place[:, None] - np.arange(10) + 5, 10) - 5
-    )  # distance to each line [lines], around the period
+    # distance to each line [lines], around the period
+    near = np.abs(np.mod(place[:, None] - np.arange(10) + 5, 10) - 5)
     seen = np.array([known[near[:, j] < 0.5].mean() > 0.9 for j in range(10)])
     nothing = Strengths(np.full(10, np.nan), np.full(10, np.nan))
     if seen.sum() < 6:
@@ -190,20 +184,11 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     ground = np.stack(waves if known.all() else waves[:1], -1)
     fits = []
     for width in (0.06, 0.09, 0.13, 0.18, 0.24, 0.32, 0.42):
-        design = (
-            np.concatenate([np.exp(-0.5 * (near[:, seen] / width) ** 2), ground], 1)[
-                known
-            ]
-            / noise[known, None]
-        )
+        lines = np.exp(-0.5 * (near[:, seen] / width) ** 2)
+        design = np.concatenate([lines, ground], 1)[known] / noise[known, None]
         answer, *_ = np.linalg.lstsq(design, mean[known] / noise[known], rcond=1e-9)
-        fits.append(
-            (
-                float(((design @ answer - mean[known] / noise[known]) ** 2).sum()),
-                design,
-                answer,
-            )
-        )
+        left = design @ answer - mean[known] / noise[known]
+        fits.append((float((left**2).sum()), design, answer))
     misfit, design, answer = min(fits, key=lambda f: f[0])
     unit = max(1.0, misfit / max(1, known.sum() - design.shape[1]))
     spread = np.sqrt(np.diag(np.linalg.pinv(design.T @ design)) * unit)
@@ -212,10 +197,8 @@ def _fit_bells(mean: np.ndarray, noise: np.ndarray, known: np.ndarray) -> Streng
     # A comb twice too fine has a valley where it wants its every second line, however
     # broad the lines are.
     smooth = ndimage.uniform_filter1d(mean, 3, mode="wrap").reshape(10, BINS)
-    on_line, between = (
-        (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2,
-        (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2,
-    )
+    on_line = (smooth[:, 0] + np.roll(smooth[:, -1], 1)) / 2
+    between = (smooth[:, BINS // 2 - 1] + smooth[:, BINS // 2]) / 2
     dark_lines = int(
         (on_line > (between + np.roll(between, 1)) / 2)[seen].sum() + 10 - seen.sum()
     )
@@ -241,12 +224,9 @@ def _best_pattern(ratio: float, both: list[Strengths]) -> Pitch:
         scores[pattern] = (sum(scores_of_families), (fits[0][1], fits[1][1]))
     pattern = min(scores, key=lambda k: scores[k][0])
     apart, pattern_seen = _MEANING[pattern]
+    shift = scores[pattern][1]
     return Pitch(
-        ratio,
-        apart[0] if len(apart) == 1 else None,
-        apart,
-        pattern_seen,
-        scores[pattern][1],
+        ratio, apart[0] if len(apart) == 1 else None, apart, pattern_seen, shift
     )
 
 

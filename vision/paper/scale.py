@@ -67,12 +67,8 @@ class Scale:
     def sd_at(self, x_px: float, y_px: float) -> float:
         """One standard deviation of `at` [mm per px], the paper's own error
         included."""
-        return float(
-            self.at(x_px, y_px)
-            * np.hypot(
-                _relative_sd(self.grid, self.covariance, x_px, y_px), self.paper_sd
-            )
-        )
+        of_fit = _relative_sd(self.grid, self.covariance, x_px, y_px)
+        return float(self.at(x_px, y_px) * np.hypot(of_fit, self.paper_sd))
 
     def to_mm(self, x_px: ArrayLike, y_px: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Places on the paper [mm] of picture points [px]: perspective and lens
@@ -128,11 +124,10 @@ def darkest_channel(image: np.ndarray) -> np.ndarray:
             " graph paper in it"
         )
     if image.ndim == 3:
-        image = (
-            cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2])
-            if image.shape[2] == 3
-            else image[..., 0]
-        )
+        if image.shape[2] == 3:
+            image = cv2.min(cv2.min(image[..., 0], image[..., 1]), image[..., 2])
+        else:
+            image = image[..., 0]
     return image.astype(np.float32) / np.float32(np.iinfo(image.dtype).max)
 
 
@@ -239,9 +234,8 @@ def _tilt(
 
     def turn(g: GridMap) -> float:
         j = g.jacobian(*at)
-        return float(
-            np.degrees(np.arctan2(j[0, 1], j[0, 0]))
-        )  # along (−∂u/∂y, ∂u/∂x) u does not change
+        # along (−∂u/∂y, ∂u/∂x) u does not change
+        return float(np.degrees(np.arctan2(j[0, 1], j[0, 0])))
 
     return turn(grid), _sd(grid, covariance, turn)
 
@@ -275,13 +269,9 @@ def _hull(fit: Fit) -> np.ndarray:
 
 
 def _ambiguity(fit: Fit, pitch: Pitch) -> str:
-    line_px = 1 / float(
-        _mean_scale(
-            fit.grid.with_density(1 / pitch.ratio),
-            fit.windows.x.mean(),
-            fit.windows.y.mean(),
-        )
-    )
+    finest = fit.grid.with_density(1 / pitch.ratio)
+    x, y = fit.windows.x.mean(), fit.windows.y.mean()
+    line_px = 1 / float(_mean_scale(finest, x, y))
     mm, scales = (
         " or ".join(f"{f * m:.5g}" for m in pitch.may_be) for f in (1.0, 1 / line_px)
     )

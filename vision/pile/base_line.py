@@ -35,9 +35,8 @@ BASES = (
     "mirror",
     "toe",
 )  # how the pile's foot was found, best first
-CLEAR_STEP_SDS = (
-    6.0  # standard errors of a step's mean over the columns, below which it is none
-)
+# standard errors of a step's mean over the columns, below which it is none
+CLEAR_STEP_SDS = 6.0
 MOST_SLOPE = np.tan(np.radians(2.0))
 # of the heap's height: a larger sag of a leaning heap's foot means that the camera
 # looks down
@@ -76,12 +75,8 @@ def find_base_line(
         return tilted
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
-    return BaseLine(
-        float(np.nanpercentile(surface - slope * x, 99.5)),
-        slope,
-        np.radians(UNKNOWN_PLUMB_SD_DEG),
-        "toe",
-    )
+    intercept = float(np.nanpercentile(surface - slope * x, 99.5))
+    return BaseLine(intercept, slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
 
 
 def _candidate_lines(
@@ -121,12 +116,8 @@ def stated_base_line(
             f"--baseline {x1:g},{y1:g},{x2:g},{y2:g} does not lie in the picture"
         )
     slope = (y2 - y1) / (x2 - x1)
-    return BaseLine(
-        y1 - roi[1] - slope * (x1 - roi[0]),
-        slope,
-        np.hypot(1, 1) / abs(x2 - x1),
-        "given",
-    )
+    intercept = y1 - roi[1] - slope * (x1 - roi[0])
+    return BaseLine(intercept, slope, np.hypot(1, 1) / abs(x2 - x1), "given")
 
 
 def _line_through(
@@ -192,16 +183,8 @@ def find_horizontal(
     if camera.plumb_deg is not None:
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
-        return (
-            0.0,
-            UNKNOWN_PLUMB_SD_DEG,
-            (
-                (
-                    "no plate line and no plumb_deg: the picture's rows are taken as"
-                    " level, ± 0.5°"
-                ),
-            ),
-        )
+        why = "no plate line and no plumb_deg: the picture's rows are taken as level"
+        return 0.0, UNKNOWN_PLUMB_SD_DEG, (f"{why}, ± 0.5°",)
     angle = np.arctan(base.slope)
     return (
         float(np.degrees(angle)),
@@ -238,15 +221,13 @@ def plate_edge(
             np.clip(np.rint(rows).astype(int), 0, grey.shape[0] - 1),
             np.arange(columns.size),
         ]
+        rows_inside = np.maximum(inside.sum(axis=1), 1)
         mean = np.where(
-            inside.mean(axis=1) > 0.8,
-            (steps * inside).sum(axis=1) / np.maximum(inside.sum(axis=1), 1),
-            0.0,
+            inside.mean(axis=1) > 0.8, (steps * inside).sum(axis=1) / rows_inside, 0.0
         )
         at = int(np.abs(mean).argmax())
-        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[
-            inside[at]
-        ]  # a blot is not a line
+        # a blot is not a line
+        alike = (steps[at] * np.sign(mean[at]) > 0.3 * abs(mean[at]))[inside[at]]
         if abs(mean[at]) > abs(best[0]) and alike.mean() > 0.6:
             best = (float(mean[at]), slope, float(offsets[at]))
     step, slope, row = best
@@ -301,18 +282,14 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     if leaning and (
         line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE
     ):
-        line, source = (
-            _fit_line_and_bow(
-                columns, bottom - level * columns, middle, half, tilted=False
-            ),
-            "toe",
+        line = _fit_line_and_bow(
+            columns, bottom - level * columns, middle, half, tilted=False
         )
+        source = "toe"
         line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
     if line[2] > MIRROR_SAG * heap_height:
-        line, source = (
-            _fit_line_and_bow(columns, (top + bottom) / 2, middle, half),
-            "mirror",
-        )
+        line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
+        source = "mirror"
     intercept, slope, _, slope_sd = line
     if abs(slope) > MAX_PLATE_SLOPE:
         return None
@@ -355,9 +332,5 @@ def _fit_line_and_bow(
     rms = float(np.sqrt(np.mean(off[keep] ** 2)))
     extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
     sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
-    return (
-        float(found[0] - found[1] * middle),
-        float(found[1]),
-        float(found[2]),
-        float(sd),
-    )
+    slope = float(found[1])
+    return (float(found[0] - found[1] * middle), slope, float(found[2]), float(sd))

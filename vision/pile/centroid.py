@@ -81,11 +81,10 @@ def _rise_and_reach(
     area = height.sum()
     if not area > 0:
         return None
-    axis = (
-        ends[next(iter(leaning))]
-        if leaning
-        else float((x[inside] * height).sum() / area)
-    )
+    if leaning:
+        axis = ends[next(iter(leaning))]
+    else:
+        axis = float((x[inside] * height).sum() / area)
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
     return rise / reach, rise, reach
@@ -119,14 +118,8 @@ def _wall_face(heap: Heap, side: str) -> float | None:
     """Column [small px] of the face of the wall nearest to the crest on that side; None
     where no wall is seen."""
     if side == "left":
-        return max(
-            (
-                high - MARGIN
-                for _, high in heap.walls
-                if high - MARGIN <= heap.crest + 1
-            ),
-            default=None,
-        )
+        ends = (high - MARGIN for _, high in heap.walls)
+        return max((end for end in ends if end <= heap.crest + 1), default=None)
     return min(
         (low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1),
         default=None,

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import median_filter, uniform_filter1d
 
-MAX_PLATE_SLOPE = np.tan(
-    np.radians(6.0)
-)  # a plate farther from level than this is taken for a slope
+# a plate farther from level than this is taken for a slope
+MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
 TOE = 0.02  # of the crest's height: where the pile ends
 
@@ -113,11 +112,8 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     free = np.isfinite(height)
     for low, high in walls:
         free[low:high] = False
-    pieces = [
-        p
-        for p in _true_ranges(free, gap=max(2, profile.size // 100))
-        if p[1] - p[0] >= 8
-    ]
+    gap = max(2, profile.size // 100)
+    pieces = [p for p in _true_ranges(free, gap=gap) if p[1] - p[0] >= 8]
     if not pieces:
         return Heap(0, 0.0, (), walls, "no pile in the picture")
     smooth = _smooth(height, free)
@@ -129,13 +125,8 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
     near = near[np.abs(near - crest) <= reach]
     top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
-        return Heap(
-            crest,
-            top,
-            (),
-            walls,
-            "no pile in the picture: nothing rises above the plate",
-        )
+        why = "no pile in the picture: nothing rises above the plate"
+        return Heap(crest, top, (), walls, why)
     if profile[crest] <= 1:
         return Heap(
             crest, top, (), walls, "the pile is cut by the picture's top border"
@@ -234,21 +225,18 @@ def _flank(
     if length < 8 or length < 0.25 * top:
         return Flank(side, crest, toe, "a wall or nothing on this side")
     if lowest > window[0] * 0.9:
-        what = (
-            f"the pile is cut by the picture's {side} border"
-            if at_border
-            else "the surface ends"
-        )
+        if at_border:
+            what = f"the pile is cut by the picture's {side} border"
+        else:
+            what = "the surface ends"
         return Flank(side, crest, toe, f"{what} at {100 * lowest:.0f} % of its height")
     upwards = outward[: length + 1][::-1]
     upwards = upwards[np.isfinite(upwards)]  # a gap would make NaN of all above it
     if np.max(np.maximum.accumulate(upwards) - upwards, initial=0.0) > 0.2 * top:
-        return Flank(
-            side,
-            crest,
-            toe,
-            "the surface falls and rises again: two piles, or something in front of it",
+        why = (
+            "the surface falls and rises again: two piles, or something in front of it"
         )
+        return Flank(side, crest, toe, why)
     return Flank(side, crest, toe)
 
 

@@ -13,11 +13,10 @@ import numpy as np
 from benchtwin.vision.pile.surface import as_float, shrink
 from benchtwin.vision.pile.triangle_search import best_triangle
 
-SEARCH_PX, FEATURES_PX, CUT_PX = (
-    96,
-    480,
-    480,
-)  # longest side: for the triangles, the features, the cut of the close-up
+# longest side: for the triangles, the features, the cut of the close-up
+SEARCH_PX = 96
+FEATURES_PX = 480
+CUT_PX = 480
 CLUSTERS = 20  # of colour and texture
 # of the close-up's width: radius within which colours of seeds and surroundings are
 # compared
@@ -56,25 +55,19 @@ def pixel_features(small: np.ndarray) -> np.ndarray:
     contrast = np.sqrt(
         np.clip(cv2.GaussianBlur(light**2, (0, 0), reach) - mean**2, 0, None)
     )
-    gx, gy = (
-        cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8,
-        cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8,
-    )
+    gx = cv2.Sobel(light, cv2.CV_32F, 1, 0) / 8
+    gy = cv2.Sobel(light, cv2.CV_32F, 0, 1) / 8
     xx, yy, xy = (
         cv2.GaussianBlur(g, (0, 0), reach) for g in (gx * gx, gy * gy, gx * gy)
     )
-    weaker = (xx + yy) / 2 - np.sqrt(
-        ((xx - yy) / 2) ** 2 + xy**2
-    )  # eigenvalue of the structure tensor: 0 along an edge or a stripe
+    # eigenvalue of the structure tensor: 0 along an edge or a stripe
+    weaker = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(reach) + 1,) * 2)
     gaps = cv2.GaussianBlur(
         cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach
     )
-    texture = [
-        np.log(1 + contrast),
-        np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None))),
-        np.log(1 + gaps),
-    ]
+    finer = np.log(1 + 2 * np.sqrt(np.clip(weaker, 0, None)))
+    texture = [np.log(1 + contrast), finer, np.log(1 + gaps)]
     return np.dstack(
         [cv2.GaussianBlur(lab, (0, 0), 1.0) / 20, *(2 * t for t in texture)]
     ).astype(np.float32)
@@ -87,13 +80,9 @@ def cluster_pixels(features: np.ndarray, count: int) -> np.ndarray:
     cv2.setRNGSeed(1)
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[:: max(1, len(flat) // 8000)])
+    labels = np.zeros((len(some), 1), np.int32)
     centres = cv2.kmeans(
-        some,
-        min(count, len(some)),
-        np.zeros((len(some), 1), np.int32),
-        stop,
-        1,
-        cv2.KMEANS_PP_CENTERS,
+        some, min(count, len(some)), labels, stop, 1, cv2.KMEANS_PP_CENTERS
     )[2]
     distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
     return distance.argmin(axis=1).reshape(features.shape[:2])
@@ -113,12 +102,9 @@ def find_region(image: np.ndarray) -> Region | None:
     rough = _coarse_cut(features, clusters, triangle)
     box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     (x0, y0, x1, y1), triangle = box, triangle * factor
+    cut = image[y0:y1, x0:x1]
     close = cv2.resize(
-        image[y0:y1, x0:x1],
-        None,
-        fx=1 / zoom,
-        fy=1 / zoom,
-        interpolation=cv2.INTER_AREA,
+        cut, None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA
     )
     scale = factor / zoom
     shift = [(0.5 * factor - 0.5 - corner) / zoom for corner in (x0, y0)]
@@ -159,11 +145,8 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None
     if count < 2 or not inside.max():
         return None
     whole = np.zeros(mask.shape, np.uint8)
-    contours = cv2.findContours(
-        (labels == inside.argmax()).astype(np.uint8),
-        cv2.RETR_EXTERNAL,
-        cv2.CHAIN_APPROX_NONE,
-    )[0]
+    heap = (labels == inside.argmax()).astype(np.uint8)
+    contours = cv2.findContours(heap, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
     return whole.astype(bool)
 
@@ -183,10 +166,8 @@ def _confidence(
     form = _triangle_mask(mask.shape, triangle, 0.0)
     if not core.any() or not around.any():
         return 0.0
-    inside, outside = (
-        float(np.percentile(texture[core], 10)),
-        float(np.median(texture[around])),
-    )
+    inside = float(np.percentile(texture[core], 10))
+    outside = float(np.median(texture[around]))
     overlap = float((mask & form).sum() / (mask | form).sum())
     return min(
         overlap / LEAST_OVERLAP,
@@ -217,20 +198,10 @@ def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
     odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS), core > 0, reach == 0)
     certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    mask = np.where(
-        certain,
-        cv2.GC_FGD,
-        np.where(
-            reach == 0, cv2.GC_BGD, np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
-        ),
-    )
-    picture = np.dstack(
-        [
-            255 * odds,
-            2.55 * lab[..., 0],
-            128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0),
-        ]
-    )
+    unsure = np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
+    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
+    chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
+    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
     return _graph_cut(picture, mask, rounds=3)
 
 
@@ -256,23 +227,18 @@ def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray
 
 def _as_rgb(small: np.ndarray) -> np.ndarray:
     """Float RGB 0–1 of a grey or colour picture."""
-    return (
-        np.ascontiguousarray(
-            small if small.shape[2] == 3 else np.repeat(small[..., :1], 3, axis=2),
-            dtype=np.float32,
-        )
-        / 255
-    )
+    if small.shape[2] != 3:
+        small = np.repeat(small[..., :1], 3, axis=2)
+    return np.ascontiguousarray(small, dtype=np.float32) / 255
 
 
 def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Unit vector in (a, b) from the colour of the surroundings to that of the
     seeds."""
-    off = (
-        lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
-        if seeds.any() and others.any()
-        else np.ones(2)
-    )
+    if seeds.any() and others.any():
+        off = lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
+    else:
+        off = np.ones(2)
     return (off / max(float(np.linalg.norm(off)), 1e-6)).astype(np.float32)
 
 
@@ -285,11 +251,8 @@ def _local_odds(
     near = LOCAL * max(size)
 
     def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        return cv2.GaussianBlur(
-            cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA),
-            (0, 0),
-            sigma,
-        )
+        small = cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        return cv2.GaussianBlur(small, (0, 0), sigma)
 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]
     odds = np.zeros(clusters.shape, np.float32)
@@ -314,11 +277,10 @@ def _coarse_cut(
     core, body, shell = (
         _triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8)
     )
-    mask = np.where(
-        core,
-        cv2.GC_FGD,
-        np.where(body, cv2.GC_PR_FGD, np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)),
-    ).astype(np.uint8)
+    beyond = np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)
+    mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, beyond)).astype(
+        np.uint8
+    )
     near = _triangle_mask(clusters.shape, triangle, 1.5)
     inside = np.bincount(clusters[body], minlength=CLUSTERS) / max(body.sum(), 1) + 1e-3
     outside = (
@@ -335,13 +297,8 @@ def _coarse_cut(
     )
     along = colour @ (axis / max(np.linalg.norm(axis), 1e-9)).astype(np.float32)
     low, high = np.percentile(along, [1, 99])
-    picture = np.dstack(
-        [
-            255 * odds,
-            255 * np.clip((along - low) / max(high - low, 1.0), 0, 1),
-            colour[..., 0] * 2.55,
-        ]
-    )
+    height = 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1)
+    picture = np.dstack([255 * odds, height, colour[..., 0] * 2.55])
     return _graph_cut(picture, mask, rounds=2)
 
 

@@ -201,13 +201,8 @@ def fit_flank(
             f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope"
             " of grains?"
         )
-    return FlankLine(
-        flank.side,
-        line,
-        angle,
-        float(np.hypot(line.angle_sd_deg, horizontal_sd)),
-        tuple(doubts),
-    )
+    angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
+    return FlankLine(flank.side, line, angle, angle_sd_deg, tuple(doubts))
 
 
 def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:

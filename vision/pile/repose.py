@@ -95,12 +95,8 @@ def measure_repose(
     background at the picture's top."""
     camera, options = camera or Camera(), options or PileOptions()
     x0, y0, width, height = roi = _roi(image, options)
-    photo = _Photo(
-        np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width]),
-        camera,
-        options,
-        roi,
-    )
+    crop = np.ascontiguousarray(image[y0 : y0 + height, x0 : x0 + width])
+    photo = _Photo(crop, camera, options, roi)
     if min(photo.crop.shape[:2]) < 24:
         raise MeasurementError(
             f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile"
@@ -116,9 +112,8 @@ def measure_repose(
     if isinstance(segmented, str) or (
         isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)
     ):
-        return _or_raise(
-            smooth
-        )  # the more exact one: its edges are read off the full picture
+        # the more exact one: its edges are read off the full picture
+        return _or_raise(smooth)
     doubt = "" if by_hand else _doubt_of_region(region)
     return replace(
         segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)
@@ -153,43 +148,25 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
         surface = subpixel_edge(
             photo.crop, background, silhouette.top, silhouette.threshold
         )
+        stated = photo.options.baseline
         base = find_base_line(
-            photo.crop,
-            background,
-            silhouette,
-            surface,
-            photo.options.baseline,
-            photo.camera,
-            photo.roi,
+            photo.crop, background, silhouette, surface, stated, photo.camera, photo.roi
         )
         tried.append(_of_surface(photo, surface, base, background.factor))
         if isinstance(tried[-1], Repose) and tried[-1].base.source in BASES[:2]:
             break  # there is no better kind of base line
     found = [r for r in tried if isinstance(r, Repose)]
     if not found:
-        return (
-            str(tried[0])
-            if tried
-            else "no pile in the picture: nothing stands out from the background"
-        )
+        if tried:
+            return str(tried[0])
+        return "no pile in the picture: nothing stands out from the background"
     best = min(found, key=lambda r: BASES.index(r.base.source))
-    cut_off = next(
-        (
-            r
-            for r in tried
-            if isinstance(r, str) and r.startswith(NO_SLOPE) and "cut by" in r
-        ),
-        "",
-    )
-    if (
-        best.base.source == "toe" and cut_off
-    ):  # by a better base line the foot is not in the picture
-        return replace(
-            best,
-            quantities=tuple(
-                q.doubt(cut_off.removeprefix(NO_SLOPE)) for q in best.quantities
-            ),
-        )
+    reasons = (r for r in tried if isinstance(r, str) and r.startswith(NO_SLOPE))
+    cut_off = next((r for r in reasons if "cut by" in r), "")
+    # by a better base line the foot is not in the picture
+    if best.base.source == "toe" and cut_off:
+        why = cut_off.removeprefix(NO_SLOPE)
+        return replace(best, quantities=tuple(q.doubt(why) for q in best.quantities))
     return best
 
 
@@ -240,10 +217,8 @@ def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     apart = max(
         np.abs(smooth.base.at(x) - foot)[under].mean(), loose - top, top - close
     )
-    height, area = (
-        float(np.ptp(segmented.surface[under])),
-        float((foot - segmented.surface).sum()),
-    )
+    height = float(np.ptp(segmented.surface[under]))
+    area = float((foot - segmented.surface).sum())
     return bool(max(missed, surplus) < MOST_AREA * area and apart < MOST_APART * height)
 
 
@@ -426,19 +401,12 @@ def _height_over_radius(
     ratio = height / radius
     rms = float(np.mean([s.line.rms for s in slopes]))
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
-    sd_ratio = (
-        np.hypot(
-            max(rms, blunt) / height,
-            max(rms / ratio, factor) / radius / np.sqrt(len(known)),
-        )
-        * ratio
-    )
-    return _angle(
-        name,
-        float(np.degrees(np.arctan(ratio))),
-        float(np.degrees(sd_ratio / (1 + ratio**2))),
-        doubts,
-    )
+    up = max(rms, blunt) / height
+    aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
+    sd_ratio = np.hypot(up, aside) * ratio
+    angle = float(np.degrees(np.arctan(ratio)))
+    sd = float(np.degrees(sd_ratio / (1 + ratio**2)))
+    return _angle(name, angle, sd, doubts)
 
 
 def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:

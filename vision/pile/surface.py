@@ -11,9 +11,8 @@ import numpy as np
 from benchtwin.bench.robust import robust_sd
 from scipy.ndimage import median_filter
 
-WORKING_PX = (
-    1024  # longest side of the reduced picture; edges are read off the full one
-)
+# longest side of the reduced picture; edges are read off the full one
+WORKING_PX = 1024
 
 
 def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray, float]:
@@ -33,11 +32,10 @@ def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray,
 def as_float(image: np.ndarray) -> np.ndarray:
     """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
     channels)."""
-    scale = (
-        255.0 / np.iinfo(image.dtype).max
-        if np.issubdtype(image.dtype, np.integer)
-        else 1.0
-    )
+    if np.issubdtype(image.dtype, np.integer):
+        scale = 255.0 / np.iinfo(image.dtype).max
+    else:
+        scale = 1.0
     pixels = image.astype(np.float32) * np.float32(scale)
     return pixels if pixels.ndim == 3 else pixels[..., None]
 
@@ -98,15 +96,13 @@ def binarise(grey: np.ndarray) -> tuple[float, float]:
     mean = np.cumsum(counts * middles) / counts.sum()
     total = mean[-1]
     with np.errstate(divide="ignore", invalid="ignore"):
+        mixed = (weight > 0) & (weight < 1)
         between = np.where(
-            (weight > 0) & (weight < 1),
-            (total * weight - mean) ** 2 / (weight * (1 - weight)),
-            0.0,
+            mixed, (total * weight - mean) ** 2 / (weight * (1 - weight)), 0.0
         )
     variance = float((counts * (middles - total) ** 2).sum() / counts.sum())
-    best = between >= between.max() * (
-        1 - 1e-9
-    )  # an empty valley is a plateau: take its middle
+    # an empty valley is a plateau: take its middle
+    best = between >= between.max() * (1 - 1e-9)
     return float(edges[1:][best].mean()), float(between.max() / variance)
 
 
@@ -159,9 +155,8 @@ def fit_background(image: np.ndarray) -> Background:
         small[: max(1, small.shape[0] // 20)].reshape(-1, small.shape[2]), axis=0
     )
     light = start[None].astype(float)
-    coarse = np.ascontiguousarray(
-        small[::2, ::2]
-    )  # three quarters of the pixels are needed only once
+    # three quarters of the pixels are needed only once
+    coarse = np.ascontiguousarray(small[::2, ::2])
     for share, order in ((0.25, 1), (0.5, 1), (0.75, 2), (1.0, 2)):
         light = _refit(coarse, light, max(4, round(share * coarse.shape[0])), order)
     light = _refit(small, light, small.shape[0], 2)
@@ -266,13 +261,11 @@ def subpixel_edge(
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
     strip = band[visible - first, columns] - _colour_at(background, visible, columns)
-    strip = strip - _running_median(
-        strip[: reach - 4].mean(axis=0), run
-    )  # what the fitted illumination leaves
+    # what the fitted illumination leaves
+    strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)
     face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)
-    clear = (face**2).sum(axis=1) >= (
-        0.5 * threshold
-    ) ** 2  # otherwise uneven light, no edge
+    # otherwise uneven light, no edge
+    clear = (face**2).sum(axis=1) >= (0.5 * threshold) ** 2
     level = np.einsum("rxc,xc->rx", strip, face) / np.maximum(
         (face**2).sum(axis=1), 1e-9
     )
@@ -284,9 +277,8 @@ def subpixel_edge(
         if upward
         else (coarse[nearest] <= 1)
     )
-    return np.where(
-        border, height - 1.0 if upward else 0.0, found
-    )  # it goes on beyond the picture
+    # it goes on beyond the picture
+    return np.where(border, height - 1.0 if upward else 0.0, found)
 
 
 def _running_median(values: np.ndarray, run: int) -> np.ndarray:

@@ -81,12 +81,11 @@ def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.n
     height, width = sums.shape[0] - 1, sums.shape[1]
     x, top, foot, left, right = triangles.T
     rise = foot - top
-    steep = np.minimum(
-        *(
-            np.where(side <= 0.5, 9.0, rise / np.maximum(side, 1e-3))
-            for side in (left, right)
-        )
-    )
+    slopes = [
+        np.where(side <= 0.5, 9.0, rise / np.maximum(side, 1e-3))
+        for side in (left, right)
+    ]
+    steep = np.minimum(*slopes)
     gentle = rise / np.maximum(left, right)
     ok = (
         (gentle > SLOPES[0])

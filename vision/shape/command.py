@@ -149,21 +149,16 @@ def _photos(paths: list[Path]) -> list[Path]:
 
 
 def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
-    counts = ", ".join(
-        f"{n} {kind}"
-        for kind, n in sorted(
-            content["counts"].items(), key=lambda item: item[0] != WHOLE
-        )
-    )
+    kinds = sorted(content["counts"].items(), key=lambda item: item[0] != WHOLE)
+    counts = ", ".join(f"{n} {kind}" for kind, n in kinds)
     print(counts)
     for name in SIZES:
         if name in content:
             of = content[name]
-            interval = (
-                " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
-                if of["mean_low_high_mm"]
-                else ""
-            )
+            if of["mean_low_high_mm"]:
+                interval = " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
+            else:
+                interval = ""
             print(
                 f"{name:9}  {of['mean_mm']:.3f}{interval} mm, sd {of['sd_mm']:.3f}, n ="
                 f" {of['n']}"

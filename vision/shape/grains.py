@@ -84,11 +84,10 @@ class Grains:
                 f"{q}_{unit}": getattr(g, f"{q}_{unit}")
                 for q in ("length", "length_sd", "width", "width_sd")
             }
-            area = (
-                {"area_px": g.area_px}
-                if self.scale is None
-                else {"area_mm2": g.area_mm2}
-            )
+            if self.scale is None:
+                area = {"area_px": g.area_px}
+            else:
+                area = {"area_mm2": g.area_mm2}
             place = {"seed": number, "x_px": g.x_px, "y_px": g.y_px}
             rows.append(
                 {
@@ -111,19 +110,16 @@ class Grains:
             values = np.array([getattr(g, f"{name}_{unit}") for g in self.measured])
             spread = float(values.std(ddof=1)) if len(values) > 1 else float("nan")
             common = float(values.mean()) * self.common_sd() if unit == "mm" else 0.0
-            mean_sd = (
-                float(np.hypot(spread / np.sqrt(len(values)), common))
-                if len(values) > 1
-                else float("nan")
-            )
+            if len(values) > 1:
+                mean_sd = float(np.hypot(spread / np.sqrt(len(values)), common))
+            else:
+                mean_sd = float("nan")
             mean, low, high = (
                 float(v) for v in (values.mean(), values.min(), values.max())
             )
             rows.append((name, unit, len(values), mean, spread, low, high, mean_sd))
-        return pd.DataFrame(
-            rows,
-            columns=["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"],
-        )
+        columns = ["quantity", "unit", "n", "mean", "sd", "min", "max", "mean_sd"]
+        return pd.DataFrame(rows, columns=columns)
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
@@ -170,20 +166,14 @@ def measure_seeds(
     paper = paper or (scale if isinstance(scale, Scale) else None)
     region = _paper_region(paper, image.shape[:2])
     # Seeds on graph paper: its lines are below 0.4 mm wide.
-    relief = make_relief(
-        image,
-        region,
-        (
-            int(np.ceil(0.5 / paper.mm_per_px))
-            if paper is not None and region is None
-            else 0
-        ),
-    )
-    relative_sd = (
-        UNKNOWN_SCALE_SD
-        if mm_per_px_sd is None or not isinstance(scale, int | float)
-        else mm_per_px_sd / scale
-    )
+    blur_px = 0
+    if paper is not None and region is None:
+        blur_px = int(np.ceil(0.5 / paper.mm_per_px))
+    relief = make_relief(image, region, blur_px)
+    if mm_per_px_sd is None or not isinstance(scale, int | float):
+        relative_sd = UNKNOWN_SCALE_SD
+    else:
+        relative_sd = mm_per_px_sd / scale
     grains = [
         g for g in _find_grains(relief, scale, relative_sd, region) if g is not None
     ]
@@ -194,9 +184,8 @@ def measure_seeds(
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
     row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
-    grains.sort(
-        key=lambda g: (round(g.y_px / row), g.x_px)
-    )  # in rows, each from left to right
+    # in rows, each from left to right
+    grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))
     return Grains(tuple(grains), scale, tuple(notes), relative_sd)
 
 
@@ -233,11 +222,9 @@ def _grain(
 ) -> Grain | None:
     area = cv2.contourArea(piece.outline.astype(np.float32))
     if area < 0.25 * typical:
-        return (
-            _rejected(piece.outline, "too small for a seed")
-            if area >= 0.1 * typical
-            else None
-        )
+        if area >= 0.1 * typical:
+            return _rejected(piece.outline, "too small for a seed")
+        return None
     edge = find_edge(relief.height, piece.outline, piece.free)
     if edge is None:
         return _rejected(piece.outline, "too much of its edge is hidden by neighbours")
@@ -256,17 +243,13 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
         in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
     elif isinstance(scale, Scale):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
-        in_mm, relative, area_mm2 = (
-            feret(flat)[:2],
-            _scale_sd(scale, *middle),
-            centroid(flat)[1],
-        )
+        in_mm = feret(flat)[:2]
+        relative = _scale_sd(scale, *middle)
+        area_mm2 = centroid(flat)[1]
     else:
-        in_mm, relative, area_mm2 = (
-            (length * scale, width * scale),
-            relative_sd,
-            area * scale**2,
-        )
+        in_mm = (length * scale, width * scale)
+        relative = relative_sd
+        area_mm2 = area * scale**2
     sds_mm = [
         float(mm * np.hypot(sd / px, relative))
         for mm, sd, px in zip(in_mm, sds, (length, width))
@@ -318,9 +301,8 @@ def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
     that dust does not count."""
     whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
     lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
-    if sum(lone) < 0.2 * sum(
-        cv2.contourArea(p) for p in whole
-    ):  # nearly all touch: split them first
+    # nearly all touch: split them first
+    if sum(lone) < 0.2 * sum(cv2.contourArea(p) for p in whole):
         lone = [
             cv2.contourArea(q.outline.astype(np.float32))
             for p in whole
@@ -344,10 +326,8 @@ def _rejection(
 ) -> str:
     """Why a patch is no whole seed; "" where it may be one or several."""
     if region is not None:
-        x, y = (
-            np.clip(patch[:, 0], 2, region.shape[1] - 3),
-            np.clip(patch[:, 1], 2, region.shape[0] - 3),
-        )
+        x = np.clip(patch[:, 0], 2, region.shape[1] - 3)
+        y = np.clip(patch[:, 1], 2, region.shape[0] - 3)
         if any(
             region[y + dy, x + dx].any()
             for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))
@@ -364,15 +344,9 @@ def _rejection(
 
 def _rejected(patch: np.ndarray, reason: str) -> Grain:
     (x, y), area = centroid(patch.astype(float))
+    unknown = float("nan")
     return Grain(
-        x,
-        y,
-        *(float("nan"),) * 9,
-        area,
-        float("nan"),
-        FAILED,
-        reason,
-        patch.astype(float),
+        x, y, *(unknown,) * 9, area, unknown, FAILED, reason, patch.astype(float)
     )
 
 
@@ -399,10 +373,5 @@ def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | N
     if region.mean() > 0.5:
         return None
     size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
-    return (
-        np.maximum(
-            cv2.dilate(region, np.ones((1, size), np.uint8)),
-            cv2.dilate(region, np.ones((size, 1), np.uint8)),
-        )
-        > 0
-    )
+    across, down = np.ones((1, size), np.uint8), np.ones((size, 1), np.uint8)
+    return np.maximum(cv2.dilate(region, across), cv2.dilate(region, down)) > 0

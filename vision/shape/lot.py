@@ -13,14 +13,12 @@ from benchtwin.vision.shape.outline import from_fourier_terms
 from scipy.stats import t as student
 
 SEEDS, OUTLINES, SUMMARY = "seeds.csv", "outlines.csv", "lot.toml"
-WHOLE, TOUCHING, BROKEN, HUSK, CUT, OTHER = (
-    "whole",
-    "touching another",
-    "broken",
-    "husk",
-    "cut by the border",
-    "other",
-)
+WHOLE = "whole"
+TOUCHING = "touching another"
+BROKEN = "broken"
+HUSK = "husk"
+CUT = "cut by the border"
+OTHER = "other"
 SIZES = ("length", "width", "thickness")
 SEED_COLUMNS = (
     "photo",
@@ -81,10 +79,8 @@ class Lot:
 def read_lot(folder: Path) -> Lot:
     """Read a lot that `benchtwin shape` wrote; MeasurementError naming the file and
     what is wrong."""
-    rows, lines = (
-        _table(folder / SEEDS, SEED_COLUMNS),
-        _table(folder / OUTLINES, OUTLINE_COLUMNS),
-    )
+    rows = _table(folder / SEEDS, SEED_COLUMNS)
+    lines = _table(folder / OUTLINES, OUTLINE_COLUMNS)
     terms: dict[tuple[str, int], np.ndarray] = {}
     for key, group in lines.groupby(["photo", "seed"], sort=False):
         ordered = group.sort_values("harmonic")
@@ -184,11 +180,9 @@ def lot_summary(
     for k, name in enumerate(SIZES):
         values = sizes[np.isfinite(sizes[:, k]), k]
         if len(values):
-            mean, sd, n = (
-                float(values.mean()),
-                float(values.std(ddof=1)) if len(values) > 1 else 0.0,
-                len(values),
-            )
+            mean = float(values.mean())
+            sd = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+            n = len(values)
         elif name == "thickness" and thickness is not None:
             mean, sd, n = thickness
         else:

@@ -34,10 +34,9 @@ SAME_PLACE = 0.75  # of a length: within it, a seed turned on its side is the sa
 SAME_SHARE = 0.8  # of the seeds that must be in the same place
 NEAREST_M, FARTHEST_M = 0.25, 1.5  # distance of the camera where it is not stated
 DISTANCE_SD = 0.05  # relative, of a stated distance
-THICKNESS_SHARE, THICKNESS_SD = (
-    0.8,
-    0.25,
-)  # thickness over width of seeds on their broad side; its relative sd
+# thickness over width of seeds on their broad side; its relative sd
+THICKNESS_SHARE = 0.8
+THICKNESS_SD = 0.25
 
 
 @dataclass(frozen=True)
@@ -88,20 +87,12 @@ def measure_lot_photos(
                 f" ({grains.scale.reason}); state --mm-per-px"
             )
         image = read_photo(photo)
-        bright, middle = (
-            _contrasts(image, grains),
-            (np.array(image.shape[1::-1]) - 1) / 2,
-        )
+        bright = _contrasts(image, grains)
+        middle = (np.array(image.shape[1::-1]) - 1) / 2
         kinds = _kinds(grains.grains, bright)
         for number, (grain, kind) in enumerate(zip(grains.grains, kinds), 1):
-            row, outline = _seed(
-                photo.name,
-                number,
-                grain,
-                kind,
-                grains,
-                magnification(grain, middle, view),
-            )
+            larger = magnification(grain, middle, view)
+            row, outline = _seed(photo.name, number, grain, kind, grains, larger)
             rows.append(row)
             lines += outline
         pictures[photo.name] = picture
@@ -126,15 +117,9 @@ def measure_lot_photos(
             "the camera's distance is not stated: seeds are above the paper, so that"
             f" {hint}; state --distance-mm"
         )
-    return LotPhotos(
-        seeds,
-        pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS)),
-        pictures,
-        sizes,
-        "; ".join(dict.fromkeys(scales)),
-        shared,
-        tuple(notes),
-    )
+    outlines = pd.DataFrame(lines, columns=list(OUTLINE_COLUMNS))
+    scale = "; ".join(dict.fromkeys(scales))
+    return LotPhotos(seeds, outlines, pictures, sizes, scale, shared, tuple(notes))
 
 
 def with_thickness(
@@ -215,11 +200,10 @@ def _seed(
     if kind != WHOLE:
         return row, []
     scale = grains.scale
-    points = (
-        np.stack(scale.to_mm(*grain.edge.T), -1)
-        if isinstance(scale, Scale)
-        else grain.edge * float(scale or 1.0)
-    )
+    if isinstance(scale, Scale):
+        points = np.stack(scale.to_mm(*grain.edge.T), -1)
+    else:
+        points = grain.edge * float(scale or 1.0)
     found = fourier_terms(aligned_outline(share * points))
     return row, [
         dict(zip(OUTLINE_COLUMNS, (photo, number, h, *np.round(of, 6))))
@@ -251,11 +235,10 @@ def magnification(grain: Grain, middle: np.ndarray, view: View) -> tuple[float, 
 def _mean_magnification(seeds: pd.DataFrame, view: View) -> tuple[float, float]:
     """Mean relative magnification and its sd; for an unknown distance no correction,
     but an sd that contains it."""
-    height = (
-        THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
-        if seeds["width_mm"].notna().any()
-        else 0.0
-    )
+    if seeds["width_mm"].notna().any():
+        height = THICKNESS_SHARE / 2 * float(np.nanmedian(seeds["width_mm"]))
+    else:
+        height = 0.0
     if view.distance_mm is not None:
         return height / view.distance_mm, float(
             height / view.distance_mm * np.hypot(THICKNESS_SD, DISTANCE_SD)
@@ -296,11 +279,9 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     every = np.zeros(image.shape[:2], np.uint8)
     masks = [np.rint(g.edge).astype(np.int32) for g in grains.grains]
     cv2.fillPoly(every, masks, 1)
-    ground = (
-        cv2.dilate(every, np.ones((25, 25), np.uint8))
-        - cv2.dilate(every, np.ones((7, 7), np.uint8))
-        > 0
-    )
+    wide = cv2.dilate(every, np.ones((25, 25), np.uint8))
+    tight = cv2.dilate(every, np.ones((7, 7), np.uint8))
+    ground = wide - tight > 0
     behind = (
         np.median(colour[ground], axis=0) if ground.any() else np.zeros(colour.shape[2])
     )
@@ -336,11 +317,9 @@ def observe_seeds(
     except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from error
     if scale is None:
-        grains = replace(
-            grains,
-            notes=(
-                *grains.notes,
-                f"sizes are in px: no mm_per_px was given and {trouble}",
-            ),
+        notes = (
+            *grains.notes,
+            f"sizes are in px: no mm_per_px was given and {trouble}",
         )
+        grains = replace(grains, notes=notes)
     return grains, draw_grains(image, grains, paper)

@@ -27,11 +27,8 @@ def feret(points: np.ndarray) -> tuple[float, float, float]:
     distance = np.hypot(apart[..., 0], apart[..., 1])
     i, j = np.unravel_index(int(distance.argmax()), distance.shape)
     angle = float(np.degrees(np.arctan2(apart[i, j, 1], apart[i, j, 0])))
-    return (
-        float(distance[i, j]),
-        float(np.ptp(across, axis=1).min()),
-        (angle + 90) % 180 - 90,
-    )
+    narrow = float(np.ptp(across, axis=1).min())
+    return (float(distance[i, j]), narrow, (angle + 90) % 180 - 90)
 
 
 def centroid(points: np.ndarray) -> tuple[tuple[float, float], float]:
@@ -55,10 +52,8 @@ def ellipse_agreement(points: np.ndarray) -> float:
     (cx, cy), axes, angle = cv2.fitEllipseDirect(points.astype(np.float32))
     turn = np.radians(angle)
     x, y = points[:, 0] - cx, points[:, 1] - cy
-    along, across = (
-        x * np.cos(turn) + y * np.sin(turn),
-        -x * np.sin(turn) + y * np.cos(turn),
-    )
+    along = x * np.cos(turn) + y * np.sin(turn)
+    across = -x * np.sin(turn) + y * np.cos(turn)
     depth = np.hypot(along / (axes[0] / 2), across / (axes[1] / 2))
     return float(1 - 2 * np.mean(np.abs(depth - 1)))
 
@@ -121,11 +116,8 @@ def aligned_outline(points: Array, count: int = 256) -> Array:
     crossing = np.flatnonzero(
         (flat[:, 1] <= 0) & (np.roll(flat[:, 1], -1) > 0) & (flat[:, 0] > 0)
     )
-    flat = np.roll(
-        flat,
-        -(int(crossing[-1]) + 1) if len(crossing) else -int(flat[:, 0].argmax()),
-        axis=0,
-    )
+    length = -(int(crossing[-1]) + 1) if len(crossing) else -int(flat[:, 0].argmax())
+    flat = np.roll(flat, length, axis=0)
     along = np.concatenate(
         [[0.0], np.cumsum(np.hypot(*(np.roll(flat, -1, 0) - flat).T))]
     )

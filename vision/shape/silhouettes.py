@@ -7,9 +7,8 @@ import cv2
 import numpy as np
 from benchtwin.vision.measurement import MeasurementError
 
-SMALL_SIDE = (
-    700  # px of the reduced picture on which background and threshold are found
-)
+# px of the reduced picture on which background and threshold are found
+SMALL_SIDE = 700
 LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
 # two maxima of depth are one grain where the path between them stays above this share
 # of the lower one
@@ -68,13 +67,10 @@ def make_relief(
             " contrasting colour"
         )
     if others:
+        size = allowed.shape[::-1]
+        small_mask = small_allowed.astype(np.uint8)
         allowed = allowed & (
-            cv2.resize(
-                small_allowed.astype(np.uint8),
-                allowed.shape[::-1],
-                interpolation=cv2.INTER_NEAREST,
-            )
-            > 0
+            cv2.resize(small_mask, size, interpolation=cv2.INTER_NEAREST) > 0
         )
     _, surface, gain, threshold, name = best
     height = channel(image, name)
@@ -117,11 +113,8 @@ def _large_things(
     height = (channel(small, name) - _surface(surface, allowed.shape)) * np.float32(
         gain
     )
-    contours = cv2.findContours(
-        ((height > threshold) & allowed).astype(np.uint8),
-        cv2.RETR_EXTERNAL,
-        cv2.CHAIN_APPROX_NONE,
-    )[0]
+    seeds = ((height > threshold) & allowed).astype(np.uint8)
+    contours = cv2.findContours(seeds, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
     typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
     chosen = [
@@ -182,12 +175,8 @@ def _separate_levels(
     spread = float(np.sqrt(flat[where].var() + flat[grains].var())) + 1e-6
     if abs(gap) < 0.02:
         return None
-    return (
-        abs(gap) / spread,
-        surface,
-        1 / gap,
-        float(np.clip(_isodata_threshold(flat[allowed] / gap), 0.2, 0.3)),
-    )
+    level = _isodata_threshold(flat[allowed] / gap)
+    return (abs(gap) / spread, surface, 1 / gap, float(np.clip(level, 0.2, 0.3)))
 
 
 def _isodata_threshold(values: np.ndarray) -> float:
@@ -258,16 +247,14 @@ def split(shape: np.ndarray) -> list[Piece]:
     Every pixel is assigned to the grain with the least Mahalanobis distance,
     iterated."""
     padded = np.pad(shape, 3)
-    step = max(
-        1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20)
-    )  # resolution of the cut
-    coarse = (
-        padded
-        if step == 1
-        else cv2.resize(
+    # resolution of the cut
+    step = max(1, int(cv2.distanceTransform(padded, cv2.DIST_L2, 5).max() / 20))
+    if step == 1:
+        coarse = padded
+    else:
+        coarse = cv2.resize(
             padded * 255, None, fx=1 / step, fy=1 / step, interpolation=cv2.INTER_AREA
         )
-    )
     coarse = (coarse > (0 if step == 1 else 127)).astype(np.uint8)
     depth = cv2.GaussianBlur(cv2.distanceTransform(coarse, cv2.DIST_L2, 5), (0, 0), 1.0)
     summits = _summits(depth)
@@ -277,9 +264,8 @@ def split(shape: np.ndarray) -> list[Piece]:
     labels = cv2.resize(
         labels.astype(np.uint8), padded.shape[::-1], interpolation=cv2.INTER_NEAREST
     )
-    near = cv2.dilate(
-        labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8)
-    )  # the rim that the coarse patch lacks
+    # the rim that the coarse patch lacks
+    near = cv2.dilate(labels, np.ones((4 * step + 1, 4 * step + 1), np.uint8))
     labels = np.where(labels == 0, near, labels)
     grains = (
         (labels == label).astype(np.uint8) & padded
@@ -296,9 +282,8 @@ def _assigned(
     ys, xs = np.nonzero(coarse)
     place = np.stack([xs, ys], -1).astype(np.float32)
     centre = np.array(summits, np.float32)
-    spread = np.stack(
-        [np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits]
-    )  # a full ellipse has covariance semi-axis²/4
+    # a full ellipse has covariance semi-axis²/4
+    spread = np.stack([np.eye(2) * depth[y, x] ** 2 / 4 for x, y in summits])
     for _ in range(6):
         away = np.empty((len(summits), len(place)), np.float32)
         for i, (c, s) in enumerate(zip(centre, spread)):
@@ -308,10 +293,8 @@ def _assigned(
         for i in range(len(summits)):
             members = place[owner == i]
             if len(members) > 10:
-                centre[i], spread[i] = (
-                    members.mean(0),
-                    np.cov(members.T) + 0.05 * np.eye(2),
-                )
+                centre[i] = members.mean(0)
+                spread[i] = np.cov(members.T) + 0.05 * np.eye(2)
     labels = np.zeros(coarse.shape, np.int32)
     labels[ys, xs] = owner + 1
     return labels
@@ -343,12 +326,9 @@ def _summits(depth: np.ndarray) -> list[tuple[int, int]]:
 def _saddle(depth: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
     """Least depth on the straight line from `a` to `b` [px]."""
     n = int(np.hypot(a[0] - b[0], a[1] - b[1])) + 2
-    return float(
-        depth[
-            np.rint(np.linspace(a[1], b[1], n)).astype(int),
-            np.rint(np.linspace(a[0], b[0], n)).astype(int),
-        ].min()
-    )
+    rows = np.rint(np.linspace(a[1], b[1], n)).astype(int)
+    columns = np.rint(np.linspace(a[0], b[0], n)).astype(int)
+    return float(depth[rows, columns].min())
 
 
 def _make_piece(grain: np.ndarray, whole: np.ndarray) -> Piece:

@@ -10,12 +10,10 @@ from scipy import ndimage
 
 STEP_PX = 0.25
 SMOOTH_RAD = 0.12
-LEVEL_STEP = (
-    0.15  # above and below half height, between which the edge's blur is measured
-)
-LEVEL_SD = (
-    0.05  # error of the half-height level, of the height (shading, gloss, shadow)
-)
+# above and below half height, between which the edge's blur is measured
+LEVEL_STEP = 0.15
+# error of the half-height level, of the height (shading, gloss, shadow)
+LEVEL_SD = 0.05
 
 
 @dataclass(frozen=True)
@@ -67,9 +65,8 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
         return None
     width = SMOOTH_RAD * len(base) / (2 * np.pi)
     shift, sd = _smooth_known(shifts[0.5], good, width)
-    shift += (
-        0.5 * blur**2 * np.clip(_curvature(base, width), 0, 0.5)
-    )  # shrinkage due to blur
+    # shrinkage due to blur
+    shift += 0.5 * blur**2 * np.clip(_curvature(base, width), 0, 0.5)
     # Changes of the background along the edge (shadows) add a third of their size to
     # the error of the level.
     level_px = float(
@@ -126,23 +123,17 @@ def _edge_shifts(
     typical = np.median(outer[free])
     # A shadow lowers the background locally (for light grains), a neighbour raises it:
     # only the first is used.
-    outer = np.minimum(
-        ndimage.median_filter(
-            np.where(free, outer, typical), size=_odd(len(base) / 12), mode="wrap"
-        ),
-        typical,
-    )
+    known = np.where(free, outer, typical)
+    size = _odd(len(base) / 12)
+    outer = np.minimum(ndimage.median_filter(known, size=size, mode="wrap"), typical)
     shifts = {
         k: _crossing(profile, offsets, outer + k * (inner - outer))
         for k in (0.5 - LEVEL_STEP, 0.5, 0.5 + LEVEL_STEP)
     }
     uneven = float(np.std(outer[free]) / max(np.median(inner - outer), 0.05))
-    return {
-        **shifts,
-        "peak": profile[:, offsets < 0].max(1),
-        "uneven": uneven,
-        "inner": float(np.median(inner[free])),
-    }
+    peak = profile[:, offsets < 0].max(1)
+    inside = float(np.median(inner[free]))
+    return {**shifts, "peak": peak, "uneven": uneven, "inner": inside}
 
 
 def _blur(shifts: dict, seen: np.ndarray) -> float:
@@ -212,10 +203,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
         (cx, cy), axes, angle = cv2.fitEllipseDirect(points[free].astype(np.float32))
         turn, semi = np.radians(angle), np.maximum(np.asarray(axes) / 2, 0.5)
         x, y = points[:, 0] - cx, points[:, 1] - cy
-        along, across = (
-            x * np.cos(turn) + y * np.sin(turn),
-            -x * np.sin(turn) + y * np.cos(turn),
-        )
+        along = x * np.cos(turn) + y * np.sin(turn)
+        across = -x * np.sin(turn) + y * np.cos(turn)
         depth = np.hypot(along / semi[0], across / semi[1])
         off = np.abs(depth - 1) * np.sqrt(semi.prod())
         near = off < max(1.0, 4 * robust_sd(off[free]))
@@ -235,10 +224,8 @@ def _resample(points: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndar
         depth, SMOOTH_RAD * count / (2 * np.pi), mode="wrap"
     )
     along, across = depth * semi[0] * np.cos(t), depth * semi[1] * np.sin(t)
-    x, y = (
-        along * np.cos(turn) - across * np.sin(turn),
-        along * np.sin(turn) + across * np.cos(turn),
-    )
+    x = along * np.cos(turn) - across * np.sin(turn)
+    y = along * np.sin(turn) + across * np.cos(turn)
     return np.stack([cx + x, cy + y], -1), hidden
 
 

@@ -41,6 +41,7 @@ class Hits:
     count: np.ndarray  # number of the impact, from 1
     lever: np.ndarray  # change of Δv_x/Δv_n by 1 rad of tilt (1: no friction)
     drift: np.ndarray  # (2, n): speed across over closing speed, before and after
+    fell: np.ndarray  # stated height [m] that gave the speed before, else infinite
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
@@ -90,3 +91,14 @@ def tilted_kick(hits: Hits, tilt_deg) -> np.ndarray:
 def tilted_restitution(hits: Hits, e: np.ndarray, tilt_deg) -> np.ndarray:
     """e − tan α (v_x' + e v_x)/v for a plate that falls by α towards +x."""
     return e - np.tan(np.radians(tilt_deg)) * (hits.drift[1] + e * hits.drift[0])
+
+
+def lower(value: float) -> float:
+    """[m] by which heights are stated too low, `value` [mm]."""
+    return 1e-3 * value
+
+
+def fallen_deeper(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
+    """e as read where the speed before is that of a fall stated `value` [mm] too
+    low."""
+    return e * np.sqrt(np.maximum(1 + lower(value) / hits.fell, 0.0))

@@ -59,24 +59,13 @@ def _loose(
     name: str, source: str, weight: Callable[[tuple], np.ndarray]
 ) -> tuple[HeapEffect, ...]:
     """Crest and toe that go with a bow, of unknown size."""
+    crests, toes = Law(surface=crest, weight=weight), Law(surface=toe, weight=weight)
     more = further(
         name,
         source,
         size=_SEEDS,
-        crest=(
-            "crest",
-            "1",
-            "crest above a usual one",
-            0.15,
-            Law(surface=crest, weight=weight),
-        ),
-        toe=(
-            "toe",
-            "1",
-            "toe above a usual one",
-            0.10,
-            Law(surface=toe, weight=weight),
-        ),
+        crest=("crest", "1", "crest above a usual one", 0.15, crests),
+        toe=("toe", "1", "toe above a usual one", 0.10, toes),
     )
     return (*more, *bends(name, source, weight))
 

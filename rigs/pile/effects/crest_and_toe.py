@@ -20,14 +20,12 @@ from benchtwin.rigs.pile.effects.shapes import (
 _SIZE = as_stated(seed_mm=-1.0, rig_mm=-1.0)
 _SPEED = as_stated(gate_speed_mm_s=1.0, rig_mm=-0.5)
 _TIME = as_stated(photo_s=1.0)
-TOE, STEEPER_DEG = (
-    0.5,
-    20.0,
-)  # toe shortened, and angle steepened [deg], per rise of the crest
-RUPTURE, GATE_MM_S = (
-    0.01,
-    50.0,
-)  # how far a film is drawn out, of a seed's width; a gate of which nothing is stated
+# toe shortened, and angle steepened [deg], per rise of the crest
+TOE = 0.5
+STEEPER_DEG = 20.0
+# how far a film is drawn out, of a seed's width; a gate of which nothing is stated
+RUPTURE = 0.01
+GATE_MM_S = 50.0
 _FILM = (
     "a film's pull ∝ d, a seed's weight ∝ d³: the stress it holds ∝ 1/d, over that of a"
     " heap's weight ∝ 1/(d H)"
@@ -57,27 +55,18 @@ def _film(
         * seed["density_kg_m3"]
         * (seed["mean_mm"] / seed["length_mm"]) ** 2
     )
-    return (
-        seed,
-        pile,
-        {
-            "film_adhesion": {
-                "pull": float(f"{pull:.6g}"),
-                "rupture": 1e-3 * RUPTURE * seed["width_mm"],
-            }
-        },
-    )
+    film = {
+        "pull": float(f"{pull:.6g}"),
+        "rupture": 1e-3 * RUPTURE * seed["width_mm"],
+    }
+    return seed, pile, {"film_adhesion": film}
 
 
 def _faster(
     seed: dict, pile: dict, stated: dict, strength: float
 ) -> tuple[dict, dict, dict]:
-    return (
-        seed,
-        pile
-        | {"gate_speed_mm_s": pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)},
-        {},
-    )
+    speed = pile.get("gate_speed_mm_s", GATE_MM_S) * (1 + strength)
+    return seed, pile | {"gate_speed_mm_s": speed}, {}
 
 
 def _law(share: float, weight: Callable[[tuple], np.ndarray], **more) -> Law:
@@ -109,24 +98,11 @@ def _ends(
         law=_law(up, weight, twin=twin, strengths=strengths),
         **about,
     )
-    more = further(
-        name,
-        source,
-        toe=(
-            "toe",
-            "1",
-            f"toe {'below' if up > 0 else 'above'} a usual one",
-            0.10,
-            Law(surface=lambda u: -up * toe(u), weight=weight),
-        ),
-        angle=(
-            "crest",
-            "deg",
-            "steeper" if up > 0 else "flatter",
-            6.0,
-            Law(angle_deg=up, weight=weight),
-        ),
-    )
+    toes = Law(surface=lambda u: -up * toe(u), weight=weight)
+    slopes = Law(angle_deg=up, weight=weight)
+    beside = f"toe {'below' if up > 0 else 'above'} a usual one"
+    angle = ("crest", "deg", "steeper" if up > 0 else "flatter", 6.0, slopes)
+    more = further(name, source, toe=("toe", "1", beside, 0.10, toes), angle=angle)
     return (first, *more, *bends(name, source, weight))
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from benchtwin.infer.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15
-BENDS, BEND_WIDTH, BEND_SD = (
-    (0.0, 0.1, 0.2, 0.3, 0.4),
-    0.08,
-    0.04,
-)  # sds by which a crest may depart from `crest`
+# sds by which a crest may depart from `crest`
+BENDS = (0.0, 0.1, 0.2, 0.3, 0.4)
+BEND_WIDTH = 0.08
+BEND_SD = 0.04
 
 
 def crest(u: np.ndarray) -> np.ndarray:
@@ -37,16 +36,13 @@ class Law:
     twin(seed, pile, stated pile, strength) → (seed, pile, laws) of a simulated heap.
     """
 
-    surface: Callable[[np.ndarray], np.ndarray] | None = (
-        None  # (u) → (n,) in shares of the height
-    )
+    # (u) → (n,) in shares of the height
+    surface: Callable[[np.ndarray], np.ndarray] | None = None
     angle_deg: float = 0.0  # of every flank
-    turn_deg: dict[str, float] = field(
-        default_factory=dict
-    )  # of flanks by Photo.reference
-    turn_after_deg: dict[str, float] = field(
-        default_factory=dict
-    )  # after the heap was poured
+    # of flanks by Photo.reference
+    turn_deg: dict[str, float] = field(default_factory=dict)
+    # after the heap was poured
+    turn_after_deg: dict[str, float] = field(default_factory=dict)
     plate_deg: float = 0.0  # clockwise, of the plate
     creep_deg: float = 0.0  # flattening from first to last photo
     weight: Callable[[tuple], np.ndarray] = lambda photos: np.ones(len(photos))  # (R,)
@@ -107,17 +103,9 @@ def bends(
         return lambda u: np.exp(-0.5 * ((u - at) / BEND_WIDTH) ** 2)
 
     said = "crest's own shape at {:.0%} of the way"
-    return further(
-        effect,
-        source,
-        **{
-            f"bend-{at:g}": (
-                "crest",
-                "1",
-                said.format(at),
-                BEND_SD,
-                Law(surface=bump(at), weight=weight),
-            )
-            for at in BENDS
-        },
-    )
+    laws = {at: Law(surface=bump(at), weight=weight) for at in BENDS}
+    bumps = {
+        f"bend-{at:g}": ("crest", "1", said.format(at), BEND_SD, law)
+        for at, law in laws.items()
+    }
+    return further(effect, source, **bumps)

@@ -11,7 +11,7 @@ from benchtwin.sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs import cylinder, filling, pile
 from benchtwin.sim.rigs import heap as heap_rig
-from benchtwin.sim.rigs.bench import Bench, turned
+from benchtwin.sim.rigs.bench import Bench, no_watch, turned
 from benchtwin.sim.rigs.cylinder import LiftedCylinder
 from benchtwin.sim.rigs.filling import settle
 from benchtwin.sim.rigs.pile import Pile
@@ -32,10 +32,11 @@ SMALL = Pile(
 # One thread: tests run beside each other, and threads that wait for each other take
 # their cores.
 run_cylinder = partial(cylinder.run_cylinder, threads=1)
-fill_pile, run_pile = (
-    partial(pile.fill_pile, threads=1),
-    partial(pile.run_pile, threads=1),
-)
+run_pile = partial(pile.run_pile, threads=1)
+
+
+def fill_pile(rig, bench, rng):
+    return heap_rig.fill(pile.vessel(rig, bench), bench, rng, threads=1, watch=no_watch)
 
 
 @pytest.fixture(scope="module")

@@ -90,7 +90,9 @@ def test_a_bench_is_written_that_measures(files):
         (o.recording, q.name): q.value for o in measure(bench) for q in o.quantities
     }
     assert found["film", "restitution"] == pytest.approx(0.8, abs=0.003)
-    assert found["clap", "restitution_normal"] == pytest.approx(0.8, abs=1e-4)
+    assert found["clap", "restitution_normal"] == pytest.approx(
+        0.8, abs=1e-3
+    )  # ± .01 by the height
 
 
 def test_what_cannot_be_read_is_named_and_the_rest_written(files):

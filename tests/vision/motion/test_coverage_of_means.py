@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Air, Camera, Roll, Seed
+from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import Track, make_track

@@ -3,7 +3,8 @@ fall and rebound under drag."""
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Air, Camera, Drop, Seed
+from benchtwin.bench.keys import Air, Camera, Seed
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Camera, Roll, Seed
+from benchtwin.bench.keys import Camera, Seed
+from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.vision.motion.inertia import inertia_of
 from benchtwin.vision.motion.track import make_track

@@ -3,7 +3,8 @@ drawn by integrating the motion."""
 
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Air, Camera, Slide
+from benchtwin.bench.keys import Air, Camera
+from benchtwin.rigs.slide.keys import Slide
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording

@@ -176,7 +176,15 @@ def test_double_hits_are_one_impact(tmp_path):
 def seen_drop(times, sd, e):
     """What pictures gave: bounces with their moments, restitution of the first."""
     bounces = pd.DataFrame(
-        {"t_s": times, "t_sd_s": sd, "restitution": e, "restitution_sd": 0.01}
+        {
+            "drop": 1,
+            "bounce": np.arange(1, len(times) + 1),
+            "t_s": times,
+            "t_sd_s": sd,
+            "restitution": e,
+            "restitution_sd": 0.01,
+            "quality": "good",
+        }
     )
     return Observation(
         "d",
@@ -224,6 +232,33 @@ def test_sound_and_pictures_that_contradict_each_other_are_in_doubt(tmp_path):
         both.quantities[0].quality == "doubtful"
         and "the sound" in both.quantities[0].reason
     )
+
+
+def test_a_bounce_is_weighed_with_its_own_sound_and_none_that_was_heard_is_lost(
+    tmp_path,
+):
+    """Without a height the sound knows the second bounce on. Pictures that saw three
+    bounces from the second on, .1 too low, are contradicted by it, bounce by bounce."""
+    drawn = draw(
+        replace(NAMED["pink"], db=(30, 35), e=(0.72, 0.76)), np.random.default_rng(13)
+    )
+    file = write(drawn, "", tmp_path, "sound")
+    recording = replace(drop(None), evidence="video", files=(file,))
+    alone = observe_sound(recording, file).bounces
+    both = combine_with_sound(
+        seen_drop(drawn.times[1:4], 2e-3, drawn.e[1:4] - 0.1), recording, file
+    )
+    found = both.quantities[0]
+    assert found.quality == "doubtful" and "the sound 0.7" in found.reason
+    assert found.value == pytest.approx(drawn.e[1], abs=0.01)
+    assert list(both.bounces.quality[:3]) == ["doubtful"] * 3
+    assert len(both.bounces) == len(alone) - 1 > 4
+    assert list(both.bounces.bounce) == list(range(1, len(alone)))
+    # as a control pictures that agree
+    agreed = combine_with_sound(
+        seen_drop(drawn.times[1:4], 2e-3, drawn.e[1:4]), recording, file
+    ).quantities[0]
+    assert agreed.quality == "good" and agreed.sd < 0.01
 
 
 def test_what_is_no_sound_is_said_in_one_sentence(tmp_path):

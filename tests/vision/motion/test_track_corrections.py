@@ -7,8 +7,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from benchtwin.bench.keys import Drop, Tracking
+from benchtwin.bench.keys import Tracking
 from benchtwin.measure.observe import observe
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording, read_recording
 

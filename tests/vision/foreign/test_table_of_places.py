@@ -232,3 +232,57 @@ def test_what_is_wrong_is_one_sentence_with_the_file(tmp_path, content):
 def test_other_files_are_left_alone(tmp_path, content):
     (tmp_path / "run.txt").write_text(content)
     assert tool_of(tmp_path / "run.txt") == ""
+
+
+def test_a_table_of_mtrack2_is_frames_and_pixels_turned_up(tmp_path):
+    """Object by object with a flag, a line of words under the headings, y down."""
+    rows = [
+        f"{k}\t{120 + 4 * k / FPS:.5f}\t{400 - 500 * y:.5f}\t "
+        for k, y in zip(FRAME, Y)
+    ]
+    head = ["Frame\tX1\tY1\tFlag1", "Tracks 1 to 1 \t \t \t "]
+    (tmp_path / "track.txt").write_text("\n".join([*head, *rows]))
+    found = read_foreign(tmp_path / "track.txt")
+    assert (found.time_unit, found.length_unit) == ("frame", "px")
+    (track,) = found.tracks
+    assert np.ptp(track.y) == pytest.approx(500 * np.ptp(Y), abs=1e-3)
+    assert track.y[0] > track.y[len(track.y) // 6]  # it falls
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit"),
+    [
+        ("Bild; Zeit (in s); Objekt 1 x-Koordinate; Objekt 1 y-Koordinate; vx", 1.0),
+        ("n; temps (s); objet x / m; objet y / m; vitesse", 1.0),
+        ("Nr; t/s; x/cm; y/cm; v/(cm/s)", 100.0),
+        ("step; tiempo [s]; posición x (m); posición y (m); velocidad", 1.0),
+    ],
+)
+def test_headings_of_other_languages_and_habits(tmp_path, heading, unit):
+    rows = [
+        f"{k}; {t:.5E}; {unit * x:.4E}; {unit * y:.4E}; ".replace(".", ",")
+        for k, t, x, y in zip(FRAME, T, X, Y)
+    ]
+    above = ["Export of a tracking program", "measured by hand", ""]
+    (tmp_path / "fall.csv").write_text("\n".join([*above, heading, *rows]))
+    found = read_foreign(tmp_path / "fall.csv")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=0.1)
+
+
+@pytest.mark.parametrize(("heading", "falls"), [("t,y", True), ("time,x", False)])
+def test_one_length_and_one_time(tmp_path, heading, falls):
+    """A height over time falls; a way x is along a line."""
+    (tmp_path / "run.csv").write_text("\n".join([heading, *lines(",", False, T, Y)]))
+    found = read_foreign(tmp_path / "run.csv")
+    assert any("one length a row" in g for g in found.guesses)
+    (track,) = found.tracks
+    moving, still = (track.y, track.x) if falls else (track.x, track.y)
+    assert np.ptp(moving) > 0 and np.ptp(still) == 0
+
+
+def test_one_length_among_other_columns_is_no_track(tmp_path):
+    """A table of bounces has a time and a height, and is none."""
+    head = "recording,bounce,t_s,height_mm,restitution"
+    rows = [f"a,{k},{0.1 * k},{50 - k},0.6" for k in range(9)]
+    (tmp_path / "bounces.csv").write_text("\n".join([head, *rows]))
+    assert tool_of(tmp_path / "bounces.csv") == ""

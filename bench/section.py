@@ -1,0 +1,36 @@
+"""What keys of recording.toml are made of: a section, and kinds of numbers with their
+ranges."""
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+# Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
+SeedSize = Annotated[
+    float, Field(gt=0.05, le=2000, allow_inf_nan=False)
+]  # a grain of sand: 0.5, a basketball: 240
+Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
+Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Pixels = Annotated[int, Field(ge=8, le=16384)]
+FROM_LIST = Field(strict=False)  # TOML has lists only: one is taken for a tuple
+SizeRange = Annotated[tuple[SeedSize, SeedSize], FROM_LIST]
+TwoLengths = Annotated[tuple[Length, Length], FROM_LIST]
+ThreeLengths = Annotated[tuple[Length, Length, Length], FROM_LIST]
+Vector = Annotated[tuple[Finite, Finite, Finite], FROM_LIST]
+Pixel = Annotated[int, Field(ge=0, le=65_536)]
+Frame = Annotated[int, Field(ge=0)]
+Extent = Annotated[int, Field(ge=8, le=65_536)]
+Share = Annotated[float, Field(ge=0, le=100)]
+PlaceOfFrame = Annotated[tuple[Frame, Finite, Finite], FROM_LIST]
+FourNumbers = Annotated[tuple[Finite, Finite, Finite, Finite], FROM_LIST]
+
+
+class Section(BaseModel):
+    """A table of keys; the text under each says what it means and what it is for."""
+
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
+    )

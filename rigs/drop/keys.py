@@ -1,0 +1,52 @@
+"""[drop] of recording.toml."""
+
+from typing import Annotated, Literal
+
+from benchtwin.bench.priors import stated_sd
+from benchtwin.bench.section import (
+    FROM_LIST,
+    Finite,
+    FourNumbers,
+    Length,
+    NotNegative,
+    Section,
+    TwoLengths,
+    Vector,
+)
+from pydantic import Field
+
+
+class Drop(Section):
+    """A seed falls on a plate and rebounds."""
+
+    height_mm: Length | None = None
+    """Release to plate, of the seed's lowest point."""
+    height_sd_mm: NotNegative | None = None
+    """sd of height_mm, common to a session; absent: 5 mm, as of hands and rulers."""
+    plate_mm: TwoLengths | None = None
+    """Length and width of the plate."""
+    bounces: Annotated[int, Field(ge=1, le=100)] | None = None
+    """How many bounces are simulated."""
+    orientation: Literal["flat", "any"] | FourNumbers | None = None
+    """How the seed lies when released: "flat", "any", or a quaternion."""
+    tip_sd_deg: NotNegative | None = None
+    """Scatter of that about flat."""
+    spin_rad_s: Vector | None = None
+    """Spin at the release."""
+    spin_sd_rad_s: NotNegative | None = None
+    """Scatter of the spin at the release."""
+    hold_s: NotNegative | None = None
+    """How long the film runs before the release."""
+    tilt_deg: Annotated[float, Field(gt=-15, lt=15)] | None = None
+    """Tilt of the plate, falling towards +x."""
+    impacts_added_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None
+    """Moments in the sound at which an impact was not found."""
+    impacts_struck_s: Annotated[tuple[Finite, ...], FROM_LIST] | None = None
+    """Moments in the sound at which something was taken for an impact that is none."""
+
+    @property
+    def height_sd(self) -> float:
+        """sd of height_mm [mm], as stated, else of heights that people state."""
+        if self.height_sd_mm is None:
+            return stated_sd("release-height")
+        return self.height_sd_mm

@@ -1,0 +1,36 @@
+"""A heap in the simulation: out of a box through its gate, or under a lifted
+cylinder."""
+
+from dataclasses import replace
+
+from benchtwin.sim.picture import Camera, Look
+from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
+from benchtwin.sim.rigs.pile import Pile, run_pile
+from benchtwin.twin.setup import Setup
+from benchtwin.vision.recording import Recording
+
+
+def cylinder(recording: Recording) -> Setup | None:
+    """The lifted cylinder, where the recording states one."""
+    return CYLINDER if recording.pile.cylinder_mm else None
+
+
+SETUP = Setup(
+    Pile,
+    run_pile,
+    0.0,
+    Camera(2400, 1600, 0.1, (0.1, 0.0, 0.055), 10.0),
+    Look(),
+    soft_pa=3e6,
+    step=0.3,
+    many=True,
+    photographed=True,
+    truth=("repose_angle_deg", "centroid_angle_deg"),
+    variant=cylinder,
+)
+CYLINDER = replace(
+    SETUP,
+    describe=LiftedCylinder,
+    run=run_cylinder,
+    camera=Camera(3000, 1300, 0.1, (0.0, 0.0, 0.045), 10.0),
+)

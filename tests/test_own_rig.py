@@ -1,0 +1,88 @@
+"""A rig of somebody's own, written as docs/extending.md says: one folder, and every
+command knows it."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+OWN = Path(__file__).parent / "own_rig"
+WITH_IT = f"import benchtwin.rigs; benchtwin.rigs.__path__.append({str(OWN)!r})\n"
+
+
+def run(script: str, folder: Path) -> str:
+    """What a script prints that sees the rig beside ours."""
+    command = [sys.executable, "-c", WITH_IT + script]
+    done = subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def cli(folder: Path, *words: str, ends: int = 0) -> str:
+    """What a command of benchtwin prints, errors among it."""
+    script = f"""
+from benchtwin.command_line import main
+import sys
+sys.argv = ["benchtwin", *{list(words)!r}]
+sys.stderr = sys.stdout
+try:
+    main()
+except SystemExit as end:
+    assert (end.code or 0) == {ends}, end.code
+"""
+    return run(script, folder)
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("own")
+    words = ("simulate", "toss", "--track", "--repeats", "2")
+    cli(folder, *words, "--out", "tosses", "--set", "toss.speed_mm_s=1800")
+    return folder
+
+
+def test_it_is_simulated_and_measured_as_the_simulation_knows_it(simulated):
+    table = (simulated / "tosses" / "measured" / "measurements.csv").read_text()
+    speeds = [float(row.split(",")[3]) for row in table.splitlines()[1:]]
+    # Air, which its model leaves out, takes 1 % of the speed of 0.25 s.
+    assert speeds == [pytest.approx(1.8, rel=0.01)] * 2
+
+
+def test_what_its_recordings_state_is_kept_and_checked(simulated):
+    text = (simulated / "tosses" / "toss-01" / "recording.toml").read_text()
+    assert 'rig = "toss"' in text and "speed_mm_s = 1800" in text
+    (simulated / "odd" / "a").mkdir(parents=True)
+    toml = simulated / "odd" / "a" / "recording.toml"
+    toml.write_text('rig = "toss"\n[toss]\nsped_mm_s = 3\n')
+    (toml.parent / "readings.csv").write_text("flight_time_s\n0.31\n0.33\n")
+    said = cli(simulated, "measure", "odd", "--out", "m", ends=1)
+    assert "sped_mm_s" in said and "speed_mm_s" in said
+    toml.write_text('rig = "toss"\n[toss]\nspeed_mm_s = 1600\n')
+    said = cli(simulated, "measure", "odd", "--out", "m2")
+    assert "flight_time" in said and "0.32" in said
+
+
+def test_pages_and_lists_know_it(simulated):
+    said = run(
+        "from benchtwin.page.form import form\n"
+        "from benchtwin.diagnose.bench import diagnose_bench\n"
+        "from benchtwin.bench.rigs import rigs_in_words\n"
+        "print([s.name for s in form('toss', {}, {})], rigs_in_words())\n"
+        "print(diagnose_bench('tosses').refused)\n",
+        simulated,
+    )
+    assert "'toss'" in said and "drum or toss" in said
+    assert "a toss cannot be diagnosed yet" in said
+
+
+def test_a_folder_without_its_record_says_so(tmp_path):
+    (tmp_path / "hopper").mkdir()
+    (tmp_path / "hopper" / "__init__.py").write_text('"""Nothing yet."""\n')
+    script = WITH_IT.replace(str(OWN), str(tmp_path)) + "import benchtwin.bench.rigs"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert "rigs/hopper/__init__.py holds no RIG" in done.stderr

@@ -1,0 +1,56 @@
+"""How a rig is simulated, filmed and written down."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from benchtwin.bench.rigs import RIGS
+from benchtwin.sim.picture import Camera, Look
+from benchtwin.vision.recording import Recording
+
+
+def as_stated(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
+    """What the recording states, unchanged."""
+    return given
+
+
+def where_it_stands(recording: Recording, camera: Camera) -> Camera:
+    """The camera, unchanged."""
+    return camera
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One kind of rig: its description, what runs it, the frame rate and camera where a
+    recording states none, and its look.
+
+    soft_pa: shear modulus to which seeds are softened; step: of the Rayleigh time
+    (benchmarks/modulus.py, docs/engine.md: what these change and save). many: a heap or
+    bed of seeds, simulated on several threads, all of it in the picture at the end;
+    photographed: a photo of what is at rest in the place of a film. one_seed: the
+    recording states the very seed, not the lot. truth: what the simulation knows, as
+    columns of readings.csv; (): a track, on a line where it is `straight`. fitting:
+    completes or refuses what a recording states of it (ValueError); aimed: its own
+    camera for a recording; variant: another setup for some recordings."""
+
+    describe: type
+    run: Callable
+    fps: float
+    camera: Camera
+    look: Look
+    soft_pa: float = 3e7
+    step: float = 0.2
+    many: bool = False
+    photographed: bool = False
+    one_seed: bool = False
+    straight: bool = False
+    truth: tuple[str, ...] = ()
+    fitting: Callable[[Recording, dict[str, Any]], dict[str, Any]] = as_stated
+    aimed: Callable[[Recording, Camera], Camera] = where_it_stands
+    variant: Callable[[Recording], "Setup | None"] = lambda recording: None
+
+
+def setup_for(rig: str) -> Setup:
+    """How a rig is simulated where a recording states nothing else; ValueError where it
+    cannot be."""
+    return RIGS[rig].part("setup")
