@@ -264,6 +264,8 @@ def _evidence(
     seen = _in_mm(track, recording, unit, stays)
     seed = seed_of(seen.description)
     run, sign = run_of(seen, seed), 1.0 if track.x[-1] >= track.x[0] else -1.0
+    if not track.timed:  # lengths are not those of the fit then, which has another g
+        run = replace(run, length=math.nan)
     if junction is not None:
         run = replace(run, junction=(sign * junction[0] * unit, junction[1] * unit))
     elif has_few_rows(run) and not stays and not _waits(seen):
