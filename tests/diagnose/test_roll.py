@@ -247,6 +247,15 @@ def test_a_small_slope_is_found_beside_scattering_friction():
     assert not diagnosed(replace(steady, slope_deg=0.0), count=6).alarm
 
 
+def test_slip_on_a_steep_incline_is_not_taken_for_a_loss_at_the_corner():
+    """Fitted in full: its slope at nothing says little of 0.15 m/s of 0.4."""
+    steep = Bench(stated=BALL, radius_mm=3.5, incline_deg=28.0, slip=0.15, mu=0.03)
+    found = diagnosed(steep, seed=2, count=6)
+    assert (found.verdict, found.names) == ("name", ("initial-slip",))
+    slip = found.effects["initial-slip"].size
+    assert slip.low95 < 0.15 < slip.high95
+
+
 CASES = [
     ("corner-loss", {"corner": 0.12}, 0.12, "onset"),
     (
