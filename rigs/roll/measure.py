@@ -151,9 +151,9 @@ class Fitted:
         """Where the run-out begins and, by the fit, ends [m as read]."""
         own, at = self.split(values)
         model = self.fit.problem.model
-        junction = as_read(model, 0, own, at, junction_of(model, 0, own, at))
-        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0][0]
-        return np.array([junction, stop])
+        junction = np.array([junction_of(model, 0, own, at)])
+        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0]
+        return np.append(as_read(model, 0, own, at, junction), stop)
 
     def quantities_at(self, values: np.ndarray) -> dict[str, float]:
         """The quantities for some values."""

@@ -154,8 +154,8 @@ def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.n
             model.seen.clear()
         x = run_motion(model, r, own, at)[0]
         if model.runs[r].junction is not None:
-            at_corner = as_read(model, r, own, at, junction_of(model, r, own, at))
-            x = np.append(x, at_corner)
+            junction = np.array([junction_of(model, r, own, at)])
+            x = np.append(x, as_read(model, r, own, at, junction))
         model.seen[key] = x
     return model.seen[key]
 
