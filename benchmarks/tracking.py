@@ -26,13 +26,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 from benchtwin.bench.air import SHAPE_SD
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.evidence.frames import Frame, FrameSource, open_frames
 from benchtwin.vision.motion.detect import find_silhouettes
 from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.scene import grey, learn_scene
 from benchtwin.vision.motion.track_seed import track_seed
-from benchtwin.vision.recording import Air, Camera, Drop, Recording, Seed
+from benchtwin.vision.recording import Air, Camera, Recording, Seed
 from synthetic.film import (
     Look,
     draw_frame,

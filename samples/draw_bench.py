@@ -15,15 +15,10 @@ import pandas as pd
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-from benchtwin.vision.recording import (
-    Camera,
-    Drop,
-    Recording,
-    Roll,
-    Seed,
-    Slide,
-    write_recording,
-)
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.slide.keys import Slide
+from benchtwin.vision.recording import Camera, Recording, Seed, write_recording
 from synthetic.film import Look, film, write_frames, write_video
 from synthetic.motion import Motion, draw_drop, draw_roll, draw_slide, film_track
 from synthetic.piles import PileScene, draw_pile

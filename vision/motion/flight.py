@@ -162,12 +162,11 @@ def fit_flights(
     tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
-    reach = float(np.ptp(height))
     tried, errors = [], []
     for begin, ranges in enumerate(splits(height)):
         most = max((len(t.residual) for t in tried), default=0)
-        if len(height) - ranges[0][0] < most:
-            break  # fewer rows are left than are explained already
+        if ranges[-1][1] - ranges[0][0] < most:
+            continue  # fewer rows than are explained already
         try:
             free = _free(ranges, time, frame, height, across, weight, gravity, step)
         except MeasurementError as error:
@@ -177,13 +176,11 @@ def fit_flights(
             tried.append(replace(free, begin=begin))
     if not tried:
         raise errors[0] if errors else MeasurementError(NO_FALL)
-    best = max(tried, key=lambda t: _explained(t.residual, reach))
-    first = best.flights
-    if len(first.rows) == 1:  # no contact: that it was held explains much as well
-        still = height[first.rows[0]] - np.median(height[first.rows[0]])
-        if _explained(still, reach) > _explained(best.residual, reach):
-            raise MeasurementError(NO_FALL)
-    rows, guard = _usable(best.ranges, first.contact_times(), time, best.outlier, step)
+    best = max(tried, key=lambda t: t.explained(height))
+    if len(best.flights.rows) == 1 and best.explained(height) <= 0:
+        raise MeasurementError(NO_FALL)
+    times = best.flights.contact_times()
+    rows, guard = _usable(best.ranges, times, time, best.outlier, step)
     flights, _ = fit_rows(
         rows, time, frame, height, weight, gravity, best.outlier, guard, quick=False
     )
@@ -199,6 +196,14 @@ class _Tried:
     ranges: list[tuple[int, int]]
     outlier: np.ndarray
     begin: int = 0
+
+    def explained(self, height: np.ndarray) -> float:
+        """ln of how much better the flights (a place and a speed each, and gravity)
+        tell their rows than a seed that is held, or lies, does."""
+        rows, reach = self.flights.rows, float(np.ptp(height))
+        still = (_explained(height[r] - np.median(height[r]), 1, reach) for r in rows)
+        flown = _explained(self.residual, 2 * len(rows) + 1, reach)
+        return flown - sum(max(one, 0.0) for one in still)
 
 
 def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
@@ -220,12 +225,18 @@ def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
     return _Tried(flights, residual, ranges, outlier)
 
 
-def _explained(residual: np.ndarray, reach: float) -> float:
+def _explained(residual: np.ndarray, unknowns: int, reach: float) -> float:
     """ln of how much better the places are told than by "anywhere within reach"; a row
-    far off counts as that (heavy tails)."""
-    sd = max(robust_sd(residual), 1e-6 * reach)
+    far off counts as that (heavy tails), and each unknown costs as much as a row
+    tells."""
+    freedom = len(residual) - unknowns
+    if freedom < 1:
+        return 0.0
+    sd = robust_sd(residual) * math.sqrt(len(residual) / freedom)
+    sd = max(sd, 1e-6 * reach)
     density = np.exp(-0.5 * (residual / sd) ** 2) / (math.sqrt(2 * math.pi) * sd)
-    return float(np.log1p(reach * density).sum())
+    told = float(np.log1p(reach * density).sum())
+    return told - unknowns * math.log1p(reach / sd)
 
 
 def _spikes(

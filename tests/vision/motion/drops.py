@@ -3,7 +3,8 @@ by name."""
 
 from pathlib import Path
 
-from benchtwin.vision.recording import Air, Camera, Drop, Recording, Seed
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.vision.recording import Air, Camera, Recording, Seed
 
 CAMERA = {"fps": 5200, "mm_per_px": 0.25, "mm_per_px_sd": 0.0002}
 

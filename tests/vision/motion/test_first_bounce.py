@@ -5,9 +5,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.measurement import DOUBTFUL, GOOD
 from benchtwin.vision.motion.impacts import measure_impacts
-from benchtwin.vision.recording import Air, Drop, Recording, Seed
+from benchtwin.vision.recording import Air, Recording, Seed
 from drops import drop, named
 
 BALL = {"length_mm": 12.0, "width_mm": 12.0, "thickness_mm": 12.0, "density_kg_m3": 900}

@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchtwin.measure.observe_motion import observe_moving
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.slide.keys import Slide as SlideKeys
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.overlay.track import BAD, CROSS, on_picture
 from benchtwin.vision.recording import (
     Air,
     Camera,
-    Drop,
     Recording,
-    Roll,
     read_recording,
     write_recording,
 )
-from benchtwin.vision.recording import Slide as SlideKeys
 from synthetic.film import Look, film, to_picture, write_frames, write_video
 from synthetic.motion import draw_drop, draw_roll, draw_slide, film_track
 from synthetic.rigs_film import corner_mm, film_roll, film_slide

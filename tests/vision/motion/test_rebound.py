@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.motion.flight import drag_shift
 from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import make_track, track_from_table
-from benchtwin.vision.recording import Camera, Drop, Recording, Seed
+from benchtwin.vision.recording import Camera, Recording, Seed
 from drops import CAMERA, drop, named
 from synthetic.motion import correlated_noise, draw_drop, film_track
 

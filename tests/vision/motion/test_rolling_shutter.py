@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.rolling_shutter import average_over_readouts
 from benchtwin.vision.motion.track import make_track
-from benchtwin.vision.recording import Air, Camera, Drop, Recording
+from benchtwin.vision.recording import Air, Camera, Recording
 
 G, E, FPS, HEIGHT, PICTURE = (
     9806.65,

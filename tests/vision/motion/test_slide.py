@@ -10,10 +10,11 @@ import pytest
 from benchtwin.bench.keys import Air
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.rigs.slide import measure as measuring
+from benchtwin.rigs.slide.keys import Slide
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.rigs.slide.model import Model
 from benchtwin.vision.motion.track import make_track
-from benchtwin.vision.recording import Camera, Recording, Slide
+from benchtwin.vision.recording import Camera, Recording
 from synthetic.motion import draw_slide, film_track
 
 TILT_SD_DEG = unstated_sd("tilt-sensor-zero")
