@@ -105,6 +105,52 @@ PRIORS = {
     "drag-shade": Prior(
         "of a quarter of ln n", 1.0, None, "each of n seeds feels n^0 to n^-1/2"
     ),
+    # a rolling seed
+    "incline": Prior(
+        "deg",
+        5.0,
+        0.1,
+        "a protractor or inclinometer; half of the variance is common to a session,"
+        " half each run's own. Unstated: about what the motion says",
+    ),
+    "way-on-incline": Prior(
+        "mm", 20.0, 0.5, "a seed laid against a mark by eye. Unstated: as the incline"
+    ),
+    "corner-cut": Prior(
+        "of r tan(β/2)",
+        0.5,
+        None,
+        "the centre of a ball of radius r turns so far before a sharp corner and its"
+        " foot after it, that of a point at it; what a track follows is not said:"
+        " 0.5 ± 0.5",
+    ),
+    "level-plate": Prior(
+        "deg",
+        0.005,
+        0.02,
+        "an engineer's spirit level: 0.1 mm/m; a stated slope is read off an"
+        " inclinometer",
+    ),
+    "sharp-corner": Prior(
+        "normal rank", 1.0, None, "a corner takes nothing to what a sharp one takes"
+    ),
+    "rolling-scatter": Prior(
+        "relative", 0.03, None, "between runs of one lot; larger scatter is summed over"
+    ),
+    "inertia": Prior(
+        "relative",
+        0.02,
+        0.003,
+        "of 1 + I/(m r²): of what is no ball or of unknown shape; of a stated ball",
+    ),
+    "gate-place": Prior(
+        "mm", 0.3, None, "read off a ruler: a light gate's beam is some mm wide"
+    ),
+    "row-of-few": Prior("mm", 0.5, None, "of a row where too few show their scatter"),
+    "depth": Prior("mm", 2.0, None, "a run beside the plane in which the scale holds"),
+    "astray": Prior("1", 0.01, None, "tangent of a run's angle to that plane"),
+    "local-gravity": Prior("relative", 5e-4, None, "9.78 to 9.83 m/s² on earth"),
+    "ruler-zero": Prior("mm", 0.2, None, "of a ruler, the same in all readings"),
     "step-climb": Prior("of ln t", 1.0, None, "ratchets climb a step in 0.03 to 0.2 s"),
 }
 

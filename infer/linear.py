@@ -17,6 +17,7 @@ class Reduced:
     # at the point of linearisation with the locals' prior, if known
     chi2: float | None = None
     half_ln_det: float = 0.0  # ½ ln det of the marginalised locals
+    own: np.ndarray | None = None  # (L, L): triangle of the locals, globals given
 
 
 def stacked(reduced: tuple[Reduced, ...]) -> tuple[np.ndarray, np.ndarray]:

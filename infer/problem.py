@@ -19,7 +19,7 @@ from benchtwin.infer.least_squares import (
     Linearisation,
     minimise,
 )
-from benchtwin.infer.linear import Reduced
+from benchtwin.infer.linear import Reduced, ridge, stacked
 
 OUT_OF_RANGE_CHI2 = 10.0  # penalty on χ²: a Bayes factor of e⁵
 # χ² per degree of freedom above which a fit may be in a side minimum
@@ -179,6 +179,19 @@ def _fit_from(
         end.chi2,
         end.reduced,
     )
+
+
+def joint_covariance(of: Fit, r: int = 0, looser: float = 1.0) -> np.ndarray:
+    """Covariance (L + G, L + G) of recording r's locals and the globals, of a problem
+    of series; looser: factor on the sds of all rows."""
+    reduced, change = of.problem.reduce(of.starts, of.values, looser=looser)
+    still = change(np.zeros(len(of.values)))[r]
+    by = np.column_stack([change(row)[r] - still for row in np.eye(len(of.values))])
+    both = np.vstack([by, np.eye(len(of.values))])
+    covariance = both @ ridge(*stacked(reduced), of.prior_sd)[1] @ both.T
+    own = np.linalg.pinv(reduced[r].own)
+    covariance[: len(by), : len(by)] += own @ own.T
+    return covariance
 
 
 def ln_evidence(of: Fit) -> float:

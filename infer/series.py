@@ -110,9 +110,10 @@ def reduce(
     step: float = STEP,
     smooth: bool = False,
     wanted: np.ndarray | None = None,
+    looser: float = 1.0,
 ):
     """See Problem.reduce; extra: (n_r, K) for each recording; wanted (G,): columns to
-    compute."""
+    compute; looser: factor on the sds of all rows."""
     asked = (
         sizes
         if wanted is None
@@ -121,7 +122,7 @@ def reduce(
     at = dict(zip(sizes, values, strict=True))
     more = [None] * len(series) if extra is None else extra
     made = [
-        _reduced(s, own, predict, asked, r, starts[r], at, more[r], step)
+        _reduced(s, own, predict, asked, r, starts[r], at, more[r], step, looser)
         for r, s in enumerate(series)
     ]
     width = made[0][0].a.shape[1] - len(values)
@@ -149,6 +150,7 @@ def _reduced(
     at: dict[str, float],
     extra,
     share: float,
+    looser: float,
 ):
     """One recording linearised in the globals in `asked`; function from them to its
     locals."""
@@ -166,7 +168,7 @@ def _reduced(
         )
     more = [] if extra is None else list(extra.T)
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(
-        one.sigma, (-1, 1)
+        one.sigma * looser, (-1, 1)
     )
     white = one.noise.whiten(rows, one.lag)
     count, sd, off, held = len(start), own.sd, own.start[r] - start, np.isfinite(own.sd)
@@ -187,6 +189,7 @@ def _reduced(
         below[:, last],
         chi2,
         half_ln_det,
+        triangle[:count, :count],
     )
 
     def back(moved: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.rigs.roll import RIG as ROLL
 from benchtwin.rigs.slide import RIG as SLIDE
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
@@ -33,7 +34,6 @@ from benchtwin.vision.motion.rebound import (
     gravity_axes,
     measure_rebound,
 )
-from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.roll_path import roll_path
 from benchtwin.vision.motion.rolling_shutter import average_over_readouts
 from benchtwin.vision.motion.several_drops import drop_rows, over_drops
@@ -155,7 +155,7 @@ def _observe_track(recording: Recording, track: Track) -> Observation:
         return _observation(
             recording, slide.quantities, (*track.notes, *slide.notes), pictures, track
         )
-    roll = measure_roll(track, recording)
+    roll = ROLL.part("measure")(track, recording)
     pictures = {
         "roll": _plot_travel(
             track, roll.fitted, roll.stop_time, roll.quantities, roll.junction
@@ -356,7 +356,7 @@ def _roll_in_frames(
         if along.junction is None
         else (along.junction[0] * scale, along.junction[1] * scale)
     )
-    roll = measure_roll(track, recording, junction=junction)
+    roll = ROLL.part("measure")(track, recording, junction=junction)
     if along.doubt:
         roll = replace(
             roll, quantities=tuple(q.doubt(along.doubt) for q in roll.quantities)

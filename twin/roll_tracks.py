@@ -5,13 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.bench.keys import Seed
 from benchtwin.measure.observed import Observed
 from benchtwin.twin.tracks import entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.inertia import Inertia, inertia_of, inertia_of_recording
-from benchtwin.vision.motion.roll import stays_on_incline
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.motion.roll_path import stays_on_incline
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -128,21 +127,29 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
         raise MeasurementError(
             f"the seed does not roll: it moves {abs(way):.3g} mm in all"
         )
-    told, sign = describe(recording), 1.0 if way > 0 else -1.0
-    x = sign * used.x
-    if len(used) < FEW_ROWS and (np.diff(x) < -BACK_SHARE * way * sign).any():
+    forwards = np.diff(used.x) / way
+    if len(used) < FEW_ROWS and (forwards < -BACK_SHARE).any():
         raise MeasurementError(
             f"{len(used)} usable rows, and x_mm goes back and forth; {BACK_AND_FORTH}"
         )
+    return seen_roll(track, recording, stays_on_incline(used, recording))
+
+
+def seen_roll(track: Track, recording: Recording, stays: bool) -> SeenRoll:
+    """A track in millimetres and seconds as it is; stays: on its incline."""
+    used = track.used()
+    ends = max(1 if len(used) < FEW_ROWS else 3, len(used) // 50)
+    way = float(np.median(used.x[-ends:]) - np.median(used.x[:ends]))
+    told, sign = describe(recording), 1.0 if way > 0 else -1.0
     told["roll"].setdefault("seen_direction", "+x" if way > 0 else "-x")
-    told["roll"]["ends_on_incline"] = stays_on_incline(used, recording)
+    told["roll"]["ends_on_incline"] = stays
     angle = None if used.angle_deg is None else sign * used.angle_deg
     return SeenRoll(
         recording.id,
         recording.session or "",
         used.frame,
         used.t_s,
-        x,
+        sign * used.x,
         angle,
         told,
         notes=tuple(track.notes),
@@ -151,18 +158,11 @@ def roll_of(track: Track, recording: Recording) -> SeenRoll:
     )
 
 
-def inertia_told(description: dict) -> Inertia:
-    """How a seed's inertia holds it back, by what is told of it and of its rails;
-    ValueError where it falls between them."""
-    return inertia_of(
-        Seed(**description.get("seed", {})),
-        description.get("roll", {}).get("rail_gap_mm"),
-    )
-
-
 def describe(recording: Recording) -> dict:
     """Sections of recording.toml as plain values; camera.scale_sd (relative) is always
     there."""
     sections = sections_of(recording, "seed", "camera", "air", "roll")
-    sections["camera"] |= {"scale_sd": recording.camera.scale_sd}
+    by_ruler = recording.evidence == "gates.csv"
+    scale_sd = 0.0 if by_ruler else recording.camera.scale_sd
+    sections["camera"] |= {"scale_sd": scale_sd}
     return sections

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.run_out import rolling_friction as eq_3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +75,7 @@ def rolling_friction(run_out_mm: float, roll: dict) -> float | None:
     """
     if "incline_deg" not in roll or "incline_length_mm" not in roll:
         return None
-    beta, length = np.radians(roll["incline_deg"]), roll["incline_length_mm"]
-    return float(length * np.sin(beta) / (length * np.cos(beta) + run_out_mm))
+    return eq_3(roll["incline_length_mm"], roll["incline_deg"], run_out_mm)[0]
 
 
 # limits and steps span what seeds on steel can show, with room; seed ranges are the

@@ -27,6 +27,7 @@ RIG = Rig(
         ),
     ),
     observe="benchtwin.measure.observe_motion:observe_moving",
+    measure=".measure:measure_roll",
     setup=".simulate:SETUP",
     read="benchtwin.twin.roll_tracks:read_rolls",
     diagnose=".diagnose:diagnose_roll",

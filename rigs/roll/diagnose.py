@@ -5,7 +5,7 @@ from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
-from benchtwin.infer.problem import Fit, fit
+from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.model import run_motion
 from benchtwin.rigs.roll.problem import build, roll_problem
@@ -16,7 +16,7 @@ from benchtwin.rigs.roll.readings import (
     rulers_of,
 )
 from benchtwin.rigs.roll.readings import curves_of as readings_curves
-from benchtwin.rigs.roll.session import assemble
+from benchtwin.rigs.roll.session import Run, Seed, assemble
 from benchtwin.rigs.roll.unlisted import (
     SEEN_P,
     arguments,
@@ -46,22 +46,8 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     for r in (r for r in usable if len(r.x_mm)):
         sd = float(r.description["camera"]["scale_sd"])
         scales[r.session] = max(scales.get(r.session, 0.0), sd)
-    turn, phase = arguments(runs, seed)
-    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
-    base = fit(problem)
-    ripple = find_ripple(base, rng)
-    if ripple.p < SEEN_P:
-        if np.isfinite(seed.rise_mm) and not seed.round:
-            notes = (
-                *notes,
-                (
-                    "Each seed climbs and falls twice a turn, as its stated shape (a"
-                    f" rise of {seed.rise_mm:.2g} mm) lets it."
-                ),
-            )
-        problem = roll_problem(
-            build(runs, seed, ripple.turn, ripple.phase, ripple=True), scales
-        )
+    problem, base, said_of_shape = baseline(runs, seed, scales, rng)
+    notes = (*notes, *said_of_shape)
     told = {r.recording: r for r in usable}
     about = [told[run.recording] for run in runs]
     follows, said = conditions_of(
@@ -90,6 +76,31 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
         (*notes, *said, *corner_notes(base)),
     )
     return finding_of(asked, rng)
+
+
+def baseline(
+    runs: tuple[Run, ...],
+    seed: Seed,
+    scales: dict[str, float],
+    rng: np.random.Generator,
+) -> tuple[Problem, Fit, tuple[str, ...]]:
+    """The problem, with the ripple of an oblong seed where the runs show one, the fit
+    with nothing missing and without ripple, and notes."""
+    turn, phase = arguments(runs, seed)
+    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
+    base = fit(problem)
+    ripple = find_ripple(base, rng)
+    if ripple.p >= SEEN_P:
+        return problem, base, ()
+    model = build(runs, seed, ripple.turn, ripple.phase, ripple=True)
+    notes = (
+        (
+            "Each seed climbs and falls twice a turn, as its stated shape (a"
+            f" rise of {seed.rise_mm:.2g} mm) lets it."
+        ),
+    )
+    stated = np.isfinite(seed.rise_mm) and not seed.round
+    return roll_problem(model, scales), base, notes if stated else ()
 
 
 def corner_notes(base: Fit) -> tuple[str, ...]:

@@ -110,7 +110,9 @@ def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:
     at = time.mean()
     half, speed, place = np.polyfit(time[first:] - at, x[first:], 2)
     if not half > 0:
-        raise ValueError("the seed does not speed up on its incline")
+        raise ValueError(
+            "the seed does not speed up on its incline: are its rows in order?"
+        )
     rest = -speed / (2 * half)
     corner = time[-1] + 0.3 * (time[-1] - at - rest)
     return Path(
@@ -134,9 +136,15 @@ def path_of_few(
     if not (np.isfinite(incline) and np.isfinite(length)):
         if len(x) > FEW_UNKNOWNS:
             return fit_path(time, x)
+        absent = [
+            key
+            for key, value in (("incline_deg", incline), ("incline_length_mm", length))
+            if not np.isfinite(value)
+        ]
         raise ValueError(
-            f"{len(x)} rows; [roll] incline_deg and incline_length_mm are missing,"
-            f" without which it takes {FEW_UNKNOWNS + 1}"
+            f"[roll] {' and '.join(absent)} missing: {len(x)} rows are too few without"
+            f" it, {FEW_UNKNOWNS + 1} would do; [roll] level = false says that the seed"
+            " stays on its incline"
         )
     drive = f * (np.sin(incline) - USUAL_FRICTION * np.cos(incline))
     down = (2 * length / drive) ** 0.5

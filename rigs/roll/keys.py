@@ -30,4 +30,4 @@ class Roll(Section):
     axis_sd_deg: NotNegative | None = None
     """Scatter of that axis."""
     slope_deg: Annotated[float, Field(gt=-5, lt=5)] | None = None
-    """Slope of the level plate, rising along +x."""
+    """Slope of the level plate, positive where it falls towards +x."""

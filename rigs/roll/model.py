@@ -3,7 +3,9 @@
 Locals of a run (OWN): time and place of release [s, m], way on the incline beside the
 stated one [m], incline [deg] and rolling friction (relative) beside the common ones,
 drag (relative) beside that of the stated sizes, depth [m] and direction of the run
-beside the plane of the scale."""
+beside the plane of the scale, and how far before the junction the path turns, over
+r tan(β/2): the foot of a ball's centre leaves the incline so far before the junction
+and begins on the level so far behind it."""
 
 import math
 from dataclasses import dataclass, field
@@ -28,6 +30,7 @@ OWN = (
     "drag",
     "depth_m",
     "astray",
+    "cut",
 )
 
 
@@ -75,25 +78,37 @@ class Context:
     at: dict[str, float]  # all globals
 
 
+def incline_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> float:
+    """Angle of run r's incline [rad]."""
+    return float(model.incline[r] + math.radians(own[3] + at.get("incline", 0.0)))
+
+
+def cut_m(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> float:
+    """How far before the junction the path of run r turns [m]."""
+    turn = 0.0 if model.runs[r].stays else math.tan(incline_of(model, r, own, at) / 2)
+    return float(own[8] * model.seed.radius * turn)
+
+
 def way_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> Way:
     """Run r's way for its locals and the globals."""
     seed, get = model.seed, at.get
     f = weight_over_inertia(seed) * (1 + get("inertia", 0.0))
-    beta = model.incline[r] + math.radians(own[3] + get("incline", 0.0))
-    mu = max(model.mu * (1 + get("mu", 0.0)) * (1 + own[4]), 0.0)
-    length = max(model.length[r] + own[2], 1e-4)
+    beta = incline_of(model, r, own, at)
+    stated = 0.0 if math.isnan(model.runs[r].slope) else model.runs[r].slope
+    mu = model.mu * (1 + get("mu", 0.0)) * (1 + own[4])
+    length = max(model.length[r] + own[2] - cut_m(model, r, own, at), 1e-4)
     speed = math.sqrt(
         max(2 * f * (math.sin(beta) - mu * math.cos(beta)) * length, 1e-6)
     )
     way = {
-        "level": drive(get("level", 0.0), model.runs[r].sign),
+        "level": drive(stated + get("level", 0.0), model.runs[r].sign),
         "keep": 1 - model.usual_loss(r, get("corner", 0.0)),
     }
     # d ln(1 + I/(m h²)) = −2 (1 − 1/c) δh/r for an ellipse; half of it, ± half: seeds
     # are not ellipses
     if "oval" in at:
         way["oval"] = 0.5 * (1 + at["oval"]) * (1 - 1 / seed.inertia) / seed.radius
-    resisted = min(mu / math.tan(beta), 0.9) if beta > 0 else 0.0
+    resisted = min(max(mu, 0.0) / math.tan(beta), 0.9) if beta > 0 else 0.0
     context = Context(model.runs[r], seed, speed, resisted, at)
     for name, effect in model.effects.items():
         if effect.act and get(name):
@@ -131,13 +146,39 @@ def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -
 
 
 def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
-    """Travel (n,) [m] that the camera reads of run r."""
+    """Travel (n,) [m] that the camera reads of run r, and, where that was seen in the
+    picture, the place of the junction."""
     key = (r, *own, *(at[n] for n in model.relevant(r)))
     if key not in model.seen:
         if len(model.seen) >= REMEMBERED:
             model.seen.clear()
-        model.seen[key] = run_motion(model, r, own, at)[0]
+        x = run_motion(model, r, own, at)[0]
+        if model.runs[r].junction is not None:
+            junction = np.array([junction_of(model, r, own, at)])
+            x = np.append(x, as_read(model, r, own, at, junction))
+        model.seen[key] = x
     return model.seen[key]
+
+
+def junction_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> float:
+    """Place [m] from which run r's run-out counts."""
+    return float(own[1] + model.length[r] + own[2] - 2 * cut_m(model, r, own, at))
+
+
+def beside_m(model: Model, r: int, own: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """By how much less than x (n,) [m] a camera reads of a run beside the plane of the
+    scale: perspective about the picture's middle."""
+    run = model.runs[r]
+    off = x - 0.5 * (run.x.min() + run.x.max())
+    return off * (own[6] + own[7] * (x - own[1])) / run.away
+
+
+def as_read(
+    model: Model, r: int, own: np.ndarray, at: dict[str, float], x: np.ndarray
+) -> np.ndarray:
+    """Places (n,) as the camera reads them."""
+    scale = at.get(f"scale.{model.runs[r].session}", 0.0)
+    return (x - beside_m(model, r, own, x)) / (1 + scale)
 
 
 def run_motion(
@@ -171,11 +212,7 @@ def run_motion(
             times.ravel(), way or way_of(model, r, own, at), by_speed, place, time
         )
     )
-    off = x - 0.5 * (
-        run.x.min() + run.x.max()
-    )  # perspective about the picture's middle
-    x = x - off * (own[6] + own[7] * (x - own[1])) / run.away
-    x = x / (1 + at.get(f"scale.{run.session}", 0.0))
+    x = as_read(model, r, own, at, x)
     if run.gates:
         x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
     return x, v

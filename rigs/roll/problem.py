@@ -1,18 +1,20 @@
 """The roll as a problem: nuisances, noise, initial values."""
 
 import math
+from collections import Counter
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from benchtwin.bench.air import SEED_DRAG
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.problem import Problem
 from benchtwin.infer.series import Locals, Series, problem_of
 from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.effects.shape_barrier import NAME, quadratures
-from benchtwin.rigs.roll.model import OWN, Model, predict, run_motion
+from benchtwin.rigs.roll.model import OWN, Model, predict
 from benchtwin.rigs.roll.run_noise import (
     RunNoise,
     estimate_noise,
@@ -26,26 +28,22 @@ from scipy.optimize import least_squares
 # Nuisances: sd about 0. Stated keys replace the centre (incline, length, air) or the sd
 # (scale).
 PRIORS = {
-    "mu": 1.0,  # relative: flat, since it is measured
-    "incline": 0.1,  # deg: of a stated incline, common to all runs and each run's own
-    "level": 0.003,  # deg: of a level plate
-    # of the normal rank of the corner's loss, from 0 to that of a sharp one
-    "corner": 1.0,
+    "mu": 3.0,  # relative: flat, since it is measured
+    "incline": stated_sd("incline") / math.sqrt(2),  # and as much each run's own
+    "level": unstated_sd("level-plate"),
+    "corner": unstated_sd("sharp-corner"),
 }
 STEADY_MU = 0.01  # initial, of seeds that stay on an incline of unknown angle
-# of each run, relative; larger scatter is summed over (evidence.SCATTER_SIZES)
-MU_SD = 0.03
+MU_SD = unstated_sd("rolling-scatter")
 STEADY_DEG = 0.01  # least sd of the incline from run to run
-GATE_SD_M = 0.5e-3  # of a light gate's place, the same in all runs
-LENGTH_SD_M = 1e-3  # of the way on the incline: placing, and the cut corner
-# of a run beside the plane in which the scale holds; tangent of the angle to that plane
-DEPTH_SD_M, ASTRAY_SD = (
-    2e-3,
-    0.01,
-)
-GRAVITY_SD = 5e-4  # of g, relative; acts as the scale does
+GATE_SD_M = unstated_sd("gate-place") / 1000
+LENGTH_SD_M = stated_sd("way-on-incline") / 1000
+DEPTH_SD_M, ASTRAY_SD = unstated_sd("depth") / 1000, unstated_sd("astray")
+GRAVITY_SD = unstated_sd("local-gravity")  # acts as the scale does
+CUT = unstated_sd("corner-cut")  # centre and sd
+FREE_SCALE_SD = 3.0  # where the unit of length or of time is unknown
 OWN_STEP = np.array(
-    [1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5, 1e-6, 1e-6]
+    [1e-7, 1e-8, 1e-8, 1e-5, 1e-6, 1e-5, 1e-6, 1e-6, 1e-5]
 )  # of derivatives by locals
 # by globals, in prior sds: short, since slope and friction differ by 1e-3 of their
 # effect only
@@ -106,11 +104,11 @@ def build(
     effects = effects | quadratures(len(runs)) if ripple else effects
     if not ripple:
         effects.pop(NAME, None)
-    gates = tuple(
-        dict.fromkeys(
-            run.gate(k) for run in runs if run.gates for k in range(len(run.x))
-        )
+    passed = Counter(
+        run.gate(k) for run in runs if run.gates for k in range(len(run.x))
     )
+    # of one run alone, what its gates are off is in its noise
+    gates = tuple(name for name, times in passed.items() if times > 1)
     names = (
         *effects,
         "mu",
@@ -136,18 +134,23 @@ def build(
     )
 
 
-def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
-    """scales: relative sd of each session's scale."""
+def roll_problem(
+    model: Model, scales: dict[str, float], noise: RunNoise | None = None
+) -> Problem:
+    """scales: relative sd of each session's scale; noise: by flexible curves where
+    nothing better is known."""
     effects, seed = model.effects, model.seed
-    noise = estimate_noise(model.runs, model.turn)
+    noise = noise or estimate_noise(model.runs, model.turn)
     known = {n: PRIORS[n] for n in ("mu", "incline", "level", "corner")} | {
         "inertia": seed.inertia_sd
     }
+    if all(math.isfinite(run.slope) for run in model.runs):
+        known["level"] = stated_sd("level-plate")
     known |= {f"scale.{s}": math.hypot(sd, GRAVITY_SD) for s, sd in scales.items()}
     sizes = {
         "mu": 0.1,
         "incline": 0.1,
-        "level": 0.003,
+        "level": PRIORS["level"],
         "inertia": 0.01,
         "corner": 1.0,
     } | {f"scale.{s}": 1e-3 for s in scales}
@@ -174,9 +177,7 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
     series = tuple(
         Series(
             run.recording,
-            run.x,
-            noise.sigma[r] * row_weight(run),
-            run.lag,
+            *seen_rows(run, noise.sigma[r] * row_weight(run)),
             noise.noise,
             smooth_curves(run),
         )
@@ -197,6 +198,15 @@ def roll_problem(model: Model, scales: dict[str, float]) -> Problem:
     return replace(made, starts=starts, unknown_scatter=unknown_scatter)
 
 
+def seen_rows(run: Run, sigma: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Places, sds and lags of a run's rows, the junction's last where it was seen."""
+    if run.junction is None:
+        return run.x, sigma, run.lag
+    more = zip((run.x, sigma, run.lag), (*run.junction, np.inf), strict=True)
+    x, sigma, lag = (np.append(rows, value) for rows, value in more)
+    return x, sigma, lag
+
+
 def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownScatter:
     """Rows' change by one MU_SD of each run's own rolling friction."""
     return UnknownScatter(stacked(reduced)[0][:, problem.names.index("mu")] * MU_SD)
@@ -206,13 +216,14 @@ def _fit_alone(model: Model, r: int, own: Locals, noise: RunNoise) -> np.ndarray
     """Run r's locals fitted to it alone, to begin near the joint minimum."""
     run, nil = model.runs[r], {n: 0.0 for n in model.names}
     loose = np.array([np.inf, np.inf, own.sd[2], 5 * own.sd[3], 0.3, *own.sd[5:]])
-    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03, DEPTH_SD_M, ASTRAY_SD])
-    sigma = np.hypot(noise.sigma[r] * row_weight(run), 1e-5)
+    unit = np.array([1e-3, 1e-4, 1e-3, 0.1, 0.03, 0.03, DEPTH_SD_M, ASTRAY_SD, 0.1])
+    data, sigma, _ = seen_rows(run, noise.sigma[r] * row_weight(run))
+    sigma = np.hypot(sigma, 1e-5)
 
     def misfit(u: np.ndarray) -> np.ndarray:
         at = own.start[r] + unit * u
         return np.concatenate(
-            [(run.x - run_motion(model, r, at, nil)[0]) / sigma, unit * u / loose]
+            [(data - predict(model, r, at, nil)) / sigma, unit * u / loose]
         )
 
     return (
@@ -236,13 +247,11 @@ def locals_of(model: Model) -> Locals:
             top = math.sqrt(2 * f * max(math.sin(b) - model.mu * math.cos(b), 0.01) * s)
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s
-        start.append([release, place, *np.zeros(len(OWN) - 2)])
+        start.append([release, place, *np.zeros(len(OWN) - 3), CUT])
     length_stated = all(math.isfinite(run.length) for run in model.runs)
     incline_stated = all(math.isfinite(run.incline) for run in model.runs)
-    length_sd, incline_sd = (
-        LENGTH_SD_M if length_stated else 0.02,
-        PRIORS["incline"] if incline_stated else 5.0,
-    )
+    length_sd = LENGTH_SD_M if length_stated else unstated_sd("way-on-incline") / 1000
+    incline_sd = PRIORS["incline"] if incline_stated else unstated_sd("incline")
     sd = [
         np.inf,
         np.inf,
@@ -252,6 +261,7 @@ def locals_of(model: Model) -> Locals:
         SEED_DRAG,
         DEPTH_SD_M,
         ASTRAY_SD,
+        CUT,
     ]
     return Locals(np.array(start), OWN_STEP, np.array(sd))
 

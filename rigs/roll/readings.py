@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.run_out import rolling_friction
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Fit, Problem
@@ -48,8 +49,8 @@ class Ruler:
 
     def friction(self) -> float:
         """Rolling friction on a level plate of the mean run-out."""
-        level = self.run_out_m.mean() + self.length_m * math.cos(self.incline)
-        return self.length_m * math.sin(self.incline) / level
+        mean, incline_deg = self.run_out_m.mean(), math.degrees(self.incline)
+        return rolling_friction(self.length_m, incline_deg, mean)[0]
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ def ruler_problem(rulers: tuple[Ruler, ...]) -> Problem:
         np.array([MU_SD, PRIORS["incline"]]),
     )
     effects = {SLOPE: EFFECTS[SLOPE]} if tells_a_slope(rulers) else {}
-    sizes = {"mu": 0.1, "incline": 0.1, "level": 0.003, "corner": 1.0}
+    sizes = {"mu": 0.1, "incline": 0.1, "level": PRIORS["level"], "corner": 1.0}
     known = {n: PRIORS[n] for n in sizes}
 
     def predict(r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.rigs.roll.session import Run
 from numpy.polynomial import legendre
@@ -14,7 +15,7 @@ EXACT_M = 3e-6  # floor for simulated tracks
 ENOUGH_ROWS = (
     10  # spare rows from which gates' noise is estimated instead of taken as stated
 )
-USUAL_SD_M = 0.5e-3  # where neither stated nor estimated
+USUAL_SD_M = unstated_sd("row-of-few") / 1000  # where neither stated nor estimated
 STATED_LEVEL_SD = 0.3  # of ln of a stated noise's power
 DEGREE_DOWN, DEGREE_LEVEL = 3, 6
 SOON_S = (0.01, 0.025, 0.06, 0.15)  # behind the corner, where slip acts
@@ -82,6 +83,9 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
         spare += sum(free for _, free in alike) * (
             (len(rests) - 1) / len(rests) if shared else 1
         )
+    # five curves nearly explain few rows of both legs; what is usual counts as one row
+    passing = any(has_few_rows(run) and not run.stays for run in runs)
+    usual = 1 if passing or spare < 1 else 0
     sigma = np.zeros(len(runs))
     for r, run in enumerate(runs):
         stated = (
@@ -89,14 +93,14 @@ def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
             if has_few_rows(run)
             else math.nan
         )
-        told = math.sqrt(power / spare) if spare >= 1 else USUAL_SD_M
+        told = math.sqrt((usual * USUAL_SD_M**2 + power) / (usual + spare))
         sigma[r] = (
             stated if stated > 0 and not (run.gates and spare >= ENOUGH_ROWS) else told
         )
     if others is not None:
         sigma[long] = others.sigma
     stated_all = all(np.isfinite(run.sd_m).all() for run in runs if has_few_rows(run))
-    level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / max(spare, 1.0))
+    level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / (usual + spare))
     noise = Noise(0.0, 0.0, level) if others is None else others.noise
     return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
@@ -128,7 +132,8 @@ def _stretches(run: Run, turn: float) -> list[Stretch]:
 def smooth_curves(run: Run) -> np.ndarray:
     """(n, k) smooth curves over a run's way from release to stop."""
     rows = np.flatnonzero((run.time_s > run.way.release) & (run.time_s < run.way.stop))
-    out = np.zeros((len(run.time_s), DEGREE_LEVEL + 1))
+    seen = len(run.time_s) + (run.junction is not None)
+    out = np.zeros((seen, DEGREE_LEVEL + 1))
     if len(rows) > 2 * out.shape[1]:
         out[rows] = legendre.legvander(_tau(run, rows), DEGREE_LEVEL)
     return out * float(np.median(np.abs(np.diff(run.x)))) if len(run.x) > 1 else out

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S
@@ -16,7 +17,7 @@ from benchtwin.rigs.roll.initial_path import (
     path_of_few,
     path_on_incline,
 )
-from benchtwin.twin.roll_tracks import inertia_told
+from benchtwin.vision.motion.inertia import inertia_told
 from scipy.ndimage import median_filter
 
 MOST_ROWS = 280  # more rows add time, not information
@@ -36,7 +37,6 @@ OF_DRAG = (
     "mass_g",
     "density_kg_m3",
 )  # keys that determine drag over weight
-DRAG_DOUBT = 4.0  # over the sd in free flight: plate and spin double the drag
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,8 @@ class Run:
     turning: tuple[float, float] | None  # slope [1/m] and start of orientation over x
     drag: float = 1.0  # of its seed over the session's
     away: float = math.inf  # distance of the camera [m]
+    slope: float = math.nan  # of the level, stated, rising along +x [deg], or NaN
+    junction: tuple[float, float] | None = None  # place and sd [m], seen in a picture
     stays: bool = False  # on its incline
     gates: bool = False  # light gates
     sd_m: np.ndarray = field(
@@ -94,6 +96,7 @@ def assemble(rolls) -> tuple[tuple[Run, ...], Seed, tuple[str, ...]]:
             continue
         try:
             made = run_of(roll, seed)
+            _need_run_out(made)
             gates = (
                 made.gates or past.count(tuple(roll.x_mm)) > 1
             )  # equal places in two recordings are light gates
@@ -134,6 +137,13 @@ def run_of(roll, seed: Seed) -> Run:
     )
     spread = np.zeros(len(x))
     if stays(roll.description):
+        if not roll.gates and (end := _stopped(time, x)):
+            notes.append(
+                f"the seed is stopped at {time[end - 1]:.4g} s; what follows is not"
+                " fitted"
+            )
+            keep, time, x, frame = (rows[:end] for rows in (keep, time, x, frame))
+        spread = np.zeros(len(x))
         way = path_on_incline(time, x)
         used = time >= way.release - REST_SHARE * (time[-1] - way.release)
         if not few:
@@ -145,6 +155,9 @@ def run_of(roll, seed: Seed) -> Run:
                 "no row lies behind the incline; [roll] level = false says that the"
                 " seed stays on it"
             )
+        speed = np.diff(x) / np.diff(time)
+        if x[-2] > length and speed[-1] == speed.max() and len(speed) > 1:
+            raise ValueError("the seed does not slow down on the level")
     else:
         way = fit_path(time, x)
         moving = max(way.stop - way.release, 1e-3)
@@ -152,13 +165,9 @@ def run_of(roll, seed: Seed) -> Run:
             time <= way.stop + REST_SHARE * moving
         )
         time, x, frame, spread = _averaged(time[used], x[used], frame[used])
-        level = int((time > way.corner).sum())
-        if level < LEAST_LEVEL or x[-1] - way.place < 1.2 * way.way_down:
-            raise ValueError(
-                f"the track ends too soon behind the incline ({level} rows); a"
-                " diagnosis needs the run-out"
-            )
-    direction = told.get("direction") or told.get("seen_direction", "+x")
+    stated = told.get("direction")
+    direction = stated or told.get("seen_direction", "+x")
+    slope = told.get("slope_deg")  # falling towards +x
     angle = None if roll.angle_deg is None or few else roll.angle_deg[keep]
     return Run(
         roll.recording,
@@ -173,16 +182,41 @@ def run_of(roll, seed: Seed) -> Run:
         length,
         _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way),
         notes=tuple(notes),
-        away=1e-3
-        * (roll.description["camera"].get("distance_mm") or 1e3 * ANY_DISTANCE_M),
+        away=math.inf if roll.gates else _distance_m(roll.description),
+        slope=math.nan if slope is None or not stated else -slope,
         stays=stays(roll.description),
         gates=roll.gates,
         sd_m=(
-            roll.sd_mm / 1000
-            if few and len(roll.sd_mm) == len(x)
+            roll.sd_mm[keep] / 1000
+            if few and len(roll.sd_mm) == len(roll.x_mm)
             else np.full(len(x), np.nan)
         ),
     )
+
+
+def _distance_m(description: dict) -> float:
+    """Of the camera."""
+    stated = description["camera"].get("distance_mm")
+    return stated / 1000 if stated else ANY_DISTANCE_M
+
+
+def _stopped(time: np.ndarray, x: np.ndarray) -> int:
+    """Row from which a seed at the end of its incline is slow at once, 0 for none."""
+    speed = np.diff(x) / np.diff(time)
+    top = int(np.argmax(speed))
+    slow = np.flatnonzero(speed[top:] < 0.5 * speed[top])
+    return max(top + int(slow[0]), LEAST_ROWS) if len(slow) else 0
+
+
+def _need_run_out(run: Run) -> None:
+    """ValueError where a long track ends too soon for a diagnosis."""
+    level = int((run.time_s > run.way.corner).sum())
+    short = run.x[-1] - run.way.place < 1.2 * run.way.way_down
+    if not run.stays and len(run.x) >= FEW_ROWS and (level < LEAST_LEVEL or short):
+        raise ValueError(
+            f"the track ends too soon behind the incline ({level} rows); a"
+            " diagnosis needs the run-out"
+        )
 
 
 def _no_spikes(x: np.ndarray) -> np.ndarray:
@@ -245,6 +279,7 @@ def seed_of(told: dict) -> Seed:
     at_half = REFERENCE_SPEED_M_S * float(
         drag_shape(REFERENCE_SPEED_M_S, air.reynolds_per_speed)
     )
+    beside = (stated_sd if air.sd < air.share else unstated_sd)("drag-beside-plate")
     inertia = inertia_told(told)
     radius = inertia.radius_mm / 1000 if sizes else USUAL_RADIUS_M
     rise = 500 * (sizes[1] - sizes[-1]) if len(sizes) > 1 else math.nan
@@ -254,7 +289,7 @@ def seed_of(told: dict) -> Seed:
         inertia.sd,
         rise,
         air.share * at_half,
-        DRAG_DOUBT * air.sd * at_half,
+        beside * air.share * at_half,
         air.reynolds_per_speed,
         inertia.ball,
     )

@@ -340,7 +340,8 @@ def _falls(base: Fit, at: FittedRuns, asked) -> list[tuple[float, int]]:
     """Fall of χ² and degrees of freedom for each (turn, phase), each run with its own
     ripple."""
     model, count = base.problem.model, len(base.problem.model.runs)
-    extra = [np.zeros((len(run.time_s), 2 * count * len(asked))) for run in model.runs]
+    rows = [len(run.x) + (run.junction is not None) for run in model.runs]
+    extra = [np.zeros((n, 2 * count * len(asked))) for n in rows]
     for k, (turn, phase) in enumerate(asked):
         for r in range(count):
             reach = 1.1 * float(at.seen[r][-1] - at.ways[r].x0)
@@ -350,7 +351,8 @@ def _falls(base: Fit, at: FittedRuns, asked) -> list[tuple[float, int]]:
             phi = turn[r] * (grid + at.ways[r].x0) + phase[r]
             for j, wave in enumerate((np.cos, np.sin)):
                 push = Table(0.0, float(grid[1]), PUSH * wave(phi))
-                extra[r][:, 2 * (k * count + r) + j] = response(base, at, r, place=push)
+                moved = response(base, at, r, place=push)
+                extra[r][: len(moved), 2 * (k * count + r) + j] = moved
     columns, project, b = beside_globals(
         base.problem.reduce(base.starts, base.values, extra)[0], base.prior_sd
     )

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from benchtwin.infer.noise import Noise, Stretch, estimate
 from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.rivals import Rival
 from benchtwin.rigs.slide.modes import (
     KEEPS,
     LETS_GO,
@@ -24,10 +25,8 @@ from benchtwin.rigs.slide.modes import (
 )
 from benchtwin.vision.measurement import Quantity
 
-INSIDE_SDS = 1.96
 ROUNDING = 1e-9  # share of a column that is left by rounding
 TINY = 1e-4  # of an effect's prior sd, which may bend much within one
-CAN_BE_TRUE = 0.05  # probability from which a rival counts
 WORDS = {
     LETS_GO: "the block rests at first",
     KEEPS: "the block rests at first",
@@ -116,16 +115,6 @@ def effect_slopes(found: Found) -> dict[str, np.ndarray]:
     return out
 
 
-@dataclass(frozen=True)
-class Rival:
-    """Another explanation: odds over the fit, and the value of a quantity if it holds,
-    NaN where that is not shown then."""
-
-    odds: float
-    words: str
-    value: Callable[[Quantity], float]
-
-
 def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
     """Each effect, linear beside the fit."""
     found = errors.found
@@ -190,15 +179,3 @@ def rival_modes(best: Found, others: list[tuple[Found, float]]) -> list[Rival]:
         for found, ln_odds in others
         if found.mode != best.mode
     ]
-
-
-def unless(rivals: list[Rival], q: Quantity) -> list[str]:
-    """Why the interval of a quantity would not hold if a rival were true."""
-    whole, out = 1 + sum(r.odds for r in rivals), []
-    for rival in rivals:
-        share = rival.odds / whole
-        value = rival.value(q)
-        if share >= CAN_BE_TRUE and not abs(value - q.value) <= INSIDE_SDS * q.sd:
-            other = f"is {value:.3g}" if math.isfinite(value) else "is not shown"
-            out.append(f"it {other} if {rival.words} (probability {share:.2g})")
-    return out

@@ -17,8 +17,8 @@ from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import frame_lag
+from benchtwin.infer.rivals import INSIDE_SDS, unless
 from benchtwin.rigs.slide.errors import (
-    INSIDE_SDS,
     Errors,
     Value,
     errors_of,
@@ -27,7 +27,6 @@ from benchtwin.rigs.slide.errors import (
     rival_effects,
     rival_modes,
     share_of_loss,
-    unless,
 )
 from benchtwin.rigs.slide.model import Model
 from benchtwin.rigs.slide.modes import (

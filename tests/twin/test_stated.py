@@ -4,14 +4,14 @@ reader, the recording's before the bench's."""
 import numpy as np
 import pandas as pd
 import pytest
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.measure.observe import observe
 from benchtwin.twin.piles import read_piles
 from benchtwin.twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
 from benchtwin.twin.slides import read_slides
 from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import FAILED, MeasurementError
-from benchtwin.vision.motion.run_out import ends_on_incline
-from benchtwin.vision.motion.track import GATE_SD_MM
+from benchtwin.vision.motion.roll_path import ends_on_incline
 from benchtwin.vision.recording import read_recording
 
 READERS = {
@@ -129,7 +129,7 @@ def test_a_gate_s_doubt_in_time_is_one_in_place_by_the_speed_there(tmp_path):
     roll(tmp_path / "a", "gates.csv", time, sd_s=np.full(7, 2e-3))
     (seen,) = read_rolls(tmp_path)
     assert seen.sd_mm[1:-1] == pytest.approx(
-        np.hypot(2e-3 * (200 + 1000 * time[1:-1]), GATE_SD_MM)
+        np.hypot(2e-3 * (200 + 1000 * time[1:-1]), unstated_sd("gate-place"))
     )
     assert (np.diff(seen.sd_mm) > 0).all()
 

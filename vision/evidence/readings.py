@@ -5,22 +5,24 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.rigs import READING_COLUMNS
 from benchtwin.bench.robust import robust_sd
+from benchtwin.bench.run_out import rolling_friction
 from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
-from benchtwin.vision.motion.run_out import (
-    INCLINE_SD_DEG,
-    LENGTH_SD_MM,
-    rolling_friction_eq3,
-)
 from benchtwin.vision.recording import Recording
 from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
 # protractor, ruler or scale, a stop watch by hand; release height.
-INSTRUMENT_SD = {"deg": 0.1, "mm": 0.2, "g": 0.05, "s": 0.1}
+INSTRUMENT_SD = {
+    "deg": unstated_sd("reader-zero"),
+    "mm": unstated_sd("ruler-zero"),
+    "g": 0.05,
+    "s": 0.1,
+}
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,8 @@ def _derived(
                 " for rolling_friction (Eq. 3)"
             )
             return []
-        mu, by = rolling_friction_eq3(length, beta, s.mean)
-        shared = float(np.linalg.norm(by * [LENGTH_SD_MM, INCLINE_SD_DEG, common]))
+        mu, by = rolling_friction(length, beta, s.mean)
+        off = [stated_sd("way-on-incline"), stated_sd("incline"), common]
+        shared = float(np.linalg.norm(by * off))
         return [_quantity("rolling_friction", mu, -by[2] * s.sd_mean, shared, "1", s.n)]
     return []

@@ -8,15 +8,12 @@ import math
 from dataclasses import dataclass
 
 from benchtwin.bench.keys import Seed
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 
 SOLID = 0.4
 ROUND = 0.02  # elongation of what is taken for a ball
-BALL_SD, SEED_SD = (
-    0.003,
-    0.02,
-)  # relative, of 1 + I/(m r²): of a ball; of what is no ball, or of unknown shape
 
 
 @dataclass(frozen=True)
@@ -39,7 +36,8 @@ def inertia_of(seed: Seed, rail_gap_mm: float | None) -> Inertia:
     ball = len(sizes) > 1 and sizes[0] - sizes[-1] < ROUND * (sizes[0] + sizes[-1])
     share = sum(s**2 for s in across) / 20 / radius**2 if sizes else SOLID
     share = share if seed.inertia_factor is None else seed.inertia_factor
-    sd = BALL_SD if ball or seed.inertia_factor is not None else SEED_SD
+    known = ball or seed.inertia_factor is not None
+    sd = (stated_sd if known else unstated_sd)("inertia")
     if not rail_gap_mm:
         return Inertia(1 + share, sd, radius, ball)
     if not sizes:
@@ -62,3 +60,10 @@ def inertia_of_recording(recording: Recording) -> Inertia:
         return inertia_of(recording.seed, recording.roll.rail_gap_mm)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.toml}: {error}") from error
+
+
+def inertia_told(description: dict) -> Inertia:
+    """The same by sections of recording.toml as plain values; ValueError where it
+    falls between the rails."""
+    gap = description.get("roll", {}).get("rail_gap_mm")
+    return inertia_of(Seed(**description.get("seed", {})), gap)

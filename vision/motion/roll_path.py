@@ -4,6 +4,7 @@ travel along them."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench.priors import stated_sd
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -13,6 +14,10 @@ MOST_BEND_ERROR_DEG = 4.0
 # of the seed's size: places farther off the legs are not the centre of the seed alone
 MOST_RMS = 0.05
 SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
+
+
+LEAST_ROWS = 4
+ENOUGH_ROWS = 30  # that tell by their times whether a seed still speeds up
 
 
 @dataclass(frozen=True)
@@ -181,3 +186,35 @@ def _fit_two_legs(
         float(np.sqrt(cov[3, 3])),
         float(noise),
     )
+
+
+def stays_on_incline(track: Track, recording: Recording) -> bool:
+    """Whether all rows of a roll are on its incline: as stated or, where only its
+    length is stated, by the rows."""
+    if recording.roll.level is not None:
+        return not recording.roll.level
+    length = recording.roll.incline_length_mm
+    if length is None or not track.physical or len(track) < LEAST_ROWS:
+        return False
+    if len(track) >= ENOUGH_ROWS:
+        return ends_on_incline(track.t_s, track.x, length)
+    along = np.abs(track.x - track.x[0])
+    return bool(
+        along.max() <= length + stated_sd("way-on-incline")
+        and np.polyfit(track.t_s - track.t_s[0], along, 2)[0] > 0
+    )
+
+
+def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
+    """Whether a seed did not leave the incline: its path, time [s] and x [mm] (n,), is
+    no longer, and it was still accelerating. That is, the last quarter of the path took
+    less time than the quarter before."""
+    length_mm = np.maximum.accumulate(np.abs(x - x[0]))
+    if not 0 < length_mm[-1] <= incline_length_mm + stated_sd("way-on-incline"):
+        return False
+    # of each place, when it was there first
+    first = np.unique(length_mm, return_index=True)[1]
+    half, later, last = np.interp(
+        np.array([0.5, 0.75, 1.0]) * length_mm[-1], length_mm[first], time[first]
+    )
+    return bool(last - later < later - half)

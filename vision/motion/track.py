@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.least_squares import fit, frame_lag
@@ -13,8 +14,6 @@ from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.recording import Camera, Recording
 from numpy.typing import ArrayLike
 
-# of a light gate's place read off a ruler: its beam is some millimetres wide
-GATE_SD_MM = 0.3
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
 _OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")
 
@@ -220,7 +219,7 @@ def track_from_table(
 def track_from_gates(recording: Recording) -> Track:
     """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the
     others y = 0. sd: |speed| sd_s and sd_mm together, NaN where sd_s is not stated; a
-    gate without sd_mm has GATE_SD_MM."""
+    gate without sd_mm has the prior "gate-place"."""
     rig = recording.need_rig()
     if rig not in GATE_PLACE:
         raise MeasurementError(
@@ -231,7 +230,7 @@ def track_from_gates(recording: Recording) -> Track:
     rows = table.rows.assign(
         **{
             c: v
-            for c, v in (("sd_s", np.nan), ("sd_mm", GATE_SD_MM))
+            for c, v in (("sd_s", np.nan), ("sd_mm", unstated_sd("gate-place")))
             if c not in table.rows
         }
     )

@@ -103,6 +103,7 @@ EFFECTS = (
         high=3.0,
         source="Coulomb friction on a rolling ball; u = 5u0/7 at the end of slip",
         act=slipping,
+        nonlinear=True,  # it bends the way down and the level, and grip ends it
         needs=passed,
         wording=("the seed slips where the incline ends", "m/s"),
         not_simulated="nothing in the twin stands for it",

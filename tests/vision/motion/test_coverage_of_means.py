@@ -8,15 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchtwin.bench.keys import Air, Camera, Seed
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.rigs.slide.measure import measure_slide
-from benchtwin.vision.motion.rolling_resistance import DRAG_SD, LEVEL_SD_DEG
-from benchtwin.vision.motion.run_out import (
-    INCLINE_SD_DEG,
-    LENGTH_SD_MM,
-    measure_run_out,
-)
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
@@ -133,12 +128,12 @@ def draw_rolls(
         float(rng.choice([15.0, 30.0, 50.0])),
     )
     truly, scale = (
-        math.radians(beta + rng.normal(0, INCLINE_SD_DEG)),
+        math.radians(beta + rng.normal(0, stated_sd("incline"))),
         1 + rng.normal(0, SCALE_SD),
     )
     rise, drag = (
-        math.radians(rng.normal(0, LEVEL_SD_DEG)),
-        max(1 + DRAG_SD * rng.standard_normal(), 0.2),
+        math.radians(rng.normal(0, unstated_sd("level-plate"))),
+        max(1 + stated_sd("drag-beside-plate") * rng.standard_normal(), 0.2),
     )
     loss, fps, both = (
         rng.uniform(0, 0.1),
@@ -150,7 +145,7 @@ def draw_rolls(
     for k in range(REPEATS):
         friction, way = (
             lot * (1 + 0.03 * rng.standard_normal()),
-            (length + LENGTH_SD_MM * rng.standard_normal()) / 1000,
+            (length + stated_sd("way-on-incline") * rng.standard_normal()) / 1000,
         )
         slope = -rise if both and k % 2 else rise
 
@@ -269,7 +264,7 @@ def test_means_of_slides_hold_their_frictions():
 
 
 def test_means_of_rolls_hold_their_resistance():
-    rows = study(draw_rolls, measure_run_out, 2)
+    rows = study(draw_rolls, measure_roll, 2)
     resistance, eq_3 = rows["rolling_resistance"], rows["rolling_friction"]
     assert len(resistance) == BENCHES and inside(resistance) >= LEAST
     assert abs(np.mean(resistance[:, 0] / resistance[:, 3])) < 1.5e-2

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from benchtwin.bench.keys import Camera, Seed
 from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.vision.motion.inertia import inertia_of
-from benchtwin.vision.motion.roll import measure_roll
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from rolling_balls import Ball, way
@@ -209,11 +209,11 @@ def test_what_cannot_be_is_one_sentence(tmp_path):
         track, recording(tmp_path, Roll(incline_deg=6), "gates.csv")
     )
     assert (
-        "incline_length_mm is missing" in no_length.quantities[0].reason
+        "[roll] incline_length_mm missing" in no_length.quantities[0].reason
         and "level = false" in no_length.quantities[0].reason
     )
     back = measure_roll(
         replace(track, t_s=time.max() - time[::-1]),
         recording(tmp_path, Roll(level=False), "gates.csv"),
     )
-    assert "the seed slows down" in back.quantities[0].reason
+    assert "does not speed up on its incline" in back.quantities[0].reason

@@ -1,0 +1,577 @@
+"""One roll → run-out, rolling friction and rolling resistance, or acceleration and
+rolling resistance of a seed that stays on its incline: the fit of the rig's model to
+that recording, with nothing missing.
+
+    rolling_resistance   μ_r: torque over normal force times rolling radius
+    rolling_friction     S sin β / (S cos β + L): Eq. 3 (bench/run_out.py)
+    run_out              L, from the junction of the plates to the stop
+    acceleration         g (sin β − μ_r cos β) / (1 + I/(m r²)), without air
+
+Films, tracks, few rows and light gates are evidence of the same model. A quantity is
+good where its 95 % interval would still hold if the next likeliest explanation, an
+effect of `effects/`, were true."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.robust import difference_noise
+from benchtwin.bench.run_out import rolling_friction
+from benchtwin.infer.evidence import student_ln_likelihood
+from benchtwin.infer.noise import Stretch, estimate, spreads
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
+from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
+from benchtwin.rigs.roll.diagnose import baseline
+from benchtwin.rigs.roll.model import (
+    OWN,
+    as_read,
+    beside_m,
+    incline_of,
+    junction_of,
+    resistance_of,
+    run_motion,
+    way_of,
+)
+from benchtwin.rigs.roll.motion import travel
+from benchtwin.rigs.roll.problem import FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
+from benchtwin.rigs.roll.session import (
+    FEW_ROWS,
+    Run,
+    Seed,
+    run_of,
+    seed_of,
+    weight_over_inertia,
+)
+from benchtwin.twin.roll_tracks import SeenRoll, seen_roll
+from benchtwin.vision.measurement import (
+    MeasurementError,
+    Quantity,
+    all_failed,
+    failed,
+)
+from benchtwin.vision.motion.inertia import inertia_of_recording
+from benchtwin.vision.motion.least_squares import (
+    correlated_mean,
+    propagate,
+    variance_factor,
+)
+from benchtwin.vision.motion.roll_path import ends_on_incline, stays_on_incline
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
+from scipy.stats import t as student
+
+LEAST_ROWS, LEAST_OF_FILM = 4, 8
+LEAST_TRAVEL = {"mm": 1.0, "px": 4.0}
+FRAME_S = 0.01  # of frames of unknown rate, for a first scale
+USUAL_FRICTION = 0.03  # for a first scale
+LATER_S = 20.0  # after the last row, when a seed has stopped
+LEAST_BEFORE = 3  # rows before the corner that tell where it is
+LEAST_REST = 5  # rows that show where a seed rests
+NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
+UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
+CONFLICT_SDS = 4.0  # of what is stated
+VAGUE = 0.5  # relative sd of a run-out that the rows do not tell
+TINY = 1e-4  # of a prior sd, for slopes
+ALIKE = 1e-2  # of the greatest: slopes that say the same
+CURVE_POINTS = 400
+NO_CORNER = (
+    "neither the release nor the end of the incline is in the track: begin it before"
+    " the seed is let go, or state [roll] incline_length_mm"
+)
+STILL_MOVING = (
+    "the seed is still moving in the last frame: it leaves the picture, or the"
+    " recording ends too early"
+)
+LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
+INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
+SHARED = ("incline", "inertia", "corner", "air", "level")  # by all rolls of a session
+
+
+@dataclass(frozen=True)
+class RunOut:
+    """Quantities; places along the path [track unit]; fitted: (time, x) for the plot;
+    notes."""
+
+    quantities: tuple[Quantity, ...]
+    junction: float | None = None
+    stop: float | None = None
+    stop_time: float | None = None
+    fitted: tuple[np.ndarray, np.ndarray] | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A recording as it is fitted. unit: of the track's lengths [m], where the scale is
+    unknown a first guess, beside which it is fitted; sign: of the motion along x."""
+
+    recording: Recording
+    track: Track
+    seen: SeenRoll
+    run: Run
+    seed: Seed
+    unit: float
+    sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Evidence and its fit. looser: factor on the sds of rows; rest: where the seed lay
+    at rest, and its sd [m as read], or None."""
+
+    told: Evidence
+    fit: Fit
+    looser: float
+    rest: tuple[float, float] | None = None
+
+    def values_of(self, fit: Fit) -> np.ndarray:
+        """The run's own values, those that all runs share, and the place of rest."""
+        rest = [] if self.rest is None else [self.rest[0]]
+        return np.concatenate([fit.starts[0], fit.values, rest])
+
+    def split(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
+        """The run's own values, and the shared ones by name."""
+        shared = values[len(OWN) : len(OWN) + len(self.fit.names)]
+        return values[: len(OWN)], dict(zip(self.fit.names, shared, strict=True))
+
+    def motion(
+        self, time: np.ndarray, values: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Places as read [m] and speeds [m/s] (n,) at any times."""
+        own, at = self.split(values)
+        model = self.fit.problem.model
+        x, v = travel(time, way_of(model, 0, own, at), resistance_of(model, 0, own, at))
+        return as_read(model, 0, own, at, x), v
+
+    def ends(self, values: np.ndarray) -> np.ndarray:
+        """Where the run-out begins and, by the fit, ends [m as read]."""
+        own, at = self.split(values)
+        model = self.fit.problem.model
+        junction = np.array([junction_of(model, 0, own, at)])
+        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0]
+        return np.append(as_read(model, 0, own, at, junction), stop)
+
+    def quantities_at(self, values: np.ndarray) -> dict[str, float]:
+        """The quantities for some values."""
+        own, at = self.split(values)
+        model, told = self.fit.problem.model, self.told
+        way = way_of(model, 0, own, at)
+        if told.run.stays:
+            speeding = way.f * (way.sin - way.cos * way.mu)
+            return {"acceleration": speeding, "rolling_resistance": way.mu}
+        ends = self.ends(values)
+        if self.rest is not None:
+            ends[1] = values[-1]
+        scale = 1 + at[f"scale.{told.run.session}"]
+        true = float(np.diff(scale * ends + beside_m(model, 0, own, scale * ends))[0])
+        length = float(model.length[0] + own[OWN.index("length_m")])
+        beta = math.degrees(incline_of(model, 0, own, at))
+        return {
+            "run_out": true / (1.0 if told.track.physical else scale) / told.unit,
+            "rolling_friction": rolling_friction(length, beta, true)[0],
+            "rolling_resistance": way.mu,
+        }
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """With their sds; the common part is what those errors explain that all rolls
+        of a session share. An unknown slope averages out over rolls in both directions,
+        where these are stated."""
+        told = self.told
+        units = dict(INCLINE) if told.run.stays else dict(LEVEL)
+        units |= {} if told.run.stays else {"run_out": told.track.unit}
+        own = ("level",) if told.recording.roll.direction else ()
+        shared = [
+            len(OWN) + k
+            for k, name in enumerate(self.fit.names)
+            if (name in SHARED and name not in own)
+            or name.startswith(("scale.", "gate."))
+        ]
+
+        def asked(values: np.ndarray) -> np.ndarray:
+            found = self.quantities_at(values)
+            return np.append([found[n] for n in units], values[shared])
+
+        values = self.values_of(self.fit)
+        covariance = np.zeros((len(values), len(values)))
+        fitted = len(OWN) + len(self.fit.names)
+        covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
+        if self.rest is not None:
+            covariance[-1, -1] = self.rest[1] ** 2
+        value, spread = propagate(asked, values, covariance)
+        n = len(units)
+        variance, across = np.diag(spread)[:n], spread[:n, n:]
+        by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
+        common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
+        rows = zip(units.items(), value, np.sqrt(variance), common, strict=False)
+        return {
+            name: Quantity(name, float(v), float(sd), unit, sd_common=float(part))
+            for (name, unit), v, sd, part in rows
+        }
+
+    @cached_property
+    def rivals(self) -> list[Rival]:
+        """Each effect that this recording may show, fitted in full."""
+        problem, out = self.fit.problem, []
+        for name, effect in problem.effects.items():
+            columns = problem.columns_of(name)
+            if effect.group or any(n in problem.known_sd for n in columns):
+                continue
+            other = fit(problem, free=(name,), start=self.fit)
+            size = other.by_name.get(name, 0.0)
+            if not effect.low <= size <= effect.high:
+                continue
+            ln_bayes = ln_evidence(other) + other.chi2 / 2
+            ln_bayes -= ln_evidence(self.fit) + self.fit.chi2 / 2
+            fall = min(other.chi2 - self.fit.chi2, 0.0)
+            ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
+            odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
+            then = self.quantities_at(self.values_of(other))
+            out.append(Rival(odds, effect.wording[0], lambda q, v=then: v[q.name]))
+        return out
+
+
+def measure_roll(
+    track: Track, recording: Recording, *, junction: tuple[float, float] | None = None
+) -> RunOut:
+    """Measure a roll; junction: (place, sd) along the path where the picture shows
+    it."""
+    used = track.used()
+    stays = stays_on_incline(used, recording)
+    try:
+        told = _evidence(used, recording, stays, junction)
+        return _measured(told)
+    except ValueError as error:
+        return RunOut(all_failed(INCLINE if stays else LEVEL, str(error)))
+
+
+def _evidence(
+    track: Track,
+    recording: Recording,
+    stays: bool,
+    junction: tuple[float, float] | None,
+) -> Evidence:
+    few = recording.evidence == "gates.csv" or len(track) < FEW_ROWS
+    if few or stays:
+        track.need_physical(recording)
+    _check(track, recording, LEAST_ROWS if few or stays else LEAST_OF_FILM)
+    inertia_of_recording(recording)  # a gap that the ball falls through is told now
+    unit = 1e-3 if track.physical else _first_unit(track, recording)
+    seen = _in_mm(track, recording, unit, stays)
+    seed = seed_of(seen.description)
+    run, sign = run_of(seen, seed), 1.0 if track.x[-1] >= track.x[0] else -1.0
+    if not track.timed:  # lengths are not those of the fit then, which has another g
+        run = replace(run, length=math.nan)
+    if junction is not None:
+        run = replace(run, junction=(sign * junction[0] * unit, junction[1] * unit))
+    elif has_few_rows(run) and not stays and not _waits(seen):
+        at = (run.length, stated_sd("way-on-incline") / 1000)  # from the release
+        run = replace(run, junction=at if math.isfinite(run.length) else None)
+    return Evidence(recording, track, seen, run, seed, unit, sign)
+
+
+def _check(track: Track, recording: Recording, least: int) -> None:
+    """MeasurementError for too few rows, a seed that rests, or one that never reaches
+    the level on which it is stated to roll."""
+    if len(track) < least:
+        raise MeasurementError(
+            f"{len(track)} usable rows; a roll needs at least {least}"
+        )
+    moved = float(np.ptp(track.x))
+    if moved < LEAST_TRAVEL[track.unit]:
+        raise MeasurementError(
+            f"the seed does not roll: it moves {moved:.3g} {track.unit} in all"
+        )
+    length = recording.roll.incline_length_mm
+    is_level = recording.roll.level and length and track.physical
+    if is_level and ends_on_incline(track.t_s, track.x, length):
+        raise MeasurementError(
+            f"the seed does not leave the incline ({moved:.4g} of {length:g} mm):"
+            " there is no run-out"
+        )
+
+
+def _waits(seen: SeenRoll) -> bool:
+    """Whether a track begins before the release."""
+    first = float(seen.x_mm[1] - seen.x_mm[0])
+    return not seen.gates and abs(first) < 0.01 * float(np.ptp(seen.x_mm))
+
+
+def _in_mm(track: Track, recording: Recording, unit: float, stays: bool) -> SeenRoll:
+    """The track in millimetres and seconds, by a first guess where these are
+    unknown."""
+    seconds = track.t_s if track.timed else FRAME_S * track.frame
+    mm = 1e3 * unit
+    scaled = replace(track, x=mm * track.x, sd=mm * track.sd, t_s=seconds, unit="mm")
+    return seen_roll(scaled, recording, stays)
+
+
+def _first_unit(track: Track, recording: Recording) -> float:
+    """Of the track's lengths [m], from the seed's acceleration."""
+    seen = _in_mm(track, recording, 1e-3, stays=False)
+    seed = seed_of(seen.description)
+    way, f = run_of(seen, seed).way, weight_over_inertia(seed)
+    if recording.roll.incline_deg is None:
+        return 1e-3 * f * USUAL_FRICTION / way.slowing
+    beta = math.radians(recording.roll.incline_deg)
+    drive = math.sin(beta) - USUAL_FRICTION * math.cos(beta)
+    return 1e-3 * f * drive / way.acceleration
+
+
+def _measured(told: Evidence) -> RunOut:
+    run, camera = told.run, told.seen.description["camera"]
+    scale_sd = float(camera["scale_sd"]) if told.track.physical else FREE_SCALE_SD
+    scales, rng = {run.session: scale_sd}, np.random.default_rng(1)
+    problem, base, notes = baseline((run,), told.seed, scales, rng)
+    base = base if base.problem is problem else fit(problem)
+    if not has_few_rows(run):
+        base = fit(roll_problem(problem.model, scales, _noise_about(base)))
+    looser, doubt = _looser(base)
+    found = Fitted(told, base, looser)
+    notes = (*run.notes, *notes, *_said(told))
+    doubts = [doubt, *_conflicts(found)]
+    if run.stays:
+        return _on_incline(found, doubts, notes)
+    return _with_run_out(found, doubts, notes)
+
+
+def _noise_about(base: Fit) -> RunNoise:
+    """Noise about the fit and its slopes, effects' too, so that what may be missing
+    is not taken for noise."""
+    model, at, known = base.problem.model, base.by_name, base.problem.known_sd
+    own, run, effects = base.starts[0], model.runs[0], model.effects
+    seen = run_motion(model, 0, own, at)[0]
+    columns = [
+        run_motion(model, 0, own + step, at)[0] - seen for step in np.diag(OWN_STEP)
+    ]
+    for name in base.names:
+        sd = effects[name].prior_sd if name in effects else known[name]
+        moved = run_motion(model, 0, own, at | {name: at[name] + TINY * sd})[0]
+        columns.append(moved - seen)
+    slopes = np.column_stack([c for c in columns if c.any()])
+    basis, size, _ = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0), False)
+    design = basis[:, size > ALIKE * size[0]]
+    about = [Stretch(design, run.x - seen, run.lag)]
+    noise = estimate(about)
+    sigma = spreads(about, [0], 1, noise)
+    return RunNoise(noise, np.maximum(sigma, EXACT_M))
+
+
+def _looser(base: Fit) -> tuple[float, str]:
+    """Factor on the rows' sds so that ± 1.96 sd is a 95 % interval, and why stated sds
+    cannot hold, or ""."""
+    run, problem = base.problem.model.runs[0], base.problem
+    shown = 0 if run.stays else 1 + math.isnan(run.incline) + math.isnan(run.length)
+    freedom = problem.freedom - 1 - shown  # friction, and what the corner may do
+    if has_few_rows(run):
+        stated = bool(np.isfinite(run.sd_m).all())
+        if stated or not run.stays:
+            factor, doubt = variance_factor(base.chi2, max(freedom, 1), stated)
+            return math.sqrt(factor), doubt
+    of_level = 2 / max(problem.level_sd, 1e-3) ** 2
+    wider = float(student.ppf(0.975, of_level)) / INSIDE_SDS
+    return wider, ""
+
+
+def _conflicts(found: Fitted) -> list[str]:
+    """What is stated that the motion contradicts."""
+    own, at = found.split(found.values_of(found.fit))
+    run, out = found.told.run, []
+    longer, beside = 1e3 * own[OWN.index("length_m")], own[OWN.index("incline_deg")]
+    told = math.isfinite(run.length) and not run.stays
+    if told and abs(longer) > CONFLICT_SDS * stated_sd("way-on-incline"):
+        out.append(
+            f"by the motion the incline ends {longer:+.3g} mm from where it is stated"
+            " to: check incline_length_mm and the scale"
+        )
+    steeper, known = beside + at["incline"], math.isfinite(run.incline)
+    if known and abs(steeper) > CONFLICT_SDS * stated_sd("incline"):
+        out.append(
+            f"by the motion the incline is {steeper:+.2g}° from the stated angle: check"
+            " incline_deg, the scale and the times"
+        )
+    name = f"scale.{run.session}"
+    sd = found.fit.problem.known_sd[name]
+    if abs(at[name]) > CONFLICT_SDS * sd and found.told.track.physical:
+        out.append(
+            f"by the motion the scale is off by {100 * at[name]:+.2g} %: check"
+            " mm_per_px and the times"
+        )
+    return out
+
+
+def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
+    told, roll = found.told, found.told.recording.roll
+    acceleration, friction = found.quantities.values()
+    acceleration = acceleration.doubt(*doubts, *unless(found.rivals, acceleration))
+    if roll.incline_deg is None:
+        why = "without it an acceleration gives no rolling friction"
+        message = f"{told.recording.toml}: [roll] incline_deg is missing; {why}"
+        friction = failed("rolling_resistance", "1", message)
+    else:
+        fast = "negative: the seed rolls faster than without resistance; check"
+        fast += " incline_deg, scale and inertia_factor"
+        fast = fast if friction.value < -2 * friction.sd else ""
+        friction = friction.doubt(*doubts, fast, *unless(found.rivals, friction))
+    return RunOut((acceleration, friction), fitted=_curve(found), notes=notes)
+
+
+def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
+    told, fitted, unit = found.told, found.values_of(found.fit), found.told.unit
+    junction = float(found.ends(fitted)[0])
+    _need_corner_and_level(found, fitted)
+    stop = _stop(found, fitted)
+    if stop.place <= junction:
+        raise MeasurementError(
+            "the seed stops before the junction: it never reaches the level plate"
+        )
+    found = replace(found, rest=stop.rest)
+    run_out, eq_3, resistance = found.quantities.values()
+    run = told.run
+    left = run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
+    off = float(np.sqrt(np.mean(left**2)))
+    if off > UNEVEN * (stop.place - junction) and not has_few_rows(run):
+        doubts.append(
+            "the travel is not that of one seed that slows down evenly: it is off by"
+            f" {off / unit:.2g} {told.track.unit}"
+        )
+    run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
+    eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
+    resistance = resistance.doubt(*doubts, *unless(found.rivals, resistance))
+    vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
+    lacking = _lacking(told)
+    if none := stop.none or vague:
+        run_out = failed("run_out", told.track.unit, none)
+        lacking = (none, lacking[1])
+    eq_3 = failed("rolling_friction", "1", lacking[0]) if lacking[0] else eq_3
+    if lacking[1]:
+        resistance = failed("rolling_resistance", "1", lacking[1])
+    above = eq_3.value - resistance.value
+    if above > 3 * math.hypot(eq_3.sd, resistance.sd) and resistance.value > 0:
+        share = f"{100 * above / resistance.value:.2g} % above rolling_resistance"
+        losses = "it counts losses to the air and at the corner as friction"
+        notes = (*notes, f"rolling_friction (Eq. 3) is {share}: {losses}")
+    return RunOut(
+        (run_out, eq_3, resistance),
+        told.sign * junction / unit,
+        None if none else told.sign * stop.place / unit,
+        None if none else stop.time / _clock(told),
+        _curve(found),
+        notes,
+    )
+
+
+def _need_corner_and_level(found: Fitted, fitted: np.ndarray) -> None:
+    """MeasurementError where the rows show no corner, or no slowing down."""
+    own, at = found.split(fitted)
+    run, way = found.told.run, way_of(found.fit.problem.model, 0, own, at)
+    if way.mu <= 0:
+        raise MeasurementError(
+            "the seed does not slow down on the level: its rows give neither run-out"
+            " nor friction"
+        )
+    unstated = math.isnan(run.length) and run.junction is None
+    if unstated and (run.x < way.corner).sum() < LEAST_BEFORE:
+        raise MeasurementError(NO_CORNER)
+
+
+@dataclass(frozen=True)
+class Stop:
+    """place [m as read] and time [s] of a seed's stop; rest: that place and its sd
+    where it was seen at rest; doubt, and why there is no stop, or ""."""
+
+    place: float
+    time: float
+    rest: tuple[float, float] | None = None
+    doubt: str = ""
+    none: str = ""
+
+
+def _stop(found: Fitted, fitted: np.ndarray) -> Stop:
+    """Where the seed is at rest in the last rows, else where the fit says that it will
+    be."""
+    seen, unit = found.told.seen, found.told.unit
+    time, x, few = seen.time_s, seen.x_mm / 1000, has_few_rows(found.told.run)
+    moving = np.flatnonzero(found.motion(time, fitted)[1])
+    last = int(moving[-1]) if len(moving) else len(time) - 1
+    if len(time) - 1 - last >= LEAST_REST and not few:
+        rest, doubt = _rest(x[last + 1 :], seen.frame[last + 1 :], found.told)
+        return Stop(rest[0], float(time[last]), rest, doubt)
+    junction, end = found.ends(fitted)
+    ahead, way = end - x[-1], end - junction if few else float(np.ptp(x))
+    said = f"by {ahead / unit:.3g} {found.told.track.unit} beyond the last row"
+    doubt = f"the stop is extrapolated {said}"
+    if ahead <= (FAR_AHEAD if few else NEAR_AHEAD) * way:
+        doubt = ""
+    none = STILL_MOVING if ahead > FAR_AHEAD * way and not few else ""
+    return Stop(float(end), float(time[last]), None, doubt, none)
+
+
+def _rest(
+    x: np.ndarray, frame: np.ndarray, told: Evidence
+) -> tuple[tuple[float, float], str]:
+    """Where a seed rests, and its sd [m], by the last two thirds, when what rocks has
+    lost most of its swing; and a doubt."""
+    late = slice(len(x) // 3, None)
+    place, sd = correlated_mean(x[late], frame[late])
+    swing = float(np.ptp(x[late])) / 2
+    if swing <= 6 * difference_noise(x, 2) + 0.5 * told.unit:
+        return (place, sd), ""
+    said = f"the seed still rocks by ± {swing / told.unit:.2g} {told.track.unit}"
+    return (place, math.hypot(sd, swing / 2)), f"{said} at the end of the recording"
+
+
+def _lacking(told: Evidence) -> tuple[str, str]:
+    """Why there is no rolling friction by Eq. 3, and no rolling resistance; "" where
+    there is."""
+    why = ["", ""]
+    try:
+        told.track.need_physical(told.recording)
+    except MeasurementError as error:
+        why = [str(error), str(error)]
+    try:
+        for key in ("roll.incline_length_mm", "roll.incline_deg"):
+            told.recording.need(key, "for rolling_friction (Eq. 3)")
+    except MeasurementError as error:
+        why[0] = str(error)
+    return why[0], why[1]
+
+
+def _curve(found: Fitted) -> tuple[np.ndarray, np.ndarray]:
+    """Times and places of the fitted curve in the track's units, for the plot."""
+    told = found.told
+    time = np.linspace(told.seen.time_s[0], told.seen.time_s[-1], CURVE_POINTS)
+    x = told.sign * found.motion(time, found.values_of(found.fit))[0] / told.unit
+    return time / _clock(told), x
+
+
+def _clock(told: Evidence) -> float:
+    """Seconds in a unit of the track's time."""
+    return 1.0 if told.track.timed else FRAME_S
+
+
+def _said(told: Evidence) -> list[str]:
+    """What the numbers are based on."""
+    roll, inertia = told.recording.roll, inertia_of_recording(told.recording)
+    on = f"on rails {roll.rail_gap_mm:g} mm apart" if roll.rail_gap_mm else "on a plate"
+    sd = inertia.factor * inertia.sd
+    notes = [f"1 + I/(m r²) is taken as {inertia.factor:.4g} ± {sd:.2g}, {on}"]
+    if told.seed.drag and told.seed.drag_sd >= told.seed.drag:
+        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
+        notes.append(f"air drag is a usual seed's, ± 100 %: {missing}")
+    if roll.slope_deg is None and not told.run.stays:
+        both = (
+            "rolled both ways it averages out"
+            if roll.direction
+            else "state [roll] direction and roll in both"
+        )
+        level = unstated_sd("level-plate")
+        notes.append(
+            f"the plate is taken to be level to ± {level:g}°, as [roll] slope_deg is"
+            f" not stated; {both}"
+        )
+    return notes
