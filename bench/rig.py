@@ -33,10 +33,10 @@ class Rig:
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
-    measure(track, recording) → quantities; setup: how it is
-    simulated; read(folder) → its recordings as plain arrays, for diagnose(recordings,
-    rng) → Finding; effects: what may be missing, by name; resimulate: the simulation
-    run again with what was named."""
+    measure(track, recording) → quantities; setup: how it is simulated; read(folder) →
+    its recordings as plain arrays; curve(read, relative, timed) → what one shows, to be
+    laid over its twin; diagnose(recordings, rng) → Finding; effects: what may be
+    missing, by name; resimulate: the simulation run again with what was named."""
 
     name: str
     what: str
@@ -56,6 +56,7 @@ class Rig:
     observe: str = ""
     measure: str = ""
     setup: str = ""
+    curve: str = ""
     read: str = ""
     diagnose: str = ""
     effects: str = ""

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 from benchtwin.rigs.pile import heap_priors
 from benchtwin.rigs.pile.flanks import photo_of
+from benchtwin.rigs.pile.read import SeenPile
 from benchtwin.sim.rigs.profile import outline
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from benchtwin.twin.piles import SeenPile
 from benchtwin.twin.run import run
 from scipy.ndimage import uniform_filter1d
 

@@ -11,7 +11,7 @@ from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding
 from benchtwin.twin.bench_folder import Observed
-from benchtwin.twin.tracks import Listed, listed
+from benchtwin.twin.seen import Listed, listed
 
 Say = Callable[[str], None]
 

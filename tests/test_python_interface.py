@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.measure import observed
+from benchtwin.rigs.drop.read import read_drops
+from benchtwin.rigs.pile.read import read_piles
+from benchtwin.rigs.roll.read import read_rolls
+from benchtwin.rigs.slide.read import read_slides
 from benchtwin.twin.bench_folder import read_bench
-from benchtwin.twin.piles import read_piles
-from benchtwin.twin.roll_tracks import read_rolls
-from benchtwin.twin.slides import read_slides
-from benchtwin.twin.tracks import read_drops
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import benchtwin

@@ -6,30 +6,14 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observed import Observed
-from benchtwin.twin.piles import SeenPile, read_piles
-from benchtwin.twin.roll_tracks import read_rolls
-from benchtwin.twin.slides import read_slides
-from benchtwin.twin.tracks import track_of
+from benchtwin.twin.curve import Curve
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording as Recording
 
 LEAST_OVERLAP = 0.5  # of the shorter curve
 SHIFTS = 801
-
-
-@dataclass(frozen=True, eq=False)
-class Curve:
-    """What a recording shows: y (n,) over x (n,), ascending; where x begins is the
-    recording's own, unless `fixed`; frame (n,): numbers of the pictures, None of what
-    is not over time."""
-
-    x_name: str
-    y_name: str
-    x: np.ndarray
-    y: np.ndarray
-    fixed: bool = False
-    frame: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,44 +92,18 @@ def curve(
     relative: bool = False,
     timed: bool = False,
 ) -> Curve:
-    """Height of a drop over time, travel of a slide over its tilt, way of a roll over
-    time, outline of a pile; in mm and s.
+    """What a recording shows: the height of a drop over time, the outline of a pile; in
+    mm and s. MeasurementError where nothing can be laid over another.
 
     relative: a pile's outline in units of its crest's height; timed: a slide over time,
     whatever is known of its tilt."""
-    alone = observed.only([recording])
-    if recording.rig == "pile":
-        return _outline(_one(read_piles(alone), recording), relative)
-    if recording.rig == "roll":
-        roll = _one(read_rolls(alone), recording)
-        if not len(roll.x_mm):
-            raise MeasurementError(
-                f"{recording.path}: a run-out that was read off shows no curve"
-            )
-        start = np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))])
-        return Curve(
-            "time (s)", "way (mm)", roll.time_s, roll.x_mm - start, frame=roll.frame
+    rig = RIGS[recording.need_rig()]
+    seen = rig.part("read")(observed.only([recording]))
+    if not seen or seen[0].trouble:
+        raise MeasurementError(
+            seen[0].trouble if seen else f"{recording.path}: nothing could be read"
         )
-    if recording.rig == "slide":
-        slide = _one(read_slides(alone), recording)
-        travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
-        if (
-            not timed
-            and slide.tilt_deg is not None
-            and np.isfinite(slide.tilt_deg).all()
-        ):
-            # the plate stands still at first
-            tilt, which = np.unique(slide.tilt_deg, return_inverse=True)
-            mean = np.bincount(which, weights=travel) / np.bincount(which)
-            return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)
-        return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
-    track = track_of(recording, observed)
-    used = track.used()
-    if not len(used.t_s):
-        raise MeasurementError(f"{recording.path}: no usable row")
-    height = used.y - np.nanmin(used.y)
-    name = f"height ({track.unit})"
-    return Curve("time (s)", name, used.t_s, height, frame=used.frame)
+    return rig.part("curve")(seen[0], relative=relative, timed=timed)
 
 
 def laid_over(a: Curve, b: Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -181,34 +139,6 @@ def best_shift(a: Curve, b: Curve) -> float:
             f" ({a.x_name})"
         )
     return best[1]
-
-
-def _one(seen: list, recording: Recording):
-    """The reading of this recording; MeasurementError with its reason where there is
-    none."""
-    if not seen or seen[0].trouble:
-        raise MeasurementError(
-            seen[0].trouble if seen else f"{recording.path}: nothing could be read"
-        )
-    return seen[0]
-
-
-def _outline(pile: SeenPile, relative: bool) -> Curve:
-    """Heights above the plate from the crest's side outwards."""
-    height = pile.z - pile.base_z + np.tan(np.radians(pile.base_deg)) * pile.x
-    there = np.isfinite(height) & (pile.x >= pile.crest_x)
-    x, y = pile.x[there] - pile.crest_x, np.maximum(height[there], 0.0)
-    if x.size < 2:
-        raise MeasurementError(f"{pile.recording}: no flank to the right of the crest")
-    if relative or pile.unit != "mm":
-        tall = float(y.max())
-        return Curve(
-            "distance over the crest's height",
-            "height over the crest's height",
-            x / tall,
-            y / tall,
-        )
-    return Curve("distance (mm)", "height (mm)", x, y)
 
 
 def _picture(recording: Recording, observed: Observed) -> bytes:

@@ -49,7 +49,7 @@ AXES = ("place across", "height")
 
 
 def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
-    """Finding of drops (twin.tracks.SeenTrack): with rows, or with times of impacts
+    """Finding of drops (read.SeenTrack): with rows, or with times of impacts
     only."""
     usable = [t for t in tracks if not t.trouble]
     filmed, listened = (

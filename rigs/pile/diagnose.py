@@ -35,7 +35,7 @@ SIDES = {-1: "left flank", 1: "right flank"}
 
 
 def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of heaps (twin.piles.SeenPile); ValueError where no photo shows a
+    """Finding of heaps (read.SeenPile); ValueError where no photo shows a
     flank."""
     photos, refused = photos_of(recordings)
     follows, said = conditions_of(

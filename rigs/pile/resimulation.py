@@ -16,6 +16,7 @@ from benchtwin.infer.finding import Finding
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.rigs.pile.heap_priors import PACKING_SD
+from benchtwin.rigs.pile.read import SeenPile, read_piles
 from benchtwin.rigs.pile.simulated_heaps import (
     AT,
     SOYBEAN_MM,
@@ -26,7 +27,6 @@ from benchtwin.rigs.pile.simulated_heaps import (
     simulation_inputs,
 )
 from benchtwin.twin.drop_pictures import beside
-from benchtwin.twin.piles import SeenPile, read_piles
 from benchtwin.twin.run import simulate
 
 FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less

@@ -6,10 +6,10 @@ import numpy as np
 from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of
-from benchtwin.twin.heap_outline import outlined
+from benchtwin.rigs.pile.heap_outline import outlined
+from benchtwin.rigs.pile.read import SeenPile
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import like
-from benchtwin.twin.piles import SeenPile
 from benchtwin.twin.run import run
 
 SOYBEAN_MM, DENSITY = (8.72, 6.84, 5.98), 1250.0  # where a recording states neither

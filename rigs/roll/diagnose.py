@@ -36,7 +36,7 @@ OTHER_LENGTH = (
 
 
 def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of recordings (twin.roll_tracks.SeenRoll); ValueError where none can be
+    """Finding of recordings (read.SeenRoll); ValueError where none can be
     used."""
     usable = [r for r in recordings if not r.trouble]
     if not any(len(r.x_mm) for r in usable):

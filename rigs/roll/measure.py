@@ -37,6 +37,7 @@ from benchtwin.rigs.roll.model import (
 )
 from benchtwin.rigs.roll.motion import travel
 from benchtwin.rigs.roll.problem import FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.read import SeenRoll, seen_roll
 from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
 from benchtwin.rigs.roll.session import (
     FEW_ROWS,
@@ -46,7 +47,6 @@ from benchtwin.rigs.roll.session import (
     seed_of,
     weight_over_inertia,
 )
-from benchtwin.twin.roll_tracks import SeenRoll, seen_roll
 from benchtwin.vision.measurement import (
     MeasurementError,
     Quantity,

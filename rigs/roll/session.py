@@ -118,7 +118,7 @@ def stays(description: dict) -> bool:
 
 
 def run_of(roll, seed: Seed) -> Run:
-    """One recording (twin.roll_tracks.SeenRoll); ValueError says what it lacks."""
+    """One recording (read.SeenRoll); ValueError says what it lacks."""
     if len(roll.x_mm) < LEAST_ROWS:
         raise ValueError(
             f"{len(roll.x_mm)} usable rows; at least {LEAST_ROWS} are needed"

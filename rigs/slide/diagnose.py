@@ -52,7 +52,7 @@ FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
-    """Finding of one pair's slides (twin.slides.SeenSlide); ValueError where none can
+    """Finding of one pair's slides (read.SeenSlide); ValueError where none can
     be used."""
     prepared = prepare(assemble(recordings))
     session = prepared.session

@@ -254,7 +254,7 @@ def tracks(bench: Bench, count: int, rng, *, heights=None):
 
     from benchtwin.bench.keys import Air, Camera, Seed
     from benchtwin.rigs.drop.keys import Drop
-    from benchtwin.twin.tracks import drop_of
+    from benchtwin.rigs.drop.read import drop_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from benchtwin.twin.piles import SeenPile
+from benchtwin.rigs.pile.read import SeenPile
 from scipy.ndimage import gaussian_filter1d
 
 PX_MM = 0.2

@@ -251,7 +251,7 @@ def rolls(
     """`count` recordings as twin.roll_tracks gives them."""
     from benchtwin.bench.keys import Air, Camera, Seed
     from benchtwin.rigs.roll.keys import Roll
-    from benchtwin.twin.roll_tracks import roll_of
+    from benchtwin.rigs.roll.read import roll_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording
 

@@ -144,7 +144,7 @@ def slides(bench: Bench, count: int, rng):
     """`count` recordings as twin.slides gives them."""
     from benchtwin.bench.keys import Air, Camera, Seed
     from benchtwin.rigs.slide.keys import Slide
-    from benchtwin.twin.slides import slide_of
+    from benchtwin.rigs.slide.read import slide_of
     from benchtwin.vision.motion.track import make_track
     from benchtwin.vision.recording import Recording
 
@@ -221,7 +221,7 @@ def slides(bench: Bench, count: int, rng):
 def readings(angles_of, rates, counts, repeats: int, rng, *, masses: bool = True):
     """One recording a (rate, count): `repeats` angles [deg] by angles_of(rate, count,
     rng)."""
-    from benchtwin.twin.slides import SeenSlide
+    from benchtwin.rigs.slide.read import SeenSlide
 
     none, out = np.zeros(0), []
     for i, (rate, count) in enumerate(zip(rates, counts, strict=True)):

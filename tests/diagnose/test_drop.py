@@ -21,6 +21,7 @@ from benchtwin.rigs.drop.flight_model import (
     pushed,
 )
 from benchtwin.rigs.drop.nuisances import OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.read import one_scale
 from benchtwin.rigs.drop.reduction import (
     STEP,
     known_sd,
@@ -34,7 +35,6 @@ from benchtwin.rigs.drop.trajectories import (
     accelerations,
     positions_at_nodes,
 )
-from benchtwin.twin.tracks import one_scale
 from falling import PIXEL_MM, Bench, G, tracks
 
 LIGHT = Bench(fps=500.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.effects import EFFECTS
+from benchtwin.rigs.pile.read import read_piles
 from benchtwin.rigs.pile.resimulation import (
     FRICTIONS,
     Kind,
@@ -23,7 +24,6 @@ from benchtwin.rigs.pile.simulated_heaps import (
     simulation_inputs,
 )
 from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.twin.piles import read_piles
 from benchtwin.twin.run import simulate
 from heaping import Heap, repeats
 

@@ -10,11 +10,11 @@ import pytest
 from benchtwin.bench.keys import Camera, Seed
 from benchtwin.rigs.roll.diagnose import diagnose_roll
 from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.roll.read import SeenRoll, read_rolls, roll_of
 from benchtwin.rigs.roll.run_noise import estimate_noise
 from benchtwin.rigs.roll.session import assemble, relative_drag
 from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like, run_path
-from benchtwin.twin.roll_tracks import SeenRoll, read_rolls, roll_of
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from rolling import BALL, STATED, Bench, rolls

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from benchtwin.rigs.roll.diagnose import diagnose_roll
-from benchtwin.twin.roll_tracks import SeenRoll
+from benchtwin.rigs.roll.read import SeenRoll
 from rolling_balls import Ball, way
 
 SEED = {"length_mm": 15.0, "width_mm": 15.0, "thickness_mm": 15.0, "mass_g": 13.8}

@@ -12,8 +12,8 @@ from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
 from benchtwin.rigs.slide.problem import prepare
+from benchtwin.rigs.slide.read import read_slides
 from benchtwin.rigs.slide.session import assemble
-from benchtwin.twin.slides import read_slides
 from sliding import AIRLESS, LIGHT, Bench, found, slides
 
 

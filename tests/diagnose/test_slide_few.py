@@ -4,7 +4,7 @@ raise no alarm; a plate that stands is told."""
 import numpy as np
 import pytest
 from benchtwin.rigs.slide.diagnose import diagnose_slide
-from benchtwin.twin.slides import read_slides
+from benchtwin.rigs.slide.read import read_slides
 from test_slide_few_rows import way
 
 GATES = np.array([20.0, 80, 160, 260, 400])

@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.measure.observe import observe
-from benchtwin.twin.piles import read_piles
-from benchtwin.twin.roll_tracks import FEW_ROWS, LEAST_ROWS, read_rolls
-from benchtwin.twin.slides import read_slides
-from benchtwin.twin.tracks import read_drops
+from benchtwin.rigs.drop.read import read_drops
+from benchtwin.rigs.pile.read import read_piles
+from benchtwin.rigs.roll.read import FEW_ROWS, LEAST_ROWS, read_rolls
+from benchtwin.rigs.slide.read import read_slides
 from benchtwin.vision.measurement import FAILED, MeasurementError
 from benchtwin.vision.motion.roll_path import ends_on_incline
 from benchtwin.vision.recording import read_recording

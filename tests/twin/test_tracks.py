@@ -4,7 +4,8 @@ say why not."""
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.twin.tracks import listed, read_drops
+from benchtwin.rigs.drop.read import read_drops
+from benchtwin.twin.seen import listed
 
 G_MM = 9806.65
 

@@ -13,8 +13,8 @@ import pytest
 from benchtwin.bench.keys import Air, Camera
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.drop.read import read_drops
 from benchtwin.twin.bench_folder import read_bench
-from benchtwin.twin.tracks import read_drops
 from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.motion.split_flights import releases

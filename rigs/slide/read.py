@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.measure.observed import Observed
-from benchtwin.twin.tracks import no_rows, sections_of, seen_of, track_of
+from benchtwin.twin.curve import Curve
+from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.outliers import single_spikes
@@ -111,3 +111,18 @@ def describe(recording: Recording) -> dict:
         "plumb_sd_deg": recording.camera.plumb_sd,
     }
     return sections
+
+
+def curve(slide: SeenSlide, *, relative: bool, timed: bool) -> Curve:
+    """Travel over the plate's tilt, or over time where it is `timed`, or the tilt is
+    not known."""
+    if not len(slide.x_mm):
+        raise MeasurementError(f"{slide.recording}: angles read off show no curve")
+    travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
+    tilted = slide.tilt_deg is not None and np.isfinite(slide.tilt_deg).all()
+    if timed or not tilted:
+        return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
+    # the plate stands still at first
+    tilt, which = np.unique(slide.tilt_deg, return_inverse=True)
+    mean = np.bincount(which, weights=travel) / np.bincount(which)
+    return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)

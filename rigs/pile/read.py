@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.measure.observed import Observed
-from benchtwin.twin.tracks import no_rows, sections_of, seen_of
+from benchtwin.twin.curve import Curve
+from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.repose import Repose
 from benchtwin.vision.recording import Recording
@@ -96,3 +96,17 @@ def describe(recording: Recording) -> dict:
     sections = sections_of(recording, *SECTIONS)
     sections["camera"] |= {"plumb_sd_deg": recording.camera.plumb_sd}
     return sections
+
+
+def curve(pile: SeenPile, *, relative: bool, timed: bool) -> Curve:
+    """Heights above the plate from the crest's side outwards; in units of the crest's
+    height where it is `relative`, or the scale unknown."""
+    height = pile.z - pile.base_z + np.tan(np.radians(pile.base_deg)) * pile.x
+    there = np.isfinite(height) & (pile.x >= pile.crest_x)
+    x, y = pile.x[there] - pile.crest_x, np.maximum(height[there], 0.0)
+    if x.size < 2:
+        raise MeasurementError(f"{pile.recording}: no flank to the right of the crest")
+    if not relative and pile.unit == "mm":
+        return Curve("distance (mm)", "height (mm)", x, y)
+    over, tall = "over the crest's height", float(y.max())
+    return Curve(f"distance {over}", f"height {over}", x / tall, y / tall)

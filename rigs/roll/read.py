@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.measure.observed import Observed
-from benchtwin.twin.tracks import entries_of, sections_of, track_of
+from benchtwin.twin.curve import Curve
+from benchtwin.twin.seen import Observed, entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.inertia import inertia_of_recording
@@ -166,3 +166,14 @@ def describe(recording: Recording) -> dict:
     scale_sd = 0.0 if by_ruler else recording.camera.scale_sd
     sections["camera"] |= {"scale_sd": scale_sd}
     return sections
+
+
+def curve(roll: SeenRoll, *, relative: bool, timed: bool) -> Curve:
+    """Way over time."""
+    if not len(roll.x_mm):
+        raise MeasurementError(
+            f"{roll.recording}: a run-out that was read off shows no curve"
+        )
+    start = np.median(roll.x_mm[: max(1, min(5, len(roll.x_mm) // 6))])
+    way = roll.x_mm - start
+    return Curve("time (s)", "way (mm)", roll.time_s, way, frame=roll.frame)

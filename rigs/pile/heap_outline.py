@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+from benchtwin.rigs.pile.read import SeenPile, describe
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.profile import outline
-from benchtwin.twin.piles import SeenPile, describe
 from benchtwin.vision.recording import Recording
 
 STEP_MM, FOOT = 0.1, 0.02  # FOOT: of the crest's height, where a flank ends

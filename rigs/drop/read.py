@@ -1,23 +1,22 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
 for bench and twin."""
 
-from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
-from benchtwin.measure.observed import Observed
-from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
+from benchtwin.twin.curve import Curve
+from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
+from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
 from benchtwin.vision.motion.gravity import release_seen
 from benchtwin.vision.motion.impacts import estimate_time_sds
 from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.several_drops import drop_rows
-from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
+from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
@@ -25,42 +24,6 @@ SCALE_OF_GRAVITY_SD = 0.1
 # key of how well one fall by itself gives a scale, relative
 FALL_SD = "scale_of_fall_sd"
 LEAST_FALL_SD = 1e-5
-Seen = TypeVar("Seen")
-
-
-def no_rows() -> np.ndarray:
-    """What a recording holds of what was not seen."""
-    return np.zeros(0)
-
-
-@dataclass(frozen=True)
-class Listed:
-    """One recording of a folder before anything is read of it: trouble says why nothing
-    can be, "" when it can."""
-
-    recording: str
-    rig: str
-    evidence: str
-    session: str
-    trouble: str = ""
-
-
-def listed(folder: Path | Observed) -> list[Listed]:
-    """What a folder holds. FileNotFoundError without one."""
-    return [_entry(entry) for entry in Observed.under(folder).entries]
-
-
-def _entry(entry: Recording | MeasurementError) -> Listed:
-    if isinstance(entry, MeasurementError):
-        return Listed(entry.recording, "", "", "", str(entry))
-    trouble = (
-        ""
-        if entry.rig
-        else f"{entry.toml}: rig is missing; it should be drop, slide, roll or pile"
-    )
-    return Listed(
-        entry.id, entry.rig or "", entry.evidence, entry.session or "", trouble
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,38 +94,6 @@ def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
     return out
 
 
-def entries_of(folder: Path | Observed, rig: str) -> Observed:
-    """Recordings of one rig under `folder`, and what could not be read at all.
-    FileNotFoundError without a folder."""
-    observed = Observed.under(folder)
-    return observed.only(
-        entry
-        for entry in observed.entries
-        if isinstance(entry, MeasurementError) or entry.rig == rig
-    )
-
-
-def seen_of(
-    folder: Path | Observed,
-    rig: str,
-    kind: Callable[..., Seen],
-    read: Callable[[Recording, Observed], Iterable[Seen]],
-    describe: Callable[[Recording], dict],
-) -> Iterator[Seen]:
-    """What `read` gives of every recording of a rig under `folder`; in the place of one
-    that cannot be used, a `kind` that says why. FileNotFoundError without a folder."""
-    found = entries_of(folder, rig)
-    for entry in found.entries:
-        if isinstance(entry, MeasurementError):
-            yield kind(entry.recording, "", trouble=str(entry))
-            continue
-        try:
-            yield from read(entry, found)
-        except MeasurementError as error:
-            told, session = describe(entry), entry.session or ""
-            yield kind(entry.id, session, description=told, trouble=str(error))
-
-
 def _seen(entry: Recording, observed: Observed) -> list[SeenTrack]:
     if entry.evidence in ("impacts.csv", "sound"):
         return heard_of(entry)
@@ -182,19 +113,6 @@ def _heard_instead(entry: Recording, trouble: str) -> list[SeenTrack]:
         raise MeasurementError(f"{trouble}; {error}") from error
     alone = f"from its sound alone: {trouble}"
     return [replace(one, notes=(*one.notes, alone)) for one in heard]
-
-
-def track_of(recording: Recording, observed: Observed) -> Track:
-    """A recording's track, read from its table or as it was observed on its frames."""
-    if recording.evidence == "track.csv":
-        read = read_track(recording.files[0])
-        return track_from_table(read.rows, recording.camera, read.notes)
-    if recording.evidence == "gates.csv":
-        return track_from_gates(recording)
-    table = observed.observe(recording).track
-    if table is None:
-        raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
-    return track_from_table(table, recording.camera)
 
 
 def heard_of(recording: Recording) -> list[SeenTrack]:
@@ -322,11 +240,11 @@ def describe(recording: Recording) -> dict:
     return sections
 
 
-def sections_of(recording: Recording, *names: str) -> dict:
-    """Those sections of recording.toml, with [reading] and [conditions], as plain
-    values: {section: {key: value}}."""
-    sections = {
-        name: getattr(recording, name).model_dump(exclude_none=True)
-        for name in (*names, "reading")
-    }
-    return sections | {"conditions": dict(recording.conditions)}
+def curve(drop: SeenTrack, *, relative: bool, timed: bool) -> Curve:
+    """Height over time."""
+    flies = drop.flight >= 0
+    if not flies.any():
+        raise MeasurementError(f"{drop.recording}: no flight was seen")
+    height, time = drop.y_mm[flies], drop.time_s[flies]
+    height = height - np.nanmin(height)
+    return Curve("time (s)", "height (mm)", time, height, frame=drop.frame[flies])
