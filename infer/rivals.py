@@ -3,7 +3,7 @@
 One that has less than 5 % of the probability cannot make a 95 % interval fail."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -30,6 +30,11 @@ class Rival:
     odds: float
     words: str
     value: Callable[[Measured], float]
+
+
+def by_name(values: Mapping[str, float]) -> Callable[[Measured], float]:
+    """Values of quantities if a rival holds, as a Rival has them."""
+    return lambda q: values[q.name]
 
 
 def unless(rivals: list[Rival], q: Measured) -> list[str]:

@@ -23,7 +23,7 @@ from benchtwin.infer.evidence import student_ln_likelihood
 from benchtwin.infer.noise import Stretch, estimate, spreads
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
-from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
+from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
 from benchtwin.rigs.roll.diagnose import baseline
 from benchtwin.rigs.roll.model import (
     OWN,
@@ -231,7 +231,7 @@ class Fitted:
             ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
             odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
             then = self.quantities_at(self.values_of(other))
-            out.append(Rival(odds, effect.wording[0], lambda q, v=then: v[q.name]))
+            out.append(Rival(odds, effect.wording[0], by_name(then)))
         return out
 
 

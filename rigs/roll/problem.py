@@ -198,7 +198,7 @@ def roll_problem(
     return replace(made, starts=starts, unknown_scatter=unknown_scatter)
 
 
-def seen_rows(run: Run, sigma: np.ndarray) -> tuple[np.ndarray, ...]:
+def seen_rows(run: Run, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places, sds and lags of a run's rows, the junction's last where it was seen."""
     if run.junction is None:
         return run.x, sigma, run.lag

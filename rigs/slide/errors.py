@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from benchtwin.infer.noise import Noise, Stretch, estimate
 from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.rivals import Rival
+from benchtwin.infer.rivals import Measured, Rival
 from benchtwin.rigs.slide.modes import (
     KEEPS,
     LETS_GO,
@@ -137,7 +137,7 @@ def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
         ln_bayes = (size * right - math.log1p(information)) / 2
         moved = -errors.solve @ column * size
 
-        def value(q: Quantity, moved: np.ndarray = moved) -> float:
+        def value(q: Measured, moved: np.ndarray = moved) -> float:
             return q.value + float(errors.slope(values[q.name]) @ moved)
 
         odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))

@@ -119,10 +119,10 @@ def curve(slide: SeenSlide, *, relative: bool, timed: bool) -> Curve:
     if not len(slide.x_mm):
         raise MeasurementError(f"{slide.recording}: angles read off show no curve")
     travel = np.abs(slide.x_mm - np.median(slide.x_mm[:5]))
-    tilted = slide.tilt_deg is not None and np.isfinite(slide.tilt_deg).all()
-    if timed or not tilted:
+    tilts = slide.tilt_deg
+    if timed or tilts is None or not np.isfinite(tilts).all():
         return Curve("time (s)", "travel (mm)", slide.time_s, travel, frame=slide.frame)
     # the plate stands still at first
-    tilt, which = np.unique(slide.tilt_deg, return_inverse=True)
+    tilt, which = np.unique(tilts, return_inverse=True)
     mean = np.bincount(which, weights=travel) / np.bincount(which)
     return Curve("tilt (°)", "travel (mm)", tilt, mean, fixed=True)

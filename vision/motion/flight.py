@@ -162,7 +162,8 @@ def fit_flights(
     tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
     weight = _weights(sd)
-    tried, errors = [], []
+    tried: list[_Tried] = []
+    errors: list[MeasurementError] = []
     for begin, ranges in enumerate(splits(height)):
         most = max((len(t.residual) for t in tried), default=0)
         if ranges[-1][1] - ranges[0][0] < most:
