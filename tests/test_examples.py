@@ -126,7 +126,8 @@ def run(name: str) -> SimpleNamespace:
     )
 
 
-SLOW = {"predict_a_drum"}  # twelve drums turn, in processes that load all anew
+# twelve drums turn, in processes that load all anew; kernels of a scene of its own
+SLOW = {"predict_a_drum", "two_hundred_seeds"}
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 sliding or turning."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from benchtwin.sim.engine.surfaces import (
@@ -115,6 +117,40 @@ class Mesh:
     vertices: np.ndarray = field(repr=False)
     faces: np.ndarray = field(repr=False)
     moves: tuple[Slide | Turn, ...] = ()
+
+    @classmethod
+    def from_file(
+        cls,
+        path: Path | str,
+        name: str,
+        material: Material,
+        *,
+        scale: float = 1.0,
+        moves: tuple[Slide | Turn, ...] = (),
+    ) -> "Mesh":
+        """Read STL, PLY, OBJ … through trimesh, joining vertices that coincide; `scale`
+        1e-3 for files in millimetres."""
+        import trimesh
+
+        mesh = trimesh.load(path, force="mesh")
+        return cls.from_trimesh(mesh, name, material, scale=scale, moves=moves)
+
+    @classmethod
+    def from_trimesh(
+        cls,
+        mesh: Any,
+        name: str,
+        material: Material,
+        *,
+        scale: float = 1.0,
+        moves: tuple[Slide | Turn, ...] = (),
+    ) -> "Mesh":
+        """The surface of a trimesh."""
+        mesh = mesh.copy()
+        mesh.merge_vertices(merge_tex=True, merge_norm=True)
+        mesh.update_faces(mesh.nondegenerate_faces())
+        vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+        return cls(name, material, vertices * scale, faces, moves)
 
     def primitives(self) -> Primitives:
         vertices, faces = np.asarray(self.vertices, float), np.asarray(self.faces)

@@ -69,7 +69,10 @@ FALSE_ALARMS = pytest.mark.xfail(
 
 @pytest.mark.parametrize(
     ("gates", "seeds"),
-    [pytest.param(True, (1, 2, 3, 4), marks=FALSE_ALARMS), (False, (1,))],
+    [
+        pytest.param(True, (1, 2, 3, 4), marks=[FALSE_ALARMS, pytest.mark.slow]),
+        (False, (1,)),
+    ],
 )
 def test_drops_of_few_rows_are_diagnosed(tmp_path, gates, seeds):
     alarms = []

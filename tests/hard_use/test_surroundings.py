@@ -159,7 +159,7 @@ def test_a_read_only_installation_keeps_its_compiled_code_in_a_folder_of_ones_ow
 
 
 def test_a_fault_of_ours_is_one_line(tmp_path, monkeypatch):
-    def broken(*_):
+    def broken(*_, **__):
         raise KeyError("here")
 
     monkeypatch.setattr(command, "measure_command", broken)

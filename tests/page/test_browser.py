@@ -598,7 +598,9 @@ def test_a_film_without_a_rig_asks_what_was_done(window):
     assert "What was done?" not in window.text() and not window.troubles()
 
 
-@pytest.mark.parametrize("width", [360, 390, 768, 1280])
+@pytest.mark.parametrize(
+    "width", [360, *(pytest.param(w, marks=pytest.mark.slow) for w in (390, 768, 1280))]
+)
 def test_no_page_is_wider_than_the_window(window, calibrated, width):
     """Also with a long name, and the reports that stand in frames."""
     long = window.folder / ("heap_of_mung_beans_after_the_rain_" * 2 + "x")

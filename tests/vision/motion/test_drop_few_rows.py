@@ -64,6 +64,7 @@ def recording(tmp_path, evidence: str, **drop) -> Recording:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stated", [True, False])
 @pytest.mark.parametrize("gates", [True, False])
 def test_intervals_of_few_rows_hold(tmp_path, gates, stated):

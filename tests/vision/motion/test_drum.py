@@ -74,6 +74,7 @@ def test_the_angle_of_a_drawn_flow_is_found(tmp_path, angle, grey):
     assert abs(found.value - angle) < 3.5 * found.sd and found.sd < 1.0
 
 
+@pytest.mark.slow
 def test_the_interval_holds(tmp_path):
     """95 % intervals hold the mean of the drawn angles in at least 12 of 16 films:
     fewer has a chance of 0.1 %."""

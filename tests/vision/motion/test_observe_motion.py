@@ -274,7 +274,6 @@ def test_impacts(tmp_path):
 @pytest.mark.parametrize(
     ("rig", "content", "says"),
     [
-        ("pile", "t_s,x_mm,y_mm\n0,0,0\n1,1,1\n2,2,2\n", "does not move"),
         ("drop", "t_s,x_mm,y_mm\n0,0,0\n1,1,one\n2,2,2\n", "'one' in row 3"),
         ("drop", "", "empty"),
     ],

@@ -40,6 +40,7 @@ def bench(folder, slope_deg: float, runs: int, rng: np.random.Generator) -> None
             (run / "gates.csv").write_text("x_mm,t_s\n" + rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [1, 4])
 def test_the_slope_holds_its_interval(tmp_path, runs):
     rng, good, sds = np.random.default_rng(runs), [], []

@@ -48,6 +48,7 @@ def passed(ball: Ball, gates: np.ndarray, speed: float) -> np.ndarray:
     return np.interp(gates / 1000, x, t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stated", [True, False])
 def test_intervals_of_four_to_six_gates_on_an_incline_hold(tmp_path, stated):
     rng, good, widths = np.random.default_rng(3), [], []
@@ -87,6 +88,7 @@ def test_intervals_of_four_to_six_gates_on_an_incline_hold(tmp_path, stated):
     assert (shares >= LEAST).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stated", [True, False])
 def test_intervals_of_tracks_of_four_to_ten_rows_hold(tmp_path, stated):
     rng, good = np.random.default_rng(5), []

@@ -40,6 +40,7 @@ def test_drawn_rolls(fps, ar, rolling):
         assert q.quality == "good"
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_when_the_rig_is_off_by_its_sd():
     inside = []
     for seed in range(80):

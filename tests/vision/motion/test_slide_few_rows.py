@@ -46,6 +46,7 @@ def recording(tmp_path, evidence: str, **slide) -> Recording:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gates", [True, False])
 @pytest.mark.parametrize("rate", [0.0, 2.0])
 def test_intervals_of_few_rows_hold(tmp_path, gates, rate):

@@ -162,7 +162,8 @@ def test_roi_and_baseline():
         measure_repose(pile, options=PileOptions(roi=(700, 0, 400, 600)))
 
 
-@pytest.mark.parametrize("pictures", [25, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("pictures", [25, 60])
 def test_hard_scenes_mirror_wall_strays(pictures):
     """Drawn at random: within 0.3° in 98 % (all of 25, all but one of 60), never worse
     than 1° when called good."""
@@ -173,6 +174,7 @@ def test_hard_scenes_mirror_wall_strays(pictures):
     assert not row["worst_good"] > 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pictures", [30, pytest.param(60, marks=pytest.mark.slow)])
 def test_intervals_cover_on_rough_piles(pictures):
     from piles import random_scene, measure_row  # noqa: I001
