@@ -313,9 +313,9 @@ def test_a_ball_in_free_flight_needs_no_plate(tmp_path):
 
 
 def test_a_fault_in_one_rig_is_reported(airless, tmp_path, monkeypatch):
-    from benchtwin.twin import tracks
+    from benchtwin.rigs.drop import read
 
-    monkeypatch.setattr(tracks, "read_drops", lambda folder: folder.lost)
+    monkeypatch.setattr(read, "read_drops", lambda folder: folder.lost)
     result = diagnose(airless[0], tmp_path / "out")
     assert result.exit_code == 1 and "please report it: AttributeError" in result.output
 

@@ -488,7 +488,7 @@ def test_recording_and_twin_stand_side_by_side_with_one_slider(window, calibrate
     pictures = [e.get_attribute("src") for e in window.all(".beside img")]
     assert len(pictures) == 2 and all("/frame?r=" in src for src in pictures)
     before = window.text(".beside-words")
-    assert "difference 0 px" in before  # one and the same film, without a scale
+    assert "difference 0 mm" in before  # one film, whose falls give the scale
     slider.send_keys("\ue014" * 40)
     window.until(lambda: window.text(".beside-words") != before)
     later = [e.get_attribute("src") for e in window.all(".beside img")]
