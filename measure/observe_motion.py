@@ -38,7 +38,12 @@ from benchtwin.vision.motion.roll_path import roll_path
 from benchtwin.vision.motion.rolling_shutter import average_over_readouts
 from benchtwin.vision.motion.several_drops import drop_rows, over_drops
 from benchtwin.vision.motion.tilting_plate import PlateOverlay, track_slide
-from benchtwin.vision.motion.track import Track, track_from_gates, track_from_table
+from benchtwin.vision.motion.track import (
+    Track,
+    struck_out,
+    track_from_gates,
+    track_from_table,
+)
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.overlay.track import on_picture
@@ -63,7 +68,7 @@ def observe_moving(
         return _observe_impacts(recording)
     if recording.evidence == "track.csv":
         table = read_track(recording.files[0])
-        track = _corrected(
+        track = struck_out(
             track_from_table(table.rows, recording.camera, table.notes), recording
         )
         _check_units(track, recording)
@@ -181,7 +186,7 @@ def _observe_frames(recording: Recording, progress) -> Observation:
             places=places_of(recording.track),
             only_places=bool(recording.track.only_places),
         )
-    tracked = replace(tracked, track=_corrected(tracked.track, recording))
+    tracked = replace(tracked, track=struck_out(tracked.track, recording))
     recording, notes = _with_scale(recording, tracked)
     notes = [*source.notes, *notes]
     x, y = (
@@ -204,13 +209,6 @@ def _observe_frames(recording: Recording, progress) -> Observation:
     measure = _drop_in_frames if recording.rig == "drop" else _roll_in_frames
     found = _doubted(measure(recording, tracked, notes), size_doubt(tracked, recording))
     return replace(_doubted(found, camera_moved(source)), places=places)
-
-
-def _corrected(track: Track, recording: Recording) -> Track:
-    """The track with the frames marked as outliers that [track] left_out_frames
-    names."""
-    struck = recording.track.left_out_frames
-    return track.marked(np.isin(track.frame, struck)) if struck else track
 
 
 def _doubted(found: Observation, doubt: str) -> Observation:

@@ -90,3 +90,12 @@ def test_a_folder_is_listed_without_reading_it(tmp_path):
     first, second = listed(tmp_path)
     assert (first.rig, first.evidence, first.trouble) == ("drop", "track.csv", "")
     assert "rig is missing" in second.trouble
+
+
+def test_a_frame_that_somebody_struck_out_is_in_no_flight(tmp_path):
+    write(tmp_path / "a")
+    write(tmp_path / "b", "[track]\nleft_out_frames = [30, 31]\n")
+    whole, struck = read_drops(tmp_path)
+    assert (whole.flight[[30, 31]] == 0).all()
+    assert (struck.flight[[30, 31]] == -1).all()
+    assert (struck.flight[[29, 32]] == 0).all()

@@ -216,6 +216,13 @@ def track_from_table(
     )
 
 
+def struck_out(track: Track, recording: Recording) -> Track:
+    """The track with the frames marked as outliers that [track] left_out_frames
+    names."""
+    struck = recording.track.left_out_frames
+    return track.marked(np.isin(track.frame, struck)) if struck else track
+
+
 def track_from_gates(recording: Recording) -> Track:
     """gates.csv as a track: a row a gate, numbered as passed; of a drop x = 0, of the
     others y = 0. sd: |speed| sd_s and sd_mm together, NaN where sd_s is not stated; a
