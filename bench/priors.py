@@ -149,7 +149,6 @@ PRIORS = {
     "row-of-few": Prior("mm", 0.5, None, "of a row where too few show their scatter"),
     "depth": Prior("mm", 2.0, None, "a run beside the plane in which the scale holds"),
     "astray": Prior("1", 0.01, None, "tangent of a run's angle to that plane"),
-    "local-gravity": Prior("relative", 5e-4, None, "9.78 to 9.83 m/s² on earth"),
     "ruler-zero": Prior("mm", 0.2, None, "of a ruler, the same in all readings"),
     "step-climb": Prior("of ln t", 1.0, None, "ratchets climb a step in 0.03 to 0.2 s"),
 }
