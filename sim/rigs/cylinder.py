@@ -8,8 +8,9 @@ from benchtwin.sim.engine.walls import Cylinder, Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
+from benchtwin.sim.rigs.engine import OURS, Engine
 from benchtwin.sim.rigs.filling import Filled
-from benchtwin.sim.rigs.heap import Engine, Vessel, run_heap
+from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
@@ -57,9 +58,8 @@ def run_cylinder(
     *,
     fps: float = 0.0,
     watch: Watch = no_watch,
-    threads: int = 2,
+    engine: Engine = OURS,
     filled: Filled | None = None,
-    engine: Engine | None = None,
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
@@ -78,10 +78,8 @@ def run_cylinder(
         opening_m=2 * radius,
         parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
     )
-    if engine is not None:
-        return engine(vessel, bench, rng, fps=fps, watch=watch)
     return run_heap(
-        vessel, bench, rng, fps=fps, watch=watch, threads=threads, filled=filled
+        vessel, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled
     )
 
 

@@ -4,12 +4,12 @@ behind it."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.alone import Engine, our_engine
 from benchtwin.sim.rigs.bench import (
     Bench,
     Frames,
@@ -20,6 +20,7 @@ from benchtwin.sim.rigs.bench import (
     product,
     reach,
 )
+from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import prism
 from benchtwin.sim.seed import Seed
 
@@ -28,6 +29,7 @@ RAMP_BEYOND_M = 0.02  # the incline goes on above the place of release
 REST_S = 0.15
 REST_WAY = 0.01  # of the seed's diameter: what a resting seed may move in REST_S
 LONGEST_S = 30.0
+BELOW_M = 0.06  # a seed so far below the plate has left it
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def run_roll(
     *,
     fps: float = 200.0,
     watch: Watch = no_watch,
-    engine: Engine = our_engine,
+    engine: Engine = OURS,
 ) -> Motion:
     """Let one seed of the lot roll down and run out; over when it lies still or has
     left the plate."""
@@ -95,7 +97,10 @@ def run_roll(
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal
     world = bench.world(Placed((seed,), bench.grain, start[None], q[None]), walls)
     frames, over = Frames(1, fps), Rest(rig, seed, ahead, watch)
-    engine(world, rng, LONGEST_S, [Every(1 / fps, frames), Every(REST_S, over)])
+    still = Settled(window_s=2 * REST_S, displacement=REST_WAY / 3, kinetic=1e-3)
+    way = Way("roll", "rolling", LONGEST_S, over=f"v_z<-{BELOW_M:g}", still=still)
+    looks = [Every(1 / fps, frames), Every(REST_S, over)]
+    engine.follow(world, rng, way, looks, watch)
     columns = frames.columns()
     foot, leap = _foot(columns["positions_m"][:, 0], normal, down, ahead)
     series = {"travel_mm": 1e3 * (rig.incline_length_m + foot + leap)}

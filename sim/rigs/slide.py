@@ -10,7 +10,6 @@ from benchtwin.sim.engine.walls import Rectangle, Turn
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.motion import Motion, Part
-from benchtwin.sim.rigs.alone import Engine, our_engine
 from benchtwin.sim.rigs.bench import (
     Bench,
     Frames,
@@ -21,6 +20,7 @@ from benchtwin.sim.rigs.bench import (
     reach,
     turned,
 )
+from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import slab
 from benchtwin.sim.seed import MOST_SPHERES, Seed
 from scipy.spatial.transform import Rotation
@@ -36,6 +36,7 @@ PULLED = (
 )  # of a seed's size: how far neighbours are pulled into each other
 # turned by more against the plate, the block rolls and does not slide
 TIPPED_DEG = 20.0
+BEYOND_M = 5e-3  # where an engine asks seldom, it slides so much farther
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
@@ -81,7 +82,7 @@ def run_slide(
     *,
     fps: float = 100.0,
     watch: Watch = no_watch,
-    engine: Engine = our_engine,
+    engine: Engine = OURS,
 ) -> Motion:
     """Tilt the plate until the block has slid its travel; ValueError when it tips over,
     or has not slid by 80°."""
@@ -110,7 +111,11 @@ def run_slide(
     frames = Frames(1, fps)
     end = LIE_S + (np.radians(80.0) - first) / rate
     over = Sliding(rig, end, rate, first, watch)
-    engine(world, rng, end, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
+    # nearer to the hinge, the y axis, than its travel asks for
+    near = rig.start_m - rig.travel_m - BEYOND_M
+    title, gone = "tilting until they slide", f"sqrt(v_x*v_x+v_z*v_z)<{near:.9g}"
+    looks = [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)]
+    engine.follow(world, rng, Way("slide", title, end, over=gone), looks, watch)
     if over.travel_m[-1] < rig.travel_m:
         friction = bench.seed_wall.static_friction
         raise ValueError(
