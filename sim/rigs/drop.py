@@ -9,19 +9,10 @@ from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.bench import (
-    Bench,
-    Columns,
-    Frames,
-    Watch,
-    about,
-    any_turn,
-    no_watch,
-    product,
-    reach,
-)
+from benchtwin.sim.rigs.bench import Bench, Columns, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import prism
+from benchtwin.sim.rotation import about, any_turn, product
 from benchtwin.sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3

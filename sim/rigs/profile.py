@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.bench import turned
+from benchtwin.sim.rotation import turned
 from scipy.ndimage import uniform_filter1d
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile

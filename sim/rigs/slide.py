@@ -10,18 +10,10 @@ from benchtwin.sim.engine.walls import Rectangle, Turn
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.motion import Motion, Part
-from benchtwin.sim.rigs.bench import (
-    Bench,
-    Frames,
-    Watch,
-    about,
-    no_watch,
-    product,
-    reach,
-    turned,
-)
+from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import slab
+from benchtwin.sim.rotation import about, product, turned
 from benchtwin.sim.seed import MOST_SPHERES, Seed
 from scipy.spatial.transform import Rotation
 

@@ -10,12 +10,13 @@ from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs import cylinder, pile
-from benchtwin.sim.rigs.bench import Bench, no_watch, turned
+from benchtwin.sim.rigs.bench import Bench, no_watch
 from benchtwin.sim.rigs.cylinder import LiftedCylinder
 from benchtwin.sim.rigs.engine import POURED, QUIET, Ours
 from benchtwin.sim.rigs.heap import fill
 from benchtwin.sim.rigs.pile import Pile
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
+from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
 from scenes import NO_AIR
 
