@@ -9,7 +9,6 @@ from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
-from benchtwin.sim.rigs.filling import Filled
 from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
@@ -29,15 +28,8 @@ class LiftedCylinder:
     photo_s: float | None = None
 
     def __post_init__(self) -> None:
-        if not all(
-            v > 0
-            for v in (
-                *self.cylinder_m,
-                *self.plate_m,
-                self.fill_height_m,
-                self.gate_speed_m_s,
-            )
-        ):
+        sizes = (*self.cylinder_m, *self.plate_m, self.fill_height_m)
+        if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.cylinder_m[1]:
             raise ValueError(
@@ -59,7 +51,6 @@ def run_cylinder(
     fps: float = 0.0,
     watch: Watch = no_watch,
     engine: Engine = OURS,
-    filled: Filled | None = None,
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
@@ -78,9 +69,7 @@ def run_cylinder(
         opening_m=2 * radius,
         parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
     )
-    return run_heap(
-        vessel, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled
-    )
+    return run_heap(vessel, bench, rng, fps=fps, watch=watch, engine=engine)
 
 
 def _walls(rig: LiftedCylinder, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:

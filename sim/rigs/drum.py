@@ -17,7 +17,7 @@ from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.heap import RAIN_OVERLAP
 from benchtwin.sim.rigs.parts import ring
 from benchtwin.sim.rigs.pile import GLASS
-from benchtwin.sim.rigs.profile import balls
+from benchtwin.sim.rigs.profile import balls, upper_edge
 
 # of the surface from wall to wall: between these the line is fitted, as in the picture
 WINDOW = (0.25, 0.75)
@@ -98,13 +98,8 @@ def run_drum(
 def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
     """Inclination [deg] of the least-squares line through the surface in the middle of
     its way from wall to wall, falling to +x."""
-    centres, radii = balls(motion, frame)
     x = np.arange(-radius_m, radius_m, 2e-4)
-    height = np.full(len(x), -np.inf)
-    for c, r in zip(centres, radii):
-        a, b = np.searchsorted(x, (c[0] - r, c[0] + r))
-        below = np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)
-        np.maximum(height[a:b], c[2] + np.sqrt(below), out=height[a:b])
+    height = upper_edge(*balls(motion, frame), x, -np.inf)
     there = np.flatnonzero(np.isfinite(height))
     first, last = x[there[0]], x[there[-1]]
     inside = there[
@@ -212,4 +207,4 @@ def _trough(rig: Drum, bench: Bench, tall: float) -> Mesh:
 
 def _rim(rig: Drum):
     radius, y = rig.drum_m[0] / 2, rig.drum_m[1] / 2
-    return ring("drum", radius, radius + 3e-3, -y, y, finish="board")
+    return ring("drum", radius, radius + 3e-3, -y, y, "board")

@@ -15,13 +15,8 @@ from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
-GLASS = Material(
-    "glass",
-    2500.0,
-    2.5e10,
-    0.22,
-    "sides of a slab: nothing but their smoothness matters",
-)
+SMOOTH = "sides of a slab: nothing but their smoothness matters"
+GLASS = Material("glass", 2500.0, 2.5e10, 0.22, SMOOTH)
 
 
 @dataclass(frozen=True)
@@ -46,16 +41,8 @@ class Pile:
     slab: bool = False
 
     def __post_init__(self) -> None:
-        if not all(
-            v > 0
-            for v in (
-                *self.box_m,
-                *self.gate_m,
-                *self.plate_m,
-                self.fill_height_m,
-                self.gate_speed_m_s,
-            )
-        ):
+        sizes = (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m)
+        if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.box_m[2]:
             raise ValueError(

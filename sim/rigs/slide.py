@@ -19,13 +19,8 @@ from scipy.spatial.transform import Rotation
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
-PULLED = (
-    0.01,
-    0.03,
-    0.06,
-    0.10,
-    0.15,
-)  # of a seed's size: how far neighbours are pulled into each other
+# of a seed's size: how far neighbours are pulled into each other
+PULLED = (0.01, 0.03, 0.06, 0.10, 0.15)
 # turned by more against the plate, the block rolls and does not slide
 TIPPED_DEG = 20.0
 BEYOND_M = 5e-3  # where an engine asks seldom, it slides so much farther
