@@ -10,7 +10,6 @@ from urllib.parse import quote
 import pandas as pd
 from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.calibrate.export import ENGINES
-from benchtwin.diagnose.words import percent
 from benchtwin.page import results
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
@@ -124,6 +123,8 @@ def _framed(site: Site, file: Path, heading: str) -> None:
 
 def _explanations(found: list[results.Explained]) -> None:
     """A bar an explanation, as long as it is probable."""
+    from benchtwin.diagnose.words import percent
+
     for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
             ui.label(f"{one.rig.capitalize()}: {one.sentence}.").classes(
