@@ -140,21 +140,21 @@ def _foot(
     )
 
 
+@dataclass
 class Rest:
     """An observer: true once the seed has lain still for REST_S, or has left the
-    plate."""
+    plate, which goes `ahead`."""
 
-    def __init__(self, rig: Roll, seed: Seed, ahead: np.ndarray, watch: Watch) -> None:
-        self.rig = rig
-        self.still = REST_WAY * 2 * seed.radii_m.max()
-        self.ahead = ahead
-        self.watch = watch
-        self.place: np.ndarray | None = None
-        self.rested = False
+    rig: Roll
+    seed: Seed
+    ahead: np.ndarray
+    watch: Watch
+    place: np.ndarray | None = None
+    rested: bool = False
 
     def __call__(self, world: World, state: State) -> bool:
         before, self.place = self.place, state.positions[0]
-        way = self.place @ self.ahead
+        way, still = self.place @ self.ahead, REST_WAY * 2 * self.seed.radii_m.max()
         self.watch("rolling", min(state.time_s / LONGEST_S, 0.99))
         gone = (
             way > self.rig.plate_m[0]
@@ -164,7 +164,7 @@ class Rest:
         self.rested = (
             before is not None
             and not gone
-            and bool(np.linalg.norm(self.place - before) < self.still)
+            and bool(np.linalg.norm(self.place - before) < still)
         )
         return gone or self.rested
 

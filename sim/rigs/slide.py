@@ -1,7 +1,7 @@
 """Slide: seeds taped together on a plate that is tilted about its hinge until they
 slide."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from benchtwin.sim.engine.state import State
@@ -173,22 +173,20 @@ def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
     return along[0] - along
 
 
+@dataclass
 class Sliding:
     """An observer of the way down the plate: ends the run once the block has slid far
-    enough, and finds when it let go."""
+    enough, and finds when it let go. rate [rad/s] and first angle of the plate."""
 
-    def __init__(
-        self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch
-    ) -> None:
-        self.rig = rig
-        self.end_s = end_s
-        self.rate = rate
-        self.first = first
-        self.watch = watch
-        self.t_s: list[float] = []
-        self.place: list[np.ndarray] = []
-        self.travel_m: list[float] = []
-        self.upright: np.ndarray | None = None
+    rig: Slide
+    end_s: float
+    rate: float
+    first: float
+    watch: Watch
+    t_s: list[float] = field(default_factory=list)
+    place: list[np.ndarray] = field(default_factory=list)
+    travel_m: list[float] = field(default_factory=list)
+    upright: np.ndarray | None = None
 
     def __call__(self, world: World, state: State) -> bool:
         self.t_s.append(state.time_s)
