@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from benchtwin.sim.seed import forms
 from benchtwin.sim.seed.solid import Solid, principal
-from benchtwin.sim.seed.surface import Mesh, enclosed_volume
+from benchtwin.sim.seed.surface import Mesh, area, crosses, enclosed_volume
 
 Array = np.ndarray
 
@@ -93,13 +93,7 @@ class Shape:
     @property
     def area_m2(self) -> float:
         """Surface [m²]."""
-        return float(np.linalg.norm(self._crosses, axis=1).sum() / 2.0)
-
-    @cached_property
-    def _crosses(self) -> Array:
-        """Of each face its normal times twice its area."""
-        a, b, c = (self.vertices_m[self.faces[:, k]] for k in range(3))
-        return np.cross(b - a, c - a)
+        return area(self.vertices_m, self.faces)
 
     def moved(self, turn: Array, shift_m: Array) -> "Shape":
         """The shape turned by a rotation matrix (3, 3) and then shifted (3,) [m]."""
@@ -140,9 +134,9 @@ class Shape:
     def points(self, count: int) -> tuple[Array, Array]:
         """`count` points, each for the same share of the surface, and the normals of
         their faces: (count, 3) [m], (count, 3)."""
-        crosses = self._crosses
-        area = np.linalg.norm(crosses, axis=1)
-        share = np.cumsum(area)
+        normals = crosses(self.vertices_m, self.faces)
+        areas = np.linalg.norm(normals, axis=1)
+        share = np.cumsum(areas)
         face = np.searchsorted(share, (np.arange(count) + 0.5) / count * share[-1])
         a, b, c = (self.vertices_m[self.faces[face, k]] for k in range(3))
         s, t = np.mod(
@@ -151,7 +145,7 @@ class Shape:
         )  # R2 sequence
         root = np.sqrt(s)[:, None]
         at = (1 - root) * a + root * (1 - t[:, None]) * b + root * t[:, None] * c
-        return at, crosses[face] / area[face][:, None]
+        return at, normals[face] / areas[face][:, None]
 
     def mesh(self, most_faces: int) -> Mesh:
         """What is drawn: the surface in at most so many faces where they do, with
@@ -159,10 +153,9 @@ class Shape:
         vertices, faces = self.vertices_m, self.faces
         if len(faces) > most_faces:
             vertices, faces = thinned(vertices, faces, most_faces)
-        a, b, c = (vertices[faces[:, k]] for k in range(3))
-        normals = np.zeros_like(vertices)
+        normals, of_faces = np.zeros_like(vertices), crosses(vertices, faces)
         for k in range(3):
-            np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
+            np.add.at(normals, faces[:, k], of_faces)
         lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
         return Mesh(vertices, faces.astype(np.int32), normals / lengths)
 

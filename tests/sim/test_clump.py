@@ -4,12 +4,12 @@ limits, and the seed made from it."""
 import numpy as np
 import pytest
 import seed_forms
-from benchtwin.sim.picture.outline import area, silhouette_true
+from benchtwin.sim.picture.outline import silhouette_true
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.clump import connected, fit_clump, spheres_for
 from benchtwin.sim.seed.clump_error import clump_error
 from benchtwin.sim.seed.shape import Shape
-from benchtwin.sim.seed.surface import union_mesh
+from benchtwin.sim.seed.surface import area, union_mesh
 from scipy.spatial.transform import Rotation
 
 SHAPES = {
@@ -133,7 +133,7 @@ def test_seed_is_drawn_as_its_shape():
     shape = SHAPES["creased wheat grain"]
     seed = Seed.from_shape(shape, 6, 1300.0)
     mesh = silhouette_true(seed, 3, "union")
-    assert area(mesh) == pytest.approx(shape.area_m2, rel=1e-6)
+    assert area(mesh.vertices_m, mesh.faces) == pytest.approx(shape.area_m2, rel=1e-6)
     assert np.ptp(mesh.vertices_m, axis=0) == pytest.approx(
         shape.dimensions_m, rel=0.01
     )
