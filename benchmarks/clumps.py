@@ -16,17 +16,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+import seed_forms
 from benchtwin.sim.seed.clump import fit_clump
 from benchtwin.sim.seed.shape import Shape
 from scipy.spatial.transform import Rotation
 
 SHAPES = {
-    "ellipsoid 8.72 x 6.84 x 5.98": Shape.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),
-    "bean with a flat": Shape.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75),
-    "maize wedge": Shape.superquadric(
+    "ellipsoid 8.72 x 6.84 x 5.98": seed_forms.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),
+    "bean with a flat": seed_forms.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75),
+    "maize wedge": seed_forms.superquadric(
         11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3
     ),
-    "wheat grain with crease": Shape.creased_ellipsoid(
+    "wheat grain with crease": seed_forms.creased_ellipsoid(
         6.5e-3, 3.3e-3, 3.0e-3, depth=0.2, half_width_deg=20.0
     ),
 }

@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.bench import no_watch
+from benchtwin.sim.rigs.engine import Ours
 from benchtwin.sim.rigs.heap import fill, run_heap
 from benchtwin.sim.rigs.pile import Pile, vessel
 from benchtwin.twin.lot import other_seeds
@@ -34,9 +35,9 @@ def one(section: dict, packing: int) -> dict[str, float]:
     bench.toml)."""
     described = bench(Parameters(), "pile", Seed(**section), Air())
     rng, tall = np.random.default_rng(packing), vessel(SLAB, described)
-    filled = fill(tall, described, rng, threads=1, watch=no_watch)
+    filled = fill(tall, described, rng, Ours(1), no_watch)
     return run_heap(
-        tall, described, rng, fps=20.0, watch=no_watch, threads=1, filled=filled
+        tall, described, rng, fps=20.0, watch=no_watch, engine=Ours(1), filled=filled
     ).truth
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.sim.material import SOYBEAN_SOYBEAN, Contact
 from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.rigs.engine import Ours
 from benchtwin.sim.rigs.pile import Pile, run_pile
 
 SLICE = Pile(
@@ -69,7 +70,7 @@ def piles(packings: range, drawn: bool) -> pd.DataFrame:
             )
             began = time.process_time()
             truth = run_pile(
-                SLICE, bench, np.random.default_rng([7, packing]), threads=1
+                SLICE, bench, np.random.default_rng([7, packing]), engine=Ours(1)
             ).truth
             rows.append(
                 {
@@ -99,7 +100,7 @@ def main() -> None:
         SLICE,
         Bench(shear_modulus_pa=3e6, rayleigh_fraction=0.3),
         np.random.default_rng(0),
-        threads=1,
+        engine=Ours(1),
     )  # compiled
     table = piles(range(asked.first, asked.first + asked.packings), asked.drawn)
     plain = table[table["way"] == "step 0.2"]

@@ -14,6 +14,7 @@ import typer
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
 from benchtwin.blas import one_thread_for_this_process
+from benchtwin.options import said
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -52,10 +53,7 @@ def _version(asked: bool) -> None:
 @app.callback()
 def benchtwin(
     version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_version, is_eager=True, help="Print the version."
-        ),
+        bool, said("Print the version.", "--version", callback=_version, is_eager=True)
     ] = False,
 ) -> None:
     """DEM contact parameters for seeds and grains, from what you film at the bench."""

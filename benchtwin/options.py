@@ -6,35 +6,31 @@ from typing import Annotated, Any, NamedTuple
 
 import typer
 
-BenchFolder = Annotated[
-    Path,
-    typer.Argument(
-        metavar="BENCH", help="Bench folder: recordings of drop, slide, roll and pile."
-    ),
-]
-EngineName = Annotated[
-    str,
-    typer.Option(help="What computes the runs: benchtwin, or lammps (docs/lammps.md)."),
-]
-Quiet = Annotated[bool, typer.Option(help="Print nothing but errors.")]
-Ranks = Annotated[
-    int, typer.Option(min=1, help="Of LAMMPS: processes that share one run.")
-]
-Rendered = Annotated[
-    bool, typer.Option(help="Film every run and measure the pictures: slower.")
-]
-Rng = Annotated[
-    int,
-    typer.Option(
-        min=0, help="Seed of the random numbers: the same one gives the same result."
-    ),
-]
-Scheduler = Annotated[
-    str | None, typer.Option(help="tcp://host:port of a dask scheduler to simulate on.")
-]
-Workers = Annotated[
-    int | None, typer.Option(min=1, help="Processes that simulate; else one a core.")
-]
+
+def said(help: str, *names: str, **more: Any) -> Any:
+    """An option with its help; names: where they are not those of the parameter."""
+    return typer.Option(*names, help=help, **more)
+
+
+def given(help: str, **more: Any) -> Any:
+    """An argument with its help."""
+    return typer.Argument(help=help, **more)
+
+
+BENCH = "Bench folder: recordings of drop, slide, roll and pile."
+BenchFolder = Annotated[Path, given(BENCH, metavar="BENCH")]
+ENGINES = "What computes the runs: benchtwin, or lammps (docs/lammps.md)."
+EngineName = Annotated[str, said(ENGINES)]
+Quiet = Annotated[bool, said("Print nothing but errors.")]
+Ranks = Annotated[int, said("Of LAMMPS: processes that share one run.", min=1)]
+FILMED = "Film every run and measure the pictures: slower."
+Rendered = Annotated[bool, said(FILMED)]
+SEED = "Seed of the random numbers: the same one gives the same result."
+Rng = Annotated[int, said(SEED, min=0)]
+DASK = "tcp://host:port of a dask scheduler to simulate on."
+Scheduler = Annotated[str | None, said(DASK)]
+PROCESSES = "Processes that simulate; else one a core."
+Workers = Annotated[int | None, said(PROCESSES, min=1)]
 
 
 class Setting(NamedTuple):
@@ -84,12 +80,7 @@ def pair_of(text: str) -> Pair:
     return Pair(name.strip(), (low, high))
 
 
+KEYS = "KEY=VALUE of anything else: pile.fill_height_mm=80, drum.speed_rpm=20 …"
 Settings = Annotated[
-    list[Setting],
-    typer.Option(
-        "--set",
-        parser=setting_of,
-        metavar="KEY=VALUE",
-        help="KEY=VALUE of anything else: pile.fill_height_mm=80, drum.speed_rpm=20 …",
-    ),
+    list[Setting], said(KEYS, "--set", parser=setting_of, metavar="KEY=VALUE")
 ]

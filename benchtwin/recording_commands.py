@@ -5,53 +5,38 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Exit, Option
+from typer import Exit
 
-from benchtwin.options import Quiet
+from benchtwin.options import Quiet, given, said
 
 
 def measure(
     paths: Annotated[
         list[Path],
-        Argument(
-            help="Photos, folders of photos, recordings, bench folders, in any mix."
-        ),
+        given("Photos, folders of photos, recordings, bench folders, in any mix."),
     ],
     out: Annotated[
         Path,
-        Option(
-            help=(
-                "Folder for measurements.csv, summary.csv, overlays/, tracks/,"
-                " bounces.csv."
-            )
+        said(
+            "Folder for measurements.csv, summary.csv, overlays/, tracks/, bounces.csv."
         ),
     ],
     window: Annotated[
         str,
-        Option(
-            help=(
-                "Piles: heights, in % of the crest's, between which the line is fitted."
-            )
-        ),
+        said("Piles: heights, in % of the crest's, between which the line is fitted."),
     ] = "20-80",
-    roi: Annotated[str, Option(help="Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
+    roi: Annotated[str, said("Piles: look only at X,Y,WIDTH,HEIGHT (px).")] = "",
     baseline: Annotated[
-        str,
-        Option(help="Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down)."),
+        str, said("Piles: the plate's line, X1,Y1,X2,Y2 or Y alone (px, y down).")
     ] = "",
     trim: Annotated[
-        bool,
-        Option(
-            help="Readings: leave out one highest and one lowest, as the paper does."
-        ),
+        bool, said("Readings: leave out one highest and one lowest, as the paper does.")
     ] = False,
     seeds: Annotated[
         bool,
-        Option(
-            help="The photos show spread seeds: measure the length and width of each."
-        ),
+        said("The photos show spread seeds: measure the length and width of each."),
     ] = False,
-    overwrite: Annotated[bool, Option(help="Replace an existing --out.")] = False,
+    overwrite: Annotated[bool, said("Replace an existing --out.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure recordings: angles of repose, restitution, friction, each with its
@@ -68,37 +53,30 @@ def measure(
 def import_(
     files: Annotated[
         list[Path],
-        Argument(
-            help=(
-                "Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos;"
-                " folders."
-            )
+        given(
+            "Files of Tracker, ImageJ, phyphox, Kinovea, sensor apps; videos; folders."
         ),
     ],
     out: Annotated[
         Path,
-        Option(
-            help=(
-                "Bench folder to be written: a folder a recording, bench.toml with the"
-                " questions."
-            )
+        said(
+            "Bench folder to be written: a folder a recording, bench.toml with the"
+            " questions."
         ),
     ],
     rig: Annotated[
         str,
-        Option(
-            help=(
-                "What all of them show: drop, slide, roll or pile; else told by the"
-                " motion, or asked."
-            )
+        said(
+            "What all of them show: drop, slide, roll or pile; else told by the"
+            " motion, or asked."
         ),
     ] = "",
     track: Annotated[
         int | None,
-        Option(min=1, help="Of several tracks this one; else the longest that falls."),
+        said("Of several tracks this one; else the longest that falls.", min=1),
     ] = None,
     overwrite: Annotated[
-        bool, Option(help="Replace a bench that this command wrote.")
+        bool, said("Replace a bench that this command wrote.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -115,40 +93,26 @@ def import_(
 def shape(
     photos: Annotated[
         list[Path],
-        Argument(
-            help=(
-                "Photos, or folders of photos, of seeds spread beside millimetre paper."
-            )
-        ),
+        given("Photos, or folders of photos, of seeds spread beside millimetre paper."),
     ],
     out: Annotated[
-        Path,
-        Option(help="Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures."),
+        Path, said("Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures.")
     ],
     side: Annotated[
-        list[Path],
-        Option(help="Photos of the seeds on their side: they show the thickness."),
+        list[Path], said("Photos of the seeds on their side: they show the thickness.")
     ] = [],  # noqa: B006
     mm_per_px: Annotated[
         float | None,
-        Option(
-            help="Scale in the plane of the paper; else read from millimetre paper."
-        ),
+        said("Scale in the plane of the paper; else read from millimetre paper."),
     ] = None,
     mm_per_px_sd: Annotated[
-        float | None,
-        Option(help="How well that is known (standard deviation); else 1 %."),
+        float | None, said("How well that is known (standard deviation); else 1 %.")
     ] = None,
     distance_mm: Annotated[
-        float | None,
-        Option(help="Lens to paper: seeds lie above it and look larger for it."),
+        float | None, said("Lens to paper: seeds lie above it and look larger for it.")
     ] = None,
-    scanner: Annotated[
-        bool, Option(help="Scanned from above: no perspective.")
-    ] = False,
-    overwrite: Annotated[
-        bool, Option(help="Replace a lot that this command wrote.")
-    ] = False,
+    scanner: Annotated[bool, said("Scanned from above: no perspective.")] = False,
+    overwrite: Annotated[bool, said("Replace a lot that this command wrote.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Measure the shapes of a lot of seeds: sizes and outlines, one by one, for
@@ -165,32 +129,28 @@ def shape(
 def clump(
     source: Annotated[
         Path,
-        Argument(
-            metavar="FILE", help="Mesh of one seed (STL, PLY, OBJ), or voxels (.npy)."
-        ),
+        given("Mesh of one seed (STL, PLY, OBJ), or voxels (.npy).", metavar="FILE"),
     ],
     out: Annotated[
         Path,
-        Option(
-            help="Folder for the clump: a table, a picture, files for other DEM codes."
-        ),
+        said("Folder for the clump: a table, a picture, files for other DEM codes."),
     ],
     spheres: Annotated[
         int | None,
-        Option(min=1, help="So many balls; else the fewest that --tolerance needs."),
+        said("So many balls; else the fewest that --tolerance needs.", min=1),
     ] = None,
     tolerance: Annotated[
         float | None,
-        Option(help="Rms surface error as a share of the mean radius; else 0.03."),
+        said("Rms surface error as a share of the mean radius; else 0.03."),
     ] = None,
     unit: Annotated[
-        str | None, Option(help="Of the mesh's coordinates: mm, cm, m or inch.")
+        str | None, said("Of the mesh's coordinates: mm, cm, m or inch.")
     ] = None,
-    voxel_mm: Annotated[float | None, Option(help="Side of a voxel.")] = None,
+    voxel_mm: Annotated[float | None, said("Side of a voxel.")] = None,
     density_kg_m3: Annotated[
-        float, Option(help="Of the seed, for its mass and inertia.")
+        float, said("Of the seed, for its mass and inertia.")
     ] = 1000.0,
-    overwrite: Annotated[bool, Option(help="Replace a clump that is there.")] = False,
+    overwrite: Annotated[bool, said("Replace a clump that is there.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Fill a seed's true shape with overlapping balls, for LAMMPS, LIGGGHTS, YADE and
@@ -206,7 +166,7 @@ def clump(
 
 def seeds(
     kind: Annotated[
-        str, Argument(metavar="[KIND]", help="soybean, maize …; none: all kinds.")
+        str, given("soybean, maize …; none: all kinds.", metavar="[KIND]")
     ] = "",
 ) -> None:
     """List published sizes, densities and contact parameters of seeds and grains, each
@@ -226,7 +186,7 @@ def seeds(
 
 
 def new(
-    bench: Annotated[Path, Argument(metavar="BENCH", help="Folder to make.")],
+    bench: Annotated[Path, given("Folder to make.", metavar="BENCH")],
 ) -> None:
     """Make an empty bench: a folder with a bench.toml that names every key, with what
     it means.
@@ -248,12 +208,10 @@ def new(
 
 def page(
     folder: Annotated[
-        Path, Argument(help="A bench folder, a folder of benches, or a new one.")
+        Path, given("A bench folder, a folder of benches, or a new one.")
     ] = Path(),
-    port: Annotated[
-        int, Option(min=0, max=65535, help="Of this machine; 0: a free one.")
-    ] = 0,
-    browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
+    port: Annotated[int, said("Of this machine; 0: a free one.", min=0, max=65535)] = 0,
+    browser: Annotated[bool, said("Open the page in the browser.")] = True,
 ) -> None:
     """Open benches in the browser: add files, correct, calibrate, diagnose, see the
     results. Only this machine reaches it.

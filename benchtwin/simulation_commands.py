@@ -4,7 +4,7 @@ heavy imports inside."""
 from pathlib import Path
 from typing import Annotated
 
-from typer import Argument, Exit, Option
+from typer import Exit
 
 from benchtwin.options import (
     BenchFolder,
@@ -17,56 +17,52 @@ from benchtwin.options import (
     Scheduler,
     Settings,
     Workers,
+    given,
     pair_of,
+    said,
 )
 
 
 def simulate(
     rig: Annotated[
         str,
-        Argument(
-            help=(
-                "drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or"
-                " drum (rotating)."
-            )
+        given(
+            "drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or"
+            " drum (rotating)."
         ),
     ],
     out: Annotated[
         Path,
-        Option(
-            help="Bench folder for the recordings; their numbers go into OUT/measured."
-        ),
+        said("Bench folder for the recordings; their numbers go into OUT/measured."),
     ],
     restitution: Annotated[
-        float | None, Option(help="Seed on steel: coefficient of restitution.")
+        float | None, said("Seed on steel: coefficient of restitution.")
     ] = None,
-    static_friction: Annotated[float | None, Option(help="Seed on steel.")] = None,
+    static_friction: Annotated[float | None, said("Seed on steel.")] = None,
     rolling_friction: Annotated[
-        float | None, Option(help="Seed on steel; EDEM's standard convention.")
+        float | None, said("Seed on steel; EDEM's standard convention.")
     ] = None,
     seed_restitution: Annotated[
-        float | None, Option(help="Seed on seed: coefficient of restitution.")
+        float | None, said("Seed on seed: coefficient of restitution.")
     ] = None,
-    seed_static_friction: Annotated[float | None, Option(help="Seed on seed.")] = None,
+    seed_static_friction: Annotated[float | None, said("Seed on seed.")] = None,
     seed_rolling_friction: Annotated[
-        float | None, Option(help="Seed on seed; EDEM's standard convention.")
+        float | None, said("Seed on seed; EDEM's standard convention.")
     ] = None,
     repeats: Annotated[
         int,
-        Option(
-            help="How many recordings, each with seeds, placing and packing of its own."
-        ),
+        said("How many recordings, each with seeds, placing and packing of its own."),
     ] = 1,
     rng: Rng = 1,
     setting: Settings = [],  # noqa: B006
     like: Annotated[
         Path | None,
-        Option("--from", help="A recording.toml whose rig, seed and camera to copy."),
+        said("A recording.toml whose rig, seed and camera to copy.", "--from"),
     ] = None,
     track: Annotated[
-        bool, Option(help="Write the simulation's own track, no pictures: quick.")
+        bool, said("Write the simulation's own track, no pictures: quick.")
     ] = False,
-    threads: Annotated[int, Option(min=1, help="Processor cores for one pile.")] = 2,
+    threads: Annotated[int, said("Processor cores for one pile.", min=1)] = 2,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
     quiet: Quiet = False,
@@ -114,47 +110,41 @@ def calibrate(
     bench: BenchFolder,
     out: Annotated[
         Path,
-        Option(
-            help="Folder for result.json, tables/, report.html, and the simulated runs."
-        ),
+        said("Folder for result.json, tables/, report.html, and the simulated runs."),
     ],
     tables: Annotated[
         bool,
-        Option(
-            help="Calibrate on the simulations in BENCH/tables instead of simulating."
-        ),
+        said("Calibrate on the simulations in BENCH/tables instead of simulating."),
     ] = False,
     twin: Annotated[
-        bool,
-        Option(help="With --tables: simulate what the tables hold, and show both."),
+        bool, said("With --tables: simulate what the tables hold, and show both.")
     ] = False,
     quick: Annotated[
-        bool, Option(help="Fewer repeats and piles: minutes, with wider intervals.")
+        bool, said("Fewer repeats and piles: minutes, with wider intervals.")
     ] = False,
     whole_pile: Annotated[
-        bool, Option(help="Simulate the pile as described, not a slice of it: hours.")
+        bool, said("Simulate the pile as described, not a slice of it: hours.")
     ] = False,
     rendered: Rendered = False,
     design: Annotated[
-        str,
-        Option(help="Of the piles: box-behnken, or central-composite (face-centred)."),
+        str, said("Of the piles: box-behnken, or central-composite (face-centred).")
     ] = "box-behnken",
     ranges: Annotated[
         list[Pair],
-        Option(
+        said(
+            "seed_restitution=0.45:0.70: where to look for it.",
             "--range",
             parser=pair_of,
             metavar="NAME=A:B",
-            help="seed_restitution=0.45:0.70: where to look for it.",
         ),
     ] = [],  # noqa: B006
     priors: Annotated[
         list[Pair],
-        Option(
+        said(
+            "NAME=MEAN:SD of a parameter that is known beforehand.",
             "--prior",
             parser=pair_of,
             metavar="NAME=A:B",
-            help="NAME=MEAN:SD of a parameter that is known beforehand.",
         ),
     ] = [],  # noqa: B006
     rng: Rng = 1,
@@ -163,7 +153,7 @@ def calibrate(
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
     overwrite: Annotated[
-        bool, Option(help="Replace an existing result; finished runs are kept.")
+        bool, said("Replace an existing result; finished runs are kept.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -181,44 +171,37 @@ def calibrate(
 def predict(
     calibrated: Annotated[
         Path,
-        Argument(
-            metavar="CALIBRATED", help="What `benchtwin calibrate … --out DIR` left."
-        ),
+        given("What `benchtwin calibrate … --out DIR` left.", metavar="CALIBRATED"),
     ],
     rig: Annotated[
-        str,
-        Option(help="cylinder (a heap left by a lifted cylinder) or drum (rotating)."),
+        str, said("cylinder (a heap left by a lifted cylinder) or drum (rotating).")
     ],
     out: Annotated[
         Path,
-        Option(
-            help=(
-                "Folder for predicted.csv, prediction.json, prediction.svg, and the"
-                " runs."
-            )
+        said(
+            "Folder for predicted.csv, prediction.json, prediction.svg, and the runs."
         ),
     ],
     beside: Annotated[
         Path | None,
-        Option(help="Recordings of that rig to compare with: a bench folder, or one."),
+        said("Recordings of that rig to compare with: a bench folder, or one."),
     ] = None,
     settings: Settings = [],  # noqa: B006
     like: Annotated[
-        Path | None,
-        Option("--from", help="A recording.toml whose rig and seed to copy."),
+        Path | None, said("A recording.toml whose rig and seed to copy.", "--from")
     ] = None,
     draws: Annotated[
-        int, Option(help="Parameter sets drawn from the posterior, a run each.")
+        int, said("Parameter sets drawn from the posterior, a run each.")
     ] = 12,
     packings: Annotated[
-        int, Option(help="Runs at the posterior's mean: how much packings scatter.")
+        int, said("Runs at the posterior's mean: how much packings scatter.")
     ] = 4,
     rendered: Rendered = False,
     rng: Rng = 1,
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Annotated[
-        bool, Option(help="Replace an existing prediction; finished runs are kept.")
+        bool, said("Replace an existing prediction; finished runs are kept.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:
@@ -236,19 +219,16 @@ def predict(
 def compare_engines(
     out: Annotated[
         Path,
-        Option(
-            help=(
-                "Folder for compared.csv, compared.html, runs.csv, and the simulated"
-                " runs."
-            )
+        said(
+            "Folder for compared.csv, compared.html, runs.csv, and the simulated runs."
         ),
     ],
     rows: Annotated[
         Path | None,
-        Option(help="CSV with a row of parameters a line; else the paper's optimum."),
+        said("CSV with a row of parameters a line; else the paper's optimum."),
     ] = None,
     packings: Annotated[
-        int, Option(help="Piles of each row, with seeds and packing of their own.")
+        int, said("Piles of each row, with seeds and packing of their own.")
     ] = 4,
     rng: Rng = 1,
     settings: Settings = [],  # noqa: B006
@@ -271,26 +251,20 @@ def compare_engines(
 def diagnose(
     bench: BenchFolder,
     out: Annotated[
-        Path,
-        Option(help="Folder for diagnosis.json, report.html, and the twin's new runs."),
+        Path, said("Folder for diagnosis.json, report.html, and the twin's new runs.")
     ],
-    rig: Annotated[
-        list[str], Option(help="Only this rig: drop, slide, roll or pile.")
-    ] = [],  # noqa: B006
+    rig: Annotated[list[str], said("Only this rig: drop, slide, roll or pile.")] = [],  # noqa: B006
     twin: Annotated[
         bool,
-        Option(
-            help=(
-                "Run the twin again with what was found, and show whether it then"
-                " agrees."
-            )
+        said(
+            "Run the twin again with what was found, and show whether it then agrees."
         ),
     ] = True,
     quick: Annotated[
-        bool, Option(help="The twin's tracks only: no pictures are rendered.")
+        bool, said("The twin's tracks only: no pictures are rendered.")
     ] = False,
     rng: Rng = 1,
-    overwrite: Annotated[bool, Option(help="Replace an existing diagnosis.")] = False,
+    overwrite: Annotated[bool, said("Replace an existing diagnosis.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Diagnose where recordings and simulation differ: where, what physics is left out,
@@ -309,14 +283,13 @@ def diagnose(
 
 def export(
     folder: Annotated[
-        Path,
-        Argument(metavar="DIR", help="What `benchtwin calibrate … --out DIR` left."),
+        Path, given("What `benchtwin calibrate … --out DIR` left.", metavar="DIR")
     ],
-    to: Annotated[str, Option(help="lammps, liggghts, yade, edem, or mercury.")],
+    to: Annotated[str, said("lammps, liggghts, yade, edem, or mercury.")],
     out: Annotated[
-        Path | None, Option(help="Folder for the cards; else DIR/export/ENGINE.")
+        Path | None, said("Folder for the cards; else DIR/export/ENGINE.")
     ] = None,
-    overwrite: Annotated[bool, Option(help="Replace cards that are there.")] = False,
+    overwrite: Annotated[bool, said("Replace cards that are there.")] = False,
     quiet: Quiet = False,
 ) -> None:
     """Write calibrated parameters as another DEM engine takes them, in its own
@@ -332,30 +305,24 @@ def export(
 def prove(
     out: Annotated[
         Path,
-        Option(
-            help=(
-                "Folder for cases, keys, solutions, prove.json, cases.csv, report.html."
-            )
-        ),
+        said("Folder for cases, keys, solutions, prove.json, cases.csv, report.html."),
     ],
     cases: Annotated[
-        int, Option(min=1, max=100_000, help="How many; half of them conceal nothing.")
+        int, said("How many; half of them conceal nothing.", min=1, max=100_000)
     ] = 600,
     rng: Annotated[
         int | None,
-        Option(min=0, help="Seed of the random numbers: the same one, the same cases."),
+        said("Seed of the random numbers: the same one, the same cases.", min=0),
     ] = None,
     workers: Annotated[
-        int, Option(min=1, help="Cases that are made and solved at a time.")
+        int, said("Cases that are made and solved at a time.", min=1)
     ] = 1,
     limit_s: Annotated[
         float,
-        Option(
-            min=1.0, help="A case that takes longer counts as one without a diagnosis."
-        ),
+        said("A case that takes longer counts as one without a diagnosis.", min=1.0),
     ] = 600.0,
     keep_frames: Annotated[
-        bool, Option(help="Keep the pictures of solved cases, about 10 MB each.")
+        bool, said("Keep the pictures of solved cases, about 10 MB each.")
     ] = False,
     quiet: Quiet = False,
 ) -> None:

@@ -25,9 +25,9 @@ from benchtwin.calibrate.procedure.simulator import Simulator, campaign
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.prior import Prior
-from benchtwin.report import write_report
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import words
+from benchtwin.report.page import write_report
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,

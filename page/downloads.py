@@ -15,6 +15,10 @@ from benchtwin.page.results import CALIBRATED, ToRecord
 from benchtwin.vision.recording import RESULTS_MARK
 
 MOST_AT_ONCE = 4  # older packages are thrown away
+SHEET = """<!doctype html><html lang="en"><head><meta charset="utf-8">
+<title>{title}</title><link rel="stylesheet" href="/static/next.css"></head>
+<body><h1>{title}</h1><p><button onclick="print()">Print</button></p>{body}</body>
+</html>"""
 
 
 def packed_bench(bench: Path, folder: Folder) -> Path:
@@ -91,13 +95,7 @@ def sheet(bench: str, to_record: dict[str, list[ToRecord]]) -> str:
     ]
     title = f"What to record next: {html.escape(bench)}"
     body = "".join(parts) or "<p>Nothing yet: calibrate or diagnose first.</p>"
-    button = '<p><button onclick="print()">Print</button></p>'
-    return (
-        '<!doctype html><html lang="en"><head><meta'
-        f' charset="utf-8"><title>{title}</title>'
-        '<link rel="stylesheet" href="/static/next.css"></head>'
-        f"<body><h1>{title}</h1>{button}{body}</body></html>"
-    )
+    return SHEET.format(title=title, body=body)
 
 
 def _item(row: ToRecord) -> str:

@@ -2,16 +2,12 @@
 and where that comes from."""
 
 import re
-import typing
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-from annotated_types import Ge, Gt, Le, Lt
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused
-from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 
 UNITS = {
     "mm": "mm",
@@ -27,6 +23,13 @@ UNITS = {
     "mm_s": "mm/s",
     "rad_s": "rad/s",
     "pct": "%",
+}
+SCHEMA = Keys.model_json_schema()
+TOP = SCHEMA["properties"]
+SECTIONS = {  # the tables of keys, each with its own JSON schema
+    name: SCHEMA["$defs"][told["$ref"].rpartition("/")[2]]
+    for name, told in TOP.items()
+    if "$ref" in told
 }
 COMMON_SECTIONS = ("seed", "camera")  # sections that every rig has
 SIMULATED = "simulated"  # in a help text: measuring does without it
@@ -91,22 +94,20 @@ def form(rig: str | None, content: dict, defaults: dict) -> list[Section]:
     more = RIGS[rig].corrected_in if rig else ("track",)
     wanted = [*COMMON_SECTIONS, *([rig] if rig else []), *more, "air"]
     top = tuple(
-        _field("", key, info, content, defaults)
-        for key, info in Keys.model_fields.items()
-        if not _section(info)
+        _field("", key, told, content, defaults)
+        for key, told in TOP.items()
+        if key not in SECTIONS
     )
     sections = [Section("", "Recording", "", top)]
     for name in wanted:
-        model = _section(Keys.model_fields[name])
-        assert model is not None
+        model = SECTIONS[name]
         inside, above = table(content, name), table(defaults, name)
         fields = tuple(
-            _field(name, key, info, inside, above)
-            for key, info in model.model_fields.items()
+            _field(name, key, told, inside, above)
+            for key, told in model["properties"].items()
         )
-        sections.append(
-            Section(name, name.capitalize(), (model.__doc__ or "").strip(), fields)
-        )
+        help_text = model.get("description", "")
+        sections.append(Section(name, name.capitalize(), help_text, fields))
     if wrong := _unknown(content):
         sections.insert(0, Section(UNKNOWN, "Not known", TAKE_AWAY, wrong))
     return sections
@@ -120,24 +121,19 @@ def table(content: dict, name: str) -> dict:
 
 def _unknown(content: dict) -> tuple[Field, ...]:
     """What no key is called, and what is no table where one should stand."""
-    known = Keys.model_fields
+    tabular = {*SECTIONS, "conditions"}
     places = [
         ("", key, value)
         for key, value in content.items()
-        if key not in known or (_tabular(key) and not isinstance(value, dict))
+        if key not in TOP or (key in tabular and not isinstance(value, dict))
     ]
-    for name in known:
-        if model := _section(known[name]):
-            inside = table(content, name).items()
-            places += [(name, k, v) for k, v in inside if k not in model.model_fields]
+    for name, model in SECTIONS.items():
+        inside = table(content, name).items()
+        places += [(name, k, v) for k, v in inside if k not in model["properties"]]
     return tuple(
         Field(section, key, "text", "", "", TAKE_AWAY, (), repr(value), None)
         for section, key, value in places
     )
-
-
-def _tabular(key: str) -> bool:
-    return _section(Keys.model_fields[key]) is not None or key == "conditions"
 
 
 def needed(reasons: list[str]) -> set[tuple[str, str]]:
@@ -146,76 +142,40 @@ def needed(reasons: list[str]) -> set[tuple[str, str]]:
         (section, key)
         for reason in reasons
         for section, key in NEEDED.findall(reason)
-        if section in Keys.model_fields
+        if section in TOP
     }
     return named | {("", "rig") for reason in reasons if "rig is missing" in reason}
 
 
-def _section(info: FieldInfo) -> type[BaseModel] | None:
-    if isinstance(info.annotation, type) and issubclass(info.annotation, BaseModel):
-        return info.annotation
-    return None
-
-
-def _field(
-    section: str, key: str, info: FieldInfo, content: dict, defaults: dict
-) -> Field:
-    kind, choices, bounds = _kind(info.annotation)
+def _field(section: str, key: str, told: dict, content: dict, defaults: dict) -> Field:
+    kind, choices, bounds = _kind(told)
     plain = key.removesuffix("_sd")
     longest_first = sorted(UNITS, key=len, reverse=True)
     ends = (e for e in longest_first if plain == e or plain.endswith(f"_{e}"))
     unit = next((UNITS[end] for end in ends), "")
-    help_text = " ".join((info.description or "").split())
-    value = content.get(key)
-    inherited = defaults.get(key)
+    help_text = " ".join(told.get("description", "").split())
+    value, inherited = content.get(key), defaults.get(key)
     return Field(section, key, kind, unit, bounds, help_text, choices, value, inherited)
 
 
-def _kind(annotation: Any) -> tuple[str, tuple[str, ...], str]:
-    """(kind, choices, bounds in words) of a key's type."""
-    parts = [a for a in typing.get_args(annotation) if a is not type(None)] or [
-        annotation
-    ]
-    if typing.get_origin(annotation) is dict:
-        return "conditions", (), ""
-    choices = tuple(
-        str(c)
-        for p in parts
-        for c in (typing.get_args(p) if typing.get_origin(p) is Literal else ())
-    )
-    if choices:
-        return "choice", choices, ""
-    inner = parts[0]
-    if typing.get_origin(inner) is typing.Annotated:
-        base, *limits_of = typing.get_args(inner)
-    else:
-        base, limits_of = inner, []
-    if base is bool:
-        return "yes", (), ""
-    if base is str:
-        return "text", (), ""
-    if typing.get_origin(base) is tuple:
-        inside = typing.get_args(base)
-        if _is_tuple(inside[0]):
+def _kind(told: dict) -> tuple[str, tuple[str, ...], str]:
+    """(kind, choices, bounds in words) of a key's JSON schema."""
+    parts = [p for p in told.get("anyOf", [told]) if p["type"] != "null"]
+    one = parts[0]
+    choices = [c for p in parts for c in p.get("enum", [p.get("const")])]
+    if choices := [str(c) for c in choices if c is not None]:
+        return "choice", tuple(choices), ""
+    if one["type"] == "array":
+        if one.get("items", {}).get("type") == "array":
             return "rows", (), ""
-        return "list", (), "" if Ellipsis in inside else f"{len(inside)} numbers"
-    limits = [m for s in limits_of for m in (getattr(s, "metadata", None) or [s])]
-    low = next(
-        (m.gt if isinstance(m, Gt) else m.ge for m in limits if isinstance(m, Gt | Ge)),
-        None,
-    )
-    high = next(
-        (m.lt if isinstance(m, Lt) else m.le for m in limits if isinstance(m, Lt | Le)),
-        None,
-    )
-    reached = any(isinstance(m, Ge) for m in limits)
-    return ("number", (), _range(low, high, reached=reached))
-
-
-def _is_tuple(annotation: Any) -> bool:
-    """Whether the values of a list are lists themselves."""
-    inner = typing.get_args(annotation)
-    return bool(inner) and typing.get_origin(inner[0]) is tuple
+        count = len(one.get("prefixItems", ()))
+        return "list", (), f"{count} numbers" if count else ""
+    plain = {"object": "conditions", "boolean": "yes", "string": "text"}
+    if one["type"] in plain:
+        return plain[one["type"]], (), ""
+    low = one.get("exclusiveMinimum", one.get("minimum"))
+    high = one.get("exclusiveMaximum", one.get("maximum"))
+    return "number", (), _range(low, high, reached="minimum" in one)
 
 
 def _range(low: Any, high: Any, *, reached: bool) -> str:

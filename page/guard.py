@@ -11,16 +11,25 @@ import hmac
 import html
 import secrets
 from collections.abc import Callable
-from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs, quote, urlencode
+from urllib.parse import quote, urlencode
 
-HEADERS = (
-    (b"x-content-type-options", b"nosniff"),
-    (b"referrer-policy", b"no-referrer"),
-    (b"x-frame-options", b"SAMEORIGIN"),
-    (b"cross-origin-resource-policy", b"same-origin"),
-    (b"content-security-policy", b"frame-src 'self'"),  # a report stays in its frame
+from starlette.requests import ClientDisconnect, HTTPConnection
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+HEADERS = {
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "x-frame-options": "SAMEORIGIN",
+    "cross-origin-resource-policy": "same-origin",
+    "content-security-policy": "frame-src 'self'",  # a report stays in its frame
+}
+WRONG_ADDRESS = "This page answers only to its own address on this machine."
+NO_KEY = (
+    "Open the address that benchtwin page printed last: it holds the key to this page."
+    " An address lets one browser in, once."
 )
+LEFT = "No response returned."  # Starlette's word for a browser that did not wait
 
 
 class Entrance:
@@ -52,66 +61,58 @@ class Entrance:
 class Guard:
     """ASGI middleware round the whole application, its socket included."""
 
-    def __init__(self, app, port: int, entrance: Entrance):
+    def __init__(self, app: ASGIApp, port: int, entrance: Entrance):
         self.app, self.entrance = app, entrance
         self.hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
         self.origins = {f"http://{host}" for host in self.hosts}
         self.cookie = f"benchtwin_{port}"  # cookies know no ports
 
-    async def __call__(self, scope, receive, send):
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
             return await self.app(scope, receive, send)
-        headers = {name: value.decode("latin-1") for name, value in scope["headers"]}
-        if (
-            headers.get(b"host") not in self.hosts
-            or headers.get(b"origin", next(iter(self.origins))) not in self.origins
+        asked = HTTPConnection(scope)
+        origin = asked.headers.get("origin")
+        if asked.headers.get("host") not in self.hosts or (
+            origin is not None and origin not in self.origins
         ):
-            return await _refuse(
-                scope,
-                receive,
-                send,
-                "This page answers only to its own address on this machine.",
-            )
-        if self._is_in(headers.get(b"cookie", "")):
-            return await self.app(scope, receive, _with_headers(send))
-        query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
-        if (
-            scope["type"] == "http"
-            and scope["method"] == "GET"
-            and self.entrance.admits(query.pop("token", [""])[0])
-        ):
-            return await self._let_in(scope, send, query)
-        await _refuse(
-            scope,
-            receive,
-            send,
-            "Open the address that benchtwin page printed last: it holds the key to"
-            " this page. An address lets one browser in, once.",
-        )
+            return await _refuse(WRONG_ADDRESS, scope, receive, send)
+        held = asked.cookies.get(self.cookie, "")
+        if hmac.compare_digest(held.encode(), self.entrance.cookie.encode()):
+            return await self._answered(scope, receive, send)
+        opens = scope["type"] == "http" and scope["method"] == "GET"
+        if opens and self.entrance.admits(asked.query_params.get("token", "")):
+            return await self._let_in(asked)(scope, receive, send)
+        await _refuse(NO_KEY, scope, receive, send)
 
-    def _is_in(self, header: str) -> bool:
+    async def _answered(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """The page's answer with our headers; none for a browser that has left."""
+
+        async def sender(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                ours = [(k.encode(), v.encode()) for k, v in HEADERS.items()]
+                message = {**message, "headers": [*message.get("headers", []), *ours]}
+            await send(message)
+
         try:
-            found = SimpleCookie(header).get(self.cookie)
-        except CookieError:
-            return False
-        held = found.value if found else ""
-        return hmac.compare_digest(held.encode(), self.entrance.cookie.encode())
+            await self.app(scope, receive, sender)
+        except ClientDisconnect:
+            pass
+        except RuntimeError as error:
+            if str(error) != LEFT:
+                raise
 
-    async def _let_in(self, scope, send, query: dict) -> None:
+    def _let_in(self, asked: HTTPConnection) -> Response:
         """Hand out the cookie, and go on to the address without the key. The page does
         that, not a redirect: a strict cookie is not sent along with a redirect of an
         address that was opened from elsewhere, as from a file."""
-        rest = urlencode(query, doseq=True)
-        where = "/" + quote(scope["path"].lstrip("/")) + (f"?{rest}" if rest else "")
-        cookie = f"{self.cookie}={self.entrance.cookie}; Path=/; HttpOnly"
-        headers = [
-            (b"content-type", b"text/html; charset=utf-8"),
-            (b"cache-control", b"no-store"),
-            (b"set-cookie", f"{cookie}; SameSite=Strict".encode()),
-            *HEADERS,
-        ]
-        await send({"type": "http.response.start", "status": 200, "headers": headers})
-        await send({"type": "http.response.body", "body": forwarding(where).encode()})
+        rest = [(k, v) for k, v in asked.query_params.multi_items() if k != "token"]
+        where = "/" + quote(asked.scope["path"].lstrip("/"))
+        headers = {**HEADERS, "cache-control": "no-store"}
+        page = forwarding(f"{where}?{urlencode(rest)}" if rest else where)
+        answer = HTMLResponse(page, headers=headers)
+        cookie = self.entrance.cookie
+        answer.set_cookie(self.cookie, cookie, httponly=True, samesite="strict")
+        return answer
 
 
 def forwarding(address: str) -> str:
@@ -122,19 +123,8 @@ def forwarding(address: str) -> str:
     )
 
 
-async def _refuse(scope, receive, send, words: str) -> None:
+async def _refuse(words: str, scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
         await receive()
         return await send({"type": "websocket.close", "code": 4403})
-    headers = [(b"content-type", b"text/plain; charset=utf-8"), *HEADERS]
-    await send({"type": "http.response.start", "status": 403, "headers": headers})
-    await send({"type": "http.response.body", "body": words.encode()})
-
-
-def _with_headers(send):
-    async def sender(message):
-        if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message.get("headers", []), *HEADERS]}
-        await send(message)
-
-    return sender
+    await PlainTextResponse(words, 403, HEADERS)(scope, receive, send)

@@ -26,11 +26,8 @@ def split_into_photos(recording: Recording, folder: Folder) -> list[Path]:
     bench = _bench_of(recording.path, folder)
     if recording.evidence not in ("photos", "frames") or len(recording.files) < 2:
         raise Refused(f"{recording.id}: there is nothing to split")
-    keys = _keys(recording, "pile")
-    made = [
-        _made(bench, file.stem, {file.name: file}, keys, folder)
-        for file in recording.files
-    ]
+    keys, files = _keys(recording, "pile"), recording.files
+    made = [_made(bench, f.stem, {f.name: f}, keys, folder) for f in files]
     remove(recording.path, folder)
     return made
 
@@ -66,9 +63,8 @@ def join_as_film(recordings: list[Recording], folder: Folder) -> Path:
             "the frames of a film have one name and a number each: drop_0001.png,"
             " drop_0002.png, …"
         )
-    if len(recordings) > 1:
-        name = next(iter(runs)).strip("-_ ") or "film"
-    else:
+    name = next(iter(runs)).strip("-_ ") or "film"
+    if len(recordings) == 1:
         name = f"{recordings[0].path.name}-film"
     made = _made(bench, name, files, _keys(recordings[0], None), folder)
     for recording in recordings:
@@ -79,9 +75,8 @@ def join_as_film(recordings: list[Recording], folder: Folder) -> Path:
 def own_folder(photo: Path, folder: Folder) -> Path:
     """The recording that a photo which lies loose in a folder becomes, so that keys and
     corrections have a place."""
-    made = _made(
-        photo.parent, photo.stem, {photo.name: photo}, 'rig = "pile"\n', folder
-    )
+    files, keys = {photo.name: photo}, 'rig = "pile"\n'
+    made = _made(photo.parent, photo.stem, files, keys, folder)
     if (made / photo.name).samefile(photo):
         photo.unlink()  # the same file by another name
     else:

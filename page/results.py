@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import with_interval
-from benchtwin.diagnose.words import missing
 from benchtwin.page.folder import read_json
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
@@ -74,10 +73,11 @@ class Cloud:
 
 def explained(results: Path) -> list[Explained]:
     """The rigs of the last diagnosis, the most probable explanation first."""
+    from benchtwin.diagnose.words import missing  # takes seconds to load
+
     out = []
-    for rig, found in (
-        read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {}).items()
-    ):
+    rigs = read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {})
+    for rig, found in rigs.items():
         listed = [
             Explanation(
                 tuple(missing(e, rig) for e in one["effects"]),

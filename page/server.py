@@ -1,7 +1,6 @@
 """The application: plain routes for files and pictures, pages for people, all behind
 the guard."""
 
-import asyncio
 import math
 import re
 import secrets
@@ -38,6 +37,8 @@ SERVED = {
     ".mp4": "video/mp4",
     ".md": "text/plain",
 }
+BATCH = re.compile("[0-9a-f-]{36}")  # a name that the browser draws
+CHECKED_EVERY = 50_000_000  # bytes of a file that comes
 # a report draws its figures itself, and reaches nothing of the page
 SCRIPTS = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'"
@@ -59,7 +60,8 @@ def application(folder: Folder, port: int, entrance: Entrance) -> Guard:
     take_part(lock_name(folder.root, "incoming"), alone=folder.clear_incoming)
     site = Site(folder)
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
-    app.exception_handler(Refused)(_refused)
+    for kind in (Refused, MeasurementError, OSError):
+        app.exception_handler(kind)(_refused)
     app.mount("/static", StaticFiles(directory=Path(__file__).parent / "static"))
     _files(app, site)
     _pictures(app, site)
@@ -83,16 +85,10 @@ def _files(app: FastAPI, site: Site) -> None:
 
     @app.put("/upload/{batch}")
     async def upload(batch: str, name: str, request: Request) -> Response:
-        if not re.fullmatch(r"[0-9a-f-]{36}", batch):
+        if not BATCH.fullmatch(batch):
             raise Refused("this batch has no proper name")
-        parts = name.split("/")
-        if (
-            name.startswith("/")
-            or "\0" in name
-            or "\\" in name
-            or ".." in parts
-            or len(name) > 1000
-        ):
+        wrong = name.startswith("/") or {"\0", "\\"} & {*name} or len(name) > 1000
+        if wrong or ".." in name.split("/"):
             raise Refused(f"{name[:80]!r} is not a name for a file here")
         check(name, int(request.headers.get("content-length", 0)), folder)
         place = folder.root / INCOMING / batch
@@ -100,33 +96,30 @@ def _files(app: FastAPI, site: Site) -> None:
         file = place / secrets.token_hex(8)
         try:
             await _receive(request, file, name, folder)
-        except OSError as error:
+        except BaseException as error:  # refused, or the copy was cut off
             file.unlink(missing_ok=True)
+            if not isinstance(error, OSError):
+                raise
             raise Refused(f"{name}: cannot be written: {error.strerror}") from error
-        except BaseException:  # refused, or the copy was cut off
-            file.unlink(missing_ok=True)
-            raise
         site.batches.setdefault(batch, []).append(ReceivedFile(name, file))
         return Response(status_code=204)
 
     @app.post("/sort/{batch}")
-    async def sort(batch: str, bench: str) -> Response:
-        arrived = site.batches.pop(batch, [])
+    def sort(batch: str, bench: str) -> Response:
         try:
-            placed = await asyncio.to_thread(
-                place_files, arrived, folder.inside(bench), folder
-            )
+            arrived = site.batches.pop(batch, [])
+            placed = place_files(arrived, folder.inside(bench), folder)
         except (Refused, OSError) as error:
             placed = Placed([], [str(error)])
         finally:
-            if re.fullmatch(r"[0-9a-f-]{36}", batch):
+            if BATCH.fullmatch(batch):
                 shutil.rmtree(folder.root / INCOMING / batch, ignore_errors=True)
         made = [folder.name_of(p) for p in placed.made]
         where = f"/recording?r={quote(made[0])}" if len(made) == 1 else None
         return JSONResponse({"refused": placed.refused, "open": where, "made": made})
 
     @app.get("/left/{name:path}")
-    async def left(name: str) -> Response:
+    def left(name: str) -> Response:
         path = folder.inside(name)
         within = [p for p in path.parents if p.is_relative_to(folder.root.resolve())]
         if (
@@ -142,30 +135,30 @@ def _files(app: FastAPI, site: Site) -> None:
             )
         return FileResponse(path, media_type=SERVED[path.suffix], headers=headers)
 
-    @app.get("/zip")
-    async def packed(bench: str) -> Response:
+    def results(bench: str) -> tuple[Path, Path]:
+        """A bench's folder, and that of its results."""
         path = folder.inside(bench)
-        file = await asyncio.to_thread(packed_bench, path, folder)
-        return FileResponse(
-            file, filename=f"{path.name}.zip", media_type="application/zip"
-        )
+        folder.refuse_links(path / RESULTS)
+        return path, path / RESULTS
+
+    @app.get("/zip")
+    def packed(bench: str) -> Response:
+        path = folder.inside(bench)
+        file, name = packed_bench(path, folder), f"{path.name}.zip"
+        return FileResponse(file, filename=name, media_type="application/zip")
 
     @app.get("/cards")
-    async def engine_cards(bench: str, engine: str) -> Response:
-        path = folder.inside(bench)
-        folder.refuse_links(path / RESULTS)
-        files = await asyncio.to_thread(card_files, path / RESULTS, engine)
+    def engine_cards(bench: str, engine: str) -> Response:
+        path, found = results(bench)
         name = quote(f"{path.name}-{engine}.zip")
         headers = {"content-disposition": f"attachment; filename*=utf-8''{name}"}
-        return Response(zipped(files), media_type="application/zip", headers=headers)
+        data = zipped(card_files(found, engine))
+        return Response(data, media_type="application/zip", headers=headers)
 
     @app.get("/next")
-    async def to_record(bench: str) -> Response:
-        path = folder.inside(bench)
-        folder.refuse_links(path / RESULTS)
-        return HTMLResponse(
-            sheet(path.name, await asyncio.to_thread(next_recordings, path / RESULTS))
-        )
+    def to_record(bench: str) -> Response:
+        path, found = results(bench)
+        return HTMLResponse(sheet(path.name, next_recordings(found)))
 
 
 async def _receive(request: Request, file: Path, name: str, folder: Folder) -> None:
@@ -174,9 +167,9 @@ async def _receive(request: Request, file: Path, name: str, folder: Folder) -> N
     size = 0
     with file.open("xb") as out:
         async for chunk in request.stream():
-            before = size // 50_000_000
+            before = size // CHECKED_EVERY
             size += len(chunk)
-            if size // 50_000_000 > before:
+            if size // CHECKED_EVERY > before:
                 check(name, size, folder)
             out.write(chunk)
     check(name, size, folder)
@@ -194,44 +187,29 @@ def _pictures(app: FastAPI, site: Site) -> None:
         return Response(data, media_type="image/jpeg", headers=headers)
 
     @app.get("/thumb")
-    async def thumb(r: str, v: str = "") -> Response:
-        try:
-            data = await asyncio.to_thread(pictures.thumbnail, site.recording(r))
-        except (MeasurementError, OSError) as error:
-            raise Refused(str(error)) from error
+    def thumb(r: str, v: str = "") -> Response:
+        data = pictures.thumbnail(site.recording(r))
         return jpeg(data, v) if data else Response(status_code=404)
 
     @app.get("/photo")
-    async def whole(r: str, v: str = "") -> Response:
+    def whole(r: str, v: str = "") -> Response:
         file = site.recording(r).files[0]
-        try:
-            image = await asyncio.to_thread(
-                pictures.photo, file, file.stat().st_mtime_ns
-            )
-        except (MeasurementError, OSError) as error:
-            raise Refused(str(error)) from error
-        return jpeg((await asyncio.to_thread(pictures.as_jpeg, image))[0], v)
+        image = pictures.photo(file, file.stat().st_mtime_ns)
+        return jpeg(pictures.as_jpeg(image)[0], v)
 
     @app.get("/frame")
-    async def frame(r: str, i: int, v: str = "") -> Response:
-        try:
-            film = await asyncio.to_thread(site.film, r)
-            return jpeg(await asyncio.to_thread(film.frame, i), v)
-        except (MeasurementError, OSError) as error:
-            raise Refused(f"frame {i} cannot be read: {error}") from error
+    def frame(r: str, i: int, v: str = "") -> Response:
+        return jpeg(site.film(r).frame(i), v)
 
     @app.get("/wave")
-    async def wave(r: str, a: float, b: float, n: int) -> Response:
-        try:
-            sound, _ = await asyncio.to_thread(site.sound, site.recording(r))
-        except MeasurementError as error:
-            raise Refused(str(error)) from error
+    def wave(r: str, a: float, b: float, n: int) -> Response:
+        sound, _ = site.sound(site.recording(r))
         if not (math.isfinite(a) and math.isfinite(b) and a < b):
             raise Refused(f"{a:g} to {b:g} s is no stretch of a sound")
-        return JSONResponse(await asyncio.to_thread(waveform, sound, a, b, n))
+        return JSONResponse(waveform(sound, a, b, n))
 
     @app.get("/sound")
-    async def heard(r: str) -> Response:
+    def heard(r: str) -> Response:
         file = sound_of(site.recording(r))
         if file is None:
             raise Refused(f"{r} has no sound")
@@ -241,8 +219,8 @@ def _pictures(app: FastAPI, site: Site) -> None:
         return FileResponse(folder.inside(folder.name_of(file)))
 
     @app.get("/overlay")
-    async def overlay(r: str, name: str) -> Response:
-        found = await asyncio.to_thread(site.seen, site.recording(r))
+    def overlay(r: str, name: str) -> Response:
+        found = site.seen(site.recording(r))
         if name not in found.pictures:
             raise Refused(f"{name}: no such picture")
         return jpeg(pictures.as_jpeg(found.pictures[name])[0])

@@ -34,17 +34,13 @@ def write_report(found: Diagnosis, out: Path) -> None:
 
 def render(found: Diagnosis) -> str:
     """The whole page of a `diagnose.bench.Diagnosis` as text."""
-    drawn = {
-        k: v for rig, f in found.findings.items() for k, v in _figures(rig, f).items()
-    }
-    drawn |= {
-        f"{rig}-twins": points(again.figure)
-        for rig, again in found.twins.items()
-        if again.figure
-    }
-    missing_first = sorted(
-        found.findings.items(), key=lambda entry: entry[1].verdict == "none"
-    )
+    drawn: dict[str, dict] = {}
+    for rig, finding in found.findings.items():
+        drawn |= _figures(rig, finding)
+    for rig, again in found.twins.items():
+        drawn |= {f"{rig}-twins": points(again.figure)} if again.figure else {}
+    entries = found.findings.items()
+    missing_first = sorted(entries, key=lambda entry: entry[1].verdict == "none")
     rigs = [_rig(rig, finding, found.twins.get(rig)) for rig, finding in missing_first]
     filters = {"cells": _cells, "sentence": capitalised}
     return fill("diagnosis.html.j2", drawn, filters, d=found, rigs=rigs)
@@ -108,22 +104,15 @@ def _where(f: Finding) -> str:
     height"."""
     if f.verdict == "none":
         return ""
-    best = next(
-        (s for s in f.sectors if math.isfinite(s.explained) and s.explained > 0), None
-    )
-    out = words.place(f) + (
-        f", which explains {100 * best.explained:.0f} % of the mismatch"
-        f" ({words.chance(best.p)})"
-        if best
-        else ""
-    )
+    out = words.place(f)
+    if best := next((s for s in f.sectors if s.explained > 0), None):
+        share = f"{100 * best.explained:.0f} % of the mismatch"
+        out += f", which explains {share} ({words.chance(best.p)})"
     if window := _window(f):
         out += f"; most at {window}"
     if f.best_axis:
-        out += (
-            f"; what is missing follows {AXES.get(f.best_axis, (f.best_axis, ''))[0]}"
-            " best"
-        )
+        axis, _ = AXES.get(f.best_axis, (f.best_axis, ""))
+        out += f"; what is missing follows {axis} best"
     return out
 
 
@@ -135,9 +124,8 @@ def _window(f: Finding) -> str:
     if f.window.axis == "n_bounce":
         numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
         return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
-    return f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}".replace(
-        "-", "−"
-    ).rstrip()
+    window = f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}"
+    return window.replace("-", "−").rstrip()
 
 
 def _sure(f: Finding) -> str:
@@ -168,7 +156,7 @@ def _effects(f: Finding) -> pd.DataFrame | None:
         {
             "what may be missing": words.missing(n, f.rig),
             "probability": words.percent(t.probability),
-            "size, if there (95 %)": _size(t.size),
+            "size, if there (95 %)": _interval(t.size),
             "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit),
             "in diagnosis.json": n,
         }
@@ -179,7 +167,7 @@ def _effects(f: Finding) -> pd.DataFrame | None:
     return pd.DataFrame(rows) if rows else None
 
 
-def _size(size) -> str:
+def _interval(size) -> str:
     return with_interval(*vars(size).values()) if math.isfinite(size.value) else "–"
 
 
@@ -188,10 +176,8 @@ def _contact(f: Finding) -> pd.DataFrame | None:
     rows = [
         {
             "parameter": name.replace("_", " "),
-            "with nothing missing": with_interval(*vars(m.nothing_missing).values()),
-            "averaged over all explanations": with_interval(
-                *vars(m.explained).values()
-            ),
+            "with nothing missing": _interval(m.nothing_missing),
+            "averaged over all explanations": _interval(m.explained),
             "moved by": f"{words.brief(abs(m.shift_sds))} of its sds",
         }
         for name, m in f.contact.items()
@@ -200,17 +186,12 @@ def _contact(f: Finding) -> pd.DataFrame | None:
 
 
 def _sectors(f: Finding) -> pd.DataFrame:
-    rows = [
-        {
-            "sector": s.name,
-            "explains": (
-                f"{100 * s.explained:.0f} %" if math.isfinite(s.explained) else "–"
-            ),
-            "p": s.p,
-        }
-        for s in f.sectors
-    ]
-    return pd.DataFrame(rows)
+    shares = [s.explained for s in f.sectors]
+    explains = [f"{100 * v:.0f} %" if math.isfinite(v) else "–" for v in shares]
+    names = [s.name for s in f.sectors]
+    return pd.DataFrame(
+        {"sector": names, "explains": explains, "p": [s.p for s in f.sectors]}
+    )
 
 
 def _held_out(f: Finding) -> str:
@@ -242,13 +223,10 @@ def quantities(f: Finding) -> list[tuple[str, str]]:
     """(key, quantity) of the curves, the one that the model mends most first."""
     gain: dict[str, float] = {}
     for c in f.curves:
-        gain[c.quantity] = gain.get(c.quantity, 0.0) + float(
-            (c.left_by_baseline**2).sum() - (c.left_by_model**2).sum()
-        )
-    return [
-        (f"{i}", q)
-        for i, q in enumerate(sorted(gain, key=gain.__getitem__, reverse=True))
-    ]
+        more = float((c.left_by_baseline**2).sum() - (c.left_by_model**2).sum())
+        gain[c.quantity] = gain.get(c.quantity, 0.0) + more
+    ordered = sorted(gain, key=gain.__getitem__, reverse=True)
+    return [(f"{i}", q) for i, q in enumerate(ordered)]
 
 
 def _figures(rig: str, f: Finding) -> dict[str, dict]:

@@ -43,27 +43,16 @@ def line(
 ) -> dict:
     """A line for plotly."""
     look = {"line": {"color": color, "dash": dash}, "showlegend": bool(label)}
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "x": listed(x),
-        "y": listed(y),
-        "name": label,
-    } | look
+    drawn = {"type": "scatter", "mode": "lines", "name": label} | look
+    return drawn | {"x": listed(x), "y": listed(y)}
 
 
 def points(
     x: Iterable[float], y: Iterable[float], label: str = "", **marker: Any
 ) -> dict:
     """Points for plotly; marker: color, size, symbol."""
-    drawn = {
-        "type": "scatter",
-        "mode": "markers",
-        "x": listed(x),
-        "y": listed(y),
-        "marker": marker,
-    }
-    return drawn | {"name": label}
+    drawn = {"type": "scatter", "mode": "markers", "name": label, "marker": marker}
+    return drawn | {"x": listed(x), "y": listed(y)}
 
 
 def points_3d(
@@ -76,23 +65,16 @@ def points_3d(
 def band(x: np.ndarray, low: np.ndarray, high: np.ndarray, color: str) -> dict:
     """An area between two curves for plotly, in a shade of `color`."""
     edge = line(np.r_[x, x[::-1]], np.r_[low, high[::-1]], color, "")
-    look = {
-        "fill": "toself",
-        "fillcolor": color + "22",
-        "line": {"width": 0},
-        "hoverinfo": "skip",
-    }
-    return edge | look
+    look = {"fill": "toself", "fillcolor": color + "22", "line": {"width": 0}}
+    return edge | look | {"hoverinfo": "skip"}
 
 
 def level(ends: list[float], mean: float, reach: float, label: str) -> list[dict]:
     """A bench's mean and its interval, mean ± reach, over the whole width of a
     figure."""
     low, high = np.full(2, mean - reach), np.full(2, mean + reach)
-    return [
-        band(np.array(ends), low, high, ORANGE),
-        line(ends, [mean] * 2, ORANGE, label),
-    ]
+    area = band(np.array(ends), low, high, ORANGE)
+    return [area, line(ends, [mean] * 2, ORANGE, label)]
 
 
 def layout(x: str, y: str, **more: Any) -> dict:
@@ -109,11 +91,8 @@ def layout(x: str, y: str, **more: Any) -> dict:
 def layout_3d(axes: dict[str, dict], camera: dict, height: int) -> dict:
     """The same in space; axes: of each of x, y, z its plotly keys."""
     scene = {f"{k}axis": axis for k, axis in axes.items()} | {"camera": camera}
-    look = {
-        "margin": {"l": 0, "r": 0, "t": 10, "b": 0},
-        "showlegend": False,
-        "height": height,
-    }
+    margin = {"l": 0, "r": 0, "t": 10, "b": 0}
+    look = {"margin": margin, "showlegend": False, "height": height}
     return {"scene": scene} | look
 
 

@@ -21,9 +21,8 @@ def steel(fit: SteelFit) -> dict:
         draw.line(x, y, draw.BLUE, f"polynomial of degree {rig.degree}"),
     ]
     if fit.monotone is not None:
-        data.append(
-            draw.line(x, fit.monotone.mean(x), draw.GREEN, "monotone curve", dash="dot")
-        )
+        y = fit.monotone.mean(x)
+        data.append(draw.line(x, y, draw.GREEN, "monotone curve", dash="dot"))
     label = "simulated (± sd of one run)"
     x, y = fit.rows[rig.parameter], fit.rows[rig.response]
     rows = draw.points(x, y, label, color=draw.BLUE, size=8)
@@ -32,25 +31,16 @@ def steel(fit: SteelFit) -> dict:
         rows["error_y"] = {"type": "data", "color": draw.BLUE, "array": sds}
     ends = [float(min(curve.low, answer.low)), float(max(curve.high, answer.high))]
     mean = f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"
-    met = draw.points(
-        [answer.value],
-        [fit.bench.value],
-        "answer, 95 % interval",
-        color=draw.RED,
-        size=11,
-        symbol="diamond",
-    )
-    reach = {
-        "array": [answer.high - answer.value],
-        "arrayminus": [answer.value - answer.low],
-    }
+    mark = {"color": draw.RED, "size": 11, "symbol": "diamond"}
+    at = ([answer.value], [fit.bench.value])
+    met = draw.points(*at, "answer, 95 % interval", **mark)
+    up, down = answer.high - answer.value, answer.value - answer.low
+    reach = {"array": [up], "arrayminus": [down]}
     look = {"type": "data", "symmetric": False, "color": draw.RED, "thickness": 2.5}
     data += [rows, *draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, mean)]
     data.append(met | {"error_x": look | reach})
-    return {
-        "data": data,
-        "layout": draw.layout(draw.name(rig.parameter), draw.name(rig.response)),
-    }
+    layout = draw.layout(draw.name(rig.parameter), draw.name(rig.response))
+    return {"data": data, "layout": layout}
 
 
 def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
@@ -70,9 +60,7 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
                 panel = _density(draws, column, row, marks)
             data += [trace | {"xaxis": f"x{n}", "yaxis": f"y{n}"} for trace in panel]
             left = (_title(draw.short(row)) if i else {}) if j == 0 else HIDDEN
-            below = HIDDEN
-            if i == k - 1:
-                below = _title(draw.short(column))
+            below = _title(draw.short(column)) if i == k - 1 else HIDDEN
             layout[f"xaxis{n}"] = {
                 "domain": [j / k + GAP / 2, (j + 1) / k - GAP / 2],
                 "anchor": f"y{n}",
@@ -93,12 +81,8 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
 def _histogram(values, mark: float) -> list[dict]:
     counts, edges = np.histogram(values, bins=30)
     middle = draw.listed((edges[1:] + edges[:-1]) / 2)
-    bars = {
-        "type": "bar",
-        "x": middle,
-        "y": draw.listed(counts),
-        "marker": {"color": draw.BLUE},
-    }
+    bars = {"type": "bar", "x": middle, "y": draw.listed(counts)}
+    bars["marker"] = {"color": draw.BLUE}
     return [bars, draw.line([mark] * 2, [0, int(counts.max())], draw.RED, "")]
 
 
@@ -106,17 +90,10 @@ def _density(draws, column: str, row: str, marks: dict[str, float]) -> list[dict
     counts, *edges = np.histogram2d(draws[column], draws[row], bins=30)
     x, y = (draw.listed((e[1:] + e[:-1]) / 2) for e in edges)
     shades = [[0, "#ffffff"], [1, draw.BLUE]]
-    map_ = {
-        "type": "heatmap",
-        "x": x,
-        "y": y,
-        "z": draw.rows(counts.T),
-        "colorscale": shades,
-    }
-    point = draw.points(
-        [marks[column]], [marks[row]], color=draw.RED, symbol="diamond", size=9
-    )
-    return [map_ | {"showscale": False}, point]
+    map_ = {"type": "heatmap", "x": x, "y": y, "z": draw.rows(counts.T)}
+    mark = {"color": draw.RED, "symbol": "diamond", "size": 9}
+    point = draw.points([marks[column]], [marks[row]], **mark)
+    return [map_ | {"colorscale": shades, "showscale": False}, point]
 
 
 def _title(text: str) -> dict:

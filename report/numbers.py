@@ -29,13 +29,8 @@ SAID = {
     "filled_mass_g": "filled mass",
     "retained_mass_g": "retained mass",
 }
-PERCENT = {
-    "sd_ratio",
-    "variance_left",
-    "variance_left_after",
-    "box_fraction",
-    "relative_error",
-}
+PERCENT = {"sd_ratio", "variance_left", "variance_left_after", "box_fraction"}
+PERCENT |= {"relative_error"}
 
 
 def sentence(text: str) -> str:
@@ -65,15 +60,11 @@ def words(text: str) -> str:
 
 def cells(table: pd.DataFrame) -> dict:
     """A table as headings and rows of text."""
+    columns, rows = table.columns, table.itertuples(index=False, name=None)
     return {
-        "heads": [HEADINGS.get(c, str(c).replace("_", " ")) for c in table.columns],
-        "rows": [
-            [_cell(v, c) for c, v in zip(table.columns, row)]
-            for row in table.itertuples(index=False, name=None)
-        ],
-        "numeric": [
-            bool(pd.api.types.is_numeric_dtype(table[c])) for c in table.columns
-        ],
+        "heads": [HEADINGS.get(c, str(c).replace("_", " ")) for c in columns],
+        "rows": [[_cell(v, c) for c, v in zip(columns, row)] for row in rows],
+        "numeric": [bool(pd.api.types.is_numeric_dtype(table[c])) for c in columns],
     }
 
 

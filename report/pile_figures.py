@@ -10,14 +10,9 @@ from benchtwin.calibrate.statistics.assessment import response_grid
 from benchtwin.report import draw
 
 CENTRE = {"x": 0, "y": 0, "z": -0.2}
-CAMERA = {
-    "eye": {"x": -1.75, "y": -1.85, "z": 1.05},
-    "center": CENTRE,
-}  # titles of the axes in view
-FACE_ON = {
-    "eye": {"x": 1.5, "y": 1.5, "z": 1.3},
-    "center": CENTRE,
-}  # a sheet across the box, seen flat
+# titles of the axes in view; a sheet across the box, seen flat
+CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": CENTRE}
+FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": CENTRE}
 STEPS_3D, STEPS_MAP = 25, 41
 
 
@@ -41,10 +36,8 @@ def _grid(fit: PileFit, across: str, along: str, steps: int) -> tuple[dict, np.n
     the other factors at the optimum."""
     at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
     grid = response_grid(fit.surface, across, along, steps=steps, at=at)
-    axes = {
-        key: draw.listed(sorted(grid[n].unique()))
-        for key, n in (("x", across), ("y", along))
-    }
+    named = {"x": across, "y": along}
+    axes = {k: draw.listed(sorted(grid[n].unique())) for k, n in named.items()}
     return axes, grid["predicted"].to_numpy().reshape(steps, steps).T
 
 
@@ -55,25 +48,13 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
     drawn = {"type": "surface", "showscale": False} | axes
     lines = {"z": {"show": True, "color": "white", "width": 1}}
     orange = [[0, draw.ORANGE], [1, draw.ORANGE]]
-    plane = {
-        "z": draw.rows(np.full_like(z, fit.bench.value)),
-        "opacity": 0.35,
-        "colorscale": orange,
-    }
-    runs = fit.design
+    look = {"colorscale": "Viridis", "opacity": 0.9, "contours": lines}
+    level = {"opacity": 0.35, "colorscale": orange, "hoverinfo": "skip"}
+    places = (fit.design[n] for n in (across, along, PILE_RESPONSE))
     data = [
-        drawn
-        | {
-            "z": draw.rows(z),
-            "colorscale": "Viridis",
-            "opacity": 0.9,
-            "contours": lines,
-        },
-        drawn | plane | {"hoverinfo": "skip"},
-        draw.points_3d(
-            *(runs[n] for n in (across, along, PILE_RESPONSE)), size=3, color="black"
-        )
-        | {"name": "runs"},
+        drawn | {"z": draw.rows(z)} | look,
+        drawn | {"z": draw.rows(np.full_like(z, fit.bench.value))} | level,
+        draw.points_3d(*places, size=3, color="black") | {"name": "runs"},
     ]
     titles = zip("xyz", (draw.short(across), draw.short(along), "°"))
     named = {k: {"title": {"text": title}} for k, title in titles}
@@ -88,17 +69,13 @@ def contour(fit: PileFit, across: str, along: str) -> dict:
     bar = {"title": {"text": "°"}, "thickness": 12}
     field = {"colorscale": "Viridis", "contours": {"showlabels": True}, "colorbar": bar}
     bench = {"type": "constraint", "operation": "=", "value": fit.bench.value}
-    line = {
-        "showscale": False,
-        "hoverinfo": "skip",
-        "name": f"bench {fit.bench.value:.4g}°",
-    }
+    named = f"bench {fit.bench.value:.4g}°"
+    line = {"showscale": False, "hoverinfo": "skip", "name": named}
     line |= {"contours": bench, "line": {"color": draw.ORANGE, "width": 4}}
-    edge = {"color": "white", "width": 1}
-    x, y = ([fit.optimum.point[n]] for n in (across, along))
-    point = draw.points(
-        x, y, "reported", color=draw.RED, size=12, symbol="diamond", line=edge
-    )
+    look = {"color": draw.RED, "size": 12, "symbol": "diamond"}
+    look["line"] = {"color": "white", "width": 1}
+    at = ([fit.optimum.point[n]] for n in (across, along))
+    point = draw.points(*at, "reported", **look)
     layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
     return {"data": [drawn | field, drawn | line, point], "layout": layout}
 
@@ -110,11 +87,8 @@ def sheet(fit: PileFit) -> dict | None:
     if len(names) != 3 or not len(t):
         return None
     bar = {"title": {"text": "± °"}, "thickness": 12}
-    shade: dict[str, Any] = {
-        "color": draw.listed(t["se"]),
-        "colorscale": "Viridis",
-        "colorbar": bar,
-    }
+    shade: dict[str, Any] = {"color": draw.listed(t["se"]), "colorbar": bar}
+    shade["colorscale"] = "Viridis"
     points = draw.points_3d(*(t[n] for n in names), size=3, **shade)
     at = ([fit.optimum.point[n]] for n in names)
     reported = draw.points_3d(*at, size=7, color=draw.RED, symbol="diamond")

@@ -2,6 +2,7 @@
 recordings. Plain Plotly JSON."""
 
 import numpy as np
+import pandas as pd
 from benchtwin.infer.finding import Curve
 from benchtwin.report import draw
 
@@ -24,14 +25,8 @@ TWINS = {
 }
 FEW = 12  # points a curve: dots, not a line
 SHADES = (
-    "#1f5fa8",
-    "#5b8ec9",
-    "#2e7d4f",
-    "#7fae93",
-    "#8a4b00",
-    "#c48f4d",
-    "#6b3fa0",
-    "#a58bc4",
+    *("#1f5fa8", "#5b8ec9", "#2e7d4f", "#7fae93"),
+    *("#8a4b00", "#c48f4d", "#6b3fa0", "#a58bc4"),
 )
 
 
@@ -46,9 +41,8 @@ def before_and_after(curves: list[Curve], model: str) -> dict:
         for k, curve in enumerate(curves):
             x, y = binned(curve.along, getattr(curve, which))
             reach = max(reach, float(np.nanmax(np.abs(y))) if len(y) else 0.0)
-            data.append(
-                _line(x, y, SHADES[k % len(SHADES)], curve.recording) | {"yaxis": axis}
-            )
+            drawn = _line(x, y, SHADES[k % len(SHADES)], curve.recording)
+            data.append(drawn | {"yaxis": axis})
     titles = [title for title, *_ in panels]
     return {"data": data, "layout": _layout(curves[0], titles, 1.08 * reach or 1.0)}
 
@@ -69,10 +63,9 @@ def points(figure: dict) -> dict:
     (`diagnose.rerun.Again.figure`)."""
     data = []
     for name, (x, y) in figure["points"].items():
-        drawn = draw.line(x, y, draw.GREY, name) | {"mode": "markers"}
-        data.append(
-            drawn | {"marker": TWINS.get(name, {"color": draw.GREEN, "size": 6})}
-        )
+        look = TWINS.get(name, {"color": draw.GREEN, "size": 6})
+        drawn = draw.line(x, y, draw.GREY, name)
+        data.append(drawn | {"mode": "markers", "marker": look})
     data.sort(key=lambda trace: trace["name"] == "recorded")  # open circles on top
     return {"data": data, "layout": draw.layout(figure["x"], figure["y"])}
 
@@ -83,24 +76,15 @@ def binned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if len(x) <= BINS:
         order = np.argsort(x, kind="stable")
         return x[order], y[order]
-    which = np.minimum(
-        ((x - x.min()) / max(np.ptp(x), 1e-300) * BINS).astype(int), BINS - 1
-    )
-    count = np.bincount(which, minlength=BINS)
-    kept = count > 0
-    means = [
-        np.bincount(which, weights=v, minlength=BINS)[kept] / count[kept]
-        for v in (x, y)
-    ]
-    return means[0], means[1]
+    share = (x - x.min()) / max(np.ptp(x), 1e-300)
+    which = np.minimum((share * BINS).astype(int), BINS - 1)
+    table = pd.DataFrame({"x": x, "y": y}).groupby(which).mean()
+    return table["x"].to_numpy(), table["y"].to_numpy()
 
 
 def _line(x, y, color: str, name: str) -> dict:
-    drawn = draw.line(x, y, color, "") | {
-        "hovertext": name,
-        "opacity": 0.8,
-        "line": {"color": color, "width": 1.5},
-    }
+    look = {"hovertext": name, "opacity": 0.8, "line": {"color": color, "width": 1.5}}
+    drawn = draw.line(x, y, color, "") | look
     if len(x) <= FEW:
         return drawn | {"mode": "markers", "marker": {"color": color, "size": 8}}
     return drawn
@@ -113,30 +97,19 @@ def _axis(curve: Curve) -> str:
 
 def _layout(curve: Curve, titles: list[str], reach: float) -> dict:
     unit, span = f"left ({curve.unit})", [-reach, reach]
-    layout = draw.layout(_axis(curve), unit) | {
-        "showlegend": False,
-        "height": 260 + 200 * (len(titles) - 1),
-    }
+    look = {"showlegend": False, "height": 260 + 200 * (len(titles) - 1)}
+    layout = draw.layout(_axis(curve), unit) | look
     layout["yaxis"] |= {"range": span}
     layout["margin"] = {"l": 60, "r": 15, "t": 30, "b": 50}
     tops = [1.0]
     if len(titles) == 2:
         layout["yaxis"] |= {"domain": [0.56, 1.0]}
-        layout["yaxis2"] = {
-            "title": {"text": unit},
-            "range": span,
-            "domain": [0.0, 0.44],
-        }
+        below = {"range": span, "domain": [0.0, 0.44]}
+        layout["yaxis2"] = {"title": {"text": unit}} | below
         layout["xaxis"] |= {"anchor": "y2"}
         tops = [1.0, 0.44]
-    title = {
-        "x": 0,
-        "xref": "paper",
-        "yref": "paper",
-        "showarrow": False,
-        "xanchor": "left",
-        "yanchor": "bottom",
-    }
+    title = {"x": 0, "xref": "paper", "yref": "paper", "showarrow": False}
+    title |= {"xanchor": "left", "yanchor": "bottom"}
     pairs = zip(titles, tops, strict=True)
     layout["annotations"] = [
         title | {"text": f"<b>{_escaped(text)}</b>", "y": top} for text, top in pairs

@@ -36,9 +36,9 @@ class Material:
         if not self.name:
             raise ValueError("name: a material needs one, contacts are stated by it")
         who = f"material {self.name!r}: "
-        _within(who + "density_kg_m3", self.density_kg_m3, 0.01, 30_000.0, "kg/m3")
-        _within(who + "shear_modulus_pa", self.shear_modulus_pa, 1e3, 1e12, "Pa")
-        _within(who + "poisson_ratio", self.poisson_ratio, 0.0, 0.5, "-")
+        within(who + "density_kg_m3", self.density_kg_m3, 0.01, 30_000.0, "kg/m3")
+        within(who + "shear_modulus_pa", self.shear_modulus_pa, 1e3, 1e12, "Pa")
+        within(who + "poisson_ratio", self.poisson_ratio, 0.0, 0.5, "-")
 
     @property
     def young_modulus_pa(self) -> float:
@@ -101,9 +101,9 @@ class Contact:
                 f"between = {self.between!r}: must be two materials' names"
             )
         who = f"contact {self.between[0]}–{self.between[1]}: "
-        _within(who + "restitution", self.restitution, 1e-3, 1.0, "-")
-        _within(who + "static_friction", self.static_friction, 0.0, 5.0, "-")
-        _within(who + "rolling_friction", self.rolling_friction, 0.0, 2.0, "-")
+        within(who + "restitution", self.restitution, 1e-3, 1.0, "-")
+        within(who + "static_friction", self.static_friction, 0.0, 5.0, "-")
+        within(who + "rolling_friction", self.rolling_friction, 0.0, 2.0, "-")
         if self.rolling_convention not in ROLLING_CONVENTIONS:
             raise ValueError(
                 f"{who}rolling_convention = {self.rolling_convention!r}: one of"
@@ -141,11 +141,11 @@ def effective_moduli(one: Material, other: Material) -> tuple[float, float]:
     return 1.0 / young, 1.0 / shear
 
 
-def _within(name: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low <= value <= high:  # also refuses NaN
-        raise ValueError(
-            f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}"
-        )
+def within(name: str, value: float, low: float, high: float, unit: str) -> None:
+    """ValueError that names a value and its range, for one outside it and for NaN."""
+    if not low <= value <= high:
+        given = f"{name} = {value:g} {unit}".rstrip()
+        raise ValueError(f"{given}: must be {low:g} to {high:g} {unit}".rstrip())
 
 
 def _positive(name: str, value: float) -> None:

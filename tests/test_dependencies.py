@@ -33,6 +33,7 @@ NOT_DECLARED = {  # imported for another reason than a declaration
     "pydantic-core": "pydantic's",
     "annotated-types": "pydantic's",
     "fastapi": "nicegui's",
+    "starlette": "nicegui's",
     "uvicorn": "nicegui's",
     "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
     "drjit": "mitsuba's",

@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.sim.lammps.contact import in_lammps_law
+from benchtwin.sim.lammps.engine import LammpsEngine
 from benchtwin.sim.lammps.program import Unavailable, cores_here, lammps_version, needed
-from benchtwin.sim.lammps.rigs import need_rig, run_rig
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.rigs.engine import Ours
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.twin.scene import rig_of, setup_of
 from benchtwin.twin.setup import setup_for
@@ -22,12 +23,8 @@ from benchtwin.vision.recording import Recording
 
 OURS, LAMMPS = "benchtwin", "lammps"
 NAMES = (OURS, LAMMPS)
-BY_HAND = (
-    ".in",
-    ".data",
-    ".bodies",
-    ".log",
-)  # what is kept of a LAMMPS run: its inputs, and what it said
+# what is kept of a LAMMPS run: its inputs, and what it said
+BY_HAND = (".in", ".data", ".bodies", ".log")
 
 
 @dataclass(frozen=True)
@@ -90,8 +87,12 @@ class Engine:
         """The bench with the law that is computed with, and what was converted;
         ValueError for what the engine has not."""
         own = bench(parameters, recording.need_rig(), recording.seed, recording.air)
-        if self.name == LAMMPS:
-            need_rig(setup_of(recording).describe)
+        setup = setup_of(recording)
+        if self.name == LAMMPS and not setup.in_lammps:
+            raise ValueError(
+                "--engine lammps: its inputs are not written for a"
+                f" {setup.describe.__name__}"
+            )
         return (
             in_lammps_law(own) if self.name == LAMMPS or self.shared_law else (own, ())
         )
@@ -109,13 +110,13 @@ class Engine:
     ) -> Motion:
         """The rig's motion; LAMMPS works in the folder `scratch`, and goes on from what
         it left there; None: one that is removed."""
-        rig, setup = rig_of(recording), setup_of(recording)
-        if self.name == LAMMPS:
-            with tempfile.TemporaryDirectory() as passing:
-                lammps = Lammps(scratch or Path(passing), self.ranks)
-                return run_rig(rig, on_bench, rng, fps=fps, watch=watch, lammps=lammps)
-        more = {"threads": threads} if setup.many else {}
-        return setup.run(rig, on_bench, rng, fps=fps, watch=watch, **more)
+        rig, run = rig_of(recording), setup_of(recording).run
+        if self.name == OURS:
+            ours = Ours(threads)
+            return run(rig, on_bench, rng, fps=fps, watch=watch, engine=ours)
+        with tempfile.TemporaryDirectory() as passing:
+            theirs = LammpsEngine(Lammps(scratch or Path(passing), self.ranks))
+            return run(rig, on_bench, rng, fps=fps, watch=watch, engine=theirs)
 
 
 OWN = Engine()

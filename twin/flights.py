@@ -11,7 +11,8 @@ from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.bench import Bench, Frames, about, any_turn, product, reach
+from benchtwin.sim.rigs.bench import Bench, Frames, reach
+from benchtwin.sim.rotation import about, any_turn, product
 from benchtwin.sim.seed import Seed
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.vision.evidence.read_keys import validate

@@ -28,7 +28,8 @@ class Setup:
     (benchmarks/modulus.py, docs/engine.md: what these change and save). many: a heap or
     bed of seeds, simulated on several threads, all of it in the picture at the end;
     photographed: a photo of what is at rest in the place of a film. one_seed: the
-    recording states the very seed, not the lot. truth: what the simulation knows, as
+    recording states the very seed, not the lot. in_lammps: whether LAMMPS has all of
+    its walls. truth: what the simulation knows, as
     columns of readings.csv; (): a track, on a line where it is `straight`. fitting:
     completes or refuses what a recording states of it (ValueError); aimed: its own
     camera for a recording; variant: another setup for some recordings."""
@@ -44,6 +45,7 @@ class Setup:
     photographed: bool = False
     one_seed: bool = False
     straight: bool = False
+    in_lammps: bool = True
     truth: tuple[str, ...] = ()
     fitting: Callable[[Recording, dict[str, Any]], dict[str, Any]] = as_stated
     aimed: Callable[[Recording, Camera], Camera] = where_it_stands

@@ -23,6 +23,7 @@ from benchtwin.page.views.frame import (
     bench_attribute,
     errors_shown,
     frame,
+    recording_address,
     tabs,
 )
 from benchtwin.page.views.numbers import in_words
@@ -92,10 +93,8 @@ def _holds(site: Site, bench: Path) -> str:
     except Refused as error:
         return str(error)
     rigs = Counter(r.rig or "recording" for r in entries if isinstance(r, Recording))
-    return (
-        ", ".join(f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
-        or "nothing yet"
-    )
+    each = (f"{n} {rig}{'' if n == 1 else 's'}" for rig, n in rigs.items())
+    return ", ".join(each) or "nothing yet"
 
 
 async def _bench(site: Site, name: str, tab: str, part: str) -> None:
@@ -146,15 +145,14 @@ def _recordings(
             " photo is measured at once."
         ).classes("soft")
     if not good and not trouble:
-        ui.label("Nothing here yet. Drop the photo of a pile to begin with.").classes(
-            "text-lg"
-        )
+        nothing = ui.label("Nothing here yet. Drop the photo of a pile to begin with.")
+        nothing.classes("text-lg")
     for error in trouble:
         why = str(error).replace(f"{bench}/", "")
         ui.label(why).classes("failed").style("white-space: pre-wrap")
         if error.recording and (bench / error.recording).exists():
             name = site.folder.name_of(bench / error.recording)
-            ui.link(f"Open {error.recording}", f"/recording?r={quote(name)}")
+            ui.link(f"Open {error.recording}", recording_address(name))
     recording_menu.removed_from(bench)
     with ui.element("div").classes("card-grid"):
         cards = [(one, _card(site, one)) for one in good]
@@ -165,7 +163,7 @@ def _card(site: Site, recording: Recording) -> ui.column:
     """A link with picture, names and a place for the number, which is returned."""
     name = site.folder.name_of(recording.path)
     with (
-        ui.link(target=f"/recording?r={quote(name)}").classes("card-link"),
+        ui.link(target=recording_address(name)).classes("card-link"),
         ui.card().tight().classes("w-full h-full"),
     ):
         if recording.evidence in PICTURED:
@@ -174,16 +172,14 @@ def _card(site: Site, recording: Recording) -> ui.column:
             )
         else:
             icon = "graphic_eq" if recording.evidence == "sound" else "show_chart"
-            ui.icon(icon, size="4rem").classes("thumb text-white").props(
-                "aria-hidden=true"
-            )
+            sign = ui.icon(icon, size="4rem").classes("thumb text-white")
+            sign.props("aria-hidden=true")
         with ui.column().classes("q-pa-sm gap-0 w-full"):
             ui.label(recording.id).classes("font-bold anywhere")
             if (file := original_name(recording)) and Path(file).stem != recording.id:
                 ui.label(file).classes("soft text-xs anywhere")
-            ui.label(f"{recording.rig or 'which rig?'} · {recording.evidence}").classes(
-                "soft"
-            )
+            kind = f"{recording.rig or 'which rig?'} · {recording.evidence}"
+            ui.label(kind).classes("soft")
             return ui.column().classes("gap-0 w-full").props("aria-live=polite")
 
 
@@ -223,9 +219,8 @@ def _number(place: ui.column, known: CardNumber | None, words: str) -> None:
         if known.n:
             value = plus_minus(known.value, known.sd, known.unit)
             repeats = f" · n = {known.n}" if known.n > 1 else ""
-            ui.label(f"{in_words(known.quantity)} {value}{repeats}").classes(
-                "font-medium"
-            )
+            said = ui.label(f"{in_words(known.quantity)} {value}{repeats}")
+            said.classes("font-medium")
         quality = ui.label(known.quality).classes(f"{known.quality} text-sm")
         if known.reason:
             ui.label(known.reason).classes("soft text-xs anywhere clamped")

@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import wraps
+from functools import partial, wraps
 from typing import Any
 from urllib.parse import quote
 
@@ -52,20 +52,27 @@ def tabs(
                 link.props("aria-current=page")
 
 
+def recording_address(name: str) -> str:
+    """Where the recording of this name is shown."""
+    return f"/recording?r={quote(name)}"
+
+
+def open_recording(name: str) -> None:
+    """Go to the page of the recording of this name."""
+    ui.navigate.to(recording_address(name))
+
+
 def neighbours(names: list[str], here: str, caption: str) -> None:
     """Buttons and arrow keys to the recordings before and after `here`."""
     at = names.index(here) if here in names else 0
     with ui.row().classes("items-center gap-1 min-w-0"):
-        for icon, step, key in (
-            ("navigate_before", -1, "j"),
-            ("navigate_next", 1, "k"),
+        for icon, step, key, label in (
+            ("navigate_before", -1, "j", "The recording before"),
+            ("navigate_next", 1, "k", "The next recording"),
         ):
             if 0 <= at + step < len(names):
-                where = f"/recording?r={quote(names[at + step])}"
-                label = "The recording before" if step < 0 else "The next recording"
-                button = ui.button(
-                    icon=icon, on_click=lambda w=where: ui.navigate.to(w)
-                )
+                go = partial(open_recording, names[at + step])
+                button = ui.button(icon=icon, on_click=go)
                 button.props(f'flat dense aria-label="{label}" accesskey="{key}"')
         ui.label(f"{at + 1} of {len(names)} · {caption}").classes("soft anywhere")
 
@@ -75,35 +82,41 @@ def bench_attribute(name: str) -> str:
     return name.replace("&", "&amp;").replace('"', "&quot;")
 
 
+def quiet_button(words: str, act: Callable[..., Any]) -> ui.button:
+    """A button that does not stand out; what its work refuses is shown."""
+    return ui.button(words, on_click=errors_shown(act)).props("flat dense no-caps")
+
+
 def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
     """Decorates the work of a button: what it refuses, or fails at, is shown on the
     page."""
 
-    def say(error: Exception) -> None:
-        if isinstance(error, Refused):
-            text = str(error)
-        else:
-            text = f"{getattr(error, 'filename', None) or ''} {error}".strip()
-        ui.notify(
-            text, type="negative", multi_line=True, timeout=12_000, close_button="OK"
-        )
+    @contextmanager
+    def shown() -> Iterator[None]:
+        try:
+            yield
+        except (Refused, OSError) as error:
+            where = getattr(error, "filename", None) or ""
+            say(f"{where} {error}".strip())
 
     if inspect.iscoroutinefunction(work):
 
         @wraps(work)
         async def later(*args: Any) -> Any:
-            try:
+            with shown():
                 return await work(*args)
-            except (Refused, OSError) as error:
-                say(error)
 
         return later
 
     @wraps(work)
     def now(*args: Any) -> Any:
-        try:
+        with shown():
             return work(*args)
-        except (Refused, OSError) as error:
-            say(error)
 
     return now
+
+
+def say(refusal: str) -> None:
+    """Show why something was refused until it is read."""
+    style = {"multi_line": True, "timeout": 12_000, "close_button": "OK"}
+    ui.notify(refusal, type="negative", **style)

@@ -54,22 +54,21 @@ class KeysForm:
 
     def _build(self, content: dict, rig: str | None, defaults: dict) -> None:
         for section in form(rig, content, defaults):
-            with ui.expansion(
-                section.title,
-                caption=section.help or None,
-                value=section.name in ("", rig, UNKNOWN),
-            ).classes("w-full") as self.sections[section.name]:
-                with ui.element("div").classes("card-grid"):
-                    for one in section.fields:
-                        if not one.rare:
-                            self._add(one, content)
-                if rare := [one for one in section.fields if one.rare]:
-                    with (
-                        ui.expansion("For simulating only").classes("w-full soft"),
-                        ui.element("div").classes("card-grid"),
-                    ):
-                        for one in rare:
-                            self._add(one, content)
+            opened = section.name in ("", rig, UNKNOWN)
+            caption = section.help or None
+            place = ui.expansion(section.title, caption=caption, value=opened)
+            self.sections[section.name] = place.classes("w-full")
+            rare = [one for one in section.fields if one.rare]
+            with place:
+                self._grid([one for one in section.fields if not one.rare], content)
+                if rare:
+                    with ui.expansion("For simulating only").classes("w-full soft"):
+                        self._grid(rare, content)
+
+    def _grid(self, fields: list[Field], content: dict) -> None:
+        with ui.element("div").classes("card-grid"):
+            for one in fields:
+                self._add(one, content)
 
     def _text(self) -> None:
         """The file as it is, where it is no TOML that a form could show."""
@@ -98,9 +97,8 @@ class KeysForm:
 
     def note(self, place: Place, value: Any, *, at_once: bool = False) -> None:
         """Somebody typed or chose something."""
-        if place in self.inputs and value == self.inputs[place].shown(
-            self.loaded.get(place)
-        ):
+        field = self.inputs.get(place)
+        if field and value == field.shown(self.loaded.get(place)):
             self.typed.pop(place, None)
             return
         self.typed[place] = value
@@ -245,9 +243,8 @@ class _Input:
     def mark(self, needed: bool) -> None:
         self.column.classes(**{"add" if needed else "remove": "needed"})
         self.help.set_text(("needed: " if needed else "") + self.key.help)
-        self.help.classes(
-            add="failed" if needed else "soft", remove="soft" if needed else "failed"
-        )
+        now, before = ("failed", "soft") if needed else ("soft", "failed")
+        self.help.classes(add=now, remove=before)
 
 
 class _Conditions:

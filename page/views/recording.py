@@ -19,7 +19,15 @@ from benchtwin.page.recording_files import own_folder
 from benchtwin.page.site import Site
 from benchtwin.page.views import keys_form, recording_menu
 from benchtwin.page.views.elements import Picture, Wave
-from benchtwin.page.views.frame import ANSWER_S, errors_shown, frame, neighbours
+from benchtwin.page.views.frame import (
+    ANSWER_S,
+    errors_shown,
+    frame,
+    neighbours,
+    open_recording,
+    quiet_button,
+    say,
+)
 from benchtwin.page.views.numbers import quantities_table
 from benchtwin.vision.evidence.photo import photo_size
 from benchtwin.vision.evidence.read_keys import read_toml
@@ -64,6 +72,11 @@ BY_HAND = {  # keys that "Automatic again" takes away
     "sound": [("drop", "impacts_added_s"), ("drop", "impacts_struck_s")],
 }
 KEPT_AS = {
+    "plumb": ("camera", "plumb_deg"),
+    "follow": ("track", "follow_px"),
+    "place": ("track", "places_px"),
+    "unplace": ("track", "places_px"),
+    "strike": ("track", "left_out_frames"),
     "base": ("pile", "baseline_px"),
     "roi": ("pile", "roi_px"),
     "window": ("pile", "window_pct"),
@@ -83,9 +96,8 @@ def register(site: Site) -> None:
         except (Refused, OSError) as error:
             with frame("benchtwin", back="/"):
                 why = str(error).replace(f"{site.folder.root}/", "")
-                ui.label(f"This recording cannot be opened: {why}").classes(
-                    "failed"
-                ).style("white-space: pre-wrap")
+                said = ui.label(f"This recording cannot be opened: {why}")
+                said.classes("failed").style("white-space: pre-wrap")
                 _only_keys(site, r)
             return
         await View(site, r, shown).build()
@@ -228,15 +240,14 @@ class View:
     def _which_rig(self) -> None:
         """What was done, asked before anything else: nothing is measured without it."""
 
-        async def say(rig: str) -> None:
+        async def done(rig: str) -> None:
             await self._keep({("", "rig"): rig}, by_hand=False)
 
         with ui.row().classes("items-center"):
             ui.label("What was done?").classes("text-lg failed")
-            for rig, means in ((r.name, r.what) for r in RIGS.values()):
-                ui.button(f"{rig}: {means}", on_click=partial(say, rig)).props(
-                    "no-caps outline"
-                )
+            for rig in RIGS.values():
+                words, act = f"{rig.name}: {rig.what}", partial(done, rig.name)
+                ui.button(words, on_click=act).props("no-caps outline")
 
     async def _picture(self) -> None:
         if self.is_pile:
@@ -269,9 +280,7 @@ class View:
                 ' aria-label="The sound"'
             ).style("height: 2.2rem; max-width: 100%")
             if self.picture is None:
-                ui.button(
-                    "Automatic again", on_click=errors_shown(self._automatic)
-                ).props("flat dense no-caps")
+                quiet_button("Automatic again", self._automatic)
         address = f"/wave?r={quote(self.name)}"
         end_s = sound.start_s + sound.duration_s
         self.wave = Wave(address, sound.start_s, end_s, self._clicked)
@@ -291,33 +300,23 @@ class View:
             )
             self.tool.classes("wrapping")
             self.tool.on_value_change(lambda e: self._take_tool(e.value or ""))
-            ui.button("Automatic again", on_click=errors_shown(self._automatic)).props(
-                "flat dense no-caps"
-            )
-            if self.is_pile and len(self._alike()) > 0:
-                ui.button("Use on other photos …", on_click=self._ask_others).props(
-                    "flat dense no-caps"
-                )
-            with (
-                ui.row()
-                .classes("items-center")
-                .bind_visibility_from(self.tool, "value", value="ruler")
-            ):
-                self.length = (
-                    ui.number("length of the ruler [mm]", value=100, min=0)
-                    .props("dense")
-                    .classes("w-40")
-                )
-                ui.button("Set scale", on_click=errors_shown(self._set_scale)).props(
-                    "dense no-caps"
-                )
-            ui.checkbox(
+            quiet_button("Automatic again", self._automatic)
+            if self.is_pile and self._alike():
+                quiet_button("Use on other photos …", self._ask_others)
+            with ui.row().classes("items-center") as scale:
+                self.length = ui.number("length of the ruler [mm]", value=100, min=0)
+                self.length.props("dense").classes("w-40")
+                act = errors_shown(self._set_scale)
+                ui.button("Set scale", on_click=act).props("dense no-caps")
+            scale.bind_visibility_from(self.tool, "value", value="ruler")
+            only = ui.checkbox(
                 "Use only places set by hand",
                 value=bool(self.recording.track.only_places),
                 on_change=lambda e: self._keep(
                     {("track", "only_places"): True if e.value else None}
                 ),
-            ).bind_visibility_from(self.tool, "value", value="place").props("dense")
+            )
+            only.bind_visibility_from(self.tool, "value", value="place").props("dense")
         self.help = ui.label().classes("soft text-xs")
         self.help.set_visibility(False)
 
@@ -401,16 +400,12 @@ class View:
         found = await asyncio.to_thread(measuring.measure_pile, self.recording, options)
         columns = {"automatic": found.quantities}
         if options != plain:
-            uncorrected = self.uncorrected
-            if uncorrected is None:
-                uncorrected = await asyncio.to_thread(
+            if self.uncorrected is None:
+                self.uncorrected = await asyncio.to_thread(
                     measuring.measure_pile, self.recording, plain
                 )
-                self.uncorrected = uncorrected
-            columns = {
-                "corrected": found.quantities,
-                "automatic": uncorrected.quantities,
-            }
+            columns = {"corrected": found.quantities}
+            columns["automatic"] = self.uncorrected.quantities
         told = {"quantities", "notes", "trouble"}
         self._draw(**{k: v for k, v in asdict(found).items() if k not in told})
         self.numbers.set_content(quantities_table(columns))
@@ -429,11 +424,9 @@ class View:
             impacts=now.impacts, added=now.added, struck=now.struck, others=now.others
         )
         drop = self.recording.drop
-        by_hand = bool(drop.impacts_added_s or drop.impacts_struck_s)
-        if by_hand:
+        columns = {"automatic": now.quantities}
+        if drop.impacts_added_s or drop.impacts_struck_s:
             columns = {"corrected": now.quantities, "automatic": now.automatic}
-        else:
-            columns = {"automatic": now.quantities}
         self.numbers.set_content(quantities_table(columns))
         self.plots.clear()
         with self.plots:
@@ -496,35 +489,27 @@ class View:
         """A handle was let go: keep it, measure anew."""
         if what == "ruler":
             self.ruler = value
-        elif what == "plumb":
-            await self._keep(
-                {("camera", "plumb_deg"): round(measuring.plumb(value), 3)}
-            )
-        elif what == "follow":
-            await self._keep(
-                {("track", "follow_px"): [round(float(v), 1) for v in value]}
-            )
+            return
+        kept: Any = value
+        track = self.recording.track
+        if what == "plumb":
+            kept = round(measuring.plumb(value), 3)
         elif what in ("place", "unplace"):
             at = int(value[0] if what == "place" else value)
-            stated = self.recording.track.places_px or ()
-            places: list[list[float]] = [[*p] for p in stated if p[0] != at]
+            kept = [[*p] for p in track.places_px or () if p[0] != at]
             if what == "place":
-                places.append([at, *(round(float(v), 1) for v in value[1:])])
-            await self._keep({("track", "places_px"): sorted(places) or None})
+                kept.append([at, *(round(float(v), 1) for v in value[1:])])
+            kept = sorted(kept) or None
         elif what == "strike":
-            struck = set(self.recording.track.left_out_frames or ()) ^ {int(value)}
-            await self._keep({("track", "left_out_frames"): sorted(struck) or None})
-        elif what in KEPT_AS:
-            kept: list[float]
-            if what == "roi":
-                kept = [int(v) for v in value]
-            else:
-                kept = [round(float(v), 2) for v in value]
-            await self._keep({KEPT_AS[what]: kept})
+            kept = sorted({*(track.left_out_frames or ())} ^ {int(value)}) or None
+        elif what == "roi":
+            kept = [int(v) for v in value]
+        else:
+            kept = [round(float(v), 1 if what == "follow" else 2) for v in value]
+        await self._keep({KEPT_AS[what]: kept})
 
     async def _set_scale(self) -> None:
-        width = self.size[0]
-        height = self.size[1]
+        width, height = self.size
         points = self.ruler or [0.35 * width, 0.5 * height, 0.65 * width, 0.5 * height]
         try:
             scale, sd = measuring.ruler(points, float(self.length.value or np.nan))
@@ -538,13 +523,9 @@ class View:
         )
 
     async def _automatic(self) -> None:
-        kinds = (
-            ["pile"]
-            if self.is_pile
-            else ["film"] * (self.picture is not None)
-            + ["sound"] * (self.wave is not None)
-        )
-        if self.picture is not None:
+        filmed, heard = self.picture is not None, self.wave is not None
+        kinds = ["pile"] if self.is_pile else ["film"] * filmed + ["sound"] * heard
+        if filmed:
             self.tool.set_value("")
         await self._keep(dict.fromkeys(key for kind in kinds for key in BY_HAND[kind]))
 
@@ -562,10 +543,10 @@ class View:
                 toml_file.change(keys, changes, by_hand=by_hand)
             self.recording = self.site.recording(self.name)
         except (Refused, OSError) as error:
-            ui.notify(str(error), type="negative", timeout=12_000, close_button="OK")
+            say(str(error))
             loose = False
         if loose:
-            recording_menu.open_page(self.name)
+            open_recording(self.name)
             return
         await self._changed(rig)
 
@@ -603,12 +584,9 @@ class View:
             boxes: dict[Path, ui.checkbox] = {}
             with ui.row():
                 for words, value in (("All", True), ("None", False)):
-                    ui.button(
-                        words,
-                        on_click=lambda v=value: [
-                            b.set_value(v) for b in boxes.values()
-                        ],
-                    ).props("flat dense no-caps")
+                    quiet_button(
+                        words, lambda v=value: [b.set_value(v) for b in boxes.values()]
+                    )
             with ui.column().classes("gap-0 w-full chosen-photos"):
                 for one in self._alike():
                     file = original_name(one)

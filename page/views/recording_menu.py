@@ -7,16 +7,11 @@ from urllib.parse import quote
 from benchtwin.page import recording_files as files
 from benchtwin.page.folder import Refused
 from benchtwin.page.site import Site
-from benchtwin.page.views.frame import bench_attribute, errors_shown
+from benchtwin.page.views.frame import bench_attribute, errors_shown, open_recording
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 from nicegui import run, ui
-
-
-def open_page(name: str) -> None:
-    """Go to the page of the recording of this name."""
-    ui.navigate.to(f"/recording?r={quote(name)}")
 
 
 def show(
@@ -41,7 +36,7 @@ def own_folder_button(site: Site, recording: Recording) -> None:
     @errors_shown
     def make() -> None:
         made = files.own_folder(recording.path, site.folder)
-        open_page(site.folder.name_of(made))
+        open_recording(site.folder.name_of(made))
 
     ui.button("Put it into a folder of its own", on_click=make).props("no-caps outline")
 
@@ -115,13 +110,10 @@ class _Menu:
                 " one film?"
             ).classes("text-lg failed anywhere")
             with ui.row():
-                for words, act in (
-                    (f"{len(taken)} photos of heaps", self.split),
-                    ("One film", self.join),
-                ):
-                    ui.button(words, on_click=errors_shown(act)).props(
-                        "no-caps outline"
-                    )
+                photos = f"{len(taken)} photos of heaps"
+                for words, act in ((photos, self.split), ("One film", self.join)):
+                    button = ui.button(words, on_click=errors_shown(act))
+                    button.props("no-caps outline")
             ui.label(f"The pictures do not tell: {why}.").classes("soft text-sm")
 
     def _joined(self) -> str:
@@ -143,7 +135,7 @@ class _Menu:
     async def join(self) -> None:
         made = await run.io_bound(files.join_as_film, self.series, self.site.folder)
         if made is not None:  # None: the server is being stopped
-            open_page(self.site.folder.name_of(made))
+            self._open(made)
 
     def remove(self) -> None:
         files.remove(self.path, self.site.folder)
@@ -156,18 +148,15 @@ class _Menu:
             @errors_shown
             def act() -> None:
                 made = files.rename(self.path, name.value or "", self.site.folder)
-                open_page(self.site.folder.name_of(made))
+                self._open(made)
 
             name.on("keydown.enter", act)
             ui.button("Rename", on_click=act).props("no-caps")
         dialog.open()
 
     def ask_bench(self) -> None:
-        benches = {
-            self.site.folder.name_of(b): b
-            for b in self.site.folder.benches()
-            if b != self.bench
-        }
+        folder = self.site.folder
+        benches = {folder.name_of(b): b for b in folder.benches() if b != self.bench}
         with ui.dialog() as dialog, ui.card():
             ui.label("What its bench.toml says holds for it no longer.").classes("soft")
             chosen = ui.select([*benches], label="Bench", value=next(iter(benches)))
@@ -176,12 +165,13 @@ class _Menu:
             def act() -> None:
                 if chosen.value not in benches:
                     raise Refused("say to which bench")
-                bench = benches[chosen.value]
-                made = files.move(self.path, bench, self.site.folder)
-                open_page(self.site.folder.name_of(made))
+                self._open(files.move(self.path, benches[chosen.value], folder))
 
             ui.button("Move", on_click=act).props("no-caps")
         dialog.open()
+
+    def _open(self, made: Path) -> None:
+        open_recording(self.site.folder.name_of(made))
 
     def _to_bench(self) -> None:
         ui.navigate.to(f"/bench?b={quote(self.site.folder.name_of(self.bench))}")

@@ -10,7 +10,6 @@ from urllib.parse import quote
 import pandas as pd
 from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.calibrate.export import ENGINES
-from benchtwin.diagnose.words import percent
 from benchtwin.page import results
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
@@ -26,15 +25,8 @@ REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),
     ("diagnosed/report.html", "Diagnosis"),
 )
-COLUMNS = (
-    "rig",
-    "quantity",
-    "conditions",
-    "mean",
-    "n",
-    "scatter",
-    "far from the others",
-)
+COLUMNS = ("rig", "quantity", "conditions", "mean", "n", "scatter")
+COLUMNS += ("far from the others",)
 TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 
@@ -108,10 +100,8 @@ def _downloads(site: Site, bench: Path, left: Path) -> None:
         if (left / "calibrated" / "result.json").is_file():
             ui.label("Calibrated parameters as cards for").classes("soft")
             for engine in ENGINES:
-                ui.link(
-                    names.get(engine, engine.upper()),
-                    f"/cards?bench={name}&engine={engine}",
-                )
+                address = f"/cards?bench={name}&engine={engine}"
+                ui.link(names.get(engine, engine.upper()), address)
 
 
 def _framed(site: Site, file: Path, heading: str) -> None:
@@ -124,22 +114,21 @@ def _framed(site: Site, file: Path, heading: str) -> None:
 
 def _explanations(found: list[results.Explained]) -> None:
     """A bar an explanation, as long as it is probable."""
+    from benchtwin.diagnose.words import percent
+
     for one in found:
         with ui.column().classes("w-full gap-1 q-mb-md"):
-            ui.label(f"{one.rig.capitalize()}: {one.sentence}.").classes(
-                f"text-lg {TONES.get(one.tone, 'text-warning')}"
-            )
+            said = ui.label(f"{one.rig.capitalize()}: {one.sentence}.")
+            said.classes(f"text-lg {TONES.get(one.tone, 'text-warning')}")
             for explanation in one.explanations:
                 with ui.row().classes("items-center w-full no-wrap"):
-                    ui.label(percent(explanation.probability)).classes(
-                        "w-16 shrink-0 text-right"
-                    )
-                    ui.linear_progress(
-                        explanation.probability, show_value=False
-                    ).classes("share").props("aria-hidden=true")
-                    ui.label(
-                        " and ".join(explanation.effects) or "nothing is missing"
-                    ).classes("grow anywhere")
+                    share = explanation.probability
+                    ui.label(percent(share)).classes("w-16 shrink-0 text-right")
+                    bar = ui.linear_progress(share, show_value=False)
+                    bar.classes("share").props("aria-hidden=true")
+                    missing = " and ".join(explanation.effects)
+                    words = ui.label(missing or "nothing is missing")
+                    words.classes("grow anywhere")
 
 
 def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
@@ -161,19 +150,11 @@ def _means(file: Path) -> None:
     table = table[table["n"] > 1]
     if not len(table):
         return
-    with (
-        ui.expansion(
-            f"Means over repeats ({len(table)} rows): ± is half the 95 % interval"
-        ).classes("w-full"),
-        ui.element("div").classes("scroll-x"),
-    ):
-        ui.table(
-            columns=[
-                {"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS
-            ],
-            rows=[_mean(row) for row in table.itertuples()],
-            pagination=12,
-        ).props("dense flat")
+    title = f"Means over repeats ({len(table)} rows): ± is half the 95 % interval"
+    heads = [{"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS]
+    rows = [_mean(row) for row in table.itertuples()]
+    with ui.expansion(title).classes("w-full"), ui.element("div").classes("scroll-x"):
+        ui.table(columns=heads, rows=rows, pagination=12).props("dense flat")
 
 
 def _mean(row) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Runs of a bench: started, followed, stopped, resumed."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 from benchtwin.page import runs
@@ -21,56 +22,42 @@ from benchtwin.page.views.frame import errors_shown
 from nicegui import ui
 
 EVERY_S = 0.7
-ASKS = (  # command, label, options, what for
-    (
-        "measure",
-        "Measure",
-        (),
+QUICK = ("--quick",)
+ASKS = {  # by the button: command, options, what for
+    "Measure": (
+        *("measure", ()),
         "every recording: numbers, pictures, means over the repeats",
     ),
-    (
-        "calibrate",
-        "Calibrate, quick",
-        ("--quick",),
+    "Calibrate, quick": (
+        *("calibrate", QUICK),
         "contact parameters from fewer simulations: minutes",
     ),
-    (
-        "calibrate",
-        "Calibrate",
-        (),
+    "Calibrate": (
+        *("calibrate", ()),
         "contact parameters with all repeats and piles: half an hour and more",
     ),
-    (
-        "diagnose",
-        "Diagnose",
-        ("--quick",),
+    "Diagnose": (
+        *("diagnose", QUICK),
         "is anything in the recordings that no parameter explains?",
     ),
-)
-COLOURS = {
-    DONE: "good",
-    RUNNING: "",
-    WAITING: "soft",
-    STOPPED: "doubtful",
-    FAILED: "failed",
-    BROKEN: "doubtful",
-    ELSEWHERE: "doubtful",
-    UNREADABLE: "failed",
 }
+COLOURS = {DONE: "good", RUNNING: "", WAITING: "soft"}
+COLOURS |= dict.fromkeys((STOPPED, BROKEN, ELSEWHERE), "doubtful")
+COLOURS |= dict.fromkeys((FAILED, UNREADABLE), "failed")
 GOES_ON = {STOPPED: "Go on", BROKEN: "Go on", FAILED: "Go on", ELSEWHERE: "Run here"}
 
 
 def panel(site: Site, bench: Path) -> None:
     """Buttons and the list of runs, renewed while one runs."""
+
+    def ask(command: str, options: tuple[str, ...]) -> None:
+        runs.enqueue(bench, command, options, site.folder)
+        listed.refresh()
+
     with ui.row():
-        for command, label, options, purpose in ASKS:
-
-            @errors_shown
-            def ask(command: str = command, options: tuple[str, ...] = options) -> None:
-                runs.enqueue(bench, command, options, site.folder)
-                listed.refresh()
-
-            ui.button(label, on_click=lambda ask=ask: ask()).tooltip(purpose)
+        for label, (command, options, purpose) in ASKS.items():
+            act = partial(errors_shown(ask), command, options)
+            ui.button(label, on_click=act).tooltip(purpose)
     ui.label(
         "A run goes on when this page or the browser is closed. Stopped, it goes on"
         " where it was."
@@ -86,9 +73,10 @@ def panel(site: Site, bench: Path) -> None:
             _shown(site, bench, one, opened, listed.refresh)
 
     listed()
-    last: list[object] = [None]
+    last: object = None
 
     def look() -> None:
+        nonlocal last
         try:
             now = [
                 (r.folder.name, r.status, r.progress, len(r.log), int(r.took_s))
@@ -97,8 +85,8 @@ def panel(site: Site, bench: Path) -> None:
             ]
         except (OSError, Refused):
             return  # the bench was moved away; the page says so when it is used
-        if now != last[0]:
-            last[0] = now
+        if now != last:
+            last = now
             listed.refresh()
 
     ui.timer(EVERY_S, look)
@@ -119,9 +107,8 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
 
     with ui.card().classes("w-full q-pa-sm"), ui.column().classes("w-full gap-1"):
         with ui.row().classes("items-center w-full"):
-            ui.label(f"{one.number}. {one.command} {' '.join(one.options)}").classes(
-                "font-bold anywhere"
-            )
+            what = f"{one.number}. {one.command} {' '.join(one.options)}"
+            ui.label(what).classes("font-bold anywhere")
             ui.label(one.status).classes(COLOURS[one.status])
             ui.label(_duration(one.took_s) if one.status != WAITING else "")
             ui.space()
@@ -133,20 +120,17 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
         if one.status == RUNNING:
             part = re.search(r"\b(\d{1,9})/(\d{1,9})\b", one.progress)
             share = int(part[1]) / max(int(part[2]), 1) if part else 0.0
-            ui.linear_progress(share, show_value=False).props(
-                "" if part else "indeterminate"
-            )
+            bar = ui.linear_progress(share, show_value=False)
+            bar.props("" if part else "indeterminate")
             ui.label(one.progress).classes("text-sm").props('role="status"')
         if one.log:
 
             def turn(event) -> None:
                 (opened.add if event.value else opened.discard)(name)
 
-            with ui.expansion(
-                "Output",
-                value=name in opened or one.status == FAILED,
-                on_value_change=turn,
-            ).classes("w-full"):
+            shown = name in opened or one.status == FAILED
+            output = ui.expansion("Output", value=shown, on_value_change=turn)
+            with output.classes("w-full"):
                 ui.label(one.log).classes("log")
 
 

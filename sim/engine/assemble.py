@@ -70,23 +70,21 @@ def _normal(law: Law, on: int, fixed: int, neutral):
     own reach, whatever another law's is."""
     f, is_on = inner(law.function), _numbers_from(on, 1, True)
     take_numbers = _numbers_from(on + 1, len(law.parameters), True)
-    reach = njit(**OPTIONS)(law.reach) if law.reach else None
-    if reach is None:
+    reach = njit(**OPTIONS)(law.reach or _touching)
 
-        def call(overlap, closing, radius, modulus, P, t):
-            if is_on(P, t)[0] > 0.5 and overlap >= 0.0:
-                return f(overlap, closing, radius, modulus, *take_numbers(P, t))
-            return 0.0
-    else:
-
-        def call(overlap, closing, radius, modulus, P, t):
-            if is_on(P, t)[0] > 0.5 and -overlap <= reach(
-                radius, modulus, *take_numbers(P, t)
-            ):
-                return f(overlap, closing, radius, modulus, *take_numbers(P, t))
-            return 0.0
+    def call(overlap, closing, radius, modulus, P, t):
+        if is_on(P, t)[0] > 0.5 and -overlap <= reach(
+            radius, modulus, *take_numbers(P, t)
+        ):
+            return f(overlap, closing, radius, modulus, *take_numbers(P, t))
+        return 0.0
 
     return njit(**OPTIONS)(call)
+
+
+def _touching(radius, modulus, *numbers):
+    """The reach of a law that acts on touching surfaces only."""
+    return 0.0
 
 
 def _after(first, second):
@@ -149,20 +147,13 @@ def reach(placed: list[tuple[Law, int]]) -> Callable | None:
 
 
 def _farther(f, is_on, numbers, before):
-    if before is None:
+    before = before or njit(**OPTIONS)(lambda radius, modulus, row, table: 0.0)
 
-        def call(radius, modulus, row, table):
-            if is_on(table, row)[0] > 0.5:
-                return f(radius, modulus, *numbers(table, row))
-            return 0.0
-    else:
-
-        def call(radius, modulus, row, table):
-            if is_on(table, row)[0] > 0.5:
-                own = f(radius, modulus, *numbers(table, row))
-            else:
-                own = 0.0
-            return max(own, before(radius, modulus, row, table))
+    def call(radius, modulus, row, table):
+        own = before(radius, modulus, row, table)
+        if is_on(table, row)[0] > 0.5:
+            own = max(own, f(radius, modulus, *numbers(table, row)))
+        return own
 
     return njit(**OPTIONS)(call)
 
@@ -213,15 +204,11 @@ def motions(laws: tuple[Law, ...]) -> Callable | None:
 
 
 def _with_motion(f, numbers, mine, others):
-    if others is None:
+    others = others or njit(**OPTIONS)(lambda number, t, row: (0.0, 0.0))
 
-        def call(number, t, row):
+    def call(number, t, row):
+        if number == mine:
             return f(t, *numbers(row))
-    else:
-
-        def call(number, t, row):
-            if number == mine:
-                return f(t, *numbers(row))
-            return others(number, t, row)
+        return others(number, t, row)
 
     return njit(**OPTIONS)(call)

@@ -229,13 +229,8 @@ def correct(first, last, dt, look, slot, s, fresh):
             if asleep:
                 if not balanced:  # from rest
                     s.calm[n] = 0
-                    f[0] = fx
-                    f[1] = fy
-                    f[2] = fz
-                    f[3] = tx
-                    f[4] = ty
-                    f[5] = tz
-                    f[BRAKE] = new[BRAKE]
+                    f[0], f[1], f[2] = fx, fy, fz
+                    f[3], f[4], f[5], f[BRAKE] = tx, ty, tz, new[BRAKE]
                 continue
             s.calm[n] = s.calm[n] + 1 if balanced and slow else 0
             if s.calm[n] >= CALM:
@@ -247,13 +242,8 @@ def correct(first, last, dt, look, slot, s, fresh):
         m[V + 1] += half * (fy - f[1])
         m[V + 2] += half * (fz - f[2])
         lx, ly, lz = spun[0] + h * tx, spun[1] + h * ty, spun[2] + h * tz
-        f[0] = fx
-        f[1] = fy
-        f[2] = fz
-        f[3] = tx
-        f[4] = ty
-        f[5] = tz
-        f[BRAKE] = new[BRAKE]
+        f[0], f[1], f[2] = fx, fy, fz
+        f[3], f[4], f[5], f[BRAKE] = tx, ty, tz, new[BRAKE]
         j = s.trait[2 * n + 1]
         if j > 0.0:
             if HAS_BRAKE:

@@ -10,17 +10,8 @@ from benchtwin.sim.engine.tiles import LANES, STRIDE
 LAST_LANE = LANES - 1
 WALL_MASS = 1e300  # so that m_i m_j / (m_i + m_j) is the seed's own mass
 # Columns of a block's sums.
-(
-    S_OVERLAP,
-    S_NORMAL,
-    S_TANGENTIAL,
-    S_DAMPED,
-    S_SLIPPED,
-    S_ROLLED,
-    S_EXTRA,
-    S_WALLS,
-    S_CONTACTS,
-) = range(9)
+S_OVERLAP, S_NORMAL, S_TANGENTIAL, S_DAMPED, S_SLIPPED = range(5)
+S_ROLLED, S_EXTRA, S_WALLS, S_CONTACTS = range(5, 9)
 SUMS = 9
 LEDGER = False
 HAS_RESTITUTION = False

@@ -203,22 +203,10 @@ def _first_forces(world: World, tables: Tables, state: State) -> State:
     view = _view(world, tables, state)
     status = np.array([STALE, 0, 0])  # as if the positions had just been predicted
     run = _kernel_of(world, tables)
-    run(
-        0,
-        1,
-        1,
-        0,
-        1e-30,
-        np.inf,
-        np.inf,
-        np.inf,
-        view,
-        kernels.scratch_for(view),
-        np.zeros(8, np.int64),
-        status,
-        state.ledger,
-        state.wall_push_ns,
-    )
+    before = (0, 1, 1, 0, 1e-30, np.inf, np.inf, np.inf, view)
+    counters = np.zeros(8, np.int64)
+    scratch = kernels.scratch_for(view)
+    run(*before, scratch, counters, status, state.ledger, state.wall_push_ns)
     return state
 
 
@@ -233,70 +221,37 @@ def _check_apart(state: State, allowed: float) -> None:
 
 def _view(world: World, tables: Tables, s: State) -> View:
     """What the kernels see: the arrays of `s` themselves, of its world, and scratch."""
-    w = tables.walls
-    blocks = len(s.block_body) - 1
-    window = np.zeros(bodies.FROM_CONTACTS * int(s.block_window[-1]))
+    w, blocks, pairs = tables.walls, len(s.block_body) - 1, len(s.pair_i)
     trait = bodies.traits(tables.shape, s.shape_of)
-    view = View(
-        s.motion.ravel(),
-        s.motion,
-        s.turn,
-        s.spin,
-        s.load,
-        s.calm,
-        trait,
-        s.shape_of,
-        s.material,
-        s.ball.ravel(),
-        s.owner,
-        s.path,
-        s.ball_start,
-        tables.shape,
-        tables.shape_start,
-        tables.shape_ball,
-        s.pair_i,
-        s.pair_j,
-        s.pair_memory,
-        s.pair_touch,
-        np.full(len(s.pair_i), -1.0, np.float32),
-        np.zeros(len(s.pair_i), np.uint32),
-        np.full(blocks, -1),
-        world.sleep,
-        np.zeros(2, np.int64),
-        s.wall_i,
-        s.wall_p,
-        s.wall_memory,
-        s.wall_touch,
-        s.block_body,
-        s.block_pair,
-        s.block_wall,
-        s.block_window,
-        window,
-        s.sums,
-        s.totals,
-        s.prim,
-        w.prim,
-        s.prim_ref,
-        w.kind,
-        w.wall,
-        tables.wall_material,
-        w.corners,
-        s.twist,
-        np.zeros((blocks, len(world.walls), 6)),
-        s.wall_load,
-        w.moves,
-        w.move_numbers,
-        np.zeros(1),
-        tables.pairs,
-        len(tables.materials),
-        np.asarray(world.gravity, float),
-        tables.body_numbers,
-        world.share_damping and bool(len(s.ball) > len(s.motion)),
-        bool(np.all(trait[1::2] > 0)),
-        np.inf if world.pull_at_end else 0.0,
-        float(world.cap_damped),
-    )
-    return view
+    seen = {**vars(tables), **vars(s)}  # those that bear the same name
+    seen |= {
+        "motion": s.motion.ravel(),
+        "body": s.motion,
+        "trait": trait,
+        "ball": s.ball.ravel(),
+        "pair_quiet": np.full(pairs, -1.0, np.float32),
+        "awake": np.zeros(pairs, np.uint32),
+        "awakes": np.full(blocks, -1),
+        "sleeps": world.sleep,
+        "woken": np.zeros(2, np.int64),
+        "window": np.zeros(bodies.FROM_CONTACTS * int(s.block_window[-1])),
+        "prim_rest": w.prim,
+        "prim_kind": w.kind,
+        "prim_wall": w.wall,
+        "corners": w.corners,
+        "wall_push": np.zeros((blocks, len(world.walls), 6)),
+        "moves": w.moves,
+        "move_numbers": w.move_numbers,
+        "wall_way": np.zeros(1),
+        "table": tables.pairs,
+        "materials": len(tables.materials),
+        "gravity": np.asarray(world.gravity, float),
+        "shared": world.share_damping and bool(len(s.ball) > len(s.motion)),
+        "single": bool(np.all(trait[1::2] > 0)),
+        "pull": np.inf if world.pull_at_end else 0.0,
+        "whole": float(world.cap_damped),
+    }
+    return View(**{name: seen[name] for name in View._fields})
 
 
 def _kernel_of(world: World, tables: Tables):
@@ -304,8 +259,7 @@ def _kernel_of(world: World, tables: Tables):
     run, mark = kernels.build(laws, tables.walls.motion_laws, ledger=world.ledger)
     if mark not in _ANNOUNCED and not is_kept("advance", mark):
         print(
-            "benchtwin: compiling the step loop for this set of laws (once; about 20"
-            " s) …",
+            "benchtwin: compiling the step loop for this set of laws (once; 20 s) …",
             file=sys.stderr,
             flush=True,
         )
@@ -407,8 +361,8 @@ def _room(
     world: World, tables: Tables, state: State, threads: int
 ) -> tuple[View, list[kernels.Scratch]]:
     view = _view(world, tables, state)
-    name = min(threads, len(state.block_body) - 1)
-    return view, [kernels.scratch_for(view) for _ in range(name)]
+    useful = min(threads, len(state.block_body) - 1)
+    return view, [kernels.scratch_for(view) for _ in range(useful)]
 
 
 def _in_threads(
@@ -420,22 +374,12 @@ def _in_threads(
     view: View,
     status: np.ndarray,
 ) -> None:
-    threads = len(scratch)
-    counters = np.zeros(8, np.int64)
-    before = (
-        threads,
-        steps,
-        state.step,
-        state.dt,
-        state.skin,
-        world.most_overlap,
-        world.most_speed_m_s,
-        view,
-    )
-    after = (counters, status, state.ledger, state.wall_push_ns)
+    limits = (world.most_overlap, world.most_speed_m_s)
+    before = (len(scratch), steps, state.step, state.dt, state.skin, *limits, view)
+    after = (np.zeros(8, np.int64), status, state.ledger, state.wall_push_ns)
     others = [
         threading.Thread(target=loop, args=(me, *before, scratch[me], *after))
-        for me in range(1, threads)
+        for me in range(1, len(scratch))
     ]
     for other in others:
         other.start()

@@ -63,22 +63,15 @@ def pair_geometry(P, count):
     """Normal, overlap, effective radius and arms of `count` ball–ball contacts. The
     contact lies in the middle of the overlap."""
     for t in range(count):
-        dx = P[DX + t]
-        dy = P[DY + t]
-        dz = P[DZ + t]
-        ri = P[RI + t]
-        rj = P[RJ + t]
+        dx, dy, dz = P[DX + t], P[DY + t], P[DZ + t]
+        ri, rj = P[RI + t], P[RJ + t]
         distance = math.sqrt(dx * dx + dy * dy + dz * dz)
         inverse = 1.0 / distance
-        nx = dx * inverse
-        ny = dy * inverse
-        nz = dz * inverse
+        nx, ny, nz = dx * inverse, dy * inverse, dz * inverse
         overlap = ri + rj - distance
         to_i = ri - 0.5 * overlap
         to_j = rj - 0.5 * overlap
-        P[NX + t] = nx
-        P[NY + t] = ny
-        P[NZ + t] = nz
+        P[NX + t], P[NY + t], P[NZ + t] = nx, ny, nz
         P[OVERLAP + t] = overlap
         P[RADIUS + t] = ri * rj / (ri + rj)
         P[AIX + t] = P[OIX + t] - nx * to_i
@@ -176,9 +169,7 @@ def laws(P, count, dt, pull, whole):
     pulls at its end: without limit, or 0. whole: 1 where damping counts in the caps of
     friction and rolling, else 0."""
     for t in range(count):
-        nx = P[NX + t]
-        ny = P[NY + t]
-        nz = P[NZ + t]
+        nx, ny, nz = P[NX + t], P[NY + t], P[NZ + t]
         gap = P[OVERLAP + t]
         overlap = max(gap, 0.0)
         radius = P[RADIUS + t]
@@ -188,8 +179,7 @@ def laws(P, count, dt, pull, whole):
         wjx, wjy, wjz = P[WJX + t], P[WJY + t], P[WJZ + t]
         closing = P[CLOSING + t]
         vx, vy, vz = P[SLIP_X + t], P[SLIP_Y + t], P[SLIP_Z + t]
-        mi = P[MI + t]
-        mj = P[MJ + t]
+        mi, mj = P[MI + t], P[MJ + t]
         mass = mi * mj / (mi + mj) * P[SHARE + t]
 
         damping = P[DAMPING + t]
@@ -231,9 +221,7 @@ def laws(P, count, dt, pull, whole):
         )
         if HAS_NORMAL:  # a contact that only a film or neck holds keeps no spring
             held = 1.0 if gap > 0.0 else 0.0
-            sx = sx * held
-            sy = sy * held
-            sz = sz * held
+            sx, sy, sz = sx * held, sy * held, sz * held
         P[MEMORY + t] = sx
         P[MEMORY + STRIDE + t] = sy
         P[MEMORY + 2 * STRIDE + t] = sz
@@ -245,14 +233,11 @@ def laws(P, count, dt, pull, whole):
         fx = along * nx + tx
         fy = along * ny + ty
         fz = along * nz + tz
-        P[FX + t] = fx
-        P[FY + t] = fy
-        P[FZ + t] = fz
+        P[FX + t], P[FY + t], P[FZ + t] = fx, fy, fz
 
         rix, riy, riz, rjx, rjy, rjz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         # applied with the step, which knows where they end: see `bodies`
-        brake_i = 0.0
-        brake_j = 0.0
+        brake_i, brake_j = 0.0, 0.0
         if HAS_SPIN:
             spin_i = math.sqrt(wix * wix + wiy * wiy + wiz * wiz)
             spin_j = math.sqrt(wjx * wjx + wjy * wjy + wjz * wjz)
@@ -260,11 +245,9 @@ def laws(P, count, dt, pull, whole):
             arm_j = math.sqrt(bx * bx + by * by + bz * bz)
             brake_i = rolling_spin(carried, spin_i, arm_i, P[MU_R + t], P, t)
             brake_j = rolling_spin(carried, spin_j, arm_j, P[MU_R + t], P, t)
-        P[BRAKE_I + t] = brake_i
-        P[BRAKE_J + t] = brake_j
+        P[BRAKE_I + t], P[BRAKE_J + t] = brake_i, brake_j
         stir = closing * closing + vx * vx + vy * vy + vz * vz
-        P[STIR_I + t] = stir
-        P[STIR_J + t] = stir
+        P[STIR_I + t], P[STIR_J + t] = stir, stir
         if HAS_RELATIVE or HAS_SPRING:
             ox, oy, oz = wix - wjx, wiy - wjy, wiz - wjz
             twist = ox * nx + oy * ny + oz * nz

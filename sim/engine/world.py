@@ -12,7 +12,7 @@ from benchtwin.sim.engine.walls import Wall, WallTables, tabulate
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.laws.hertz_mindlin import damping_factor
 from benchtwin.sim.laws.law import CONTACT_KINDS, Chosen
-from benchtwin.sim.material import Contact, Material, effective_moduli
+from benchtwin.sim.material import Contact, Material, effective_moduli, within
 
 Vector = tuple[float, float, float]
 
@@ -184,15 +184,6 @@ class Tables:
     shape_start: np.ndarray
     shape_ball: np.ndarray  # (balls, 4): centre in the principal frame, radius
     shape_material: np.ndarray
-
-
-def within(name: str, value: float, low: float, high: float, unit: str) -> float:
-    """The value, or a ValueError that names it and its range."""
-    if not low <= value <= high:
-        raise ValueError(
-            f"{name} = {value} must be {low:g} to {high:g} {unit}".rstrip()
-        )
-    return float(value)
 
 
 def _finite(name: str, values, count: int) -> np.ndarray:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.sim.rigs.bench import Columns
+from benchtwin.sim.rotation import product
 
 COLUMNS = 14  # mol, place (3), quaternion (4), velocity (3), spin (3)
 
@@ -51,9 +52,9 @@ def read_way(folder: Path, name: str, orientations: np.ndarray) -> Way:
                 )
         inverse = reference[:, 3:7] * np.array([1.0, -1.0, -1.0, -1.0])
         for step, frame in frames:
-            turn = products(frame[:, 3:7], inverse)
+            turn = product(frame[:, 3:7], inverse)
             steps.append(step)
-            turned = products(turn, orientations)
+            turned = product(turn, orientations)
             rows.append(np.concatenate([frame[:, :3], turned, frame[:, 7:]], axis=1))
     if not steps:
         raise RuntimeError(f"{folder}: LAMMPS has left no frame of {name}")
@@ -86,15 +87,6 @@ def read_dump(file: Path, count: int) -> list[tuple[int, np.ndarray]]:
             rows[numbers[:, 0].astype(int) - 1] = numbers[:, 1:]
             found.append((int(head[0]), rows))
     return found
-
-
-def products(p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Quaternions (n, 4) of the turns q followed by the turns p."""
-    a, b, u, v = p[:, :1], q[:, :1], p[:, 1:], q[:, 1:]
-    return np.concatenate(
-        [a * b - (u * v).sum(axis=1, keepdims=True), a * v + b * u + np.cross(u, v)],
-        axis=1,
-    )
 
 
 def read_pushes(

@@ -29,31 +29,17 @@ class Program:
     def command(self, ranks: int, arguments: list[str]) -> list[str]:
         """The command line; LAMMPS ends when who started it is killed, where the system
         can see to that."""
-        if setpriv := shutil.which("setpriv"):
-            tied = [setpriv, "--pdeathsig", "TERM"]
-        else:
-            tied = []
+        setpriv = shutil.which("setpriv")
+        tied = [setpriv, "--pdeathsig", "TERM"] if setpriv else []
         if ranks == 1:
             return [*tied, self.executable, *arguments]
         if self.launcher is None:
             raise Unavailable(
                 f"--ranks {ranks} needs mpiexec, which is not there: {INSTALL}"
             )
-        here = [
-            "-launcher",
-            "fork",
-            "-hosts",
-            "localhost",
-        ]  # in a Slurm job too, where mpiexec would start them anywhere
-        return [
-            *tied,
-            self.launcher,
-            *here,
-            "-n",
-            str(ranks),
-            self.executable,
-            *arguments,
-        ]
+        # in a Slurm job too, where mpiexec would start them anywhere
+        here = [self.launcher, "-launcher", "fork", "-hosts", "localhost"]
+        return [*tied, *here, "-n", str(ranks), self.executable, *arguments]
 
 
 class Unavailable(RuntimeError):

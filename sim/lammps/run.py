@@ -1,6 +1,7 @@
 """Running stages: inputs written, LAMMPS run, its own restart files taken up where it
 was stopped, its frames read."""
 
+import filecmp
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,20 +31,18 @@ class Lammps:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._written(stage, placed, title)
         count = len(np.asarray(placed.positions))
-        if placed.orientations is None:
-            start = np.tile([1.0, 0, 0, 0], (count, 1))
-        else:
-            start = np.asarray(placed.orientations)
+        level = np.tile([1.0, 0, 0, 0], (count, 1))
+        start = (
+            level if placed.orientations is None else np.asarray(placed.orientations)
+        )
         while not self._done(stage.name):
             self._go(stage, title, watch)
         return read_way(self.folder, stage.name, start)
 
     def still(self, stage: Stage) -> bool:
         """Whether the stage ended because nothing moved."""
-        return (self.folder / f"{stage.name}.done").read_text().split() == [
-            "still",
-            "1",
-        ]
+        told = (self.folder / f"{stage.name}.done").read_text()
+        return told.split() == ["still", "1"]
 
     def _done(self, name: str) -> bool:
         return (self.folder / f"{name}.done").exists()
@@ -56,11 +55,8 @@ class Lammps:
         if stage.begin is None:
             write_seeds(new, stage.name, placed)
         made = sorted(new.iterdir())
-        same = all(
-            (self.folder / file.name).exists() and _same(file, self.folder / file.name)
-            for file in made
-        )
-        if not same:
+        there = [(file, self.folder / file.name) for file in made]
+        if not all(old.exists() and filecmp.cmp(new, old, False) for new, old in there):
             for old in self.folder.glob(f"{stage.name}.*"):
                 if old.is_file():
                     old.unlink()
@@ -73,27 +69,16 @@ class Lammps:
     def _go(self, stage: Stage, title: str, watch: Watch) -> None:
         """One start of LAMMPS; on an error without any new restart file RuntimeError,
         else it may be started again."""
-        before = self._restarts(stage)
-        if parts(self.folder, stage.name):
-            part = int(parts(self.folder, stage.name)[-1].name.split(".")[-3]) + 1
-        else:
-            part = 1
+        before, done = self._restarts(stage), parts(self.folder, stage.name)
+        part = int(done[-1].name.split(".")[-3]) + 1 if before and done else 1
         if not before:
-            for old in parts(self.folder, stage.name):
+            for old in done:
                 old.unlink()
-            part = 1
-        arguments = [
-            "-in",
-            f"{stage.name}.in",
-            "-log",
-            f"{stage.name}.{part}.log",
-            "-var",
-            "part",
-            str(part),
-        ]
+        log = self.folder / f"{stage.name}.{part}.log"
+        arguments = ["-in", f"{stage.name}.in", "-log", log.name]
+        arguments += ["-var", "part", str(part)]
         if before:
             arguments += ["-var", "from", before[0].name]
-        log = self.folder / f"{stage.name}.{part}.log"
         words = program.run(
             self.folder,
             arguments,
@@ -123,10 +108,6 @@ class Lammps:
             and _whole(bodies)
         ]
         return sorted(whole, key=lambda file: -file.stat().st_mtime_ns)
-
-
-def _same(one: Path, other: Path) -> bool:
-    return one.read_bytes() == other.read_bytes()
 
 
 def _whole(bodies: Path) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from benchtwin.sim.engine.world import Placed
-from benchtwin.sim.rigs.bench import turned
+from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
 
 # types: a ball; a ball at the centre of mass; one there that touches nothing

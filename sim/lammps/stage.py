@@ -16,6 +16,14 @@ SKIN = 0.4
 OUTSIDE_EVERY_S = 0.005  # how often seeds outside the domain are taken away
 RESTART_EVERY_S = 0.05
 DRAG_STEPS = 10
+SPINNING = (
+    "# A seed on a single contact may spin about its normal for ever: no law brakes"
+    " that, and no picture shows it."
+)
+STILL = (
+    "# All lie still: over a window no seed has gone farther than a share of its"
+    " diameter, and the kinetic energy is low."
+)
 BALANCE_EVERY_S = 0.02  # how often ranks share the seeds out anew
 
 
@@ -69,13 +77,8 @@ def script(stage: Stage, ranks: int, title: str) -> str:
     """The whole input; refuses by name what LAMMPS has not."""
     refuse_others(stage.world)
     walls = wall_lines(stage.world, contacts=stage.pushes)
-    parts = [
-        _head(stage, ranks, title),
-        _contacts(stage.world),
-        _seeds(stage),
-        walls,
-        _leaving(stage, ranks),
-    ]
+    head, contacts = _head(stage, ranks, title), _contacts(stage.world)
+    parts = [head, contacts, _seeds(stage), walls, _leaving(stage, ranks)]
     parts += [_looking(stage), _pushes(stage), _end(stage)]
     return "\n\n".join("\n".join(lines) for lines in parts if lines) + "\n"
 
@@ -89,15 +92,14 @@ def _head(stage: Stage, ranks: int, title: str) -> list[str]:
     else:
         first = [f'"read_restart {stage.begin}.end"', '"reset_timestep 0"', sizes]
     bodies = f"{name}.bodies" if stage.begin is None else f"{stage.begin}.end.rigid"
-    spread = 2.1 * max(
-        shape.bounding_radius_m for shape in stage.world.seeds[0].shapes
-    ) + _skin(stage.world)
+    widest = max(s.bounding_radius_m for s in stage.world.seeds[0].shapes)
+    spread = 2.1 * widest + _skin(stage.world)
+    begin = " ".join(first)
+    again = f"lmp -in {name}.in -var from {name}.restart.1 -var part 2"
+    theirs = '"variable bodies string ${from}.rigid"'
     return [
         f"# {title}",
-        (
-            f"# By hand: lmp -in {name}.in; stopped, it goes on with: lmp -in {name}.in"
-            f" -var from {name}.restart.1 -var part 2"
-        ),
+        f"# By hand: lmp -in {name}.in; stopped, it goes on with: {again}",
         "variable from index none",
         "variable part index 1",
         "",
@@ -109,14 +111,8 @@ def _head(stage: Stage, ranks: int, title: str) -> list[str]:
         f"comm_modify vel yes cutoff {spread:.8g}",
         "processors * * 1" if ranks > 2 else f"processors {ranks} 1 1",
         "# d_size: diameter of the sphere of the seed's volume [m]",
-        (
-            f'if "${{part}} == 1" then {" ".join(first)} else "read_restart ${{from}}"'
-            f" {sizes}"
-        ),
-        (
-            f'if "${{part}} == 1" then "variable bodies string {bodies}" else "variable'
-            ' bodies string ${from}.rigid"'
-        ),
+        f'if "${{part}} == 1" then {begin} else "read_restart ${{from}}" {sizes}',
+        f'if "${{part}} == 1" then "variable bodies string {bodies}" else {theirs}',
         f"timestep {stage.step_s:.15g}",
         "group touching type 1 2",
         "group middle type 2 3  # the ball at each seed's centre of mass",
@@ -163,18 +159,13 @@ def _drag(number: dict[str, float]) -> list[str]:
     squares = "+".join(f"{v}*{v}" for v in air)
     over = number["air_density"] / number["viscosity"]
     k = -0.39269908169872414 * number["factor"] * number["viscosity"]
+    by_re = "24.0*(1.0+0.15*v_re^0.681)+0.407*v_re*v_re/(v_re+8710.0)"
+    drag = zip("xyz", air, strict=True)
     return [
         f'variable re atom "{over:.15g}*d_size*sqrt({squares})"',
-        (
-            "variable k atom"
-            f' "{k:.15g}*d_size*(24.0*(1.0+0.15*v_re^0.681)'
-            '+0.407*v_re*v_re/(v_re+8710.0))"'
-        ),
+        f'variable k atom "{k:.15g}*d_size*({by_re})"',
         f"fix resistance middle store/state {DRAG_STEPS} v_k",
-        *(
-            f'variable drag{axis} atom "f_resistance*{v}"'
-            for axis, v in zip("xyz", air, strict=True)
-        ),
+        *(f'variable drag{axis} atom "f_resistance*{v}"' for axis, v in drag),
         "fix air middle addforce v_dragx v_dragy v_dragz",
     ]
 
@@ -183,41 +174,28 @@ def _leaving(stage: Stage, ranks: int) -> list[str]:
     """Seeds that leave the domain; ranks that keep evenly busy."""
     lines = []
     if stage.world.domain is not None:
-        low, high = stage.world.domain
-        numbers = " ".join(
-            f"{v:.12g}" for pair in zip(low, high, strict=True) for v in pair
-        )
-        lines.append(f"region domain block {numbers} side out")
+        ends = np.transpose(stage.world.domain).ravel()
+        numbers = " ".join(f"{v:.12g}" for v in ends)
         steps = max(round(OUTSIDE_EVERY_S / stage.step_s), 1)
-        lines.append(
-            f"fix leaving middle evaporate {steps} 1000000000 domain 1 molecule yes"
-        )
+        lines = [
+            f"region domain block {numbers} side out",
+            f"fix leaving middle evaporate {steps} 1000000000 domain 1 molecule yes",
+        ]
     if ranks > 1:
-        steps = max(round(BALANCE_EVERY_S / stage.step_s), 1)
-        lines.append(
-            f"fix shares all balance {steps} 1.05 shift {'x' if ranks == 2 else 'xy'}"
-            " 10 1.05"
-        )
+        steps, along = max(round(BALANCE_EVERY_S / stage.step_s), 1), "xy"[: ranks - 1]
+        lines.append(f"fix shares all balance {steps} 1.05 shift {along} 10 1.05")
     return lines
 
 
 def _looking(stage: Stage) -> list[str]:
-    name = stage.name
+    turns, spin = "quatw quati quatj quatk", "omegax omegay omegaz"
+    file = f"{stage.name}.${{part}}.bodies.dump"
     return [
-        (
-            "compute bodies all rigid/local seeds mol x y z quatw quati quatj quatk vx"
-            " vy vz omegax omegay omegaz"
-        ),
-        (
-            f"dump bodies all local {stage.frame_steps} {name}.${{part}}.bodies.dump"
-            " c_bodies[*]"
-        ),
+        f"compute bodies all rigid/local seeds mol x y z {turns} vx vy vz {spin}",
+        f"dump bodies all local {stage.frame_steps} {file} c_bodies[*]",
         'dump_modify bodies format float "%.14g" first yes',
         "compute moving all ke/rigid seeds",
-        (
-            "# A seed on a single contact may spin about its normal for ever: no law"
-            " brakes that, and no picture shows it."
-        ),
+        SPINNING,
         'variable kinetic equal "c_moving/count(middle)"  # a seed, without spin [J]',
         f"thermo {stage.look_steps}",
         "thermo_modify lost ignore flush yes",
@@ -231,18 +209,11 @@ def _pushes(stage: Stage) -> list[str]:
         return []
     names = [name_of(wall) for wall in stage.world.walls]
     sums = [
-        f"compute load_{n} all reduce sum " + " ".join(f"f_{n}[{k}]" for k in (2, 3, 4))
-        for n in names
+        f"compute load_{n} all reduce sum f_{n}[2] f_{n}[3] f_{n}[4]" for n in names
     ]
     columns = " ".join(f"c_load_{n}[{k}]" for n in names for k in (1, 2, 3))
-    file = f"{stage.name}.${{part}}.push.txt"
-    return [
-        *sums,
-        (
-            f"fix pushes all ave/time 1 {stage.frame_steps} {stage.frame_steps}"
-            f" {columns} file {file}"
-        ),
-    ]
+    each, file = stage.frame_steps, f"{stage.name}.${{part}}.push.txt"
+    return [*sums, f"fix pushes all ave/time 1 {each} {each} {columns} file {file}"]
 
 
 def _end(stage: Stage) -> list[str]:
@@ -283,17 +254,13 @@ def _end(stage: Stage) -> list[str]:
         "compute way middle reduce max c_moved[4]",
         "thermo_style custom step time v_kinetic c_way" + (" v_over" if place else ""),
     ]
-    again = " ".join(
-        f'"{text}"' for text in ("uncompute way", "uncompute moved", "jump SELF anew")
-    )
+    anew = '"uncompute way" "uncompute moved" "jump SELF anew"'
+    far = f"{stage.still.displacement * size:.8g}"
     return [
         *place,
         "thermo_style custom step time v_kinetic",
         f'if "$(step) < {least}" then "run {least} upto"' if least else "",
-        (
-            "# All lie still: over a window no seed has gone farther than a share of"
-            " its diameter, and the kinetic energy is low."
-        ),
+        STILL,
         "variable still equal 0",
         "label anew",
         *moved,
@@ -302,10 +269,7 @@ def _end(stage: Stage) -> list[str]:
         f'if "$(step) >= {longest}" then "jump SELF done"',
         f"run {look}",
         *leave,
-        (
-            f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) >'
-            f' {stage.still.displacement * size:.8g}" then {again}'
-        ),
+        f'if "$(v_kinetic) > {quiet:.8g} || $(c_way) > {far}" then {anew}',
         f'if "$(step-v_since) < {window}" then "jump SELF look"',
         "variable still equal 1",
         "label done",

@@ -20,6 +20,7 @@ TILE_PX = 2_000_000
 # sub-frames farther apart than this would show as steps; a blur of less than this needs
 # one only
 STEP_PX = 0.5
+FINE = 2  # samples a pixel along each axis, besides 4 multisamples in each
 MARGIN = 4  # pixels round what moves: softness of the lens reaches that far
 
 
@@ -29,22 +30,19 @@ def photo(
     look: Look | None = None,
     *,
     frame: int = -1,
-    of: str = "union",
-    fine: int = 2,
     rng: np.random.Generator | None = None,
 ) -> Array:
     """One picture of `motion` at a frame: uint8 (rows, columns, 3), or (rows, columns)
     with look.grey.
 
-    of: seeds drawn as the "union" of their balls (what the simulation knows) or the
-    "ellipsoid" they stand for. fine: samples a pixel along each axis, besides 4
-    multisamples in each. rng: needed for look.noise. Raises ValueError where the camera
-    sees no seed, RenderingUnavailable without EGL."""
+    Seeds are drawn as the union of their balls: what the simulation knows. rng: needed
+    for look.noise. Raises ValueError where the camera sees no seed,
+    RenderingUnavailable without EGL."""
     look = look or Look()
-    with Stage(motion, camera, look, of=of) as stage:
+    with Stage(motion, camera, look) as stage:
         _check(stage, [frame])
         whole = (0, 0, camera.width_px, camera.height_px)
-        image = _expose(stage, look, frame, _subframe_times(stage, frame), whole, fine)
+        image = _expose(stage, look, frame, _subframe_times(stage, frame), whole)
     return _digitise(image, look, rng)
 
 
@@ -53,19 +51,17 @@ def film(
     camera: Camera,
     look: Look | None = None,
     *,
-    of: str = "union",
-    fine: int = 2,
     rng: np.random.Generator | None = None,
 ) -> Iterator[Array]:
     """The pictures of `motion`, one a frame, each like `photo`; what stands still is
     drawn once, a box round the rest anew."""
     look = look or Look()
-    with Stage(motion, camera, look, of=of) as stage:
+    with Stage(motion, camera, look) as stage:
         _check(stage, range(motion.frames))
         moving = _ever_moving(motion)
         stage.place(0, only=~moving)
         whole = (0, 0, camera.width_px, camera.height_px)
-        scene = _develop(stage, look, whole, fine)
+        scene = _develop(stage, look, whole)
         still = _digitise(scene, look, None) if not look.noise else None
         for frame in range(motion.frames):
             moments = _subframe_times(stage, frame)
@@ -73,22 +69,25 @@ def film(
             if box is None:
                 yield still.copy() if still is not None else _digitise(scene, look, rng)
                 continue
-            part = _expose(stage, look, frame, moments, box, fine)
-            if still is not None:
-                image = still.copy()
-                image[box[1] : box[3], box[0] : box[2]] = _digitise(part, look, None)
-                yield image
-            else:
-                image = scene.copy()
-                image[box[1] : box[3], box[0] : box[2]] = part
-                yield _digitise(image, look, rng)
+            part = _expose(stage, look, frame, moments, box)
+            image = scene.copy() if still is None else still.copy()
+            image[box[1] : box[3], box[0] : box[2]] = (
+                part if still is None else _digitise(part, look, None)
+            )
+            yield _digitise(image, look, rng) if still is None else image
 
 
 def coverage(
-    motion: Motion, camera: Camera, *, frame: int = -1, of: str = "union", fine: int = 2
+    motion: Motion,
+    camera: Camera,
+    *,
+    frame: int = -1,
+    of: str = "union",
+    fine: int = FINE,
 ) -> Array:
     """How much of each pixel seeds and parts cover at a frame, without blur or
-    exposure: float32 (rows, columns), 0 to 1."""
+    exposure: float32 (rows, columns), 0 to 1. of: seeds drawn as the "union" of their
+    balls or the "ellipsoid" they stand for; fine: samples a pixel along each axis."""
     with Stage(motion, camera, Look(), of=of) as stage:
         stage.place(frame)
         whole = (0, 0, camera.width_px, camera.height_px)
@@ -110,13 +109,9 @@ def _check(stage: Stage, frames) -> None:
         )
         if inside.any():
             return
+    where = "all have left the rig"
     if np.isfinite(box).any():
         middle = np.nanmean(box, axis=0).reshape(2, 2).mean(axis=0)
-    else:
-        middle = None
-    if middle is None:
-        where = "all have left the rig"
-    else:
         where = f"their middle is at column {middle[0]:.0f}, row {middle[1]:.0f}"
     raise ValueError(
         f"the camera does not see any of the {len(box)} seeds: {where}, the picture is"
@@ -169,33 +164,29 @@ def _box(stage: Stage, frame: int, moments: Array, moving: Array) -> Box | None:
     return (int(x0), int(y0), int(x1), int(y1)) if x1 > x0 and y1 > y0 else None
 
 
-def _expose(
-    stage: Stage, look: Look, frame: int, moments: Array, box: Box, fine: int
-) -> Array:
+def _expose(stage: Stage, look: Look, frame: int, moments: Array, box: Box) -> Array:
     """The mean of the sub-frames' pictures: float32 (rows, columns, channels)
     [levels]."""
     stage.place(frame, moments[0])
-    total = _develop(stage, look, box, fine)
+    total = _develop(stage, look, box)
     for later in moments[1:]:
         stage.place(frame, later)
-        image = _develop(stage, look, box, fine)
+        image = _develop(stage, look, box)
         total = cv2.add(total, image, dst=total).reshape(image.shape)
     return total / np.float32(len(moments)) if len(moments) > 1 else total
 
 
-def _develop(stage: Stage, look: Look, box: Box, fine: int) -> Array:
+def _develop(stage: Stage, look: Look, box: Box) -> Array:
     """What stands there now before the background: float32 (rows, columns, channels)
     [levels]."""
-    return np.vstack(
-        [_develop_tile(stage, look, tile, fine) for tile in _tiles(box, fine)]
-    )
+    return np.vstack([_develop_tile(stage, look, tile) for tile in _tiles(box, FINE)])
 
 
-def _develop_tile(stage: Stage, look: Look, box: Box, fine: int) -> Array:
+def _develop_tile(stage: Stage, look: Look, box: Box) -> Array:
     x0, y0, x1, y1 = box
     pad = int(np.ceil(4 * look.blur_px))
     wide = (x0 - pad, y0 - pad, x1 + pad, y1 + pad)
-    layer = _layer(stage, wide, fine).astype(np.float32)
+    layer = _layer(stage, wide, FINE).astype(np.float32)
     wall = looks.background(stage.camera, look, wide)
     image = (
         layer[:, :, : wall.shape[2]]

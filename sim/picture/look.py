@@ -4,6 +4,7 @@ reproducible: nothing is drawn here."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.material import within
 from benchtwin.sim.picture.camera import Camera
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
@@ -11,12 +12,11 @@ from scipy.spatial import cKDTree
 Array = np.ndarray
 
 SOYBEAN = (222.0, 196.0, 142.0)  # pale yellow, as ripe seeds under daylight
-FINISHES = {
-    "steel": (128.0, 131.0, 135.0),
-    "board": (58.0, 52.0, 48.0),
-}  # levels of 255 of a surface that faces the light
+# levels of 255 of a surface that faces the light
+FINISHES = {"steel": (128.0, 131.0, 135.0), "board": (58.0, 52.0, 48.0)}
 # whence neighbours shade, in the picture's axes: above, so that outlines stay bright
 SKY = np.array([0.0, 0.85, 0.53])
+MOST = {"texture": 255, "variation": 0.5, "ambient": 1, "noise": 255, "blur_px": 20}
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
 
@@ -58,17 +58,8 @@ class Look:
             raise ValueError(
                 f"light = {self.light}: must be a direction, three finite numbers"
             )
-        for name, high in (
-            ("texture", 255),
-            ("variation", 0.5),
-            ("ambient", 1.0),
-            ("noise", 255),
-            ("blur_px", 20),
-        ):
-            if not 0.0 <= getattr(self, name) <= high:
-                raise ValueError(
-                    f"{name} = {getattr(self, name):g}: must be 0 to {high}"
-                )
+        for name, high in MOST.items():
+            within(name, getattr(self, name), 0.0, high, "")
 
 
 def levels(look: Look, colour: ArrayLike) -> Array:

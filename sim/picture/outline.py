@@ -3,7 +3,7 @@ silhouette."""
 
 import numpy as np
 from benchtwin.sim.seed import Seed
-from benchtwin.sim.seed.surface import Mesh
+from benchtwin.sim.seed.surface import Mesh, area
 
 Array = np.ndarray
 
@@ -28,22 +28,18 @@ def silhouette_true(seed: Seed, level: int, of: str) -> Mesh:
     what is photographed."""
     if seed.shape is not None:
         mesh = seed.mesh(level)
-        larger = np.sqrt(seed.shape.area_m2 / area(mesh))
+        larger = np.sqrt(seed.shape.area_m2 / area(mesh.vertices_m, mesh.faces))
         return Mesh(mesh.vertices_m * larger, mesh.faces, mesh.normals)
     mesh, exact = seed.mesh(level, of=of), seed.mesh(5, of=of)
-    scale = np.sqrt(area(exact) / area(mesh))
+    scale = np.sqrt(
+        area(exact.vertices_m, exact.faces) / area(mesh.vertices_m, mesh.faces)
+    )
     normals = mesh.normals
     # lit as the smooth seed that the balls stand for: their seams are no part of a bean
     if seed.dimensions_m is not None:
         normals = mesh.vertices_m / seed.dimensions_m**2
         normals = normals / np.linalg.norm(normals, axis=1)[:, None]
     return Mesh(mesh.vertices_m * scale, mesh.faces, normals)
-
-
-def area(mesh: Mesh) -> float:
-    """Surface of a mesh [m²]."""
-    a, b, c = (mesh.vertices_m[mesh.faces[:, i]] for i in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
 def flat(mesh: Mesh) -> Mesh:

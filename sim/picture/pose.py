@@ -1,11 +1,11 @@
 """Poses of seeds and parts a little before or after a frame's moment, for the
 sub-frames of an exposure.
 
-A seed that is not there has NaN for its pose. SciPy's rotations refuse NaN, so
-quaternions are multiplied here."""
+A seed that is not there has NaN for its pose, which SciPy's rotations refuse."""
 
 import numpy as np
 from benchtwin.sim.motion import Motion
+from benchtwin.sim.rotation import product
 
 Array = np.ndarray
 
@@ -52,13 +52,6 @@ def from_rotation_vector(angles_rad: Array) -> Array:
     """Unit quaternions (n, 4) of rotation vectors (n, 3) [rad]."""
     half = 0.5 * np.linalg.norm(angles_rad, axis=1, keepdims=True)
     return np.hstack([np.cos(half), 0.5 * angles_rad * np.sinc(half / np.pi)])
-
-
-def product(a: Array, b: Array) -> Array:
-    """Quaternion products a b (n, 4): first b, then a."""
-    scalar = a[:, :1] * b[:, :1] - (a[:, 1:] * b[:, 1:]).sum(axis=1, keepdims=True)
-    turned = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + np.cross(a[:, 1:], b[:, 1:])
-    return np.hstack([scalar, turned])
 
 
 def matrices(places_m: Array, turns: Array) -> Array:

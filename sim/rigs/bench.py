@@ -19,6 +19,7 @@ from benchtwin.sim.material import (
     Contact,
     Material,
 )
+from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.lot import Lot
 from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
@@ -213,33 +214,6 @@ class Frames:
         return Columns(
             t_s=t_s, positions_m=x, orientations=q, velocities_m_s=v, spins_rad_s=w
         )
-
-
-def turned(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by unit quaternions (..., 4), (w, x, y, z)."""
-    w, u = q[..., :1], q[..., 1:]
-    twice = 2.0 * np.cross(u, v)
-    return v + w * twice + np.cross(u, twice)
-
-
-def product(p: ArrayLike, q: ArrayLike) -> np.ndarray:
-    """Quaternion of the turn q followed by the turn p."""
-    a, b = np.asarray(p, float), np.asarray(q, float)
-    turned = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
-    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], turned])
-
-
-def about(axis: ArrayLike, angle_rad: float) -> np.ndarray:
-    """Quaternion of a right-handed turn about a unit axis."""
-    return np.concatenate(
-        [[np.cos(angle_rad / 2)], np.sin(angle_rad / 2) * np.asarray(axis, float)]
-    )
-
-
-def any_turn(rng: np.random.Generator) -> np.ndarray:
-    """An orientation, every one as likely as any other."""
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
 
 
 def reach(seed: Seed, q: np.ndarray, direction: ArrayLike) -> float:

@@ -8,8 +8,8 @@ from benchtwin.sim.engine.walls import Cylinder, Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
-from benchtwin.sim.rigs.filling import Filled
-from benchtwin.sim.rigs.heap import Engine, Vessel, run_heap
+from benchtwin.sim.rigs.engine import OURS, Engine
+from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
@@ -28,15 +28,8 @@ class LiftedCylinder:
     photo_s: float | None = None
 
     def __post_init__(self) -> None:
-        if not all(
-            v > 0
-            for v in (
-                *self.cylinder_m,
-                *self.plate_m,
-                self.fill_height_m,
-                self.gate_speed_m_s,
-            )
-        ):
+        sizes = (*self.cylinder_m, *self.plate_m, self.fill_height_m)
+        if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.cylinder_m[1]:
             raise ValueError(
@@ -57,9 +50,7 @@ def run_cylinder(
     *,
     fps: float = 0.0,
     watch: Watch = no_watch,
-    threads: int = 2,
-    filled: Filled | None = None,
-    engine: Engine | None = None,
+    engine: Engine = OURS,
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
@@ -78,11 +69,7 @@ def run_cylinder(
         opening_m=2 * radius,
         parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
     )
-    if engine is not None:
-        return engine(vessel, bench, rng, fps=fps, watch=watch)
-    return run_heap(
-        vessel, bench, rng, fps=fps, watch=watch, threads=threads, filled=filled
-    )
+    return run_heap(vessel, bench, rng, fps=fps, watch=watch, engine=engine)
 
 
 def _walls(rig: LiftedCylinder, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:

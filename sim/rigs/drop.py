@@ -9,25 +9,18 @@ from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.alone import Engine, our_engine
-from benchtwin.sim.rigs.bench import (
-    Bench,
-    Columns,
-    Frames,
-    Watch,
-    about,
-    any_turn,
-    no_watch,
-    product,
-    reach,
-)
+from benchtwin.sim.rigs.bench import Bench, Columns, Frames, Watch, no_watch, reach
+from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import prism
+from benchtwin.sim.rotation import about, any_turn, product
 from benchtwin.sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
 # touches closer than this (one end of a seed, then the other) are one impact
 ONE_IMPACT_S = 0.02
 LONGEST_S = 5.0
+AIR_SLOWS = 1.2  # flights through air last so much longer at most than through none
+BELOW_M = 0.06  # a seed so far below the plate's end has left it
 MOST_TILT_DEG = 15.0
 
 
@@ -92,7 +85,7 @@ def run_drop(
     *,
     fps: float = 1000.0,
     watch: Watch = no_watch,
-    engine: Engine = our_engine,
+    engine: Engine = OURS,
 ) -> Motion:
     """Drop one seed of the lot; over when it has touched `bounces` + 1 times, left the
     plate or lies still."""
@@ -116,9 +109,17 @@ def run_drop(
     )
     frames = Frames(1, fps)
     over = Impacts(rig.bounces + 1, rig.plate_m, watch, float(np.tan(tilt)))
-    engine(
-        world, rng, LONGEST_S, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)]
+    fall_s = np.sqrt(2 * rig.height_m / G_M_S2)
+    off = BELOW_M + rig.plate_m[0] * abs(np.tan(tilt))
+    way = Way(
+        "drop",
+        "falling and bouncing",
+        LONGEST_S,
+        surely_s=0.1 + AIR_SLOWS * fall_s * (1 + 2 * rig.bounces),
+        over=f"v_z<-{off:.9g}",
     )
+    looks = [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)]
+    engine.follow(world, rng, way, looks, watch)
     columns = _held(frames.columns(), round(rig.hold_s * fps), 1 / fps)
     top, below = x * along[[0, 2]], -PLATE_THICKNESS_M * normal[[0, 2]]
     parts = (prism("plate", [below - top, below + top, top, -top], -y, y),)

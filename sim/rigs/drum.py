@@ -5,25 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.sim.engine.step import Every, init, run
+from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Rectangle, Turn, Wall
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch
-from benchtwin.sim.rigs.filling import (
-    POURED,
-    Filled,
-    chute_height,
-    count_for,
-    rain,
-    settle,
-)
+from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Way
+from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.heap import RAIN_OVERLAP
 from benchtwin.sim.rigs.parts import ring
 from benchtwin.sim.rigs.pile import GLASS
-from benchtwin.sim.rigs.profile import balls
+from benchtwin.sim.rigs.profile import balls, upper_edge
 
 # of the surface from wall to wall: between these the line is fitted, as in the picture
 WINDOW = (0.25, 0.75)
@@ -67,11 +61,11 @@ def run_drum(
     *,
     fps: float = 25.0,
     watch: Watch = no_watch,
-    threads: int = 2,
+    engine: Engine = OURS,
 ) -> Motion:
     """Fill the drum, let it turn, film it. Truth: flowing_angle_deg, the mean over the
     film."""
-    filled = _fill(rig, bench, rng, threads, watch)
+    filled = _fill(rig, bench, rng, engine, watch)
     world = bench.world(
         filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench)
     )
@@ -86,7 +80,8 @@ def run_drum(
             frames(world, state)
 
     looks = [Every(1 / fps, seen), Every(0.05, report)]
-    run(world, init(world, rng, allowed_overlap=0.2), whole, looks, threads=threads)
+    way = Way("drum", "turning", whole, overlap=SETTLED_BED)
+    engine.follow(world, rng, way, looks, watch)
     motion = Motion(
         shapes=filled.shapes,
         shape_of=filled.shape_of,
@@ -103,13 +98,8 @@ def run_drum(
 def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
     """Inclination [deg] of the least-squares line through the surface in the middle of
     its way from wall to wall, falling to +x."""
-    centres, radii = balls(motion, frame)
     x = np.arange(-radius_m, radius_m, 2e-4)
-    height = np.full(len(x), -np.inf)
-    for c, r in zip(centres, radii):
-        a, b = np.searchsorted(x, (c[0] - r, c[0] + r))
-        below = np.maximum(r * r - (x[a:b] - c[0]) ** 2, 0.0)
-        np.maximum(height[a:b], c[2] + np.sqrt(below), out=height[a:b])
+    height = upper_edge(*balls(motion, frame), x, -np.inf)
     there = np.flatnonzero(np.isfinite(height))
     first, last = x[there[0]], x[there[-1]]
     inside = there[
@@ -120,7 +110,7 @@ def flowing_angle(motion: Motion, radius_m: float, frame: int) -> float:
 
 
 def _fill(
-    rig: Drum, bench: Bench, rng: np.random.Generator, threads: int, watch: Watch
+    rig: Drum, bench: Bench, rng: np.random.Generator, engine: Engine, watch: Watch
 ) -> Filled:
     """Seeds at rest in the drum's lower part, up to the level of `fill_share`."""
     radius, width = rig.drum_m[0] / 2, rig.drum_m[1]
@@ -136,18 +126,7 @@ def _fill(
             placed, walls, contacts=_contacts(rig, bench), most_overlap=RAIN_OVERLAP
         )
 
-    def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
-        state = settle(
-            world,
-            init(world, rng),
-            "filling",
-            threads=threads,
-            watch=watch,
-            quiet=POURED,
-        )
-        return state.positions, state.orientations
-
-    return rain(bench, rng, seeds, low, high, standing, level, lay)
+    return rain(bench, rng, seeds, (low, high), standing, level, engine, watch)
 
 
 def _level(share: float) -> float:
@@ -228,4 +207,4 @@ def _trough(rig: Drum, bench: Bench, tall: float) -> Mesh:
 
 def _rim(rig: Drum):
     radius, y = rig.drum_m[0] / 2, rig.drum_m[1] / 2
-    return ring("drum", radius, radius + 3e-3, -y, y, finish="board")
+    return ring("drum", radius, radius + 3e-3, -y, y, "board")

@@ -5,30 +5,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.sim.engine.observe import Settled
-from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Vector, Wall
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS, Chosen
 from benchtwin.sim.material import Contact
 from benchtwin.sim.motion import Motion, Part
-from benchtwin.sim.rigs.bench import Bench, Frames, Watch
-from benchtwin.sim.rigs.filling import (
-    POURED,
-    Filled,
-    Lay,
-    chute_height,
-    count_for,
-    rain,
-    settle,
-)
+from benchtwin.sim.rigs.bench import Bench, Watch
+from benchtwin.sim.rigs.engine import Engine, Lift
+from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
 # of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
 RAIN_OVERLAP = 0.25
-LONGEST_S = 6.0
-REST = {"window_s": 0.05, "displacement": 1e-2, "kinetic": 1e-5}
+CLEAR_M = 0.01  # so far above the seeds, what was lifted is out of them
 
 
 @dataclass(frozen=True)
@@ -64,39 +53,15 @@ class Vessel:
         )
 
 
-# what runs a heap in place of `run_heap`: (vessel, bench, rng, *, fps, watch)
-Engine = Callable[..., Motion]
-
-
 def fill(
     vessel: Vessel,
     bench: Bench,
     rng: np.random.Generator,
-    *,
-    threads: int,
+    engine: Engine,
     watch: Watch,
 ) -> Filled:
     """Rain seeds into the standing vessel and strike them off at the fill height;
     ValueError where they would jam."""
-
-    def lay(world: World) -> tuple[np.ndarray, np.ndarray]:
-        state = settle(
-            world,
-            init(world, rng),
-            "filling",
-            threads=threads,
-            watch=watch,
-            quiet=POURED,
-        )
-        return state.positions, state.orientations
-
-    return fill_with(vessel, bench, rng, lay)
-
-
-def fill_with(
-    vessel: Vessel, bench: Bench, rng: np.random.Generator, lay: Lay
-) -> Filled:
-    """The same, whichever engine lets the seeds fall."""
     seeds = count_for(bench, rng, vessel.volume_m3)
     widest = max(2 * float(s.radii_m.max()) for s in seeds)
     if vessel.opening_m < 1.5 * widest:
@@ -104,10 +69,10 @@ def fill_with(
             f"seeds {1e3 * widest:.1f} mm wide jam in an opening of"
             f" {1e3 * vessel.opening_m:g} mm"
         )
-    tall = chute_height(seeds, vessel.low, vessel.high)
+    corners = (vessel.low, vessel.high)
+    walls = vessel.walls(chute_height(seeds, *corners), vessel.lift(None))
 
     def standing(placed: Placed) -> World:
-        walls = vessel.walls(tall, vessel.lift(None))
         return bench.world(
             placed,
             walls,
@@ -116,9 +81,8 @@ def fill_with(
             sleep=bench.sleep,
         )
 
-    return rain(
-        bench, rng, seeds, vessel.low, vessel.high, standing, vessel.fill_height_m, lay
-    )
+    level = vessel.fill_height_m
+    return rain(bench, rng, seeds, corners, standing, level, engine, watch)
 
 
 def run_heap(
@@ -128,78 +92,36 @@ def run_heap(
     *,
     fps: float,
     watch: Watch,
-    threads: int,
-    filled: Filled | None,
+    engine: Engine,
+    filled: Filled | None = None,
 ) -> Motion:
     """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
     frames before the photo are its film."""
-    filled = filled or fill(vessel, bench, rng, threads=threads, watch=watch)
+    filled = filled or fill(vessel, bench, rng, engine, watch)
+    placed = filled.placed(bench)
 
     def world(begin_s: float | None) -> World:
-        walls = vessel.walls(0.0, vessel.lift(begin_s))
         return bench.world(
-            filled.placed(bench),
-            walls,
+            placed,
+            vessel.walls(0.0, vessel.lift(begin_s)),
             domain=vessel.domain,
             contacts=vessel.contacts,
             sleep=bench.sleep,
         )
 
-    still = world(None)
-    state = settle(
-        still,
-        init(still, rng, allowed_overlap=0.2),
-        "coming to rest",
-        threads=threads,
-        watch=watch,
-    )
-    begin = state.time_s
-    frames = Frames(len(filled.shape_of), fps or 1.0, begin)
-    flow = Flow(vessel, begin, watch)
-    filmed = [Every(1 / fps, frames)] if fps > 0 else []
-    state = run(world(begin), state, flow, filmed, threads=threads, every_s=0.01)
-    frames.take(state, state.time_s)
+    lift = Lift((vessel.fill_height_m + CLEAR_M) / vessel.lift_m_s, vessel.photo_s)
+    columns, still = engine.flow(world, lift, rng, fps, watch)
     motion = Motion(
         shapes=filled.shapes,
         shape_of=filled.shape_of,
         parts=vessel.parts,
-        **frames.columns(),
+        **columns,
     )
-    tell(motion, vessel, filled, still=flow.still)
-    return motion
-
-
-def tell(motion: Motion, vessel: Vessel, filled: Filled, *, still: bool) -> None:
-    """Add what the simulation knows of the heap's outcome to its truth. still: whether
-    it lay still at the end."""
     retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
-    told = {"lies_still": float(still), "retained_seeds": retained}
-    motion.truth.update(_truth(motion, vessel.wall_m) | told)
+    motion.truth.update(_truth(motion, vessel.wall_m))
+    motion.truth.update(lies_still=float(still), retained_seeds=retained)
     motion.truth.update(_weights(motion, filled))
-
-
-class Flow:
-    """An observer that ends the run at the time of the photo, or when nothing moves any
-    more behind the lift."""
-
-    def __init__(self, vessel: Vessel, begin_s: float, watch: Watch) -> None:
-        self.vessel, self.begin_s, self.watch = vessel, begin_s, watch
-        self.settled, self.still = Settled(**REST), False
-        self.out_s = (vessel.fill_height_m + 0.01) / vessel.lift_m_s
-
-    def __call__(self, world: World, state: State) -> bool:
-        since = state.time_s - self.begin_s
-        lifting = since < self.out_s
-        stage, share = (
-            ("lifting", since / self.out_s)
-            if lifting
-            else ("settling", (since - self.out_s) / 1.0)
-        )
-        self.watch(stage, min(share, 0.99))
-        self.still = self.settled(world, state)
-        if self.vessel.photo_s is not None:
-            return since >= self.vessel.photo_s
-        return not lifting and (self.still or since > self.out_s + LONGEST_S)
+    return motion
 
 
 def _weights(motion: Motion, filled: Filled) -> dict[str, float]:

@@ -7,12 +7,10 @@ from benchtwin.sim.motion import Part
 from benchtwin.sim.seed.surface import Mesh
 
 
-def slab(
-    name: str, low: Sequence[float], high: Sequence[float], finish: str = "steel"
-) -> Part:
+def slab(name: str, low: Sequence[float], high: Sequence[float]) -> Part:
     """A cuboid from corner `low` to corner `high` [m]."""
     (x0, y0, z0), (x1, y1, z1) = low, high
-    return prism(name, [(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, finish)
+    return prism(name, [(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1)
 
 
 def prism(
@@ -20,7 +18,6 @@ def prism(
     outline: Sequence[tuple[float, float]],
     front_m: float,
     back_m: float,
-    finish: str = "steel",
 ) -> Part:
     """A convex outline of points (x, z) [m], counter-clockwise as the camera sees it,
     drawn out from y = front_m to back_m."""
@@ -45,7 +42,7 @@ def prism(
         normals += [normal / np.linalg.norm(normal)] * len(polygon)
         faces += [(start, start + k, start + k + 1) for k in range(1, len(polygon) - 1)]
     mesh = Mesh(np.array(vertices), np.array(faces, np.int32), np.array(normals))
-    return Part(name, mesh, finish)
+    return Part(name, mesh)
 
 
 def ring(
@@ -54,10 +51,10 @@ def ring(
     outside_m: float,
     front_m: float,
     back_m: float,
-    finish: str = "steel",
-    pieces: int = 96,
+    finish: str,
 ) -> Part:
     """A tube about the y axis between two radii, from y = front_m to back_m [m]."""
+    pieces = 96
     turn = 2 * np.pi * np.arange(pieces + 1) / pieces
     vertices: list[np.ndarray] = []
     faces: list[np.ndarray] = []

@@ -9,18 +9,14 @@ from benchtwin.sim.laws import Chosen
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
+from benchtwin.sim.rigs.engine import OURS, Engine
 from benchtwin.sim.rigs.filling import Filled
-from benchtwin.sim.rigs.heap import Engine, Vessel, run_heap
+from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
 THICKNESS_M = 3e-3
-GLASS = Material(
-    "glass",
-    2500.0,
-    2.5e10,
-    0.22,
-    "sides of a slab: nothing but their smoothness matters",
-)
+SMOOTH = "sides of a slab: nothing but their smoothness matters"
+GLASS = Material("glass", 2500.0, 2.5e10, 0.22, SMOOTH)
 
 
 @dataclass(frozen=True)
@@ -31,7 +27,7 @@ class Pile:
     bottom plate. fill_height_m: the seeds are struck off there. gate_speed_m_s:
     straight up, until the gate is out of the seeds. photo_s: when the picture is taken,
     from when the gate begins to move; None: when all seeds lie still
-    (`heap.LONGEST_S`). side_walls_in_view: whether the box's front and back (y) sides
+    (`engine.FLOWN_S`). side_walls_in_view: whether the box's front and back (y) sides
     stand in the camera's way, or are of glass. slab: sides without friction all along a
     plate as narrow as the box, a slice out of a pile that is very wide."""
 
@@ -45,16 +41,8 @@ class Pile:
     slab: bool = False
 
     def __post_init__(self) -> None:
-        if not all(
-            v > 0
-            for v in (
-                *self.box_m,
-                *self.gate_m,
-                *self.plate_m,
-                self.fill_height_m,
-                self.gate_speed_m_s,
-            )
-        ):
+        sizes = (*self.box_m, *self.gate_m, *self.plate_m, self.fill_height_m)
+        if not all(v > 0 for v in (*sizes, self.gate_speed_m_s)):
             raise ValueError(f"every length and speed must be above 0 in {self}")
         if self.fill_height_m > self.box_m[2]:
             raise ValueError(
@@ -87,24 +75,14 @@ def run_pile(
     *,
     fps: float = 0.0,
     watch: Watch = no_watch,
-    threads: int = 2,
+    engine: Engine = OURS,
     filled: Filled | None = None,
-    engine: Engine | None = None,
 ) -> Motion:
     """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps >
     0 the frames before it are the film. filled: a filling to use in place of a new one
-    (the same packing for other parameters). engine: None for our own."""
-    if engine is not None:
-        return engine(vessel(rig, bench), bench, rng, fps=fps, watch=watch)
-    return run_heap(
-        vessel(rig, bench),
-        bench,
-        rng,
-        fps=fps,
-        watch=watch,
-        threads=threads,
-        filled=filled,
-    )
+    (the same packing for other parameters)."""
+    box = vessel(rig, bench)
+    return run_heap(box, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled)
 
 
 def vessel(rig: Pile, bench: Bench) -> Vessel:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.bench import turned
+from benchtwin.sim.rotation import turned
 from scipy.ndimage import uniform_filter1d
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile
@@ -13,10 +13,8 @@ from scipy.ndimage import uniform_filter1d
 FOOT = 0.1
 TOE = 0.02
 GAP_M = 5e-3
-WINDOW = (
-    0.2,
-    0.8,
-)  # of the crest's height: between these the line is fitted, as in the picture
+# of the crest's height: between these the line is fitted, as in the picture
+WINDOW = (0.2, 0.8)
 
 
 def balls(motion: Motion, frame: int = -1) -> tuple[np.ndarray, np.ndarray]:
@@ -32,16 +30,19 @@ def balls(motion: Motion, frame: int = -1) -> tuple[np.ndarray, np.ndarray]:
     return np.vstack(centres), np.concatenate(radii)
 
 
-def outline(motion: Motion, x_m: np.ndarray, frame: int = -1) -> np.ndarray:
+def outline(motion: Motion, x_m: np.ndarray) -> np.ndarray:
     """Height [m] of the highest point of any seed over each x [m], whatever its depth
     y; 0 where there is none."""
-    centres, radii = balls(motion, frame)
-    height = np.zeros(len(x_m))
-    order = (
-        np.searchsorted(x_m, centres[:, 0] - radii),
-        np.searchsorted(x_m, centres[:, 0] + radii),
-    )
-    for c, r, a, b in zip(centres, radii, *order, strict=True):
+    return upper_edge(*balls(motion), x_m, 0.0)
+
+
+def upper_edge(
+    centres: np.ndarray, radii: np.ndarray, x_m: np.ndarray, without: float
+) -> np.ndarray:
+    """Height [m] of the highest ball over each x [m], `without` where there is none."""
+    height = np.full(len(x_m), without)
+    ends = (np.searchsorted(x_m, centres[:, 0] + s * radii) for s in (-1, 1))
+    for c, r, a, b in zip(centres, radii, *ends, strict=True):
         across = x_m[a:b] - c[0]
         below = np.maximum(r * r - across * across, 0.0)
         np.maximum(height[a:b], c[2] + np.sqrt(below), out=height[a:b])

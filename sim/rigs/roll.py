@@ -4,23 +4,16 @@ behind it."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.alone import Engine, our_engine
-from benchtwin.sim.rigs.bench import (
-    Bench,
-    Frames,
-    Watch,
-    about,
-    any_turn,
-    no_watch,
-    product,
-    reach,
-)
+from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
+from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import prism
+from benchtwin.sim.rotation import about, any_turn, product
 from benchtwin.sim.seed import Seed
 
 PLATE_THICKNESS_M = 5e-3
@@ -28,6 +21,7 @@ RAMP_BEYOND_M = 0.02  # the incline goes on above the place of release
 REST_S = 0.15
 REST_WAY = 0.01  # of the seed's diameter: what a resting seed may move in REST_S
 LONGEST_S = 30.0
+BELOW_M = 0.06  # a seed so far below the plate has left it
 
 
 @dataclass(frozen=True)
@@ -74,7 +68,7 @@ def run_roll(
     *,
     fps: float = 200.0,
     watch: Watch = no_watch,
-    engine: Engine = our_engine,
+    engine: Engine = OURS,
 ) -> Motion:
     """Let one seed of the lot roll down and run out; over when it lies still or has
     left the plate."""
@@ -95,7 +89,10 @@ def run_roll(
     start = -rig.incline_length_m * down + reach(seed, q, -normal) * normal
     world = bench.world(Placed((seed,), bench.grain, start[None], q[None]), walls)
     frames, over = Frames(1, fps), Rest(rig, seed, ahead, watch)
-    engine(world, rng, LONGEST_S, [Every(1 / fps, frames), Every(REST_S, over)])
+    still = Settled(window_s=2 * REST_S, displacement=REST_WAY / 3, kinetic=1e-3)
+    way = Way("roll", "rolling", LONGEST_S, over=f"v_z<-{BELOW_M:g}", still=still)
+    looks = [Every(1 / fps, frames), Every(REST_S, over)]
+    engine.follow(world, rng, way, looks, watch)
     columns = frames.columns()
     foot, leap = _foot(columns["positions_m"][:, 0], normal, down, ahead)
     series = {"travel_mm": 1e3 * (rig.incline_length_m + foot + leap)}
@@ -143,21 +140,21 @@ def _foot(
     )
 
 
+@dataclass
 class Rest:
     """An observer: true once the seed has lain still for REST_S, or has left the
-    plate."""
+    plate, which goes `ahead`."""
 
-    def __init__(self, rig: Roll, seed: Seed, ahead: np.ndarray, watch: Watch) -> None:
-        self.rig = rig
-        self.still = REST_WAY * 2 * seed.radii_m.max()
-        self.ahead = ahead
-        self.watch = watch
-        self.place: np.ndarray | None = None
-        self.rested = False
+    rig: Roll
+    seed: Seed
+    ahead: np.ndarray
+    watch: Watch
+    place: np.ndarray | None = None
+    rested: bool = False
 
     def __call__(self, world: World, state: State) -> bool:
         before, self.place = self.place, state.positions[0]
-        way = self.place @ self.ahead
+        way, still = self.place @ self.ahead, REST_WAY * 2 * self.seed.radii_m.max()
         self.watch("rolling", min(state.time_s / LONGEST_S, 0.99))
         gone = (
             way > self.rig.plate_m[0]
@@ -167,7 +164,7 @@ class Rest:
         self.rested = (
             before is not None
             and not gone
-            and bool(np.linalg.norm(self.place - before) < self.still)
+            and bool(np.linalg.norm(self.place - before) < still)
         )
         return gone or self.rested
 

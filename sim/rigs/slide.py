@@ -1,7 +1,7 @@
 """Slide: seeds taped together on a plate that is tilted about its hinge until they
 slide."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from benchtwin.sim.engine.state import State
@@ -10,32 +10,20 @@ from benchtwin.sim.engine.walls import Rectangle, Turn
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.motion import Motion, Part
-from benchtwin.sim.rigs.alone import Engine, our_engine
-from benchtwin.sim.rigs.bench import (
-    Bench,
-    Frames,
-    Watch,
-    about,
-    no_watch,
-    product,
-    reach,
-    turned,
-)
+from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
+from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import slab
+from benchtwin.sim.rotation import about, product, turned
 from benchtwin.sim.seed import MOST_SPHERES, Seed
 from scipy.spatial.transform import Rotation
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins
-PULLED = (
-    0.01,
-    0.03,
-    0.06,
-    0.10,
-    0.15,
-)  # of a seed's size: how far neighbours are pulled into each other
+# of a seed's size: how far neighbours are pulled into each other
+PULLED = (0.01, 0.03, 0.06, 0.10, 0.15)
 # turned by more against the plate, the block rolls and does not slide
 TIPPED_DEG = 20.0
+BEYOND_M = 5e-3  # where an engine asks seldom, it slides so much farther
 SEEN_M = 5e-3  # a way that nobody overlooks
 SLIDES_M_S = 2e-3  # faster than this along the plate, a block slides for certain
 
@@ -81,7 +69,7 @@ def run_slide(
     *,
     fps: float = 100.0,
     watch: Watch = no_watch,
-    engine: Engine = our_engine,
+    engine: Engine = OURS,
 ) -> Motion:
     """Tilt the plate until the block has slid its travel; ValueError when it tips over,
     or has not slid by 80°."""
@@ -110,7 +98,11 @@ def run_slide(
     frames = Frames(1, fps)
     end = LIE_S + (np.radians(80.0) - first) / rate
     over = Sliding(rig, end, rate, first, watch)
-    engine(world, rng, end, [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)])
+    # nearer to the hinge, the y axis, than its travel asks for
+    near = rig.start_m - rig.travel_m - BEYOND_M
+    title, gone = "tilting until they slide", f"sqrt(v_x*v_x+v_z*v_z)<{near:.9g}"
+    looks = [Every(1 / fps, frames), Every(min(1e-3, 1 / fps), over)]
+    engine.follow(world, rng, Way("slide", title, end, over=gone), looks, watch)
     if over.travel_m[-1] < rig.travel_m:
         friction = bench.seed_wall.static_friction
         raise ValueError(
@@ -181,22 +173,20 @@ def _travel(positions: np.ndarray, tilt: np.ndarray) -> np.ndarray:
     return along[0] - along
 
 
+@dataclass
 class Sliding:
     """An observer of the way down the plate: ends the run once the block has slid far
-    enough, and finds when it let go."""
+    enough, and finds when it let go. rate [rad/s] and first angle of the plate."""
 
-    def __init__(
-        self, rig: Slide, end_s: float, rate: float, first: float, watch: Watch
-    ) -> None:
-        self.rig = rig
-        self.end_s = end_s
-        self.rate = rate
-        self.first = first
-        self.watch = watch
-        self.t_s: list[float] = []
-        self.place: list[np.ndarray] = []
-        self.travel_m: list[float] = []
-        self.upright: np.ndarray | None = None
+    rig: Slide
+    end_s: float
+    rate: float
+    first: float
+    watch: Watch
+    t_s: list[float] = field(default_factory=list)
+    place: list[np.ndarray] = field(default_factory=list)
+    travel_m: list[float] = field(default_factory=list)
+    upright: np.ndarray | None = None
 
     def __call__(self, world: World, state: State) -> bool:
         self.t_s.append(state.time_s)

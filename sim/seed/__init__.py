@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.sim.material import within
 from benchtwin.sim.seed import arrange, clump, solid, surface
 from benchtwin.sim.seed.shape import Shape
 
@@ -65,7 +66,7 @@ class Seed:
         """
         sizes = np.array([length_m, width_m, thickness_m], dtype=float)
         for name, value in zip(("length_m", "width_m", "thickness_m"), sizes):
-            _within(name, value, 5e-5, 3.0, "m")
+            within(name, value, 5e-5, 3.0, "m")
         if not length_m >= width_m >= thickness_m:
             raise ValueError(
                 f"length_m ≥ width_m ≥ thickness_m is needed, not {length_m:g},"
@@ -109,7 +110,7 @@ class Seed:
         centres = np.array(centres_m, dtype=float).reshape(-1, 3)
         radii = np.atleast_1d(np.array(radii_m, dtype=float))
         _check_balls(centres, radii)
-        _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
+        within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
         whole = solid.union_of_balls(centres, radii)
         moments, axes = solid.principal(whole.inertia(density_kg_m3))
         local = (centres - whole.centre_m) @ axes
@@ -129,7 +130,7 @@ class Seed:
         where there is no place for more. Raises ValueError as `from_spheres` does."""
         if not 1 <= spheres <= MOST_SPHERES:
             raise ValueError(f"spheres = {spheres}: must be 1 to {MOST_SPHERES}")
-        _within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
+        within("density_kg_m3", density_kg_m3, 0.01, 30_000.0, "kg/m3")
         centres, radii, _ = clump.fit_clump(shape, spheres)
         own, axes, origin = shape.principal()
         centres = (centres - origin) @ axes
@@ -179,28 +180,16 @@ def _check_balls(centres: Array, radii: Array) -> None:
     if not np.isfinite(centres).all():
         raise ValueError("centres_m: every value must be finite")
     for i, radius in enumerate(radii):
-        _within(f"radii_m[{i}]", radius, 1e-6, 10.0, "m")
+        within(f"radii_m[{i}]", radius, 1e-6, 10.0, "m")
     distance = np.linalg.norm(centres[:, None] - centres, axis=2)
     hidden = (distance + radii[:, None] <= radii) & ~np.eye(n, dtype=bool)
     if hidden.any():
         i, j = np.argwhere(hidden)[0]
         raise ValueError(f"ball {i} lies wholly inside ball {j}: leave it out")
-    met = np.zeros(n, dtype=bool)
-    met[0] = True
-    touch = distance <= radii[:, None] + radii
-    for _ in range(n):
-        met = touch[met].any(axis=0)
-    if not met.all():
+    if (apart := np.flatnonzero(clump.pieces(centres, radii))).size:
         raise ValueError(
-            f"ball {int(np.argmin(met))} touches none of those connected to ball 0: a"
-            " seed is one piece"
-        )
-
-
-def _within(name: str, value: float, low: float, high: float, unit: str) -> None:
-    if not low <= value <= high:  # also refuses NaN
-        raise ValueError(
-            f"{name} = {value:g} {unit}: must be {low:g} to {high:g} {unit}"
+            f"ball {apart[0]} touches none of those connected to ball 0: a seed is one"
+            " piece"
         )
 
 

@@ -11,6 +11,7 @@ least missed."""
 import numpy as np
 from benchtwin.sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
 from benchtwin.sim.seed.shape import Shape
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 Array = np.ndarray
@@ -77,14 +78,15 @@ def spheres_for(
     )
 
 
+def pieces(centres: Array, radii: Array) -> Array:
+    """Which piece each ball belongs to, that of the first being 0."""
+    apart = np.linalg.norm(centres[:, None] - centres, axis=2)
+    return connected_components(apart <= radii[:, None] + radii)[1]
+
+
 def connected(centres: Array, radii: Array) -> bool:
     """Whether the balls make one piece."""
-    touch = np.linalg.norm(centres[:, None] - centres, axis=2) < radii[:, None] + radii
-    met = np.zeros(len(radii), bool)
-    met[0] = True
-    for _ in range(len(radii)):
-        met = touch[met].any(axis=0)
-    return bool(met.all())
+    return not pieces(centres, radii).any()
 
 
 def _medial_balls(shape: Shape) -> Balls:

@@ -16,7 +16,8 @@ from benchtwin.sim.seed.voxels import closed_surface
 
 DONE, MISUSED = 0, 2
 USUAL_TOLERANCE = 0.03  # rms surface error over the mean radius
-SIDE, GREY, INK = 420, 205, (160, 60, 30)
+SIDE, GREY, INK, DARK = 420, 205, (160, 60, 30), (60, 60, 60)
+FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 def clump_command(
@@ -102,22 +103,16 @@ def _summary(
     shape: Shape, seed: Seed, error: ClumpError, tried: list[ClumpError | None]
 ) -> list[str]:
     length, width, thickness = 1e3 * np.ptp(shape.vertices_m, axis=0)
-    lines = [
-        (
-            f"{len(seed.radii_m)} balls: surface {100 * error.surface_rms:.2f} % rms,"
-            f" {100 * error.surface_max:.1f} % at most, of the mean radius"
-        ),
-        (
-            f"shape: {length:.3f} x {width:.3f} x {thickness:.3f} mm,"
-            f" {1e9 * shape.volume_m3:.4g} mm3, {1e3 * seed.mass_kg:.4g} g at"
-            f" {seed.density_kg_m3:g} kg/m3"
-        ),
-        (
-            f"the balls' union has {100 * error.volume:+.2f} % of its volume and"
-            f" {', '.join(f'{100 * m:+.1f}' for m in error.moments)} % of its moments;"
-            " the files state the shape's own"
-        ),
-    ]
+    moments = ", ".join(f"{100 * m:+.1f}" for m in error.moments)
+    text = f"""\
+{len(seed.radii_m)} balls: surface {100 * error.surface_rms:.2f} % rms, \
+{100 * error.surface_max:.1f} % at most, of the mean radius
+shape: {length:.3f} x {width:.3f} x {thickness:.3f} mm, \
+{1e9 * shape.volume_m3:.4g} mm3, {1e3 * seed.mass_kg:.4g} g at \
+{seed.density_kg_m3:g} kg/m3
+the balls' union has {100 * error.volume:+.2f} % of its volume and {moments} % of its \
+moments; the files state the shape's own"""
+    lines = text.splitlines()
     if len(tried) > 1:
         found = (
             f"{n}: {'not one piece' if e is None else f'{100 * e.surface_rms:.1f} %'}"
@@ -133,11 +128,8 @@ def picture(shape: Shape, seed: Seed) -> np.ndarray:
     reach = np.abs(shape.vertices_m).max()
     scale = 0.43 * SIDE / reach
     panels = []
-    for across, up, name in (
-        (0, 1, "from above"),
-        (0, 2, "from the side"),
-        (1, 2, "along its length"),
-    ):
+    views = {"from above": (0, 1), "from the side": (0, 2), "along its length": (1, 2)}
+    for name, (across, up) in views.items():
         panel = np.full((SIDE, SIDE, 3), 255, np.uint8)
         corners = SIDE / 2 + scale * shape.vertices_m[:, [across, up]] * [1, -1]
         filled = np.zeros((SIDE, SIDE), np.uint8)
@@ -149,27 +141,10 @@ def picture(shape: Shape, seed: Seed) -> np.ndarray:
             middle = (round(16 * x), round(16 * y))
             wide = round(16 * scale * radius)
             cv2.circle(panel, middle, wide, INK[::-1], 2, cv2.LINE_AA, 4)
-        cv2.putText(
-            panel,
-            name,
-            (12, 24),
-            cv2.FONT_HERSHEY_SIMPLEX,
-            0.6,
-            (60, 60, 60),
-            1,
-            cv2.LINE_AA,
-        )
+        cv2.putText(panel, name, (12, 24), FONT, 0.6, DARK, 1, cv2.LINE_AA)
         panels.append(panel)
     end = (12 + round(1e-3 * scale), SIDE - 14)
-    cv2.line(panels[0], (12, SIDE - 14), end, (60, 60, 60), 3)
-    cv2.putText(
-        panels[0],
-        "1 mm",
-        (12, SIDE - 22),
-        cv2.FONT_HERSHEY_SIMPLEX,
-        0.5,
-        (60, 60, 60),
-        1,
-        cv2.LINE_AA,
-    )
+    cv2.line(panels[0], (12, SIDE - 14), end, DARK, 3)
+    at = (12, SIDE - 22)
+    cv2.putText(panels[0], "1 mm", at, FONT, 0.5, DARK, 1, cv2.LINE_AA)
     return np.hstack(panels)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from benchtwin.sim.seed.shape import Shape, open_edges, thinned
+from benchtwin.sim.seed.surface import area
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -150,9 +151,11 @@ def _largest_piece(
         float(np.prod(np.ptp(vertices[label == k], axis=0))) for k in range(pieces)
     ]
     order = np.argsort(extent)[::-1]
-    if extent[order[1]] > 0.2 * extent[order[0]] and not _contains(
-        vertices[label == order[0]], vertices[label == order[1]]
-    ):
+    outer, inner = (vertices[label == k] for k in order[:2])
+    contained = (inner.min(axis=0) >= outer.min(axis=0)).all() and (
+        inner.max(axis=0) <= outer.max(axis=0)
+    ).all()
+    if extent[order[1]] > 0.2 * extent[order[0]] and not contained:
         raise ValueError(
             f"it holds {pieces} separate surfaces, two of them nearly as large: give"
             " each seed a file of its own"
@@ -164,13 +167,6 @@ def _largest_piece(
     faces = faces[label[faces[:, 0]] == order[0]]
     used, renamed = np.unique(faces, return_inverse=True)
     return vertices[used], renamed.reshape(-1, 3)
-
-
-def _contains(outer: Array, inner: Array) -> bool:
-    return bool(
-        (inner.min(axis=0) >= outer.min(axis=0)).all()
-        and (inner.max(axis=0) <= outer.max(axis=0)).all()
-    )
 
 
 def _orient_faces(vertices: Array, faces: Array, notes: list[str]) -> Array:
@@ -198,14 +194,14 @@ def _close_holes(
     single = ends[~np.isin(codes, ends @ [1, len(vertices)])]
     if not len(single):
         return vertices, faces
-    area = _area(vertices, faces)
+    whole = area(vertices, faces)
     added: list[Array] = []
     middles: list[Array] = []
     for ring in _rings(single):
         middle = len(vertices) + len(middles)
         middles.append(vertices[ring].mean(axis=0))
         fan = np.stack([np.roll(ring, -1), ring, np.full(len(ring), middle)], axis=1)
-        share = _area(np.vstack([vertices, middles]), fan) / area
+        share = area(np.vstack([vertices, middles]), fan) / whole
         if share > LARGEST_HOLE:
             raise ValueError(
                 f"the surface is open: a hole of {100 * share:.0f} % of it; up to"
@@ -241,11 +237,6 @@ def _rings(edges: Array) -> list[list[int]]:
         else:
             way.append(at)
     return rings
-
-
-def _area(vertices: Array, faces: Array) -> float:
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
 def crossing_faces(vertices: Array, faces: Array) -> Array:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from benchtwin.sim.seed import forms
 from benchtwin.sim.seed.solid import Solid, principal
-from benchtwin.sim.seed.surface import Mesh, enclosed_volume
+from benchtwin.sim.seed.surface import Mesh, area, crosses, enclosed_volume
 
 Array = np.ndarray
 
@@ -52,71 +52,6 @@ class Shape:
             self.__dict__.pop("solid")
 
     @classmethod
-    def ellipsoid(cls, length_m: float, width_m: float, thickness_m: float) -> "Shape":
-        """An ellipsoid with its axes along x, y, z; sizes [m]. V = π L W T/6.
-
-        >>> round(1e9 * Shape.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3).volume_m3, 2)
-        186.76
-        """
-        return cls(*forms.ellipsoid(length_m, width_m, thickness_m))
-
-    @classmethod
-    def flattened_ellipsoid(
-        cls, length_m: float, width_m: float, thickness_m: float, flat_at: float
-    ) -> "Shape":
-        """An ellipsoid cut off below z = -flat_at · thickness/2, 0 < flat_at < 1: a
-        bean with a flat side.
-
-        thickness_m [m] is that of the whole ellipsoid. V = a b c π (2/3 + f - f³/3), f
-        = flat_at, a, b, c the half axes."""
-        return cls(*forms.flattened_ellipsoid(length_m, width_m, thickness_m, flat_at))
-
-    @classmethod
-    def superquadric(
-        cls,
-        length_m: float,
-        width_m: float,
-        thickness_m: float,
-        *,
-        across: float,
-        along: float,
-        taper: float = 0.0,
-    ) -> "Shape":
-        """(|x/a|^(2/along) + |y/b|^(2/along))^(along/across) + |z/c|^(2/across) = 1,
-        the width times 1 + taper·x/a.
-
-        Exponents 0.1 to 2: along shapes the outline in x and y, across the section; 1,
-        1 is the ellipsoid, towards 0 a box. taper, -0.9 to 0.9, makes a wedge: the
-        width of its two ends is as 1 - taper to 1 + taper (Barr 1984). V = 2 a b c e1
-        e2 B(e1/2 + 1, e1) B(e2/2, e2/2) with e1 = across, e2 = along (Jaklič et al.
-        2000), whatever the taper."""
-        return cls(
-            *forms.superquadric(length_m, width_m, thickness_m, across, along, taper)
-        )
-
-    @classmethod
-    def creased_ellipsoid(
-        cls,
-        length_m: float,
-        width_m: float,
-        thickness_m: float,
-        *,
-        depth: float,
-        half_width_deg: float,
-    ) -> "Shape":
-        """An ellipsoid with a furrow along its length on the side -z, as a grain of
-        wheat has it.
-
-        In the ellipsoid's own units the radius is 1 - depth sin²θ exp(-ψ²/2w²): θ from
-        the long axis, ψ about it from -z, w = half_width_deg (a standard deviation, 3
-        to 40), depth 0 to 0.6 of the half thickness."""
-        return cls(
-            *forms.creased_ellipsoid(
-                length_m, width_m, thickness_m, depth, half_width_deg
-            )
-        )
-
-    @classmethod
     def from_outline(cls, outline_m: Array, thickness_m: float) -> "Shape":
         """The body over an outline (n, 2) [m], x and y in order round it: z = ±T/2 √(1
         - ρ²), ρ the way out from the centre.
@@ -158,13 +93,7 @@ class Shape:
     @property
     def area_m2(self) -> float:
         """Surface [m²]."""
-        return float(np.linalg.norm(self._crosses, axis=1).sum() / 2.0)
-
-    @cached_property
-    def _crosses(self) -> Array:
-        """Of each face its normal times twice its area."""
-        a, b, c = (self.vertices_m[self.faces[:, k]] for k in range(3))
-        return np.cross(b - a, c - a)
+        return area(self.vertices_m, self.faces)
 
     def moved(self, turn: Array, shift_m: Array) -> "Shape":
         """The shape turned by a rotation matrix (3, 3) and then shifted (3,) [m]."""
@@ -205,9 +134,9 @@ class Shape:
     def points(self, count: int) -> tuple[Array, Array]:
         """`count` points, each for the same share of the surface, and the normals of
         their faces: (count, 3) [m], (count, 3)."""
-        crosses = self._crosses
-        area = np.linalg.norm(crosses, axis=1)
-        share = np.cumsum(area)
+        normals = crosses(self.vertices_m, self.faces)
+        areas = np.linalg.norm(normals, axis=1)
+        share = np.cumsum(areas)
         face = np.searchsorted(share, (np.arange(count) + 0.5) / count * share[-1])
         a, b, c = (self.vertices_m[self.faces[face, k]] for k in range(3))
         s, t = np.mod(
@@ -216,7 +145,7 @@ class Shape:
         )  # R2 sequence
         root = np.sqrt(s)[:, None]
         at = (1 - root) * a + root * (1 - t[:, None]) * b + root * t[:, None] * c
-        return at, crosses[face] / area[face][:, None]
+        return at, normals[face] / areas[face][:, None]
 
     def mesh(self, most_faces: int) -> Mesh:
         """What is drawn: the surface in at most so many faces where they do, with
@@ -224,10 +153,9 @@ class Shape:
         vertices, faces = self.vertices_m, self.faces
         if len(faces) > most_faces:
             vertices, faces = thinned(vertices, faces, most_faces)
-        a, b, c = (vertices[faces[:, k]] for k in range(3))
-        normals = np.zeros_like(vertices)
+        normals, of_faces = np.zeros_like(vertices), crosses(vertices, faces)
         for k in range(3):
-            np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
+            np.add.at(normals, faces[:, k], of_faces)
         lengths = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
         return Mesh(vertices, faces.astype(np.int32), normals / lengths)
 

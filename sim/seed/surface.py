@@ -65,57 +65,10 @@ def is_star_shaped(centres_m: Array, radii_m: Array, rays: int = 500) -> bool:
 def _unit_sphere(level: int) -> tuple[Array, Array]:
     """Icosahedron with every face cut in four `level` times: unit vertices and
     20·4^level faces."""
-    g = (1.0 + np.sqrt(5.0)) / 2.0
-    corners = [(s, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)]
-    vertices = [np.roll(corner, turn) for turn in range(3) for corner in corners]
-    vertices = [np.array(v) / np.linalg.norm(v) for v in vertices]
-    points = np.array(vertices)
-    # corners that share an edge
-    near = np.abs(points @ points.T - 1.0 / np.sqrt(5.0)) < 1e-9
-    faces = [
-        (i, j, k)
-        for i in range(12)
-        for j in range(i)
-        for k in range(j)
-        if near[i, j] and near[j, k] and near[i, k]
-    ]
-    for _ in range(level):
-        faces = _cut_in_four(vertices, faces)
-    points = np.array(vertices)
-    triangles = np.array(faces)
-    outward = (
-        np.einsum(
-            "ij,ij->i", np.cross(*_edges(points, triangles)), points[triangles[:, 0]]
-        )
-        > 0.0
-    )
-    return points, np.array(
-        [f if out else f[::-1] for f, out in zip(faces, outward)], dtype=np.int32
-    )
+    import trimesh
 
-
-def _cut_in_four(vertices: list, faces: list) -> list:
-    middles: dict = {}
-
-    def middle(i: int, j: int) -> int:
-        key = (min(i, j), max(i, j))
-        if key not in middles:
-            m = vertices[i] + vertices[j]
-            middles[key] = len(vertices)
-            vertices.append(m / np.linalg.norm(m))
-        return middles[key]
-
-    cut = []
-    for i, j, k in faces:
-        a, b, c = middle(i, j), middle(j, k), middle(k, i)
-        cut += [(i, a, c), (a, j, b), (c, b, k), (a, b, c)]
-    return cut
-
-
-def _edges(points: Array, faces: Array) -> tuple[Array, Array]:
-    return points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[
-        faces[:, 0]
-    ]
+    ball = trimesh.creation.icosphere(subdivisions=level)
+    return np.array(ball.vertices), np.array(ball.faces, dtype=np.int32)
 
 
 def ellipsoid_mesh(halves_m: Array, level: int = 2) -> Mesh:
@@ -161,6 +114,17 @@ def union_mesh(centres_m: Array, radii_m: Array, level: int = 2) -> Mesh:
 def face_count(level: int) -> int:
     """Faces of a mesh of that level, 20·4^level; level 0 to 5."""
     return 20 * 4 ** _checked(level)
+
+
+def crosses(points: Array, faces: Array) -> Array:
+    """Of each face its normal times twice its area (f, 3)."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def area(points: Array, faces: Array) -> float:
+    """Surface of a mesh [m²]."""
+    return float(np.linalg.norm(crosses(points, faces), axis=1).sum() / 2.0)
 
 
 def enclosed_volume(points: Array, faces: Array) -> float:

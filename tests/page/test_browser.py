@@ -629,7 +629,7 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
         for page in pages:
             window.go(page)
             window.until(lambda: len(window.text()) > 20)
-            time.sleep(0.7)  # what is drawn after the page is there
+            time.sleep(0.4)  # what is drawn after the page is there
             wide = window.driver.execute_script(
                 "return document.documentElement.scrollWidth"
             )

@@ -15,7 +15,8 @@ from pathlib import Path
 import psutil
 import pytest
 from benchtwin.page import command
-from benchtwin.page.guard import Entrance, Guard
+from benchtwin.page.guard import LEFT, Entrance, Guard
+from starlette.requests import ClientDisconnect
 
 PORT = 8123
 ENTRANCE = Entrance()
@@ -96,7 +97,7 @@ def test_the_key_in_an_address_is_exchanged_for_the_cookie_and_is_not_it(path):
     )
     assert all(
         word in headers[b"set-cookie"]
-        for word in (ENTRANCE.cookie.encode(), b"HttpOnly", b"SameSite=Strict")
+        for word in (ENTRANCE.cookie.encode(), b"HttpOnly", b"SameSite=strict")
     )
     assert key.encode() not in headers[b"set-cookie"]
 
@@ -131,6 +132,20 @@ def test_another_site_cannot_use_up_a_key(header):
     headers = (header,) if header[0] == b"host" else (HOST, header)
     assert ask("http", headers, f"token={key}")[1]["status"] == 403
     assert ask("http", (HOST,), f"token={key}")[1]["status"] == 200
+
+
+@pytest.mark.parametrize("why", [ClientDisconnect(), RuntimeError(LEFT)])
+def test_a_browser_that_leaves_in_the_middle_is_no_error(why):
+    async def inner(scope, receive, send):
+        raise why
+
+    scope = {"type": "http", "method": "GET", "path": "/x", "query_string": b""}
+    guard = Guard(inner, PORT, ENTRANCE)
+    asyncio.run(guard({**scope, "headers": [HOST, COOKIE]}, None, None))
+    why.args = ("another",)
+    if isinstance(why, RuntimeError):
+        with pytest.raises(RuntimeError, match="another"):
+            asyncio.run(guard({**scope, "headers": [HOST, COOKIE]}, None, None))
 
 
 def test_every_answer_forbids_being_framed_or_sniffed():

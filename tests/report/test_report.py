@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 from benchtwin.calibrate.procedure import calibrate_tables
-from benchtwin.report import render
 from benchtwin.report.numbers import sentence
+from benchtwin.report.page import render
 from pages import Tags, own
 
 PAPER = Path(__file__).parents[2] / "samples" / "soybean-paper"

@@ -6,12 +6,12 @@ import subprocess
 
 import numpy as np
 import pytest
+import seed_forms
 import trimesh
 from benchtwin.sim.lammps.program import installed, program
 from benchtwin.sim.seed.clump_command import DONE, MISUSED, clump_command
-from benchtwin.sim.seed.shape import Shape
 
-SHAPE = Shape.superquadric(11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3)
+SHAPE = seed_forms.superquadric(11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3)
 HOW = {
     "spheres": 6,
     "tolerance": None,

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.drum import Drum, _level, flowing_angle, run_drum
+from benchtwin.sim.rigs.engine import Ours
 from benchtwin.twin.parameters import Parameters, bench
 
 
@@ -22,7 +23,7 @@ def test_the_level_below_which_a_share_of_a_circle_lies(share):
 def flow():
     rig = Drum(drum_m=(0.080, 0.016), speed_rpm=20.0, wait_s=0.8, film_s=0.4)
     of = bench(Parameters(shear_modulus_pa=1e6), "drum", Seed(), Air())
-    return rig, run_drum(rig, of, np.random.default_rng(3), fps=20.0, threads=1)
+    return rig, run_drum(rig, of, np.random.default_rng(3), fps=20.0, engine=Ours(1))
 
 
 def test_all_seeds_stay_in_the_drum(flow):

@@ -302,7 +302,7 @@ def test_what_is_refused():
     )
     refused("needs one Contact", contacts=(SOYBEAN_SOYBEAN,))
     refused("at least one group", seeds=())
-    refused("rayleigh_fraction = 0.9 must be 0.0001 to 0.5", rayleigh_fraction=0.9)
+    refused("rayleigh_fraction = 0.9: must be 0.0001 to 0.5", rayleigh_fraction=0.9)
     refused("time_step_s", time_step_s=-1.0)
     refused("gravity", gravity=(0, 0, np.nan))
     refused("names must differ", walls=(Plane("a", Q235), Plane("a", Q235)))

@@ -3,9 +3,9 @@ arrangement; sizes; errors by name."""
 
 import numpy as np
 import pytest
+import seed_forms
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.clump_error import clump_error
-from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.sizes import SOYBEAN, Size, Sizes
 from benchtwin.sim.seed.solid import _by_slices, _on_a_line, union_of_balls
 from benchtwin.sim.seed.surface import enclosed_volume, is_star_shaped
@@ -147,7 +147,7 @@ def test_touching_and_repeated_discs_are_counted_once():
 def of_ellipsoid(seed):
     """The clump's error against the ellipsoid of its dimensions, and the ellipsoid's
     mean radius [m]."""
-    whole = Shape.ellipsoid(*seed.dimensions_m)
+    whole = seed_forms.ellipsoid(*seed.dimensions_m)
     return clump_error(whole, seed.centres_m, seed.radii_m), whole.mean_radius_m
 
 

@@ -3,6 +3,7 @@ that share nothing with the meshing."""
 
 import numpy as np
 import pytest
+import seed_forms
 from benchtwin.sim.seed.shape import Shape
 from scipy.integrate import quad, tplquad
 from scipy.spatial.transform import Rotation
@@ -52,7 +53,7 @@ def test_faces_that_look_inwards_are_turned():
 
 def test_ellipsoid():
     a, b, c = np.array(SOY) / 2
-    shape = Shape.ellipsoid(*SOY)
+    shape = seed_forms.ellipsoid(*SOY)
     volume = 4 / 3 * np.pi * a * b * c
     assert shape.volume_m3 == pytest.approx(volume, rel=1e-12)
     # 5120 flat faces of the same volume: the second moment is theirs, 1e-4 off the
@@ -76,7 +77,9 @@ def test_outline_of_an_ellipse_is_the_ellipsoid_wherever_it_lies():
         shape = Shape.from_outline(points, SOY[2])
         # 200 points: the polygon's area is (2π/200)²/6 = 1.6e-4 short of the ellipse's.
         assert shape.volume_m3 == pytest.approx(np.pi / 6 * np.prod(SOY), rel=3e-4)
-        assert moments(shape) == pytest.approx(moments(Shape.ellipsoid(*SOY)), rel=1e-3)
+        assert moments(shape) == pytest.approx(
+            moments(seed_forms.ellipsoid(*SOY)), rel=1e-3
+        )
 
 
 def test_outline_of_any_form_has_two_thirds_of_area_times_thickness():
@@ -91,7 +94,7 @@ def test_outline_of_any_form_has_two_thirds_of_area_times_thickness():
 
 @pytest.mark.parametrize("flat_at", [0.2, 0.75])
 def test_flattened_ellipsoid_is_a_stretched_ball_less_its_cap(flat_at):
-    shape = Shape.flattened_ellipsoid(12e-3, 8e-3, 7e-3, flat_at)
+    shape = seed_forms.flattened_ellipsoid(12e-3, 8e-3, 7e-3, flat_at)
     # Slices of the unit ball: π (1 - z²) from -f up; means of z and z² by the same
     # slices.
     area = [
@@ -120,7 +123,7 @@ def test_flattened_ellipsoid_is_a_stretched_ball_less_its_cap(flat_at):
 )
 def test_superquadric_has_the_volume_and_moments_of_the_gamma_function(across, along):
     a, b, c = 4e-3, 3e-3, 2e-3
-    shape = Shape.superquadric(2 * a, 2 * b, 2 * c, across=across, along=along)
+    shape = seed_forms.superquadric(2 * a, 2 * b, 2 * c, across=across, along=along)
 
     def b_(p, q):
         return gamma(p) * gamma(q) / gamma(p + q)
@@ -170,8 +173,8 @@ def test_superquadric_has_the_volume_and_moments_of_the_gamma_function(across, a
 
 
 def test_taper_leaves_the_volume_and_moves_the_centre():
-    plain = Shape.superquadric(10e-3, 8e-3, 5e-3, across=0.8, along=0.8)
-    wedge = Shape.superquadric(10e-3, 8e-3, 5e-3, across=0.8, along=0.8, taper=0.4)
+    plain = seed_forms.superquadric(10e-3, 8e-3, 5e-3, across=0.8, along=0.8)
+    wedge = seed_forms.superquadric(10e-3, 8e-3, 5e-3, across=0.8, along=0.8, taper=0.4)
     assert wedge.volume_m3 == pytest.approx(plain.volume_m3, rel=2e-3)
     # ∫ x (1 + t x/a) dV / V = t <x²>/a
     mean_square = plain.solid.second_m5[0, 0] / plain.volume_m3
@@ -181,7 +184,7 @@ def test_taper_leaves_the_volume_and_moves_the_centre():
 @pytest.mark.parametrize("half_width_deg", [8.0, 25.0])
 def test_creased_ellipsoid_has_the_volume_that_quadrature_finds(half_width_deg):
     w, d = np.radians(half_width_deg), 0.3
-    shape = Shape.creased_ellipsoid(
+    shape = seed_forms.creased_ellipsoid(
         6.5e-3, 3.3e-3, 3.0e-3, depth=d, half_width_deg=half_width_deg
     )
 
@@ -206,7 +209,9 @@ def test_creased_ellipsoid_has_the_volume_that_quadrature_finds(half_width_deg):
 
 
 def test_nothing_depends_on_where_and_how_it_lies():
-    shape = Shape.superquadric(11e-3, 8e-3, 4.8e-3, across=0.8, along=0.8, taper=0.35)
+    shape = seed_forms.superquadric(
+        11e-3, 8e-3, 4.8e-3, across=0.8, along=0.8, taper=0.35
+    )
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     moved = shape.moved(turn, [0.5, -0.2, 1.0])
     assert moved.volume_m3 == pytest.approx(shape.volume_m3, rel=1e-9)
@@ -221,7 +226,7 @@ def test_nothing_depends_on_where_and_how_it_lies():
 
 
 def test_scaled():
-    shape = Shape.ellipsoid(*SOY)
+    shape = seed_forms.ellipsoid(*SOY)
     assert shape.scaled(2.0).volume_m3 == pytest.approx(8 * shape.volume_m3)
     assert shape.scaled([2, 1, 1]).dimensions_m == pytest.approx(
         shape.dimensions_m * [2, 1, 1]
@@ -238,7 +243,7 @@ def test_points_stand_for_equal_shares_of_the_surface():
 
 
 def test_what_is_drawn_has_few_faces_and_the_volume():
-    mesh = Shape.creased_ellipsoid(
+    mesh = seed_forms.creased_ellipsoid(
         6.5e-3, 3.3e-3, 3.0e-3, depth=0.3, half_width_deg=12.0
     ).mesh(1280)
     assert 1000 < len(mesh.faces) <= 1290
@@ -252,12 +257,18 @@ def test_what_is_drawn_has_few_faces_and_the_volume():
     [
         (lambda: Shape(np.eye(3), [(0, 1, 2)]), "not closed"),
         (lambda: Shape(np.eye(3), [(0, 1, 3)]), "name three"),
-        (lambda: Shape.ellipsoid(1.0, -1.0, 1.0), "must be above 0"),
-        (lambda: Shape.flattened_ellipsoid(1.0, 1.0, 1.0, 1.0), "flat_at"),
-        (lambda: Shape.superquadric(1, 1, 1, across=0.01, along=1), "across = 0.01"),
-        (lambda: Shape.superquadric(1, 1, 1, across=1, along=1, taper=1.0), "taper"),
+        (lambda: seed_forms.ellipsoid(1.0, -1.0, 1.0), "must be above 0"),
+        (lambda: seed_forms.flattened_ellipsoid(1.0, 1.0, 1.0, 1.0), "flat_at"),
         (
-            lambda: Shape.creased_ellipsoid(1, 1, 1, depth=0.9, half_width_deg=10),
+            lambda: seed_forms.superquadric(1, 1, 1, across=0.01, along=1),
+            "across = 0.01",
+        ),
+        (
+            lambda: seed_forms.superquadric(1, 1, 1, across=1, along=1, taper=1.0),
+            "taper",
+        ),
+        (
+            lambda: seed_forms.creased_ellipsoid(1, 1, 1, depth=0.9, half_width_deg=10),
             "depth",
         ),
         (lambda: Shape.from_outline(np.zeros((3, 2)), 1.0), "8 or more points"),

@@ -1,15 +1,15 @@
 """[seed] shape and kind: the twin's seed from a mesh file, or as published."""
 
 import pytest
+import seed_forms
 import trimesh
 from benchtwin.bench.keys import Air, Seed
-from benchtwin.sim.seed.shape import Shape
 from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError
 
-SHAPE = Shape.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75)
+SHAPE = seed_forms.flattened_ellipsoid(12e-3, 8e-3, 7e-3, 0.75)
 
 
 def write(file, shape):

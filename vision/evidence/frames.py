@@ -1,6 +1,8 @@
 """Streams the frames of a recording from a folder of pictures or from a video."""
 
+import contextlib
 import itertools
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
@@ -48,12 +50,9 @@ class FrameSource(ABC):
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         """About n evenly spaced frames of all, or of those numbered from `between`[0]
         to `between`[1]."""
-        inside = (
-            frame
-            for frame in self.iterate()
-            if between is None or between[0] <= frame.index <= between[1]
-        )
-        expected = self.count if between is None else between[1] - between[0] + 1
+        first, last = between or (0, math.inf)
+        inside = (frame for frame in self.iterate() if first <= frame.index <= last)
+        expected = self.count if between is None else last - first + 1
         return list(itertools.islice(inside, 0, None, max(1, -(-expected // n))))
 
     def sample(self, n: int) -> list[np.ndarray]:
@@ -143,19 +142,12 @@ class FrameFolder(FrameSource):
 
     def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
         frames = []
-        inside = [
-            entry
-            for entry in self._files
-            if between is None or between[0] <= entry[0] <= between[1]
-        ]
-        wanted = np.unique(
-            np.linspace(0, len(inside) - 1, min(n, len(inside))).astype(int)
-        )
-        for number, file in (inside[i] for i in wanted):
-            try:
+        first, last = between or (self._files[0][0], self._files[-1][0])
+        inside = [entry for entry in self._files if first <= entry[0] <= last]
+        wanted = np.linspace(0, len(inside) - 1, min(n, len(inside))).astype(int)
+        for number, file in (inside[i] for i in np.unique(wanted)):
+            with contextlib.suppress(MeasurementError):  # iterate() notes it
                 frames.append(Frame(number, self._time(number), read_photo(file)))
-            except MeasurementError:
-                continue  # iterate() notes it
         if not frames:
             raise MeasurementError(f"{self.path}: none of the frames can be read")
         return frames
@@ -179,11 +171,8 @@ class Video(FrameSource):
                     f"{file}: {size} is more than {MAX_PIXELS / 1e6:.0f} megapixels;"
                     " scale it down"
                 )
-            if stream.duration and stream.time_base:
-                duration = float(stream.duration * stream.time_base)
-            else:
-                duration = 0.0
-            self._file_fps = float(stream.average_rate) if stream.average_rate else None
+            duration = float((stream.duration or 0) * (stream.time_base or 0))
+            self._file_fps = float(stream.average_rate or 0) or None
             expected = stream.frames or round(duration * (self._file_fps or 0))
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
         self._stated_fps = fps
@@ -248,10 +237,8 @@ class Video(FrameSource):
                         f" ({error.strerror})"
                     )
                     break
-                if frame.time is not None:
-                    stamp = frame.time
-                else:
-                    stamp = index / (self._file_fps or np.nan)
+                clock = index / (self._file_fps or np.nan)
+                stamp = clock if frame.time is None else frame.time
                 start = stamp if start is None else start
                 time = index / self._stated_fps if self._stated_fps else stamp - start
                 if time <= last:

@@ -17,15 +17,8 @@ from PIL.PngImagePlugin import PngImageFile
 from PIL.TiffImagePlugin import TiffImageFile
 
 PHOTO_SUFFIXES = (
-    ".png",
-    ".jpg",
-    ".jpeg",
-    ".tif",
-    ".tiff",
-    ".bmp",
-    ".webp",
-    ".heic",
-    ".heif",
+    *(".png", ".jpg", ".jpeg", ".tif", ".tiff"),
+    *(".bmp", ".webp", ".heic", ".heif"),
 )
 MAX_PIXELS = 120_000_000  # a decoded 120-megapixel colour photo takes 360 MB
 # read when OpenCV is first imported

@@ -45,14 +45,8 @@ def has_sound(file: Path) -> bool:
 def film_fps(file: Path) -> float | None:
     """Frame rate by the file's clock, which is also that of its sound; None where it
     has no pictures or cannot be opened."""
-
-    def rate(container: Any) -> float | None:
-        film = _picture_stream(container)
-        return (
-            float(film.average_rate) if film is not None and film.average_rate else None
-        )
-
-    return _in_media(file, rate)
+    rate = _in_media(file, lambda c: getattr(_picture_stream(c), "average_rate", None))
+    return float(rate) if rate else None
 
 
 def only_sound(file: Path) -> bool:
@@ -154,21 +148,16 @@ def _fill_gaps(
     """The blocks with their times; gaps between time stamps are filled with silence."""
     due = None
     for stamp, block in blocks:
-        at = (
-            stamp
-            if stamp is not None and math.isfinite(stamp)
-            else (0.0 if due is None else due)
-        )
-        if due is not None:
-            missing = at - due
-            if GAP_S < missing < LONGEST_S:
+        at = due or 0.0
+        if stamp is not None and math.isfinite(stamp):
+            missing = stamp - at
+            if due is None:
+                at = stamp
+            elif GAP_S < missing < LONGEST_S:
                 notes.append(
                     f"{missing * 1000:.0f} ms of sound are missing at {due:.3f} s"
                 )
-                block = np.concatenate(
-                    [np.zeros(round(missing * rate), np.float32), block]
-                )
-            at = due
+                block = np.pad(block, (round(missing * rate), 0))
         due = at + len(block) / rate
         yield at, block
 

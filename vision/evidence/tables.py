@@ -60,34 +60,27 @@ def read_track_csv(path: Path) -> Table:
     out, rows out of order are sorted; both are noted. Errors: two rows of one time, a
     missing or unknown column, text in place of a number."""
     rows = _read_csv(path)
-    pixels = not {"x_mm", "y_mm"} & set(rows.columns) and {"x_px", "y_px"} & set(
-        rows.columns
-    )
-    needed = TRACK_COLUMNS_PX if pixels else TRACK_COLUMNS
-    if pixels and "frame" not in rows and "t_s" in rows:
-        needed = ("t_s", "x_px", "y_px")
-    elif not pixels and "t_s" not in rows and "frame" in rows:
-        needed = ("frame", "x_mm", "y_mm")
+    there = {*rows.columns}
+    pixels = there & {"x_px", "y_px"} and not there & {"x_mm", "y_mm"}
+    clock, *places = TRACK_COLUMNS_PX if pixels else TRACK_COLUMNS
+    if clock not in there:
+        clock = next((c for c in ("t_s", "frame") if c in there), clock)
+    needed = (clock, *places)
     _check_columns(path, rows, needed, TRACK_EXTRA)
     _check_sds(path, rows)
     rows, notes = _drop_incomplete(path, rows, list(needed))
-    time = rows[needed[0]].to_numpy()
-    if (np.diff(time) < 0).any():
-        first = int(np.argmax(np.diff(time) < 0)) + 1
+    if (back := np.diff(rows[clock]) < 0).any():
+        first = rows.index[np.argmax(back) + 1] + 2
         notes.append(
-            f"{path.name}: {needed[0]} runs backwards at row {rows.index[first] + 2};"
-            " the rows were put in order"
+            f"{path.name}: {clock} runs backwards at row {first}; the rows were put in"
+            " order"
         )
-        rows = rows.sort_values(needed[0], kind="stable")
-        time = rows[needed[0]].to_numpy()
-    steps = np.diff(time)
-    same = steps <= (SAME_TIME * np.median(steps) if len(steps) else 0.0)
-    if same.any():
-        where = int(np.argmax(same)) + 1
-        raise MeasurementError(
-            f"{path}: two rows for {needed[0]} = {time[where]:g} (row"
-            f" {rows.index[where] + 2}); keep one"
-        )
+        rows = rows.sort_values(clock, kind="stable")
+    steps = np.diff(rows[clock])
+    same = np.append(
+        False, steps <= (SAME_TIME * np.median(steps) if steps.size else 0)
+    )
+    _require(path, rows, clock, ~same, "; keep one", "two rows for ")
     if len(rows) < 3:
         raise MeasurementError(
             f"{path}: {len(rows)} usable rows; a track needs at least 3"
@@ -107,13 +100,9 @@ def read_gates(path: Path, rig: str) -> Table:
     _check_columns(path, rows, columns, GATE_EXTRA, numeric=numeric)
     rows, notes = _drop_incomplete(path, rows, list(columns))
     rows = rows.sort_values("t_s", kind="stable")
-    time, place = rows["t_s"].to_numpy(), rows[where].to_numpy()
-    if (np.diff(time) == 0).any():
-        at = int(np.argmax(np.diff(time) == 0)) + 1
-        raise MeasurementError(
-            f"{path}: two gates at t_s = {time[at]:g} (row {rows.index[at] + 2});"
-            " keep one"
-        )
+    place = rows[where].to_numpy()
+    first = np.append(True, np.diff(rows["t_s"]) > 0)
+    _require(path, rows, "t_s", first, "; keep one", "two gates at ")
     if len(rows) < LEAST_GATES:
         raise MeasurementError(
             f"{path}: {len(rows)} passages; a {rig} past light gates needs at least"
@@ -137,13 +126,8 @@ def read_impacts_csv(path: Path) -> Table:
     _check_columns(path, rows, ("t_s",), ("sd_s",))
     rows, notes = _drop_incomplete(path, rows, ["t_s"])
     _check_sds(path, rows)
-    time = rows["t_s"].to_numpy()
-    if (np.diff(time) <= 0).any():
-        first = int(np.argmax(np.diff(time) <= 0)) + 1
-        raise MeasurementError(
-            f"{path}: t_s does not increase at row {rows.index[first] + 2}"
-            f" ({time[first]:g} s)"
-        )
+    later = np.append(True, np.diff(rows["t_s"]) > 0)
+    _require(path, rows, "t_s", later, " does not increase")
     if len(rows) < 2:
         raise MeasurementError(
             f"{path}: {len(rows)} impact times; an interval needs two"
@@ -194,13 +178,13 @@ def read_numbers(
     _to_numbers(path, rows, rows.columns)
     for column in rows:
         low, high = ranges[column]
-        if len(wrong := rows.index[~rows[column].between(low, high)]):
-            value = rows[column][wrong[0]]
-            message = f"= {value:g}" if np.isfinite(value) else "is empty or not finite"
+        limits = f"it should lie between {low:g} and {high:g}"
+        if len(empty := rows.index[rows[column].isna()]):
             raise MeasurementError(
-                f"{path}: {column} {message} in row {wrong[0] + 2}; it should lie"
-                f" between {low:g} and {high:g}"
+                f"{path}: {column} is empty or not finite in row {empty[0] + 2};"
+                f" {limits}"
             )
+        _require(path, rows, column, rows[column].between(low, high), f"; {limits}")
     return rows
 
 
@@ -275,13 +259,13 @@ def _separators_of(path: Path) -> Separators:
 
 
 def _require(
-    path: Path, rows: pd.DataFrame, column: str, is_right, message: str
+    path: Path, rows: pd.DataFrame, column: str, is_right, after: str, before: str = ""
 ) -> None:
     """MeasurementError for the first row that is not right, with its value and line."""
     if not (right := np.asarray(is_right)).all():
         at = int(np.argmin(right))
         value = f"{column} = {rows[column].iloc[at]:g} in row {rows.index[at] + 2}"
-        raise MeasurementError(f"{path}: {value}{message}")
+        raise MeasurementError(f"{path}: {before}{value}{after}")
 
 
 def _check_present(path: Path, rows: pd.DataFrame, needed: Iterable[str]) -> None:
@@ -320,26 +304,18 @@ def _check_sds(path: Path, rows: pd.DataFrame) -> None:
 def _to_numbers(path: Path, rows: pd.DataFrame, columns: Iterable[str]) -> None:
     """Convert the columns to floats, NaN where they are not finite."""
     for column in columns:
-        try:
-            rows[column] = pd.to_numeric(rows[column]).astype(float)
-        except (ValueError, TypeError, OverflowError) as error:
-            row = next(
-                (r for r, value in rows[column].items() if not _is_number(value)), 0
-            )
-            shown = reprlib.repr(rows[column][row])
+        values, long = rows[column], rows[column].dtype == object  # integers
+        numbers = pd.to_numeric(values.astype(str) if long else values, errors="coerce")
+        finite = numbers.where(np.isfinite(numbers)).astype(float)
+        words = ((finite if long else numbers).isna() & values.notna()).to_numpy()
+        if words.any():
+            row = int(np.argmax(words))
             raise MeasurementError(
-                f"{path}: {column} = {shown} in row {row + 2} is not a number"
-            ) from error
-        rows[column] = rows[column].where(np.isfinite(rows[column]))
+                f"{path}: {column} = {reprlib.repr(rows[column].iloc[row])} in row"
+                f" {row + 2} is not a number"
+            )
+        rows[column] = finite
         _require(path, rows, column, ~(rows[column].abs() > LARGEST), " cannot be")
-
-
-def _is_number(value: object) -> bool:
-    try:
-        pd.to_numeric(pd.Series([value])).astype(float)
-    except (ValueError, TypeError, OverflowError):
-        return False
-    return True
 
 
 def _drop_incomplete(
@@ -350,10 +326,9 @@ def _drop_incomplete(
     usable = np.isfinite(rows[columns].to_numpy(dtype=float)).all(axis=1)
     if usable.all():
         return rows, []
-    lines = [str(i + 2) for i in rows.index[~usable]]
-    shown = ", ".join(lines[:5]) + (
-        f" and {len(lines) - 5} more" if len(lines) > 5 else ""
-    )
     if not usable.any():
         raise MeasurementError(f"{path}: no row has numbers in {', '.join(columns)}")
+    lines = [str(i + 2) for i in rows.index[~usable]]
+    more = f" and {len(lines) - 5} more" if len(lines) > 5 else ""
+    shown = ", ".join(lines[:5]) + more
     return rows[usable], [f"{path.name}: no number in row {shown}; left out"]

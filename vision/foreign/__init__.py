@@ -32,26 +32,12 @@ READERS: tuple[ModuleType, ...] = (
     accelerometer,
     table_of_places,
 )
+# suffixes of one tool only: such a file is never ignored
+ONE_TOOL = (".trk", ".trz", ".mdf", ".kva")
 SUFFIXES = (
-    ".trk",
-    ".trz",
-    ".txt",
-    ".csv",
-    ".tsv",
-    ".dat",
-    ".xml",
-    ".mdf",
-    ".xls",
-    ".xlsx",
-    ".zip",
-    ".kva",
+    *(*ONE_TOOL, ".txt", ".csv", ".tsv", ".dat"),
+    *(".xml", ".xls", ".xlsx", ".zip"),
 )
-ONE_TOOL = (
-    ".trk",
-    ".trz",
-    ".mdf",
-    ".kva",
-)  # suffixes of one tool only: such a file is never ignored
 
 
 def tool_of(path: Path) -> str:

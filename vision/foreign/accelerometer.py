@@ -19,6 +19,7 @@ TOOL = "accelerometer table"
 AXES = 3
 _AXIS = re.compile(r"(.*?)[ _]?([xyz])")
 _TIME = re.compile(r"\bt\b|time|elapsed|timestamp|since")
+_SINCE = re.compile(r"since|elapsed")
 _KNOWN = {"seconds_elapsed": "s", "seconds": "s"}  # times whose name is their unit
 _UNITS = ("g", "m/s^2", "m/s²", "m/s2")
 # of the rise: from the start and from the end, between which the rate is fitted
@@ -41,7 +42,6 @@ def read(source: Source) -> Contents:
     path, rows = source.path, source.rows
     headings = [str(h).lower() for h in rows[0]]
     axes = _axes(rows[0])
-    units = {name_and_unit(rows[0][k])[1] for k in axes}
     clocks = [
         k
         for k, h in enumerate(headings)
@@ -55,23 +55,18 @@ def read(source: Source) -> Contents:
             " as time (s) or timestamp (ms)"
         )
 
-    # of several clocks the one named like the sensor is its own
-    def alike(k: int) -> int:
+    def likeness(k: int) -> tuple[int, bool, int]:
+        """Of several clocks the one named like the sensor is its own."""
         pairs = zip(headings[k], headings[axes[0]])
-        return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
+        alike = len([*takewhile(lambda pair: pair[0] == pair[1], pairs)])
+        return alike, bool(_SINCE.search(headings[k])), -k
 
-    def since(k: int) -> bool:
-        return "since" in headings[k] or "elapsed" in headings[k]
-
-    best = max(clocks, key=lambda k: (alike(k), since(k), -k))
-    time = (
-        column(path, rows[1:], best, headings[best], 2)
-        * TIME[_unit_of_time(headings[best])]
-    )
+    best = max(clocks, key=likeness)
+    time = column(path, rows[1:], best, headings[best], 2)
     measured = np.array([column(path, rows[1:], k, headings[k], 2) for k in axes]).T
-    if units <= {"g"}:
+    if {name_and_unit(rows[0][k])[1] for k in axes} <= {"g"}:
         measured *= G_M_S2
-    return plate_tilt(path, TOOL, time, measured)
+    return plate_tilt(path, TOOL, time * TIME[_unit_of_time(headings[best])], measured)
 
 
 def plate_tilt(
@@ -100,28 +95,21 @@ def plate_tilt(
     )
     table = pd.DataFrame({"t_s": time, "tilt_deg": angle}).drop_duplicates("t_s")
     keys, up = _rise(table["t_s"].to_numpy(), table["tilt_deg"].to_numpy())
-    guesses = (
-        (
-            "the phone lies flat on the plate: its angle is the one between its z axis"
-            " and gravity"
-        ),
+    flat = (
+        "the phone lies flat on the plate: its angle is the one between its z axis and"
+        " gravity"
     )
-    questions = (
-        (
-            "it holds the plate's angle, no motion of the seeds: put their video or"
-            " track.csv into the folder, its tilt_deg on its own clock"
-        ),
-        (
-            f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of"
-            " sliding: write it to readings.csv as slide_angle_deg"
-        ),
+    motion = (
+        "it holds the plate's angle, no motion of the seeds: put their video or"
+        " track.csv into the folder, its tilt_deg on its own clock"
     )
+    stopped = (
+        f"was the plate stopped when the seeds slid? Then {up:.4g}° is the angle of"
+        " sliding: write it to readings.csv as slide_angle_deg"
+    )
+    sections = {"slide": keys} if keys else {}
     return Contents(
-        tool,
-        tilt=table,
-        keys={"slide": keys} if keys else {},
-        guesses=guesses,
-        questions=questions,
+        tool, tilt=table, keys=sections, guesses=(flat,), questions=(motion, stopped)
     )
 
 
@@ -138,15 +126,13 @@ def _rise(time: np.ndarray, angle: np.ndarray) -> tuple[dict[str, float], float]
     first = int(rising[-1]) if rising.size else 0
     if up - start < 3 or first_rows - first < 5:
         return {}, up
-    fit = np.polyfit(middle[first:first_rows], smooth[first:first_rows], 1)
-    straight = np.std(
-        smooth[first:first_rows] - np.polyval(fit, middle[first:first_rows])
-    ) < 0.05 * (up - start)
+    t, raised = middle[first:first_rows], smooth[first:first_rows]
+    fit = np.polyfit(t, raised, 1)
+    straight = np.std(raised - np.polyval(fit, t)) < 0.05 * (up - start)
     if not (straight and 0 < fit[0] < 1000):
         return {}, up
-    return {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")} | (
-        {"start_deg": round(start, 2)} if 0 <= start < 80 else {}
-    ), up
+    keys = {"tilt_rate_deg_s": float(f"{fit[0]:.4g}")}
+    return keys | ({"start_deg": round(start, 2)} if 0 <= start < 80 else {}), up
 
 
 def _axes(headings: list) -> list[int]:

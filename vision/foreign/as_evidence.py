@@ -43,17 +43,10 @@ def evidence_of(path: Path) -> Evidence:
 
 
 def read_track(path: Path) -> Table:
-    """A track.csv as it is; a file of another tool converted to its columns."""
-    return _foreign_track(path) if tool_of(path) else read_track_csv(path)
-
-
-def read_impacts(path: Path) -> Table:
-    """An impacts.csv as it is; a file of another tool converted to its columns."""
-    return _foreign_impacts(path) if tool_of(path) else read_impacts_csv(path)
-
-
-def _foreign_track(path: Path) -> Table:
-    """The file converted to rows of track.csv, with notes on what was assumed."""
+    """A track.csv as it is; a file of another tool converted to its columns, with notes
+    on what was assumed."""
+    if not tool_of(path):
+        return read_track_csv(path)
     found = read_foreign(path)
     if not found.tracks:
         raise MeasurementError(f"{path}: no track in it")
@@ -65,16 +58,17 @@ def _foreign_track(path: Path) -> Table:
     return Table(track_rows(found, point_track), (*choice, *guesses, *questions))
 
 
-def _foreign_impacts(path: Path) -> Table:
-    """The file converted to rows of impacts.csv."""
+def read_impacts(path: Path) -> Table:
+    """An impacts.csv as it is; a file of another tool converted to its columns."""
+    if not tool_of(path):
+        return read_impacts_csv(path)
     runs = read_foreign(path).runs
-    if len(runs) != 1:
-        several = (
-            f"{len(runs)} runs of impact times in it: `benchtwin import` makes a"
-            " recording of each"
-        )
+    if not runs:
+        raise MeasurementError(f"{path}: no impact times in it")
+    if len(runs) > 1:
         raise MeasurementError(
-            f"{path}: {several if runs else 'no impact times in it'}"
+            f"{path}: {len(runs)} runs of impact times in it: `benchtwin import` makes"
+            " a recording of each"
         )
     return Table(impact_rows(path, *runs[0]))
 
@@ -96,12 +90,8 @@ def choose_track(
     best = max(falling or tracks, key=lambda t: len(t.time))
     place = next(k for k, t in enumerate(tracks, 1) if t is best)
     which = "the longest that falls" if falling else "the longest; none falls"
-    return best, (
-        (
-            f"{len(tracks)} tracks: number {place} ({best.name or 'without a name'}) is"
-            f" taken, {which}"
-        ),
-    )
+    name = best.name or "without a name"
+    return best, (f"{len(tracks)} tracks: number {place} ({name}) is taken, {which}",)
 
 
 def falls_freely(found: Contents, point_track: PointTrack) -> bool:
@@ -116,12 +106,10 @@ def falls_freely(found: Contents, point_track: PointTrack) -> bool:
 
 def track_rows(found: Contents, point_track: PointTrack) -> pd.DataFrame:
     """Rows of track.csv."""
-    if found.time_unit == "s":
-        time = {"t_s": point_track.time}
-    else:
-        time = {"frame": point_track.time}
-    x, y = f"x_{found.length_unit}", f"y_{found.length_unit}"
-    return pd.DataFrame(time | {x: point_track.x, y: point_track.y})
+    names = ("t_s" if found.time_unit == "s" else "frame", "x_{}", "y_{}")
+    columns = (point_track.time, point_track.x, point_track.y)
+    unit = found.length_unit
+    return pd.DataFrame({n.format(unit): c for n, c in zip(names, columns)})
 
 
 def impact_rows(path: Path, name: str, times: np.ndarray) -> pd.DataFrame:

@@ -35,18 +35,12 @@ _COPIED = (
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
-BENCH_QUESTIONS = (  # (section, key, question)
-    (
-        "seed",
-        "[seed] length_mm, width_mm, thickness_mm, mass_g",
-        "what was dropped, slid or rolled: its sizes and mass?",
+BENCH_QUESTIONS = {  # by the keys that answer them
+    "[seed] length_mm, width_mm, thickness_mm, mass_g": (
+        "what was dropped, slid or rolled: its sizes and mass?"
     ),
-    (
-        "camera",
-        "[camera] distance_mm",
-        "how far was the camera from the plane of the motion?",
-    ),
-)
+    "[camera] distance_mm": "how far was the camera from the plane of the motion?",
+}
 
 
 @dataclass(frozen=True)
@@ -81,13 +75,10 @@ class Draft:
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     """The recordings in one file; rig: "" where it is not stated; track: number of the
     one to use, None for the likeliest."""
-    guess: tuple[str, ...] = ()
     kind = next((k for suffixes, k in _COPIED if path.suffix.lower() in suffixes), "")
     if kind:
         told = None if rig else _told(path)
-        if told is not None:
-            rig, why = told
-            guess = (f'rig = "{rig}": {why}',)
+        rig, guess = _guessed(rig, told)
         yield Draft(path.stem, path, kind, rig, path.name, None, guesses=guess)
         return
     found = read_foreign(path)
@@ -96,7 +87,7 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             raise MeasurementError(
                 f"{path}: the angle of a plate belongs to a slide, not to a {rig}"
             )
-        guess = () if rig else ('rig = "slide": a plate tilts',)
+        _, guess = _guessed(rig, ("slide", "a plate tilts"))
         yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
     elif found.runs:
         if rig not in ("", "drop"):
@@ -108,37 +99,30 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 f"{path}: --track {track}: it holds {len(found.runs)} runs of impact"
                 " times"
             )
-        guess = () if rig else ('rig = "drop": impacts were heard',)
+        _, guess = _guessed(rig, ("drop", "impacts were heard"))
         for number, (name, times) in enumerate(found.runs, 1):
             if track in (None, number):
                 stem = path.stem if len(found.runs) == 1 else f"{path.stem}-{number}"
                 which = (f"run {number} of {len(found.runs)}: {name}",) if name else ()
-                yield _draft(
-                    path,
-                    stem,
-                    found,
-                    "drop",
-                    "impacts.csv",
-                    impact_rows(path, name, times),
-                    (*which, *guess),
-                )
+                rows, reasons = impact_rows(path, name, times), (*which, *guess)
+                yield _draft(path, stem, found, "drop", "impacts.csv", rows, reasons)
     else:
-        point_track, reasons = choose_track(path, found, track)
-        if rig or found.doubt:
-            told = None
-        else:
-            told = rig_of_motion(point_track.time, point_track.x, point_track.y)
-        if not rig and falls_freely(found, point_track):
+        one, reasons = choose_track(path, found, track)
+        told = None if found.doubt else rig_of_motion(one.time, one.x, one.y)
+        if falls_freely(found, one):
             told = "drop", "it falls freely"
         elif told is not None and told[0] == "drop":
             told = None  # not with the acceleration of gravity
-        if told is not None:
-            rig, why = told
-            guess = (f'rig = "{rig}": {why}',)
-        table = track_rows(found, point_track)
-        yield _draft(
-            path, path.stem, found, rig, "track.csv", table, (*reasons, *guess)
-        )
+        rig, guess = _guessed(rig, told)
+        rows = track_rows(found, one)
+        yield _draft(path, path.stem, found, rig, "track.csv", rows, (*reasons, *guess))
+
+
+def _guessed(rig: str, told: tuple[str, str] | None) -> tuple[str, tuple[str, ...]]:
+    """The rig as stated, or as it is told, and what was guessed then."""
+    if rig or told is None:
+        return rig, ()
+    return told[0], (f'rig = "{told[0]}": {told[1]}',)
 
 
 def _told(path: Path) -> tuple[str, str] | None:
@@ -159,9 +143,8 @@ def _draft(
     table: pd.DataFrame,
     reasons: tuple[str, ...],
 ) -> Draft:
-    doubt = (found.doubt,) if found.doubt else ()
+    questions = (*((found.doubt,) if found.doubt else ()), *found.questions)
     guesses = (*reasons, *found.guesses)
-    questions = (*doubt, *found.questions)
     return Draft(
         name, path, found.tool, rig, evidence, table, found.keys, guesses, questions
     )
@@ -175,17 +158,26 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
         inside = folder / draft.name
         inside.mkdir()
         (inside / "recording.toml").write_text(_recording_toml(draft), encoding="utf8")
+        evidence = inside / draft.evidence
         if draft.table is None:
-            shutil.copyfile(draft.file, inside / draft.evidence)
+            shutil.copyfile(draft.file, evidence)
         else:
-            draft.table.to_csv(
-                inside / draft.evidence, index=False, float_format="%.9g"
-            )
+            draft.table.to_csv(evidence, index=False, float_format="%.9g")
         questions += [f"{draft.name}: {q}" for q in draft.all_questions]
-    all_questions = [f"{key}: {words}" for _, key, words in BENCH_QUESTIONS]
-    (folder / "bench.toml").write_text(
-        _bench_toml(drafts, all_questions, questions, trouble), encoding="utf8"
-    )
+    all_questions = [f"{key}: {words}" for key, words in BENCH_QUESTIONS.items()]
+    document = tomlkit.document()
+    document.add(_comment(BENCH_HEADING))
+    document["provenance"] = "measured"
+    if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
+        document["rig"] = rig
+    for heading, lines in (
+        ("QUESTIONS for all", all_questions),
+        ("QUESTIONS by recording", questions),
+        ("NOT READ", trouble),
+    ):
+        for line in lines:
+            document.add(_comment(f"{heading}: {line}"))
+    (folder / "bench.toml").write_text(tomlkit.dumps(document), encoding="utf8")
     return [*(f"all: {q}" for q in all_questions), *questions]
 
 
@@ -209,27 +201,6 @@ def _recording_toml(draft: Draft) -> str:
         document[section] = table
     for question in draft.all_questions:
         document.add(_comment(f"QUESTION: {question}"))
-    return tomlkit.dumps(document)
-
-
-def _bench_toml(
-    drafts: list[Draft],
-    all_questions: list[str],
-    questions: list[str],
-    trouble: list[str],
-) -> str:
-    document = tomlkit.document()
-    document.add(_comment(BENCH_HEADING))
-    document["provenance"] = "measured"
-    if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
-        document["rig"] = rig
-    for heading, lines in (
-        ("QUESTIONS for all", all_questions),
-        ("QUESTIONS by recording", questions),
-        ("NOT READ", trouble),
-    ):
-        for line in lines:
-            document.add(_comment(f"{heading}: {line}"))
     return tomlkit.dumps(document)
 
 

@@ -6,12 +6,12 @@ holds pixels, y down, and its calibration."""
 
 import math
 import re
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
 from benchtwin.vision.foreign.contents import (
     Contents,
-    PointTrack,
     point_track,
     require_tracks,
 )
@@ -23,14 +23,6 @@ TOOL = "Kinovea"
 _TEXT = "#Kinovea Trajectory data export"
 # hours, minutes, seconds, hundredths or thousandths
 _CLOCK = re.compile(r"(-?)(\d+):(\d\d):(\d\d):(\d+)")
-_CENTIMETRES = {
-    "centimeters": "cm",
-    "meters": "m",
-    "millimeters": "mm",
-    "inches": "in",
-    "feet": "ft",
-    "pixels": "px",
-}
 
 
 def recognises(source: Source) -> bool:
@@ -145,7 +137,7 @@ def _analysis(source: Source) -> Contents:
             " says another rate than its camera had"
         )
         keys["camera"]["fps"] = fps
-        found = tuple(PointTrack(t.name, t.time / fps, t.x, t.y) for t in found)
+        found = tuple(replace(t, time=t.time / fps) for t in found)
     if scale := _scale(source, root):
         keys["camera"]["mm_per_px"] = scale
     return infer_units(
@@ -158,29 +150,18 @@ def _scale(source: Source, root: Element) -> float | None:
     plane in perspective."""
     line = root.find(".//CalibrationLine")
     if line is not None:
-        unit = (
-            (root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or "")
-            .strip()
-            .lower()
+        unit = root.findtext(".//Calibration/Unit") or root.findtext(".//Unit") or ""
+        end = "an end of its calibration line"
+        a, b = (
+            _numbers(source, line.findtext(f"Segment/{one}"), 2, end, "x;y")
+            for one in ("A", "B")
         )
-        (ax, ay), (bx, by) = (
-            _numbers(
-                source,
-                line.findtext(f"Segment/{end}"),
-                2,
-                "an end of its calibration line",
-                "x;y",
-            )
-            for end in ("A", "B")
-        )
-        length, pixels = _finite(source, line, "Length"), math.hypot(bx - ax, by - ay)
-        mm = LENGTH.get(_CENTIMETRES.get(unit, unit))
+        length, pixels = _finite(source, line, "Length"), math.dist(a, b)
+        mm = LENGTH.get(unit.strip().lower())
         if length and mm and pixels > 0:
             return float(f"{length * mm / pixels:.8g}")
         return None
-    mm = LENGTH.get(
-        _CENTIMETRES.get((root.findtext(".//LengthUnit") or "").strip().lower(), "")
-    )
+    mm = LENGTH.get((root.findtext(".//LengthUnit") or "").strip().lower())
     scale = _finite(source, root, ".//PixelToUnit")
     return float(f"{scale * mm:.8g}") if scale and mm else None
 

@@ -4,8 +4,6 @@ a .zip of CSV, or one CSV, in any language.
 The app translates its headings but not its units, so tables are recognised by their
 units and the relations of their columns."""
 
-from itertools import pairwise
-
 import numpy as np
 from benchtwin.vision.foreign.accelerometer import AXES, plate_tilt
 from benchtwin.vision.foreign.contents import Contents
@@ -39,7 +37,6 @@ def read(source: Source) -> Contents:
         name: rows for name, rows in source.sheets.items() if "meta" not in name.lower()
     }
     kinds = {name: _kind(rows) for name, rows in tables.items()}
-    guesses = ["times as the phone's microphone heard them"]
     for kind in ("events", "stops", "single"):
         runs = [
             (name if k == 0 else f"{name} {k + 1}", run)
@@ -47,28 +44,21 @@ def read(source: Source) -> Contents:
             if kinds[name] == kind
             for k, run in enumerate(_runs(source, tables[name], kind))
         ]
+        heard = [(name, run) for name, run in runs if len(run) > 1]
         if runs:
-            longest = sum(len(run) > 1 for _, run in runs)
-            return Contents(
-                TOOL,
-                runs=tuple(
-                    (n if longest > 1 else "", run) for n, run in runs if len(run) > 1
-                ),
-                guesses=tuple(guesses),
-            )
+            named = tuple((n if len(heard) > 1 else "", run) for n, run in heard)
+            guess = "times as the phone's microphone heard them"
+            return Contents(TOOL, runs=named, guesses=(guess,))
     if name := next((n for n in tables if kinds[n] == "acceleration"), ""):
         rows = tables[name]
         time, *axes = (
             column(source.path, rows[1:], k, str(rows[0][k]), 2) for k in range(4)
         )
         return plate_tilt(source.path, TOOL, time, np.array(axes).T)
-    held = "; ".join(
-        f"{name}: {', '.join(map(str, rows[0]))}"[:120]
-        for name, rows in tables.items()
-        if rows
-    )[:300]
+    headings = {name: ", ".join(map(str, r[0])) for name, r in tables.items() if r}
+    held = "; ".join(f"{name}: {words}"[:120] for name, words in headings.items())
     raise MeasurementError(
-        f"{source.path}: no {_OTHER} in it; it holds {held or 'nothing'}"
+        f"{source.path}: no {_OTHER} in it; it holds {held[:300] or 'nothing'}"
     )
 
 
@@ -83,38 +73,21 @@ def _kind(rows: Rows) -> str:
         return ""
     units = [name_and_unit(heading)[1] for heading in rows[0]]
     numbers = [cell for cell in rows[1] if isinstance(cell, float)]
-    if (
-        units[:1] == ["s"]
-        and len(units) >= 1 + AXES
-        and all(u in _ACCELERATION for u in units[1 : 1 + AXES])
-    ):
+    axes = units[1 : 1 + AXES]
+    if units[0] == "s" and len(axes) == AXES and {*axes} <= {*_ACCELERATION}:
         return "acceleration"
-    if (
-        units[0] not in TIME
-        or any(u not in TIME for u in units if u)
-        or len(numbers) < 2
-    ):
+    if units[0] not in TIME or {*units} - {*TIME, ""} or len(numbers) < 2:
         return ""
-    if (
-        len(units) == 3
-        and len(rows) == 2
-        and len(numbers) == 3
-        and abs(numbers[1] - numbers[0] - numbers[2]) < 1e-6
-    ):
-        return "single"
-    if (
-        len(rows) == 2
-        and len(numbers) > 3
-        and all(b >= a for a, b in pairwise(numbers))
-    ):
+    if len(rows) == 2 and len(units) == len(numbers) == 3:
+        if abs(numbers[1] - numbers[0] - numbers[2]) < 1e-6:
+            return "single"
+    elif len(rows) == 2 and len(numbers) > 3 and (np.diff(numbers) >= 0).all():
         return "stops"
     following = rows[2][0] if len(rows) > 2 and rows[2] else None
-    return (
-        "events"
-        if isinstance(following, float)
-        and abs(following - numbers[0] - numbers[1]) < ROUNDED_S
-        else ""
+    follows = isinstance(following, float) and (
+        abs(following - numbers[0] - numbers[1]) < ROUNDED_S
     )
+    return "events" if follows else ""
 
 
 def _runs(source: Source, rows: Rows, kind: str) -> list[np.ndarray]:

@@ -25,55 +25,36 @@ _SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORE
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 LARGEST = 2e18  # of any number: nanoseconds since 1970 are 1.8e18
 LENGTH = {  # → millimetres
-    "mm": 1.0,
-    "millimeter": 1.0,
-    "millimetre": 1.0,
-    "cm": 10.0,
-    "centimeter": 10.0,
-    "centimetre": 10.0,
-    "dm": 100.0,
-    "m": 1000.0,
-    "meter": 1000.0,
-    "metre": 1000.0,
-    "meters": 1000.0,
-    "metres": 1000.0,
-    "µm": 1e-3,
-    "μm": 1e-3,
-    "um": 1e-3,
-    "micron": 1e-3,
-    "microns": 1e-3,
-    "nm": 1e-6,
-    "in": 25.4,
-    "inch": 25.4,
-    "inches": 25.4,
-    "ft": 304.8,
-    "feet": 304.8,
-    "yd": 914.4,
+    name: mm
+    for mm, names in (
+        (1.0, "mm millimeter millimeters millimetre"),
+        (10.0, "cm centimeter centimeters centimetre"),
+        (100.0, "dm"),
+        (1000.0, "m meter metre meters metres"),
+        (1e-3, "µm μm um micron microns"),
+        (1e-6, "nm"),
+        (25.4, "in inch inches"),
+        (304.8, "ft feet"),
+        (914.4, "yd"),
+    )
+    for name in names.split()
+}
+TIME = {  # → seconds
+    name: seconds
+    for seconds, names in (
+        (1.0, "s sec secs second seconds"),
+        (1e-3, "ms msec millisecond milliseconds"),
+        (1e-6, "µs μs us"),
+        (1e-9, "ns nanoseconds"),
+        (60.0, "min minute minutes"),
+        (3600.0, "h hour"),
+    )
+    for name in names.split()
 }
 PIXELS = ("px", "pixel", "pixels", "pix")
-TIME = {  # → seconds
-    "s": 1.0,
-    "sec": 1.0,
-    "secs": 1.0,
-    "second": 1.0,
-    "seconds": 1.0,
-    "ms": 1e-3,
-    "msec": 1e-3,
-    "millisecond": 1e-3,
-    "milliseconds": 1e-3,
-    "µs": 1e-6,
-    "μs": 1e-6,
-    "us": 1e-6,
-    "ns": 1e-9,
-    "nanoseconds": 1e-9,
-    "min": 60.0,
-    "minute": 60.0,
-    "minutes": 60.0,
-    "h": 3600.0,
-    "hour": 3600.0,
-}
 FRAMES = ("frame", "frames", "slice", "slices")
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\(\[]\s*([^()\[\]]*?)\s*[\)\]]\s*")
+_NOTHING = re.compile("|nan|none|null|-|∞|-?inf", re.IGNORECASE)  # an empty cell
 
 
 class Source:
@@ -107,7 +88,7 @@ class Source:
     def is_xml(self) -> bool:
         return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
 
-    @property
+    @cached_property
     def is_text(self) -> bool:
         return not (self.is_zip or self.is_xml or self.is_workbook)
 
@@ -294,16 +275,6 @@ def name_and_unit(heading: object) -> tuple[str, str]:
     return (found[1].strip(), found[2]) if found else (text, "")
 
 
-def heading_row(rows: Rows) -> int:
-    """Row of the headings: the last one before the numbers."""
-    numbers = (
-        k
-        for k, row in enumerate(rows[:7])
-        if any(isinstance(cell, float) for cell in row)
-    )
-    return next(numbers, min(6, len(rows))) - 1
-
-
 def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.ndarray:
     """One column of numbers, NaN for an empty cell; MeasurementError naming column and
     line for words. first_line: of `rows`."""
@@ -312,15 +283,7 @@ def column(path: Path, rows: Rows, at: int, name: str, first_line: int) -> np.nd
         cell = row[at] if at < len(row) else ""
         if isinstance(cell, float):
             values[k] = cell
-        elif cell and cell.lower() not in (
-            "nan",
-            "none",
-            "null",
-            "-",
-            "∞",
-            "inf",
-            "-inf",
-        ):
+        elif not _NOTHING.fullmatch(cell):
             raise MeasurementError(
                 f"{path}: {name} = {cell[:30]!r} in line {first_line + k} is not a"
                 " number"

@@ -24,63 +24,16 @@ from benchtwin.vision.foreign.unit_inference import infer_units
 from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "table of places"
-CLOCKS = set(
-    [
-        "t",
-        "time",
-        "times",
-        "zeit",
-        "temps",
-        "tiempo",
-        "tempo",
-        "tid",
-        "tijd",
-        "czas",
-        "čas",
-        "aika",
-        "idő",
-    ]
-)
-COUNTS = set(["frame", "frames", "step", "n", "slice", "bild", "index", "nr", "no"])
-HEIGHTS = set(
-    ["y", "h", "height", "höhe", "hoehe", "hauteur", "altura", "altezza", "z"]
-)
-BESIDE_A_NAME = set(
-    [
-        "objekt",
-        "object",
-        "objet",
-        "objeto",
-        "oggetto",
-        "track",
-        "point",
-        "punkt",
-        "particle",
-        "ball",
-        "mass",
-        "a",
-        "b",
-        "c",
-        "koordinate",
-        "coordinate",
-        "coordinates",
-        "coord",
-        "coordonnée",
-        "coordenada",
-        "coordinata",
-        "position",
-        "pos",
-        "posición",
-        "posizione",
-        "ort",
-        "centroid",
-        "center",
-        "centre",
-        "of",
-        "in",
-    ]
+CLOCKS = re.compile("t|times?|zeit|temps|tiempo|tempo|tid|tijd|czas|čas|aika|idő")
+COUNTS = re.compile("frames?|step|n|slice|bild|index|nr|no")
+HEIGHTS = re.compile("y|h|height|höhe|hoehe|hauteur|altura|altezza|z")
+BESIDE_A_NAME = re.compile(
+    "obje[kc]?t|objeto|oggetto|track|point|punkt|particle|ball|mass|[abc]"
+    "|koordinate|coord|coordinates?|coordonnée|coordenada|coordinata"
+    "|position|pos|posición|posizione|ort|centroid|cent(er|re)|of|in"
 )
 MOST_ABOVE = 40  # lines above the headings
+_WAY = re.compile("x")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
 _OVER = re.compile(r"(.+?)\s*/\s*(?:in\s+)?(\S+)")  # "t/s", "x / cm"
 
@@ -110,17 +63,12 @@ Heading(holds='x', unit=''))
     if not unit and bare and (end in TIME or end in LENGTH or end in PIXELS):
         name, unit = bare, end
     words = [w for w in _WORDS.findall(name) if not w.isdigit()]
-    kept = [w for w in words if w not in BESIDE_A_NAME]
+    kept = [w for w in words if not BESIDE_A_NAME.fullmatch(w)]
     if len(kept) != 1:
         return Heading("", unit)
-    (word,) = kept
-    if word in CLOCKS:
-        return Heading("clock", unit)
-    if word in COUNTS:
-        return Heading("count", unit)
-    if word == "x" or word in HEIGHTS:
-        return Heading("x" if word == "x" else "y", unit)
-    return Heading("", unit)
+    kinds = {"clock": CLOCKS, "count": COUNTS, "x": _WAY, "y": HEIGHTS}
+    held = (kind for kind, called in kinds.items() if called.fullmatch(kept[0]))
+    return Heading(next(held, ""), unit)
 
 
 def heading_row(rows: Rows) -> int:
@@ -176,7 +124,10 @@ def read(source: Source) -> Contents:
         name = next((n for n in reversed(names[: min(here) + 1]) if n), "")
         tracks.append(point_track(path, name, t, x, y))
     clocks = _columns(headings, "clock") or times[:1]
-    time_unit = _one_unit(path, {_unit_of_time(headings[t]) for t in clocks})
+    held = [(headings[t].unit, headings[t].holds) for t in clocks]
+    time_unit = _one_unit(
+        path, {unit or ("frame" if kind == "count" else "") for unit, kind in held}
+    )
     length_unit = _one_unit(path, {headings[c].unit for c in (*xs, *ys)})
     guesses = []
     if not (xs and ys):
@@ -194,10 +145,6 @@ def _columns(headings: list[Heading], *held: str) -> list[int]:
 def _one_length(length: np.ndarray, is_x: bool) -> tuple[np.ndarray, np.ndarray]:
     other = np.where(np.isnan(length), np.nan, 0.0)
     return (length, other) if is_x else (other, length)
-
-
-def _unit_of_time(heading: Heading) -> str:
-    return heading.unit or ("frame" if heading.holds == "count" else "")
 
 
 def _one_unit(path: object, units: set[str]) -> str:

@@ -67,20 +67,16 @@ def read(source: Source) -> Contents:
     points = [
         item for item in _items(panel) if item.get("class", "").endswith(".PointMass")
     ]
-    tracks = []
-    for item in points:
-        frames, places = _places(source, item, systems)
-        time = (start_ms + (frames - first) * step_ms) / 1000
-        tracks.append(
-            point_track(
-                source.path, _text(item, "name"), time, places[:, 0], places[:, 1]
-            )
-        )
     if not points:
         raise MeasurementError(
             f"{source.path}: no point mass that was tracked; a model or a ruler is no"
             " measurement"
         )
+    tracks = []
+    for item in points:
+        frames, places = _places(source, item, systems)
+        time = (start_ms + (frames - first) * step_ms) / 1000
+        tracks.append(point_track(source.path, _text(item, "name"), time, *places.T))
     found = require_tracks(source.path, tracks)
     return _contents(source, panel, inside, found, 1000 / step_ms, systems)
 
@@ -131,11 +127,9 @@ def _contents(
 
 def _panel(source: Source) -> tuple[Element, str]:
     """The TrackerPanel's element, and the name of the file it stands in."""
-    panel, name = source.xml if not source.is_zip else None, source.path.name
-    if panel is None:
-        inside = [
-            member for member in source.members if member.lower().endswith(".trk")
-        ]
+    name = source.path.name
+    if source.is_zip:
+        inside = [m for m in source.members if m.lower().endswith(".trk")]
         if len(inside) > 1:
             raise MeasurementError(
                 f"{source.path}: {len(inside)} .trk files in it; unpack it and take one"
@@ -143,6 +137,8 @@ def _panel(source: Source) -> tuple[Element, str]:
             )
         name = inside[0]
         panel = source.parsed(source.member(name))
+    else:
+        panel = source.xml
     if _PANEL not in panel.get("class", ""):
         raise MeasurementError(
             f"{source.path}: {name} holds several tabs or none; save one tab as .trk"
@@ -178,14 +174,14 @@ def _places(
     source: Source, item: Element, systems: dict[int, _System]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Frames (n) and places (n, 2) of a point mass, in Tracker's coordinates."""
-    frames, places, starts = [], [], np.array(sorted(systems))
+    frames, places = [], []
     for frame, data in _frames(item):
         x, y = _number(source, data, "x"), _number(source, data, "y")
         if x is None or y is None:
             continue
-        holds_from = starts[max(int(np.searchsorted(starts, frame, "right")) - 1, 0)]
+        holds = max((f for f in systems if f <= frame), default=min(systems))
         frames.append(frame)
-        places.append(systems[int(holds_from)].place(x, y))
+        places.append(systems[holds].place(x, y))
     return np.array(frames, dtype=float), np.array(places, dtype=float).reshape(-1, 2)
 
 

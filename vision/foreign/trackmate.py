@@ -133,16 +133,9 @@ def _with_units(
             " writes where no interval is set"
         )
         time_unit = "frame"
+    length_unit = length_unit.lower()
     return infer_units(
-        source.path,
-        TOOL,
-        tracks,
-        time_unit,
-        length_unit.lower(),
-        "down",
-        {},
-        guesses,
-        [],
+        source.path, TOOL, tracks, time_unit, length_unit, "down", guesses=guesses
     )
 
 

@@ -158,9 +158,8 @@ def infer_units(
         mm, length_unit, unitless = _length(found, fall, time_unit, guesses, questions)
     elif length_unit in PIXELS:
         mm, length_unit = 1.0, "px"
-        if not any("mm_per_px" in q for q in questions) and "mm_per_px" not in keys.get(
-            "camera", {}
-        ):
+        scaled = "mm_per_px" in keys.get("camera", {})
+        if not scaled and not any("mm_per_px" in q for q in questions):
             questions.append(
                 "lengths are pixels: how many millimetres is one ([camera] mm_per_px)?"
                 " Without it, ratios only"
@@ -170,9 +169,7 @@ def infer_units(
     found = tuple(replace(t, x=t.x * mm, y=t.y * mm) for t in found)
     doubt = ""
     if time_unit == "s" and length_unit == "mm":
-        doubt = unit_doubt(
-            falls, mm, seconds, all((t.time == np.round(t.time)).all() for t in read)
-        )
+        doubt = unit_doubt(falls, mm, seconds, _whole(*(t.time for t in read)))
     return Contents(
         tool,
         found,
@@ -184,6 +181,10 @@ def infer_units(
         doubt=doubt,
         unitless=unitless,
     )
+
+
+def _whole(*numbers: np.ndarray) -> bool:
+    return all((n == np.round(n)).all() for n in numbers)
 
 
 def _factor(path: Path, what: str, unit: str, units: dict[str, float]) -> float:
@@ -213,24 +214,16 @@ def _clock(
     if time_unit:
         return _factor(path, "time", time_unit, TIME), "s"
     step = float(np.median(np.concatenate([np.diff(t.time) for t in tracks])))
-    if (
-        step == round(step)
-        and all((t.time == np.round(t.time)).all() for t in tracks)
-        and step < 10
-    ):
+    if step == round(step) < 10 and _whole(*(t.time for t in tracks)):
         guesses.append("times are frame numbers: they are whole, one after the other")
         questions.append(asked)
         return 1.0, "frame"
-    if step > _SLOWEST_STEP_S:
-        guesses.append(
-            "times in milliseconds, which the file does not say: the rows are"
-            f" {step:.4g} apart"
-        )
-        return 1e-3, "s"
+    slow = step > _SLOWEST_STEP_S
     guesses.append(
-        f"times in seconds, which the file does not say: the rows are {step:.4g} apart"
+        f"times in {'milliseconds' if slow else 'seconds'}, which the file does not"
+        f" say: the rows are {step:.4g} apart"
     )
-    return 1.0, "s"
+    return (1e-3 if slow else 1.0), "s"
 
 
 def _y_up(
@@ -264,9 +257,7 @@ def _length(
 ) -> tuple[float, str, bool]:
     """The unstated unit of length in millimetres, and "mm"; or 1 and "px"; and whether
     even that is unknown."""
-    if all(
-        (np.append(t.x, t.y) == np.round(np.append(t.x, t.y))).all() for t in tracks
-    ):
+    if _whole(*(place for t in tracks for place in (t.x, t.y))):
         guesses.append("lengths are pixels: they are whole numbers")
         questions.append(
             "how many millimetres is a pixel ([camera] mm_per_px)? Without it, ratios"

@@ -8,8 +8,8 @@ from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, Look
-from benchtwin.sim.rigs.alone import our_engine
 from benchtwin.sim.rigs.bench import Bench, Frames, no_watch
+from benchtwin.sim.rigs.engine import OURS, Way
 from benchtwin.twin.setup import Setup
 
 
@@ -21,14 +21,15 @@ class Toss:
     flight_s: float = 0.25
 
 
-def run_toss(rig: Toss, bench: Bench, rng, *, fps=500.0, watch=no_watch) -> Motion:
+def run_toss(rig: Toss, bench: Bench, rng, *, fps=500.0, watch=no_watch, engine=OURS):
     """One seed of the lot, thrown from 50 mm above the floor."""
     (seed,) = bench.draw(rng, 1)
     up = np.array([[0.0, 0.0, rig.speed_m_s]])
     thrown = Placed((seed,), bench.grain, [[0.0, 0.0, 0.05]], velocities=up)
     world = bench.world(thrown, [Plane("floor", bench.wall)])
     frames = Frames(1, fps)
-    our_engine(world, rng, rig.flight_s, [Every(1 / fps, frames)])
+    way = Way("toss", "flying", rig.flight_s)
+    engine.follow(world, rng, way, [Every(1 / fps, frames)], watch)
     motion = Motion(shapes=(seed,), shape_of=np.zeros(1, int), **frames.columns())
     motion.truth["launch_speed_m_s"] = rig.speed_m_s
     return motion

@@ -7,12 +7,11 @@ import numpy as np
 import psutil
 import pytest
 from benchtwin.sim.lammps.contact import in_lammps_law
+from benchtwin.sim.lammps.engine import LammpsEngine
 from benchtwin.sim.lammps.program import installed
-from benchtwin.sim.lammps.rigs import run_rig
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.rigs.drop import Drop, run_drop
-from benchtwin.sim.rigs.drum import Drum
 from benchtwin.sim.rigs.roll import Roll, run_roll
 from benchtwin.sim.rigs.slide import Slide, run_slide
 
@@ -24,9 +23,8 @@ BENCH, _ = in_lammps_law(Bench(shear_modulus_pa=3e6, sizes=(7.5e-3, 6.3e-3, 5.2e
 
 def both(tmp_path, rig, ours, bench=BENCH, **more):
     """(our motion, LAMMPS's), from the same random numbers."""
-    theirs = run_rig(
-        rig, bench, np.random.default_rng(2), lammps=Lammps(tmp_path / "lammps"), **more
-    )
+    engine = LammpsEngine(Lammps(tmp_path / "lammps"))
+    theirs = ours(rig, bench, np.random.default_rng(2), engine=engine, **more)
     return ours(rig, bench, np.random.default_rng(2), **more), theirs
 
 
@@ -107,10 +105,3 @@ def test_a_seed_rebounds_as_high_from_a_tilted_plate(tmp_path):
     assert theirs.positions_m[n, 0] == pytest.approx(
         ours.positions_m[n, 0], abs=5e-5
     )  # 0.5 % of the fall
-
-
-def test_a_drum_is_refused_by_name(tmp_path):
-    with pytest.raises(ValueError, match="not written for a Drum"):
-        run_rig(
-            Drum(), BENCH, np.random.default_rng(1), fps=25.0, lammps=Lammps(tmp_path)
-        )

@@ -9,13 +9,14 @@ import pytest
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs import cylinder, filling, pile
-from benchtwin.sim.rigs import heap as heap_rig
-from benchtwin.sim.rigs.bench import Bench, no_watch, turned
+from benchtwin.sim.rigs import cylinder, pile
+from benchtwin.sim.rigs.bench import Bench, no_watch
 from benchtwin.sim.rigs.cylinder import LiftedCylinder
-from benchtwin.sim.rigs.filling import settle
+from benchtwin.sim.rigs.engine import POURED, QUIET, Ours
+from benchtwin.sim.rigs.heap import fill
 from benchtwin.sim.rigs.pile import Pile
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
+from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
 from scenes import NO_AIR
 
@@ -31,12 +32,13 @@ SMALL = Pile(
 )
 # One thread: tests run beside each other, and threads that wait for each other take
 # their cores.
-run_cylinder = partial(cylinder.run_cylinder, threads=1)
-run_pile = partial(pile.run_pile, threads=1)
+ONE = Ours(1)
+run_cylinder = partial(cylinder.run_cylinder, engine=ONE)
+run_pile = partial(pile.run_pile, engine=ONE)
 
 
-def fill_pile(rig, bench, rng):
-    return heap_rig.fill(pile.vessel(rig, bench), bench, rng, threads=1, watch=no_watch)
+def fill_pile(rig, bench, rng, engine=ONE):
+    return fill(pile.vessel(rig, bench), bench, rng, engine, no_watch)
 
 
 @pytest.fixture(scope="module")
@@ -200,9 +202,7 @@ def test_what_was_filled_in_and_what_is_left_are_weighed(heap, filled):
     assert 0 < heap.truth["retained_mass_g"] <= heap.truth["filled_mass_g"]
 
 
-def bed(
-    monkeypatch, convention: str, rolling: float, quiet: Settled
-) -> tuple[float, float]:
+def bed(convention: str, rolling: float, quiet: Settled) -> tuple[float, float]:
     """Simulated seconds that a bed of nearly round seeds of great friction takes to be
     poured, and its mean height then [mm]."""
     rough = {
@@ -217,16 +217,14 @@ def bed(
     bench = replace(BENCH, sizes=(0.0075, 0.0071, 0.0069), **contacts)
     seen = []
 
-    def watched(world, state, stage, **how):
-        out = settle(world, state, stage, **how)
-        seen.append(
-            (out.time_s - state.time_s, 1e3 * float(out.positions[:, 2].mean()))
-        )
-        return out
+    class Watched(Ours):
+        def settle(self, world, state, stage, watch, _):
+            out = super().settle(world, state, stage, watch, quiet)
+            height = 1e3 * float(out.positions[:, 2].mean())
+            seen.append((out.time_s - state.time_s, height))
+            return out
 
-    monkeypatch.setattr(heap_rig, "settle", watched)
-    monkeypatch.setattr(heap_rig, "POURED", quiet)
-    fill_pile(SMALL, bench, np.random.default_rng(1))
+    fill_pile(SMALL, bench, np.random.default_rng(1), Watched(1))
     return seen[0]
 
 
@@ -237,19 +235,19 @@ def bed(
         pytest.param("type_c", 0.18, marks=pytest.mark.slow),
     ],
 )
-def test_a_poured_bed_stays_as_it_is(monkeypatch, convention, rolling):
+def test_a_poured_bed_stays_as_it_is(convention, rolling):
     """Waiting until all is quiet changes nothing."""
-    waits = filling.POURED, filling.QUIET
-    at_once, later = (bed(monkeypatch, convention, rolling, until) for until in waits)
+    waits = POURED, QUIET
+    at_once, later = (bed(convention, rolling, until) for until in waits)
     assert at_once[0] < 1.0 and at_once[1] == pytest.approx(
         later[1], abs=0.05
     )  # mm: a seed is 7
 
 
 @pytest.mark.slow
-def test_a_poured_bed_sinks_where_its_rolling_friction_creeps(monkeypatch):
+def test_a_poured_bed_sinks_where_its_rolling_friction_creeps():
     """Type A, a torque of constant size, turns resting seeds to and fro: the
     control."""
-    waits = filling.POURED, filling.QUIET
-    at_once, later = (bed(monkeypatch, "type_a", 0.18, until) for until in waits)
+    waits = POURED, QUIET
+    at_once, later = (bed("type_a", 0.18, until) for until in waits)
     assert later[1] < at_once[1] - 0.1

@@ -105,7 +105,7 @@ def test_impacts_must_increase(tmp_path):
         )
         == 3
     )
-    with pytest.raises(MeasurementError, match="does not increase at row 4"):
+    with pytest.raises(MeasurementError, match="in row 4 does not increase"):
         read_impacts_csv(write(tmp_path, "t_s\n0.25\n0.5\n0.5\n", "impacts.csv"))
     with pytest.raises(MeasurementError, match="interval needs two"):
         read_impacts_csv(write(tmp_path, "t_s\n0.25\n", "impacts.csv"))
