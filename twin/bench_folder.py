@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from benchtwin.bench.rigs import READING_COLUMNS
+from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.evidence.tables import read_readings
@@ -20,7 +20,6 @@ FURTHER = {
     rig: [c for c, (r, *_) in READING_COLUMNS.items() if r == rig and c != main]
     for rig, main in RESPONSES.items()
 }
-WEIGHED = ("filled_mass_g", "retained_mass_g")
 SECTIONS = ("seed", "camera", "air")
 
 
@@ -161,7 +160,10 @@ def _readings(
 
 def _weights(entry: Recording) -> dict[str, np.ndarray]:
     """What recording.toml says was weighed."""
-    stated = {name: getattr(entry.pile, name) for name in WEIGHED}
+    if entry.rig is None:
+        return {}
+    section, names = getattr(entry, entry.rig), RIGS[entry.rig].weighed
+    stated = {name: getattr(section, name) for name in names}
     return {
         name: np.array([value]) for name, value in stated.items() if value is not None
     }
@@ -193,8 +195,8 @@ def _measured(
         raise MeasurementError(
             f"{entry.toml}: {name} came out in {q.unit}: [camera] mm_per_px is missing"
         )
-    shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
-    shared = float(min(shared, q.sd))
+    of_camera = {"mm": entry.camera.scale_sd * q.value, "deg": entry.camera.plumb_sd}
+    shared = float(min(of_camera.get(unit, 0.0), q.sd))
     each = [
         one
         for repeat in observation.repeats or [observation.quantities]

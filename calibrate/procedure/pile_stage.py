@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from benchtwin.calibrate.statistics.box import Box
 
@@ -59,9 +60,9 @@ class PileStage:
         values = values.assign(**rest)
         runs = [
             Run(
-                "pile",
+                PILE.name,
                 {n: float(v) for n, v in row.items()},
-                seed_numbers(self.seed, "pile", packing),
+                seed_numbers(self.seed, PILE.name, packing),
                 self.description,
             )
             for row, packing in zip(values.to_dict("records"), packings)

@@ -9,11 +9,17 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
-from benchtwin.calibrate.procedure.effort import FULL, Effort, pile_description
+from benchtwin.calibrate.procedure.effort import FULL, Effort
 from benchtwin.calibrate.procedure.pile_runs import simulate_pile
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import steel_box
-from benchtwin.calibrate.procedure.rigs import ASSUMED, RANGES, SEED_LIMITS, STEEL
+from benchtwin.calibrate.procedure.rigs import (
+    ASSUMED,
+    PILE,
+    RANGES,
+    SEED_LIMITS,
+    STEEL,
+)
 from benchtwin.calibrate.procedure.shape_effect import (
     pile_question,
     shape_effect,
@@ -85,8 +91,8 @@ def calibrate_simulated(
         say(f"{name}: {STEEL[name].parameter}")
         found = steel_rig(found, name, way, rng)
         so_far(_noted(found))
-    if "pile" in bench.rigs:
-        say("pile: seed on seed")
+    if PILE.name in bench.rigs:
+        say(f"{PILE.name}: seed on seed")
         found = pile_rig(found, way, rng)
     if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
         say("does the seeds' shape matter?")
@@ -145,11 +151,10 @@ def steel_rig(
 def pile_stage(found: Calibration, way: Way) -> PileStage:
     """What the pile's simulations need: all seed–steel parameters, and their ranges."""
     description, notes = _pile_described(found, way.effort)
-    fits, prescribed = found.steel.values(), way.prescribed
-    steel = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in fits}
+    steel, prescribed = found.on_steel, way.prescribed
     limits = {rig.parameter: rig.limits for rig in STEEL.values()}
     return PileStage(
-        readings=found.bench.rigs["pile"],
+        readings=found.bench.rigs[PILE.name],
         fixed=steel_parameters(found),
         description=description,
         simulate=way.simulate,
@@ -172,7 +177,7 @@ def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibrat
     try:
         return found.with_pile(simulate_pile(stage, rng))
     except (ValueError, SimulationFailed) as error:
-        return found.without("pile", error)
+        return found.without(PILE.name, error)
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:
@@ -200,9 +205,8 @@ def steel_parameters(
     found: Calibration, rigs: Iterable[str] = tuple(STEEL)
 ) -> dict[str, float]:
     """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
-    values = {f.rig.parameter: f.inverse.value for f in found.steel.values()}
     names = (STEEL[rig].parameter for rig in rigs)
-    return {n: values.get(n, ASSUMED[n]) for n in names}
+    return {n: found.on_steel.get(n, (ASSUMED[n],))[0] for n in names}
 
 
 def _described(found: Calibration, rig: dict) -> dict:
@@ -216,9 +220,9 @@ def _described(found: Calibration, rig: dict) -> dict:
 def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str, ...]]:
     """Sections of the pile that is simulated, and notes where it is not the bench's
     own."""
-    stated = found.bench.rigs["pile"].description
-    section, notes = pile_description(stated.get("pile", {}), effort)
-    return _described(found, {**stated, "pile": section}), notes
+    stated = found.bench.rigs[PILE.name].description
+    section, notes = effort.pile(stated.get(PILE.name, {}))
+    return _described(found, {**stated, PILE.name: section}), notes
 
 
 def _noted(found: Calibration) -> Calibration:

@@ -1,11 +1,12 @@
 """Seed on steel: simulated rows → curve → the parameter at the bench's mean, with its
 uncertainty, verified by repeats."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import Rig
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.statistics.bench import BenchMean, Verification
 from benchtwin.calibrate.statistics.curves import (
     Monotone,
@@ -32,7 +33,7 @@ class SteelFit:
     included; direct: by Eqs. 1–3 without simulation; verification: repeats at the
     answer beside the bench; notes."""
 
-    rig: Rig
+    rig: ByCurve
     bench: BenchMean
     rows: pd.DataFrame
     polynomial: Polynomial
@@ -54,7 +55,7 @@ class SteelFit:
 
 
 def fit_steel(
-    rig: Rig,
+    rig: ByCurve,
     rows: pd.DataFrame,
     bench: BenchMean,
     *,
@@ -138,7 +139,7 @@ def _disagreement(answers: dict[str, Inverse]) -> list[str]:
     ]
 
 
-def fit_beyond(rig: Rig, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
+def fit_beyond(rig: ByCurve, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
     """The unweighted polynomial followed a little beyond its rows; raises OutsideRange
     when that does not reach either."""
     curve = fit_polynomial(rows, rig.parameter, rig.response, rig.degree)
@@ -160,3 +161,19 @@ def verified(fit: SteelFit, found: Verification, notes: list[str]) -> SteelFit:
     those of its runs."""
     said = (*fit.notes, *disagreement(found), *notes)
     return replace(fit, verification=found, notes=said)
+
+
+def together(fits: Iterable[SteelFit]) -> dict[str, tuple[float, float]]:
+    """{parameter: (value, sd)}; of several rigs that tell one parameter the mean, each
+    weighed by 1/sd²."""
+    found: dict[str, tuple[float, float]] = {}
+    for fit in fits:
+        new, name = (fit.inverse.value, fit.inverse.sd), fit.rig.parameter
+        found[name] = _weighed(found[name], new) if name in found else new
+    return found
+
+
+def _weighed(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    share = b[1] ** 2 / (a[1] ** 2 + b[1] ** 2)
+    value = share * a[0] + (1 - share) * b[0]
+    return value, a[1] * b[1] / float(np.hypot(a[1], b[1]))

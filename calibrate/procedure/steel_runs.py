@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
-from benchtwin.calibrate.procedure.rigs import Rig
 from benchtwin.calibrate.procedure.simulator import (
     Run,
     Simulator,
@@ -44,7 +44,7 @@ class SteelStage:
     sections of the recordings; seed: of the run; values: where to simulate, None to
     choose from the readings."""
 
-    rig: Rig
+    rig: ByCurve
     readings: RigReadings
     fixed: dict[str, float]
     description: dict
@@ -54,26 +54,23 @@ class SteelStage:
     values: tuple[float, ...] | None = None
 
     def runs(self, values: ArrayLike, repeats: int, what: str) -> list[Run]:
-        """Repeats of every value, each with a generator of its own; where a rig has two
-        ways, alternately to either side."""
+        """Repeats of every value, each with a generator of its own; with what its
+        runs have by turns."""
         name, parameter = self.rig.name, self.rig.parameter
         return [
             Run(
                 name,
                 {**self.fixed, parameter: float(v)},
                 seed_numbers(self.seed, name, what, float(v), k),
-                self._way(k),
+                self._turn(k),
             )
             for v in np.asarray(values)
             for k in range(repeats)
         ]
 
-    def _way(self, k: int) -> dict:
-        if not self.rig.both_ways:
-            return self.description
+    def _turn(self, k: int) -> dict:
         section = self.description.get(self.rig.name, {})
-        way = section | {"direction": ("+x", "-x")[k % 2]}
-        return self.description | {self.rig.name: way}
+        return self.description | {self.rig.name: self.rig.rig.turn(k, section)}
 
     def fit(self, rows: pd.DataFrame, rng: np.random.Generator) -> SteelFit:
         """The rows fitted at the bench's mean; a single reading scatters as single
@@ -157,7 +154,7 @@ def _beyond_interval(fit: SteelFit) -> OutsideRange | None:
 
 
 def _next_values(
-    rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int
+    rig: ByCurve, rows: pd.DataFrame, beyond: OutsideRange, levels: int
 ) -> np.ndarray:
     """Values beyond the range on the side that is asked for, up to a little past the
     guess, within the parameter's limits."""

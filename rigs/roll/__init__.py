@@ -26,6 +26,8 @@ RIG = Rig(
             "how steep and how long was the incline?",
         ),
     ),
+    per_recording=("direction",),
+    by_turns=({"direction": "+x"}, {"direction": "-x"}),
     observe="benchtwin.measure.observe_motion:observe_moving",
     measure=".measure:measure_roll",
     setup=".simulate:SETUP",
@@ -34,4 +36,5 @@ RIG = Rig(
     diagnose=".diagnose:diagnose_roll",
     effects=".effects:EFFECTS",
     resimulate=".resimulation:resimulate",
+    tells=".tells:TELLS",
 )

@@ -13,7 +13,7 @@ import pytest
 from benchtwin.calibrate import calibrate_command as calibrate_module
 from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 from benchtwin.calibrate.procedure import joint, parameters
-from benchtwin.calibrate.procedure.effort import FULL, QUICK, pile_description
+from benchtwin.calibrate.procedure.effort import FULL, QUICK
 from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
 from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
@@ -499,13 +499,12 @@ def test_results_are_not_written_among_the_recordings(bench, capsys):
 
 
 def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
-    section, said = pile_description(
+    section, said = FULL.pile(
         {
             "box_mm": [105.0, 105.0, 200.0],
             "plate_mm": [200.0, 200.0],
             "gate_speed_mm_s": 30.0,
-        },
-        FULL,
+        }
     )
     assert (
         section["box_mm"] == [105.0, 30.0, 200.0]
@@ -514,8 +513,8 @@ def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
         and said
     )
     assert (
-        pile_description(section, FULL) == (section, ())
-        and pile_description(section, replace(QUICK, slab=None))[1] == ()
+        FULL.pile(section) == (section, ())
+        and replace(QUICK, slab=None).pile(section)[1] == ()
     )
 
 
