@@ -131,4 +131,26 @@ def test_what_it_tells_is_calibrated_together_with_what_our_rigs_tell(tmp_path):
     # the control: a rig that says something else is left out, and named
     read_bench(tmp_path, bump=("swing_back_deg", (41.0, 40.8, 41.2, 41.1)))
     said = run(CALIBRATED, tmp_path)
-    assert "; bump: " not in said and "bump: its 0.7" in said
+    assert "; bump: " not in said and "contradicts 0.60" in said
+
+
+PROVED = """
+from pathlib import Path
+import numpy as np
+from benchtwin.prove.make import make_folder
+from benchtwin.prove.plan import plan
+
+specs = [s for s in plan(40, np.random.default_rng(1)) if s.rig == "bump"]
+for spec in specs:
+    key = make_folder(spec, 1, Path("cases") / spec.name)
+    print(spec.kind, [(e["name"], e["value"], e["snr"]) for e in key["effects"]])
+print(len(specs))
+"""
+
+
+def test_cases_are_drawn_of_it(tmp_path):
+    (tmp_path / "cases").mkdir()
+    said = run(PROVED, tmp_path)
+    assert "clean []" in said and "single [('wear', -0." in said
+    tables = list((tmp_path / "cases").glob("*/bump-01/readings.csv"))
+    assert len(tables) == int(said.split()[-1]) >= 3
