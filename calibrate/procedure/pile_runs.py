@@ -19,9 +19,9 @@ from benchtwin.calibrate.procedure.pile_surrogate import (
 )
 from benchtwin.calibrate.procedure.rigs import PILE, SEED_LIMITS
 from benchtwin.calibrate.procedure.simulator import usable
-from benchtwin.calibrate.procedure.steel import disagreement
+from benchtwin.calibrate.procedure.verification import verified
 from benchtwin.calibrate.statistics.ascent import Centre, choose_centre, equal_steps
-from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean, verify
+from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken, central_composite
 from benchtwin.calibrate.statistics.replicates import (
@@ -113,7 +113,9 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
         seen=seen,
         candidates=further,
     )
-    return _verified(stage, fit)
+    points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * stage.effort.piles)
+    runs = stage.runs(points, VERIFICATION_PACKINGS + np.arange(len(points)))
+    return verified(fit, PILE, runs, stage.simulate)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -320,19 +322,3 @@ def run_design(
     return DesignRun(
         design=design.reset_index(drop=True), plan=chosen, piles=piles, notes=notes
     )
-
-
-def _verified(stage: PileStage, fit: PileFit) -> PileFit:
-    """Piles at the optimum, on new packings, beside the bench."""
-    n = stage.effort.piles
-    if n < 2:
-        return fit
-    points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * n)
-    table, _ = stage.piles(points, VERIFICATION_PACKINGS + np.arange(n))
-    there, notes = usable(table, PILE.response)
-    found = None
-    if there.sum() >= 2:
-        angles = table.loc[there, PILE.response].to_numpy(float)
-        found = verify(angles, fit.bench, name=PILE.name)
-        notes += disagreement(found, "°")
-    return replace(fit, verification=found, notes=(*fit.notes, *notes))

@@ -2,7 +2,7 @@
 uncertainty, verified by repeats."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -144,23 +144,6 @@ def fit_beyond(rig: ByCurve, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
     when that does not reach either."""
     curve = fit_polynomial(rows, rig.parameter, rig.response, rig.degree)
     return invert(curve, bench, beyond=BEYOND)
-
-
-def disagreement(found: Verification, unit: str = "") -> tuple[str, ...]:
-    """A note where repeats at the answer disagree with the bench."""
-    if found.agrees:
-        return ()
-    return (
-        f"verification disagrees: {found.simulated:.4g}{unit} simulated,"
-        f" {found.bench:.4g}{unit} at the bench (p = {found.p:.2g})",
-    )
-
-
-def verified(fit: SteelFit, found: Verification, notes: list[str]) -> SteelFit:
-    """The fit with its verification, a note where it disagrees with the bench, and
-    those of its runs."""
-    said = (*fit.notes, *disagreement(found), *notes)
-    return replace(fit, verification=found, notes=said)
 
 
 def together(fits: Iterable[SteelFit]) -> dict[str, tuple[float, float]]:

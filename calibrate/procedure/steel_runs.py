@@ -15,8 +15,8 @@ from benchtwin.calibrate.procedure.simulator import (
     steel_rows,
     usable,
 )
-from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel, verified
-from benchtwin.calibrate.statistics.bench import verify
+from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel
+from benchtwin.calibrate.procedure.verification import verified
 from benchtwin.calibrate.statistics.inversion import OutsideRange
 from numpy.typing import ArrayLike
 
@@ -110,9 +110,9 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
     if fit is None:
         raise Unreachable(_unreachable(stage, str(beyond)))
     fit, more = _narrowed(stage, fit, rows, rng)
-    return _verified(
-        stage, replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
-    )
+    fit = replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
+    runs = stage.runs([fit.inverse.value], stage.effort.verify, "verification")
+    return verified(fit, stage.rig, runs, stage.simulate)
 
 
 def first_values(stage: SteelStage) -> np.ndarray:
@@ -205,12 +205,3 @@ def _narrowed(
         " whole range"
     )
     return again, notes
-
-
-def _verified(stage: SteelStage, fit: SteelFit) -> SteelFit:
-    """Repeats at the answer, beside the bench."""
-    runs = stage.runs([fit.inverse.value], stage.effort.verify, "verification")
-    table = stage.simulate(runs)
-    there, notes = usable(table, stage.rig.response)
-    values = table.loc[there, stage.rig.response].to_numpy(float)
-    return verified(fit, verify(values, fit.bench, name=stage.rig.name), notes)

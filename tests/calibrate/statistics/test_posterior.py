@@ -391,43 +391,6 @@ def test_narrowing_foretells_what_measuring_then_leaves(surface, angle, rng):
     )
 
 
-def wider(prior):
-    return Prior.uniform(Box(prior.box.names, prior.box.low - 0.01, prior.box.high))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda o, p: ([], p, None), "no observable"),
-        (lambda o, p: ([o, o], p, None), "must differ in name"),
-        (
-            lambda o, p: (
-                [dataclasses.replace(o, bench=BenchMean(31.0, 0.0, 4, 0.0, 5))],
-                p,
-                None,
-            ),
-            "needs an sd above 0",
-        ),
-        (lambda o, p: ([o], wider(p), None), "restitution: the prior spans 0.54"),
-        (
-            lambda o, p: (
-                [o],
-                Prior.uniform(Box.of({"restitution": (0.55, 0.65)})),
-                None,
-            ),
-            "for which there is no prior",
-        ),
-        (lambda o, p: ([o], p, np.array([[2.0]])), "correlation"),
-    ],
-)
-def test_what_does_not_fit_together_is_named(angle, rng, change, message):
-    observables, prior, correlation = change(angle, Prior.uniform(angle.surrogate.box))
-    with pytest.raises(ValueError, match=message):
-        on_grid(observables, prior, rng=rng, correlation=correlation)
-    with pytest.raises(ValueError, match=message):
-        sample(observables, prior, rng=rng, correlation=correlation)
-
-
 @pytest.mark.parametrize(
     ("given", "message"),
     [
