@@ -63,14 +63,14 @@ def test_a_known_plane_and_normal_priors_give_the_textbook_posterior(rng):
         [Observable("y", Plane(box, slope * 10), known(value, sd))],
         prior,
         rng=rng,
-        ess=4000,
+        ess=2000,
     )
     precision = np.diag([1.0, 4.0]) + np.outer(slope, slope) / sd**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ (np.array([1.0, -2.0]) + slope * value / sd**2)
     assert found.converged and not found.note
     assert (
-        abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 4000)
+        abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 2000)
     ).all()
     np.testing.assert_allclose(
         np.cov(found.draws.T), covariance, atol=0.1 * covariance.max()
