@@ -45,8 +45,8 @@ def _binned(judged: list[Judged]) -> dict:
             k = sum(j.alarm for j in some)
             logs = [math.log(max(j.key.snr, 0.3)) for j in some]
             ends = binomial_interval(k, len(some))
-            said = f"{k} of {len(some)}"
-            rows.append((math.exp(np.mean(logs)), k / len(some), ends, said))
+            counted = f"{k} of {len(some)}"
+            rows.append((math.exp(np.mean(logs)), k / len(some), ends, counted))
     x, y, ends, said = list(zip(*rows)) or [()] * 4
     marker = {"color": BLACK, "size": 8}
     return _trace("all, binned (95 %)", x, y, ends=ends, text=said, marker=marker)
@@ -112,8 +112,9 @@ def calibration_figure(judged: list[Judged]) -> dict:
         traces.append(_trace(rig, x, y, ends=ends, thickness=1, marker=marker))
     dotted = {"color": GREY, "dash": "dot"}
     line = _trace("", [2, 60], [1, 1], "lines", line=dotted, showlegend=False)
-    y = _axis("stated / true", range=[0, 2])
-    layout = _layout(xaxis=_axis("SNR", type="log"), yaxis=y)
+    axes = {"xaxis": _axis("SNR", type="log")}
+    axes["yaxis"] = _axis("stated / true", range=[0, 2])
+    layout = _layout(**axes)
     return {"data": [*traces, line], "layout": layout}
 
 

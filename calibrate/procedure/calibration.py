@@ -1,5 +1,6 @@
 """All that a calibration found, and its parameters as one table."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -8,6 +9,7 @@ import pandas as pd
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import LEVEL, Joint, fit_joint
 from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.simulator import SimulationFailed, Unreachable
 from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
 from scipy import stats
@@ -77,6 +79,19 @@ class Calibration:
                 found = replace(self, findings=(*self.findings, f"{name}: {said}"))
                 return found.without(name, ValueError(said))
         return replace(self, steel={**self.steel, name: fit})
+
+    def trying(self, name: str, fit: Callable[[], SteelFit | PileFit]) -> Self:
+        """With what a rig gives; where it gives nothing, with why."""
+        try:
+            found = fit()
+        except Unreachable as error:
+            findings = (*self.findings, str(error))
+            return replace(self.without(name, error), findings=findings)
+        except (ValueError, FileNotFoundError, SimulationFailed) as error:
+            return self.without(name, error)
+        if isinstance(found, PileFit):
+            return self.with_pile(found)
+        return self.with_steel(name, found)
 
     def with_pile(self, pile: PileFit) -> Self:
         """With what the pile gave."""

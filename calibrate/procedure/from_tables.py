@@ -68,25 +68,26 @@ def _steel_rig(
 ) -> Calibration:
     """With a seed–steel rig's table fitted, and what was printed of it checked."""
     readings = found.bench.rigs[name]
-    try:
-        fit = _steel(STEEL[name], readings, tables / f"{name}.csv", printed, rng)
-    except (ValueError, FileNotFoundError) as error:
-        return found.without(name, error)
+    rig, file = STEEL[name], tables / f"{name}.csv"
+    found = found.trying(name, lambda: _steel(rig, readings, file, printed, rng))
+    if (fit := found.steel.get(name)) is None:
+        return found
     with naming(tables / "published.toml"):
-        checks = check_steel(fit, readings, printed)
-    return found.with_steel(name, fit).checked(checks, _outside(fit))
+        return found.checked(check_steel(fit, readings, printed), _outside(fit))
 
 
 def _pile_rig(
     found: Calibration, tables: Path, printed: dict, rng: np.random.Generator
 ) -> Calibration:
     """With the pile's tables fitted, and what was printed of them checked."""
+    readings = found.bench.rigs[PILE.name]
+    found = found.trying(PILE.name, lambda: _pile(readings, tables, printed, rng))
+    if found.pile is None:
+        return found
     try:
-        pile = _pile(found.bench.rigs[PILE.name], tables, printed, rng)
-        found = found.with_pile(pile)
         with naming(tables / "published.toml"):
             levels = levels_table(tables / "levels.csv")
-            return found.checked(*check_pile(pile, printed, levels))
+            return found.checked(*check_pile(found.pile, printed, levels))
     except (ValueError, FileNotFoundError) as error:
         return found.without(PILE.name, error)
 

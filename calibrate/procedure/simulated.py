@@ -2,7 +2,7 @@
 ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +25,8 @@ from benchtwin.calibrate.procedure.shape_effect import (
     shape_effect,
     steel_question,
 )
-from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
-from benchtwin.calibrate.procedure.steel_runs import (
-    SteelStage,
-    Unreachable,
-    simulate_steel,
-)
+from benchtwin.calibrate.procedure.simulator import Simulator
+from benchtwin.calibrate.procedure.steel_runs import SteelStage, simulate_steel
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
@@ -138,14 +134,7 @@ def steel_rig(
         seed=found.seed,
         values=way.prescribed.values.get(name),
     )
-    try:
-        return found.with_steel(name, simulate_steel(stage, rng))
-    except Unreachable as error:
-        return replace(
-            found.without(name, error), findings=(*found.findings, str(error))
-        )
-    except (ValueError, SimulationFailed) as error:
-        return found.without(name, error)
+    return found.trying(name, lambda: simulate_steel(stage, rng))
 
 
 def pile_stage(found: Calibration, way: Way) -> PileStage:
@@ -174,10 +163,7 @@ def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibrat
     """The pile, simulated with what the seed–steel rigs found."""
     stage = pile_stage(found, way)
     found = found.saying(*stage.notes)
-    try:
-        return found.with_pile(simulate_pile(stage, rng))
-    except (ValueError, SimulationFailed) as error:
-        return found.without(PILE.name, error)
+    return found.trying(PILE.name, lambda: simulate_pile(stage, rng))
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:

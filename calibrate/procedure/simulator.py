@@ -35,6 +35,11 @@ Simulator = Callable[[Sequence[Run]], pd.DataFrame]
 reason, rerun, and the measured columns."""
 
 
+class Unreachable(ValueError):
+    """No physical value of the parameter gives the bench's mean: a finding for
+    diagnosis."""
+
+
 class SimulationFailed(RuntimeError):
     """So many runs of a stage came to nothing that it cannot go on."""
 

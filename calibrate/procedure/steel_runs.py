@@ -11,6 +11,7 @@ from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.simulator import (
     Run,
     Simulator,
+    Unreachable,
     seed_numbers,
     steel_rows,
     usable,
@@ -31,11 +32,6 @@ FIRST_HALF, NEARER = 0.25, 0.4
 # of the variance from the curve's shape, above which the range is narrowed around the
 # answer
 SHAPE_SHARE = 0.25
-
-
-class Unreachable(ValueError):
-    """No physical value of the parameter gives the bench's mean: a finding for
-    diagnosis."""
 
 
 @dataclass(frozen=True, kw_only=True)
