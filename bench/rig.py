@@ -28,7 +28,10 @@ class Rig:
     keys without which a number is missing or in doubt; asked: keys that no other tool's
     file states → the question. corrected_in: further sections of keys in which its
     measuring is corrected. variants: names by which `simulate` knows it with other
-    keys. own_parameters: whether each recording can have a parameter of its own.
+    keys; by_turns: keys that its runs have by turns where none is stated;
+    per_recording: keys of a recording, not of how the rig is built; weighed: such keys
+    that say what was weighed.
+    own_parameters: whether each recording can have a parameter of its own.
 
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
@@ -38,7 +41,8 @@ class Rig:
     how it is simulated; read(folder) → its recordings as plain arrays; curve(read,
     relative, timed) → what one shows, to be laid over its twin; diagnose(recordings,
     rng) → Finding; effects: what may be missing, by name; resimulate: the simulation
-    run again with what was named."""
+    run again with what was named; tells: what a calibration learns from it
+    (`bench/tells.py`)."""
 
     name: str
     what: str
@@ -54,6 +58,9 @@ class Rig:
     asked: tuple[tuple[str, str], ...] = ()
     corrected_in: tuple[str, ...] = ("track",)
     variants: Mapping[str, dict] = field(default_factory=dict, hash=False)
+    by_turns: tuple[Mapping[str, object], ...] = field(default=({},), hash=False)
+    per_recording: tuple[str, ...] = ()
+    weighed: tuple[str, ...] = ()
     own_parameters: bool = False
     observe: str = ""
     derive: str = ""
@@ -64,6 +71,7 @@ class Rig:
     diagnose: str = ""
     effects: str = ""
     resimulate: str = ""
+    tells: str = ""
 
     def __post_init__(self) -> None:
         own = {part: place for part, place in self._parts() if place.startswith(".")}
@@ -78,6 +86,10 @@ class Rig:
     def in_plural(self) -> str:
         """ "drops"."""
         return self.plural or f"{self.name}s"
+
+    def turn(self, k: int, section: dict) -> dict:
+        """Its section of recording.toml for the k-th of several runs."""
+        return {**self.by_turns[k % len(self.by_turns)], **section}
 
     def part(self, name: str) -> Any:
         """One of its parts, loaded; ValueError where it has none."""

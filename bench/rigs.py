@@ -1,6 +1,6 @@
 """All rigs there are: every folder of `rigs/` whose package holds a record `RIG`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -25,6 +25,14 @@ READING_COLUMNS = {  # column → (rig, quantity, unit)
     for column, quantity in rig.readings.items()
 }
 VARIANTS = {name: rig for rig in RIGS.values() for name in rig.variants}
+
+
+def variant_of(rig: str, description: Mapping[str, Mapping]) -> str:
+    """The name under which `simulate` knows a rig with the keys that are described."""
+    for name, keys in RIGS[rig].variants.items():
+        if all(set(keys[s]) <= set(description.get(s, {})) for s in keys):
+            return name
+    return rig
 
 
 def rigs_in_words(last: str = " or ") -> str:

@@ -98,7 +98,7 @@ def predict(
     whether they agree.
 
     calibrated: what `calibrate` found, or the folder that it wrote. rig: "cylinder" (a
-    heap left by a lifted cylinder) or "drum" (rotating). out: folder for the prediction
+    heap left by a lifted cylinder) or a rotating drum. out: folder for the prediction
     and its finished runs. beside: recordings of that rig: a bench folder, or what
     `measure` found on it. settings: keys of recording.toml by their dotted names,
     {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed to copy. draws: sets

@@ -78,14 +78,14 @@ def simulate(
     """Simulate a rig into the bench folder `out`, and measure that as if it came from
     the bench.
 
-    rig: "drop", "slide", "roll", "pile", "cylinder" (a pile from a lifting cylinder) or
-    "drum" (rotating). parameters: contact parameters, else those that the soybean paper
-    calibrated. repeats: recordings, each with seeds, placing and packing of its own;
-    rng: seed of the random numbers. settings: keys of recording.toml by their dotted
-    names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and camera to
-    copy. rendered: film or photograph the run, else its track is written. threads:
-    processor cores for one pile. engine: "benchtwin" or "lammps"; ranks: processes that
-    share one LAMMPS pile. progress: shown on stderr.
+    rig: drop, slide, roll, pile, cylinder (a pile from a lifting one), drum (rotating),
+    or a rig of your own. parameters: contact parameters, else those that the soybean
+    paper calibrated. repeats: recordings, each with seeds, placing and packing of its
+    own; rng: seed of the random numbers. settings: keys of recording.toml by their
+    dotted names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and
+    camera to copy. rendered: film or photograph the run, else its track is written.
+    threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks:
+    processes that share one LAMMPS pile. progress: shown on stderr.
 
     Called again, it goes on where it was stopped. Raises ValueError for a rig, number
     or setting that does not fit; FileExistsError where `out` holds other recordings of

@@ -14,7 +14,7 @@ from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
 from benchtwin.calibrate.procedure.pairs import pairs
 from benchtwin.calibrate.procedure.pile_runs import DESIGNS
-from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.procedure.simulated import (
     Prescribed,
@@ -205,7 +205,7 @@ def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
         return prescribed
     path = None
     if pile.path is not None:
-        path = pile.path.errors.drop(columns=[PILE_RESPONSE, "relative_error"])
+        path = pile.path.errors.drop(columns=[PILE.response, "relative_error"])
     return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
 
 

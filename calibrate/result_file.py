@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import write_whole
@@ -65,7 +66,7 @@ def content(c: Calibration) -> dict:
     materials, shape = materials_and_shape(c.bench.seed, Parameters())
     found = {row.pop("parameter"): row for row in parameters(c).to_dict("records")}
     fits: dict[str, SteelFit | PileFit] = {**c.steel}
-    fits |= {"pile": c.pile} if c.pile else {}
+    fits |= {PILE.name: c.pile} if c.pile else {}
     checked = {n: f.verification for n, f in fits.items() if f.verification}
     return {
         "schema": SCHEMA,
@@ -82,7 +83,7 @@ def content(c: Calibration) -> dict:
             "described": c.bench.seed,
         },
         "verification": {n: asdict(v) for n, v in checked.items()},
-        "pile": _pile(c),
+        PILE.name: _pile(c),
         "not_calibrated": c.refused,
         "unreadable": {name: why for name, _, why in c.bench.trouble},
         "findings": list(c.findings),

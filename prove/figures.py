@@ -5,29 +5,17 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.prove.intervals import GRID, Power, binomial_interval, reliability
+from benchtwin.prove.intervals import GRID, binomial_interval, reliability
 from benchtwin.prove.judge import Judged
-from benchtwin.prove.plan import CLEAN, RIG_SHARES
+from benchtwin.prove.plan import CLEAN
+from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.score import confusion, power
 
-COLOURS = {
-    "all": "#1b1f24",
-    "drop": "#1f5fa8",
-    "slide": "#d9730d",
-    "roll": "#2e7d4f",
-    "pile": "#b3261e",
-}
+BLACK, GREY, RIGHT, WRONG = "#1b1f24", "#6b7280", "#2e7d4f", "#b3261e"
+COLOURS = {"all": BLACK} | {name: rig.colour for name, rig in RIGS.items()}
 BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
-ODDS = (
-    0.05,
-    0.25,
-    0.5,
-    0.75,
-    0.9,
-    0.97,
-    0.99,
-    0.997,
-)  # ticks of the reliability diagram, on a scale of ln p/(1 − p)
+# ticks of the reliability diagram, on a scale of ln p/(1 − p)
+ODDS = (0.05, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
 THEORY = {0.5: 3.53, 0.9: 4.81}
 
 
@@ -36,35 +24,14 @@ def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
     and the theory's two points."""
     traces = []
     for rig, colour in COLOURS.items():
-        some = [j for j in judged if rig in ("all", j.key.rig)]
-        curve: Power = power(some, rng)
+        curve = power([j for j in judged if rig in ("all", j.key.rig)], rng)
         if math.isfinite(curve.snr50):
             line = {"color": colour, "width": 3 if rig == "all" else 1.5}
-            traces.append(
-                {
-                    "type": "scatter",
-                    "mode": "lines",
-                    "name": rig,
-                    "x": _listed(GRID),
-                    "y": _listed(curve.at(GRID)),
-                    "line": line,
-                }
-            )
-    cross = {"symbol": "x", "color": "#6b7280", "size": 11}
-    theory = {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "limit by theory",
-        "x": list(THEORY.values()),
-        "y": list(THEORY),
-        "marker": cross,
-    }
-    share = {
-        "title": {"text": "share of alarms"},
-        "range": [-0.02, 1.02],
-        "tickformat": ".0%",
-    }
-    snr = {"title": {"text": "SNR of the concealed effect"}, "type": "log"}
+            traces.append(_trace(rig, GRID, curve.at(GRID), "lines", line=line))
+    cross = {"symbol": "x", "color": GREY, "size": 11}
+    theory = _trace("limit by theory", THEORY.values(), THEORY, marker=cross)
+    share = _axis("share of alarms", range=[-0.02, 1.02], tickformat=".0%")
+    snr = _axis("SNR of the concealed effect", type="log")
     layout = _layout(xaxis=snr, yaxis=share)
     return {"data": [*traces, _binned(judged), theory], "layout": layout}
 
@@ -76,28 +43,13 @@ def _binned(judged: list[Judged]) -> dict:
         some = [j for j in concealed if low <= j.key.snr < high]
         if some:
             k = sum(j.alarm for j in some)
-            share, (a, b) = k / len(some), binomial_interval(k, len(some))
-            middle = float(
-                np.exp(np.mean([math.log(max(j.key.snr, 0.3)) for j in some]))
-            )
-            rows.append((middle, share, b - share, share - a, f"{k} of {len(some)}"))
-    x, y, up, down, labels = list(zip(*rows)) or [()] * 5
-    bars = {
-        "type": "data",
-        "symmetric": False,
-        "array": _listed(up),
-        "arrayminus": _listed(down),
-    }
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": "all, binned (95 %)",
-        "x": _listed(x),
-        "y": _listed(y),
-        "error_y": bars,
-        "text": list(labels),
-        "marker": {"color": COLOURS["all"], "size": 8},
-    }
+            logs = [math.log(max(j.key.snr, 0.3)) for j in some]
+            ends = binomial_interval(k, len(some))
+            counted = f"{k} of {len(some)}"
+            rows.append((math.exp(np.mean(logs)), k / len(some), ends, counted))
+    x, y, ends, said = list(zip(*rows)) or [()] * 4
+    marker = {"color": BLACK, "size": 8}
+    return _trace("all, binned (95 %)", x, y, ends=ends, text=said, marker=marker)
 
 
 def confusion_figure(judged: list[Judged]) -> dict:
@@ -105,20 +57,14 @@ def confusion_figure(judged: list[Judged]) -> dict:
     each row with the counts written in."""
     rows, columns, counts = confusion(judged)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    text = [[str(n) if n else "" for n in row] for row in counts.tolist()]
     heat = {
         "type": "heatmap",
-        "x": columns,
-        "y": rows,
-        "z": [_listed(r) for r in share],
-        "text": text,
+        **{"x": columns, "y": rows, "z": [_listed(r) for r in share]},
+        "text": [[str(n) if n else "" for n in row] for row in counts.tolist()],
         "texttemplate": "%{text}",
         "colorscale": [[0, "#ffffff"], [1, "#1f5fa8"]],
         "showscale": False,
-        "zmin": 0,
-        "zmax": 1,
-        "xgap": 1,
-        "ygap": 1,
+        **{"zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1},
     }
     xaxis = {"tickangle": -50, "automargin": True}
     layout = _layout(xaxis=xaxis, yaxis={"autorange": "reversed", "automargin": True})
@@ -129,45 +75,24 @@ def reliability_figure(judged: list[Judged]) -> dict:
     """Share of right verdicts with 95 % bounds against their mean stated probability,
     by bins."""
     bins = reliability(judged)
-    x, y = [_logit(b.mean_p) for b in bins], [_logit(b.share) for b in bins]
-    up = [_logit(b.bounds[1]) - v for b, v in zip(bins, y)]
-    down = [v - _logit(b.bounds[0]) for b, v in zip(bins, y)]
-    bars = {
-        "type": "data",
-        "symmetric": False,
-        "array": _listed(up),
-        "arrayminus": _listed(down),
-    }
-    colours = [COLOURS["roll" if b.holds else "pile"] for b in bins]  # green and red
-    found = {
-        "type": "scatter",
-        "mode": "markers+text",
-        "name": "right, 95 %",
-        "x": _listed(x),
-        "y": _listed(y),
-        "error_y": bars,
-        "text": [f"{b.k} of {b.n}" for b in bins],
-        "textposition": "bottom right",
-        "marker": {"color": colours, "size": 10},
-    }
+    found = _trace(
+        "right, 95 %",
+        [_logit(b.mean_p) for b in bins],
+        [_logit(b.share) for b in bins],
+        "markers+text",
+        ends=[tuple(map(_logit, b.bounds)) for b in bins],
+        text=[f"{b.k} of {b.n}" for b in bins],
+        textposition="bottom right",
+        marker={"color": [RIGHT if b.holds else WRONG for b in bins], "size": 10},
+    )
     ends = [_logit(0.0), _logit(1.0)]
-    line = {
-        "type": "scatter",
-        "mode": "lines",
-        "name": "as said",
-        "x": ends,
-        "y": ends,
-        "line": {"color": "#6b7280", "dash": "dot"},
-    }
+    line = _trace("as said", ends, ends, "lines", line={"color": GREY, "dash": "dot"})
     ticks = {
         "tickvals": [_logit(p) for p in ODDS],
         "ticktext": [f"{100 * p:g} %" for p in ODDS],
         "range": ends,
     }
-    axes = {
-        f"{axis}axis": {"title": {"text": title}, **ticks}
-        for axis, title in (("x", "said"), ("y", "share right"))
-    }
+    axes = {"xaxis": _axis("said", **ticks), "yaxis": _axis("share right", **ticks)}
     return {"data": [line, found], "layout": _layout(**axes)}
 
 
@@ -180,42 +105,37 @@ def calibration_figure(judged: list[Judged]) -> dict:
     """(SNR, stated / true, interval / true) of every right name, by rig: 1 is right,
     bars are 95 % intervals."""
     traces = []
-    for rig in RIG_SHARES:
+    for rig in RIGS:
         points = [point for j in judged if j.key.rig == rig for point in j.stated]
-        x, y = [p[0] for p in points], [p[1] for p in points]
-        up, down = [p[2][1] - p[1] for p in points], [p[1] - p[2][0] for p in points]
-        bars = {
+        x, y, ends = list(zip(*points)) or [()] * 3
+        marker = {"color": COLOURS[rig], "size": 6}
+        traces.append(_trace(rig, x, y, ends=ends, thickness=1, marker=marker))
+    dotted = {"color": GREY, "dash": "dot"}
+    line = _trace("", [2, 60], [1, 1], "lines", line=dotted, showlegend=False)
+    axes = {"xaxis": _axis("SNR", type="log")}
+    axes["yaxis"] = _axis("stated / true", range=[0, 2])
+    layout = _layout(**axes)
+    return {"data": [*traces, line], "layout": layout}
+
+
+def _trace(
+    name: str, x, y, mode: str = "markers", *, ends=None, thickness: float = 2, **look
+) -> dict:
+    """Points or a line; ends: (low, high) of each point's bar."""
+    drawn = {"type": "scatter", "mode": mode, "name": name} | look
+    if ends is not None:
+        drawn["error_y"] = {
             "type": "data",
             "symmetric": False,
-            "array": _listed(up),
-            "arrayminus": _listed(down),
-            "thickness": 1,
+            "array": _listed(high - v for v, (_, high) in zip(y, ends)),
+            "arrayminus": _listed(v - low for v, (low, _) in zip(y, ends)),
+            "thickness": thickness,
         }
-        traces.append(
-            {
-                "type": "scatter",
-                "mode": "markers",
-                "name": rig,
-                "x": _listed(x),
-                "y": _listed(y),
-                "error_y": bars,
-                "marker": {"color": COLOURS[rig], "size": 6},
-            }
-        )
-    dotted = {"color": "#6b7280", "dash": "dot"}
-    line = {
-        "type": "scatter",
-        "mode": "lines",
-        "x": [2, 60],
-        "y": [1, 1],
-        "line": dotted,
-        "showlegend": False,
-    }
-    axes = {
-        "xaxis": {"title": {"text": "SNR"}, "type": "log"},
-        "yaxis": {"title": {"text": "stated / true"}, "range": [0, 2]},
-    }
-    return {"data": [*traces, line], "layout": _layout(**axes)}
+    return drawn | {"x": _listed(x), "y": _listed(y)}
+
+
+def _axis(title: str, **more) -> dict:
+    return {"title": {"text": title}, **more}
 
 
 def _layout(**axes) -> dict:

@@ -4,10 +4,17 @@ wherever it counts."""
 import math
 from dataclasses import dataclass
 
-from benchtwin.prove.effects import EFFECTS, RESTITUTION
 from benchtwin.prove.make import Key
+from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.solve import Attempt
 
+# the class of the laws of restitution that no drop tells apart, and these
+RESTITUTION = (
+    "restitution-falls-with-speed",
+    "viscoelastic-restitution",
+    "plastic-restitution",
+    "plate-compliance",
+)
 CLASS_NAME = RESTITUTION[0]
 UNLISTED = "(unlisted)"
 
@@ -105,10 +112,9 @@ def same_effects(names: set[str], truth: set[str]) -> bool:
 
 def unlisted(key: Key) -> bool:
     """Whether the key holds an effect that the diagnosis does not list."""
-    return any(
-        e.name not in EFFECTS[key.rig] and "-follows-" not in e.name
-        for e in key.effects
-    )
+    listed = {n for n, e in RIGS[key.rig].effects.items() if e.listed}
+    names = {e.name for e in key.effects if "-follows-" not in e.name}
+    return not names <= listed
 
 
 def probability_of_truth(key: Key, explanations: list[dict] | None) -> float | None:

@@ -2,29 +2,18 @@
 answer key."""
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
-from benchtwin.prove.cases import (
-    drop,
-    drop_bench,
-    drop_effects,
-    drop_snr,
-    pile,
-    roll,
-    slide,
-)
 from benchtwin.prove.cases.bench import Bench, Request, write_bench
 from benchtwin.prove.cases.conditions import Condition, draw_conditions, stating
-from benchtwin.prove.cases.drop_effects import IN_CAMERA
+from benchtwin.prove.cases.record import FOLLOWS, Cases
 from benchtwin.prove.cases.snr import Visibility
 from benchtwin.prove.cases.stated import draw_absent_keys, without_absent_keys
-from benchtwin.prove.effects import EFFECTS, FOLLOWING, OUTSIDE
 from benchtwin.prove.plan import Spec
+from benchtwin.prove.rigs import RIGS
 
 SCENES, ROUNDS = 5, 5
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
@@ -32,17 +21,6 @@ NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
 # differ
 MATTERS = 1.5
 TRIFLES = 0.17
-
-
-@dataclass(frozen=True)
-class Rig:
-    """What a rig's module offers: scenes, the visibility of effects, benches."""
-
-    draw: Callable[[Request, np.random.Generator], Any]
-    visibility: Callable[[Any, dict[str, float], str], Visibility]
-    bench: Callable[[Any, dict[str, float]], Bench]
-    ranges: dict[str, tuple[float, float, int]]  # (least, most, sign), sign 0: either
-    design: tuple[str, ...]  # fields of a run that differ by design
 
 
 @dataclass(frozen=True)
@@ -100,27 +78,9 @@ class MadeCase:
     sizes: dict[str, float]
     conditions: tuple[Condition, ...]
 
-    def bench(self, rig: Rig) -> Bench:
+    def bench(self, rig: Cases) -> Bench:
         bench = stating(rig.bench(self.scene, self.sizes), self.conditions)
         return without_absent_keys(bench, self.scene.request.absent)
-
-
-def _rig(module: ModuleType, *design: str) -> Rig:
-    return Rig(module.draw, module.visibility, module.bench, module.RANGES, design)
-
-
-RIGS = {
-    "drop": Rig(
-        drop.draw,
-        drop_snr.visibility,
-        drop_bench.bench,
-        drop_effects.RANGES,
-        ("stated_mm", "session"),
-    ),
-    "slide": _rig(slide, "rate_deg_s", "count"),
-    "roll": _rig(roll, "forwards"),
-    "pile": _rig(pile, "half_mm", "gate_mm_s"),
-}
 
 
 def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
@@ -150,7 +110,7 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
 
 
 def _with_conditions(
-    scene: Any, rig: Rig, spec: Spec, rng: np.random.Generator
+    scene: Any, rig: Cases, spec: Spec, rng: np.random.Generator
 ) -> tuple[Any, tuple[Condition, ...]]:
     """The scene, its runs following the condition that matters or their order; and what
     the recordings state."""
@@ -160,13 +120,13 @@ def _with_conditions(
     )
     conditions = draw_conditions(
         np.column_stack([order, design]),
-        "follows" in spec.effects,
+        FOLLOWS in spec.effects,
         not spec.effects,
         rng,
     )
     follows = (
         conditions[0].follows
-        if "follows" in spec.effects
+        if FOLLOWS in spec.effects
         else order
         if "order-drift" in spec.effects
         else None
@@ -179,14 +139,14 @@ def _with_conditions(
 
 
 def sized(
-    rig: Rig, scene: Any, spec: Spec, rng: np.random.Generator
+    rig: Cases, scene: Any, spec: Spec, rng: np.random.Generator
 ) -> tuple[dict[str, float], list[Visibility]]:
     """Sizes with which the effects have about the SNR that is wanted, as far as sizes
     are believable; how visible they are."""
     sizes: dict[str, float] = {}
     for name, wanted in zip(spec.effects, spec.wanted_snr):
-        low, high, sign = rig.ranges[name]
-        sign = sign or int(rng.choice([-1, 1]))
+        of = rig.effects[name]
+        low, high, sign = of.least, of.most, of.sign or int(rng.choice([-1, 1]))
         # nothing is seen of nothing; what a nuisance hides is a hinge
         size = math.sqrt(low * high)
         before = 0.0
@@ -206,25 +166,17 @@ def sized(
 
 
 def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
-    listed, scene = EFFECTS[spec.rig], made.scene
+    rig, scene = RIGS[spec.rig], made.scene
     effects = []
     for name, one in zip(spec.effects, seen):
-        entry, value, snr = listed.get(name), float(made.sizes[name]), round(one.snr, 3)
-        if name == "follows":
-            effects.append(_following(spec.rig, made.conditions[0], value, snr))
+        of, value, snr = rig.effects[name], float(made.sizes[name]), round(one.snr, 3)
+        if name == FOLLOWS:
+            effects.append(_following(rig.follows, made.conditions[0], value, snr))
             continue
-        unit, either = (entry.unit, entry.either) if entry else (None, False)
-        split = (
-            spec.rig == "drop"
-            and name in IN_CAMERA
-            and scene.one_session
-            and len(scene.cameras) > 1
-        )
-        effects.append(
-            Concealed(name, value, unit, snr, either, bool(unit) and not split)
-        )
+        scored = bool(of.unit) and rig.scored(scene, name)
+        effects.append(Concealed(name, value, of.unit, snr, of.either, scored))
     # a compound shows in several places; where is then not asked
-    sectors = _sectors(spec.rig, spec.effects[0]) if len(effects) == 1 else ()
+    sectors = rig.effects[spec.effects[0]].sectors if len(effects) == 1 else ()
     noise = (
         {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()}
         if hasattr(scene, "noise")
@@ -247,11 +199,13 @@ def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
     )
 
 
-def _following(rig: str, condition: Condition, value: float, snr: float) -> Concealed:
+def _following(
+    follows: str, condition: Condition, value: float, snr: float
+) -> Concealed:
     """A parameter that follows a condition: its slope in the condition's unit; of words
     the greatest difference, halved."""
     slope = value if condition.per is None else value / condition.per
-    name = f"{FOLLOWING[rig][0]}-follows-{condition.name}"
+    name = f"{follows}-follows-{condition.name}"
     return Concealed(name, slope, condition.unit, snr, False, bool(condition.unit))
 
 
@@ -261,14 +215,9 @@ def _matters(spec: Spec, seen: list[Visibility]) -> bool | None:
     if not moved or None in moved:
         return None
     off = abs(sum(m for m in moved if m is not None))
-    places = any("measurement" in _sectors(spec.rig, name) for name in spec.effects)
+    listed = RIGS[spec.rig].effects
+    places = any("measurement" in listed[name].sectors for name in spec.effects)
     return True if off > MATTERS else False if off < TRIFLES and not places else None
-
-
-def _sectors(rig: str, name: str) -> tuple[str, ...]:
-    if name == "follows":
-        return FOLLOWING[rig][1]
-    return EFFECTS[rig][name].sectors if name in EFFECTS[rig] else OUTSIDE[rig][name]
 
 
 def make_folder(spec: Spec, seed: int, folder: Path) -> dict:

@@ -1,10 +1,11 @@
 """Which cases there are: half clean, the others of the kinds in KIND_SHARES."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from benchtwin.prove.effects import FOLLOWING, OUTSIDE
+from benchtwin.prove.cases.record import Cases
+from benchtwin.prove.rigs import RIGS
 
 CLEAN = "clean"
 SINGLE = "single"
@@ -22,91 +23,18 @@ KIND_SHARES = {
     UNLISTED_KIND: 0.13,
     CONDITION: 0.10,
 }
-RIG_SHARES = {"drop": 0.55, "slide": 0.18, "roll": 0.17, "pile": 0.10}
 # of the others 7
 MOST_SNR = 40.0
 LEAST_SNR = {SINGLE: 2.0, CONDITION: 2.0, COMPOUND: 11.0}
-
-SINGLES = {
-    "drop": (
-        "drag",
-        "magnus",
-        "draught",
-        "viscoelastic-restitution",
-        "plastic-restitution",
-        "plate-compliance",
-        "film-adhesion",
-        "impact-damage",
-        "plate-tilt",
-        "shape-conversion",
-        "camera-roll",
-        "perspective",
-        "silhouette-wobble",
-    ),
-    "slide": (
-        "kinetic-friction",
-        "viscous-sliding",
-        "adhesion",
-        "reading-delay",
-        "clock-offset",
-        "plate-vibration",
-        "partial-rolling",
-        "stepped-tilt",
-    ),
-    "roll": ("slope", "initial-slip", "corner-loss", "shape-barrier"),
-    "pile": (
-        "cohesion",
-        "gate-speed",
-        "base-vibration",
-        "base-tilt",
-    ),  # of the tilts the one whose flanks stay upright
+OFFERED: dict[str, Callable[[Cases], tuple]] = {  # what cases of a kind hold in turn
+    CLEAN: lambda rig: ((),),
+    SINGLE: lambda rig: rig.singles,
+    CONFOUNDED: lambda rig: rig.confounded,
+    SEPARATED: lambda rig: rig.separable,
+    COMPOUND: lambda rig: rig.pairs,
+    UNLISTED_KIND: lambda rig: rig.unlisted,
+    CONDITION: lambda rig: rig.conditions,
 }
-NEED_SEPARATION = (
-    "film-adhesion",
-    "impact-damage",
-    "adhesion",
-    "clock-offset",
-    "slope",
-    "cohesion",
-    "gate-speed",
-)
-CONFOUNDED_EFFECTS = {
-    "drop": ("scale-error", "clock-error", "film-adhesion", "impact-damage"),
-    "slide": ("stribeck",),
-    "roll": ("viscous-rolling", "drag"),
-    # one kind of heap tells of no gate; a rolled picture is that of a heap tilted after
-    # it was poured
-    "pile": ("gate-speed", "wall-friction", "particle-shape", "camera-roll"),
-}
-SEPARABLE_EFFECTS = {
-    "drop": ("film-adhesion", "impact-damage", "draught", "camera-roll"),
-    "slide": ("clock-offset", "adhesion", "stribeck"),
-    "roll": ("slope",),
-    "pile": ("cohesion", "gate-speed"),
-}
-PAIRS = {
-    "drop": (
-        ("drag", "plate-tilt"),
-        ("drag", "camera-roll"),
-        ("drag", "silhouette-wobble"),
-        ("plate-tilt", "perspective"),
-        ("camera-roll", "viscoelastic-restitution"),
-        ("draught", "viscoelastic-restitution"),
-        ("perspective", "impact-damage"),
-    ),
-    "slide": (
-        ("kinetic-friction", "viscous-sliding"),
-        ("clock-offset", "kinetic-friction"),
-        ("adhesion", "viscous-sliding"),
-    ),
-    "roll": (
-        ("slope", "corner-loss"),
-        ("slope", "shape-barrier"),
-        ("corner-loss", "shape-barrier"),
-    ),
-}
-UNLISTED_EFFECTS = {rig: tuple(names) for rig, names in OUTSIDE.items()}
-CONDITIONS = {rig: ("follows",) for rig in FOLLOWING}
 
 
 @dataclass(frozen=True)
@@ -136,7 +64,7 @@ def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
     )
     drawn = []
     for kind in dict.fromkeys(kinds):
-        shares = {rig: s for rig, s in RIG_SHARES.items() if rig in _offered(kind)}
+        shares = {n: rig.share for n, rig in RIGS.items() if OFFERED[kind](rig)}
         drawn += [(kind, rig) for rig in _apportioned(shares, kinds.count(kind))]
     turn: dict[tuple, int] = {}
     order, drops, specs = rng.permutation(cases), 0, {}
@@ -155,11 +83,11 @@ def plan(cases: int, rng: np.random.Generator) -> list[Spec]:
 def _spec(
     index: int, kind: str, rig: str, turn: int, rendered: bool, rng: np.random.Generator
 ) -> Spec:
-    offered = _offered(kind)[rig]
+    offered = OFFERED[kind](RIGS[rig])
     chosen = offered[turn % len(offered)]
     effects = (chosen,) if isinstance(chosen, str) else chosen
     separated = {CONFOUNDED: False, SEPARATED: True}.get(kind)
-    if kind in (SINGLE, COMPOUND) and set(effects) & set(NEED_SEPARATION):
+    if kind in (SINGLE, COMPOUND) and set(effects) & set(RIGS[rig].need_separation):
         separated = True
     wanted = tuple(
         float(np.exp(rng.uniform(*np.log([LEAST_SNR.get(kind, 7.0), MOST_SNR]))))
@@ -170,22 +98,6 @@ def _spec(
         "order-drift",
     }  # films in pictures are three: too few for that
     return Spec(index, rig, kind, effects, wanted, separated, few)
-
-
-def _offered(kind: str) -> dict[str, Any]:
-    """Of each rig, the effects or pairs of effects that cases of this kind hold in
-    turn."""
-    if kind == CLEAN:
-        return dict.fromkeys(RIG_SHARES, ((),))
-    offered: dict[str, dict[str, Any]] = {
-        SINGLE: SINGLES,
-        CONFOUNDED: CONFOUNDED_EFFECTS,
-        SEPARATED: SEPARABLE_EFFECTS,
-        COMPOUND: PAIRS,
-        UNLISTED_KIND: UNLISTED_EFFECTS,
-        CONDITION: CONDITIONS,
-    }
-    return offered[kind]
 
 
 def _apportioned(shares: dict[str, float], count: int) -> list[str]:

@@ -19,11 +19,11 @@ from benchtwin.prove.plan import (
     COMPOUND,
     CONDITION,
     CONFOUNDED,
-    RIG_SHARES,
     SEPARATED,
     SINGLE,
     UNLISTED_KIND,
 )
+from benchtwin.prove.rigs import RIGS
 
 NAMED_SNR, PAIR_SNR, HELD_OUT_SNR = 7.0, 10.0, 10.0
 
@@ -141,7 +141,7 @@ def table(judged: list[Judged], rng: np.random.Generator) -> list[Row]:
     """Every score, first over all rigs, then rig by rig; rows without cases are left
     out."""
     rows = []
-    for rig in ("all", *RIG_SHARES):
+    for rig in ("all", *RIGS):
         some = [j for j in judged if rig in ("all", j.key.rig)]
         if not some:
             continue

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics.assessment import response_grid
 from benchtwin.report import draw
 
@@ -21,12 +21,12 @@ def path(fit: PileFit) -> dict:
     if fit.path is None:
         raise ValueError("this pile was calibrated without a path")
     t = fit.path.errors
-    runs = draw.line(t["group"], t[PILE_RESPONSE], draw.BLUE, "simulated")
+    runs = draw.line(t["group"], t[PILE.response], draw.BLUE, "simulated")
     runs |= {"mode": "lines+markers", "marker": {"size": 8}}
     ends = [float(t["group"].min()), float(t["group"].max())]
     label = f"bench {fit.bench.value:.4g}°"
     band, bench = draw.level(ends, fit.bench.value, 1.96 * fit.bench.sd, label)
-    layout = draw.layout("group", draw.name(PILE_RESPONSE))
+    layout = draw.layout("group", draw.name(PILE.response))
     layout["xaxis"]["dtick"] = 1
     return {"data": [band, runs, bench], "layout": layout}
 
@@ -50,7 +50,7 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
     orange = [[0, draw.ORANGE], [1, draw.ORANGE]]
     look = {"colorscale": "Viridis", "opacity": 0.9, "contours": lines}
     level = {"opacity": 0.35, "colorscale": orange, "hoverinfo": "skip"}
-    places = (fit.design[n] for n in (across, along, PILE_RESPONSE))
+    places = (fit.design[n] for n in (across, along, PILE.response))
     data = [
         drawn | {"z": draw.rows(z)} | look,
         drawn | {"z": draw.rows(np.full_like(z, fit.bench.value))} | level,

@@ -74,7 +74,7 @@ def test_pages_and_lists_know_it(simulated):
         "print(diagnose_bench('tosses').refused)\n",
         simulated,
     )
-    assert "'toss'" in said and "drum or toss" in said
+    assert "'toss'" in said and "bump or toss" in said
     assert "a toss cannot be diagnosed yet" in said
 
 
@@ -86,3 +86,71 @@ def test_a_folder_without_its_record_says_so(tmp_path):
         [sys.executable, "-c", script], capture_output=True, text=True, check=False
     )
     assert "rigs/hopper/__init__.py holds no RIG" in done.stderr
+
+
+CALIBRATED = """
+from pathlib import Path
+import numpy as np, pandas as pd
+from benchtwin.calibrate import calibrate_simulated, parameters
+from benchtwin.calibrate.procedure.effort import QUICK
+
+def simulate(runs):
+    rows = []
+    for r in runs:
+        rng, e = np.random.default_rng(list(r.rng)), r.values["restitution"]
+        drop = {"rebound_height_mm": 310 * e**2 + rng.normal()}
+        back = 2 * np.degrees(np.arcsin(e * 0.5)) + 0.5 * rng.normal()
+        bump = {"swing_back_deg": back}
+        rows.append({"status": "done"} | (drop if r.rig == "drop" else bump))
+    return pd.DataFrame(rows)
+
+c = calibrate_simulated(Path("bench"), simulate, effort=QUICK)
+row, = parameters(c).itertuples()
+print(row.parameter, row.low < 0.6 < row.high, row.source, list(c.findings))
+middle = np.ptp(c.joint.posterior.draws["restitution"].quantile([0.16, 0.84])) / 2
+print(middle < c.steel["drop"].inverse.sd)
+"""
+
+
+def read_bench(folder, **readings):
+    for rig, (column, values) in readings.items():
+        place = folder / "bench" / rig
+        place.mkdir(parents=True, exist_ok=True)
+        stated = {"drop": "height_mm = 310", "bump": "start_deg = 60"}[rig]
+        (place / "recording.toml").write_text(f'rig = "{rig}"\n[{rig}]\n{stated}\n')
+        (place / "readings.csv").write_text("\n".join([column, *map(str, values)]))
+
+
+def test_what_it_tells_is_calibrated_together_with_what_our_rigs_tell(tmp_path):
+    drop = ("rebound_height_mm", (106.0, 117.1, 109.9, 113.4))  # e = .6
+    bump = ("swing_back_deg", (34.7, 35.1, 34.9, 35.3))  # the same
+    read_bench(tmp_path, drop=drop, bump=bump)
+    said = run(CALIBRATED, tmp_path)
+    assert "restitution True drop: " in said and "; bump: " in said
+    assert said.endswith("[]\nTrue\n")
+    # the control: a rig that says something else is left out, and named
+    read_bench(tmp_path, bump=("swing_back_deg", (41.0, 40.8, 41.2, 41.1)))
+    said = run(CALIBRATED, tmp_path)
+    assert "; bump: " not in said and "contradicts 0.60" in said
+
+
+PROVED = """
+from pathlib import Path
+import numpy as np
+from benchtwin.prove.make import make_folder
+from benchtwin.prove.plan import plan
+
+specs = [s for s in plan(40, np.random.default_rng(1)) if s.rig == "bump"]
+for spec in specs:
+    key = make_folder(spec, 1, Path("cases") / spec.name)
+    print(spec.kind, [(e["name"], e["value"], e["snr"]) for e in key["effects"]])
+print(len(specs))
+"""
+
+
+def test_cases_are_drawn_of_it(tmp_path):
+    (tmp_path / "cases").mkdir()
+    said = run(PROVED, tmp_path)
+    assert "clean []" in said and "single [('wear', -0." in said
+    tables = list((tmp_path / "cases").glob("*/bump-01/readings.csv"))
+    assert len(tables) == int(said.split()[-1]) >= 3

@@ -4,7 +4,7 @@ recordings of the bench and of the twin read by the same code.
 from benchtwin.twin import Parameters, observe, simulate
 
 rng = np.random.default_rng(1)
-recording = simulate("drop", Parameters(restitution=0.6), rng=rng, out=Path("twin"))
+recording = simulate(rig, Parameters(restitution=0.6), rng=rng, out=Path("twin"))
 for q in observe(recording).quantities:
     print(q.name, q.value, q.sd, q.unit)
 """

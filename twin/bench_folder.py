@@ -2,15 +2,15 @@
 the recordings state of the rig."""
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from benchtwin.bench.rigs import READING_COLUMNS
+from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.evidence.tables import read_readings
-from benchtwin.vision.measurement import FAILED, MeasurementError
+from benchtwin.vision.measurement import FAILED, MeasurementError, Observation
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.recording import among_results as among_results
 
@@ -20,8 +20,12 @@ FURTHER = {
     rig: [c for c, (r, *_) in READING_COLUMNS.items() if r == rig and c != main]
     for rig, main in RESPONSES.items()
 }
-WEIGHED = ("filled_mass_g", "retained_mass_g")
 SECTIONS = ("seed", "camera", "air")
+
+
+def no_readings() -> np.ndarray:
+    """What a recording holds of what was not read."""
+    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,23 +37,21 @@ class RecordingReadings:
     measuring error that is each reading's own, 0 where none is known; shared_sd: error
     that all recordings of the session share (scale, plumb line); description: what
     recording.toml and bench.toml state, by section; trouble: why nothing could be read,
-    "" when something was; doubt:
-    why it is to be trusted less; further: other readings of the same piles, by column.
-    """
+    "" when something was; doubt: why it is to be trusted less; further: other readings
+    of the same piles, by column."""
 
     recording: str
-    rig: str
-    response: str
-    readings: np.ndarray
-    reading_sd: np.ndarray
-    shared_sd: float
-    description: dict
-    path: str
-    provenance: str
+    rig: str = ""
+    response: str = ""
+    description: dict = field(default_factory=dict)
+    path: str = ""
+    provenance: str = ""
+    readings: np.ndarray = field(default_factory=no_readings)
+    reading_sd: np.ndarray = field(default_factory=no_readings)
+    shared_sd: float = 0.0
     notes: tuple[str, ...] = ()
     doubt: str = ""
     trouble: str = ""
-    derived: dict[str, float] = field(default_factory=dict)
     further: dict[str, np.ndarray] = field(default_factory=dict)
 
 
@@ -86,136 +88,92 @@ def hashes(folder: Path | Observed) -> dict[str, str]:
     return out
 
 
-Name = tuple[str, str, str]  # recording, rig, response
-Described = tuple[dict, str, str]  # sections, path, provenance
-
-
 def _seen(entry: Recording | MeasurementError, observed: Observed) -> RecordingReadings:
-    nothing = np.zeros(0)
     if isinstance(entry, MeasurementError):
-        return RecordingReadings(
-            entry.recording,
-            "",
-            "",
-            nothing,
-            nothing,
-            0.0,
-            {},
-            "",
-            "",
-            trouble=str(entry),
-        )
-    told = (
-        (entry.id, entry.rig, RESPONSES[entry.rig]) if entry.rig else (entry.id, "", "")
+        return RecordingReadings(entry.recording, trouble=str(entry))
+    rig, stated = entry.rig or "", (str(entry.path), entry.provenance)
+    plain = RecordingReadings(
+        entry.id, rig, RESPONSES.get(rig, ""), _description(entry), *stated
     )
-    rest = (_description(entry), str(entry.path), entry.provenance)
+    read = _readings if entry.evidence == "readings.csv" else _measured
     try:
-        if entry.evidence == "readings.csv":
-            return _readings(entry, observed, told, rest)
-        return _measured(entry, observed, told, rest)
+        return read(entry, plain, observed.observe(entry))
     except MeasurementError as error:
-        return RecordingReadings(
-            *told, nothing, nothing, 0.0, *rest, trouble=str(error)
-        )
+        return replace(plain, trouble=str(error))
     except OSError as error:
         why = f"{error.filename or entry.path}: {error.strerror or error}"
-        return RecordingReadings(*told, nothing, nothing, 0.0, *rest, trouble=why)
+        return replace(plain, trouble=why)
 
 
 def _readings(
-    entry: Recording, observed: Observed, told: Name, rest: Described
+    entry: Recording, plain: RecordingReadings, seen: Observation
 ) -> RecordingReadings:
     """What somebody read off; the plausibility checks are those of `benchtwin
     measure`."""
-    observation, table = observed.observe(entry), read_readings(entry.files[0]).rows
-    rig = entry.rig or observation.rig
-    response = RESPONSES[rig]
-    if response not in table:
+    table, rig = read_readings(entry.files[0]).rows, entry.rig or seen.rig
+    if (response := RESPONSES[rig]) not in table:
         raise MeasurementError(
             f"{entry.files[0]}: column {response} is missing; there are"
             f" {', '.join(table.columns)}"
         )
-    values = table[response].dropna().to_numpy(dtype=float)
-    doubt = next(
-        (q.reason for q in observation.quantities if q.reason and len(values) > 1), ""
-    )
-    derived = {q.name: q.value for q in observation.quantities}
-    further = {
-        c: table[c].dropna().to_numpy(dtype=float) for c in FURTHER[rig] if c in table
-    } | _weights(entry)
-    nothing = np.zeros(values.size)
-    return RecordingReadings(
-        told[0],
-        rig,
-        response,
-        values,
-        nothing,
-        0.0,
-        *rest,
-        notes=observation.notes,
-        doubt=doubt,
-        derived=derived,
-        further=further,
+    columns = [response, *(c for c in FURTHER[rig] if c in table)]
+    read = {c: table[c].dropna().to_numpy(dtype=float) for c in columns}
+    values = read.pop(response)
+    several = seen.quantities if len(values) > 1 else ()
+    return replace(
+        plain,
+        rig=rig,
+        response=response,
+        readings=values,
+        reading_sd=np.zeros(values.size),
+        notes=seen.notes,
+        doubt=next((q.reason for q in several if q.reason), ""),
+        further=read | _weights(entry),
     )
 
 
 def _weights(entry: Recording) -> dict[str, np.ndarray]:
     """What recording.toml says was weighed."""
-    stated = {name: getattr(entry.pile, name) for name in WEIGHED}
+    if entry.rig is None:
+        return {}
+    section, names = getattr(entry, entry.rig), RIGS[entry.rig].weighed
+    stated = {name: getattr(section, name) for name in names}
     return {
         name: np.array([value]) for name, value in stated.items() if value is not None
     }
 
 
 def _measured(
-    entry: Recording, observed: Observed, told: Name, rest: Described
+    entry: Recording, plain: RecordingReadings, seen: Observation
 ) -> RecordingReadings:
     """One film, sound, track or photo: the quantity of its rig, once for each drop
     where it holds several."""
-    observation = observed.observe(entry)
-    name, unit = READING_COLUMNS[told[2]][1:]
-    found = {q.name: q for q in observation.quantities}
-    q = found.get(name)
-    derived = {
-        other.name: other.value
-        for other in observation.quantities
-        if other.quality != FAILED
-    }
+    name, unit = READING_COLUMNS[plain.response][1:]
+    q = next((q for q in seen.quantities if q.name == name), None)
+    derived = {o.name: o.value for o in seen.quantities if o.quality != FAILED}
     if q is None or q.quality == FAILED or not np.isfinite(q.value):
-        if q is not None:
-            why = q.reason
-        else:
-            why = (
-                f"no {name} without a scale; it gives {', '.join(derived) or 'nothing'}"
-            )
+        gives = ", ".join(derived) or "nothing"
+        why = q.reason if q else f"no {name} without a scale; it gives {gives}"
         raise MeasurementError(f"{entry.path}: {why}")
     if q.unit != unit:
         raise MeasurementError(
             f"{entry.toml}: {name} came out in {q.unit}: [camera] mm_per_px is missing"
         )
-    shared = entry.camera.scale_sd * q.value if unit == "mm" else entry.camera.plumb_sd
-    shared = float(min(shared, q.sd))
-    each = [
-        one
-        for repeat in observation.repeats or [observation.quantities]
-        for one in repeat
-        if one.name == name and one.quality != FAILED
-    ]
-    own = np.sqrt([max(one.sd**2 - min(shared, one.sd) ** 2, 0.0) for one in each])
-    columns = {column: READING_COLUMNS[column][1] for column in FURTHER[told[1]]}
-    further = {
-        column: np.array([derived[n]]) for column, n in columns.items() if n in derived
-    } | _weights(entry)
-    return RecordingReadings(
-        *told,
-        np.array([one.value for one in each]),
-        own,
-        shared,
-        *rest,
-        notes=observation.notes,
+    of_camera = {"mm": entry.camera.scale_sd * q.value, "deg": entry.camera.plumb_sd}
+    shared = float(min(of_camera.get(unit, 0.0), q.sd))
+    repeats = [one for many in seen.repeats or [seen.quantities] for one in many]
+    each = [one for one in repeats if one.name == name and one.quality != FAILED]
+    own = [max(one.sd**2 - min(shared, one.sd) ** 2, 0.0) for one in each]
+    columns = {column: READING_COLUMNS[column][1] for column in FURTHER[plain.rig]}
+    further = {c: np.array([derived[n]]) for c, n in columns.items() if n in derived}
+    return replace(
+        plain,
+        readings=np.array([one.value for one in each]),
+        reading_sd=np.sqrt(own),
+        shared_sd=shared,
+        notes=seen.notes,
         doubt=q.reason,
-        derived=derived,
-        further=further,
+        further=further | _weights(entry),
     )
 
 

@@ -216,14 +216,11 @@ def jobs(
     rendered: bool,
     engine: Engine = OWN,
 ) -> list[Job]:
-    """One job a repeat, each with its own generator. Rolls whose direction is not
-    stated are run both ways in turn."""
-    kind, own = rig_named(rig)
-    description = merge(own, description)
+    """One job a repeat, each with its own generator, and with the keys that the rig's
+    runs have by turns."""
+    kind, default = rig_named(rig)
+    description = merge(default, description)
     make = partial(Job, kind, parameters, rendered=rendered, engine=engine)
-    both = kind == "roll" and "direction" not in description.get("roll", {})
-    ways = [
-        merge(description, {"roll": {"direction": way}}) if both else description
-        for way in ("+x", "-x")
-    ]
-    return [make(description=ways[k % 2], rng=(rng, k)) for k in range(repeats)]
+    own, rig_of_kind = description.get(kind, {}), RIGS[kind]
+    turns = [description | {kind: rig_of_kind.turn(k, own)} for k in range(repeats)]
+    return [make(description=d, rng=(rng, k)) for k, d in enumerate(turns)]

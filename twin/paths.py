@@ -1,5 +1,5 @@
-"""Slides and rolls of the twin like a recording's: how far along their path, and
-pictures of it."""
+"""Slides and rolls of the twin like a recording's: how far along their path; and
+pictures of twins beside each other."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -120,8 +120,22 @@ def above(pictures: list[np.ndarray], titles: list[str]) -> bytes:
     out = []
     for picture, title in zip(pictures, titles, strict=True):
         band = np.full((26, picture.shape[1]), 255, np.uint8)
-        cv2.putText(
-            band, title, (4, 19), cv2.FONT_HERSHEY_SIMPLEX, 0.5, 40, 1, cv2.LINE_AA
-        )
+        _write(band, title, (4, 19), 0.5)
         out += [band, picture[low:high]]
     return cv2.imencode(".png", np.vstack(out))[1].tobytes()
+
+
+def beside(pictures: list[np.ndarray], titles: list[str]) -> bytes:
+    """Grey pictures of one size side by side with their titles above, as PNG."""
+    rows, columns = pictures[0].shape
+    width, band = max(columns, 170), 34
+    canvas = np.full((rows + band, len(pictures) * (width + 8) - 8), 255, np.uint8)
+    for k, (picture, title) in enumerate(zip(pictures, titles, strict=True)):
+        x = k * (width + 8)
+        canvas[band:, x + (width - columns) // 2 :][:rows, :columns] = picture
+        _write(canvas, title, (x + 4, 23), 0.55)
+    return cv2.imencode(".png", canvas)[1].tobytes()
+
+
+def _write(picture: np.ndarray, text: str, at: tuple[int, int], size: float) -> None:
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, size, 40, 1, cv2.LINE_AA)

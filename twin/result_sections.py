@@ -16,7 +16,8 @@ def materials_and_shape(description: dict, parameters: Parameters) -> tuple[dict
     ValueError for sections that do not fit."""
     content = {k: v for k, v in description.items() if k in ("seed", "air")}
     known = validate(content, Path("bench.toml"))
-    of = bench(parameters, "pile", known.seed, known.air)
+    simulated = (name for name, rig in RIGS.items() if rig.setup)
+    of = bench(parameters, next(simulated), known.seed, known.air)
     seed, whole = of.mean_seed(), of.mean_dimensions_m
     spheres = [
         [1e3 * float(v) for v in (*centre, radius)]

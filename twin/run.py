@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observe import (
     observe as observe,
 )  # the same call for bench and twin
@@ -30,7 +31,6 @@ from benchtwin.vision.recording import Recording, read_recording, write_recordin
 
 Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
-WEIGHED = ("filled_mass_g", "retained_mass_g")
 # to be raised when the same input gives another outcome: what stores hold of older ones
 # is then computed anew
 MODEL = 4
@@ -131,7 +131,7 @@ def run(
     section = section_of(rig_of(recording), getattr(recording, name))
     if setup.photographed:
         section = section.model_copy(
-            update={"baseline_px": baseline(camera), **weights(motion)}
+            update={"baseline_px": baseline(camera), **weights(name, motion)}
         )
     told = replace(
         recording,
@@ -145,11 +145,11 @@ def run(
     return motion, told
 
 
-def weights(motion: Motion) -> dict[str, float]:
-    """What scales at the bench would have said of a heap, to a hundredth of a gram."""
+def weights(rig: str, motion: Motion) -> dict[str, float]:
+    """What scales at the bench would have said of it, to a hundredth of a gram."""
     return {
         name: round(motion.truth[name], 2)
-        for name in WEIGHED
+        for name in RIGS[rig].weighed
         if motion.truth.get(name, 0.0) > 0.005
     }
 

@@ -32,13 +32,12 @@ class Pair:
 
 @dataclass(frozen=True)
 class Shape:
-    """The seed: length, width, thickness [mm]; balls (x, y, z, r) [m] about the centre
-    of mass, along the principal axes.
+    """The seed: balls (x, y, z, r) [m] about the centre of mass, along the principal
+    axes.
 
     mass_kg and inertia_kg_m2 (three principal moments) are those of the balls' union.
     """
 
-    dimensions_mm: tuple[float, float, float]
     balls_m: tuple[tuple[float, float, float, float], ...]
     mass_kg: float
     inertia_kg_m2: tuple[float, float, float]
@@ -175,10 +174,6 @@ def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     # imported here: it brings the simulation, which listing the engines need not load
     from benchtwin.twin.result_sections import weighed
 
-    length, width, thickness = (
-        _number(content, f"seed_shape.{key}", file, "a length in mm")
-        for key in ("length_mm", "width_mm", "thickness_mm")
-    )
     holds = "the seed's balls, a list of [x, y, z, r] in mm"
     rows = _take(content, "seed_shape.spheres", file, holds)
     listed = isinstance(rows, list) and rows
@@ -192,7 +187,7 @@ def _shape(content: Any, density_kg_m3: float, file: str) -> Shape:
     except ValueError as error:
         raise ValueError(f"{file}: seed_shape.spheres: {error}") from error
     balls = tuple((x, y, z, r) for x, y, z, r in found)
-    return Shape((length, width, thickness), balls, mass, (ix, iy, iz))
+    return Shape(balls, mass, (ix, iy, iz))
 
 
 def _take(content: Any, path: str, file: str, holds: str) -> Any:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.rigs import VARIANTS, variant_of
 from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, Prediction
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
 from benchtwin.twin import Parameters
@@ -49,10 +50,11 @@ def recordings(folder: Path | Observed, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read
     at all. FileNotFoundError without a folder; ValueError where there is none."""
     found, what = read_bench(folder, rig_named(rig)[0]), rig
-    if rig == "cylinder":
-        what = "pile whose [pile] states cylinder_mm"
-        piles = [s.description.get("pile", {}) for s in found]
-        found = [s for s, p in zip(found, piles) if not s.rig or "cylinder_mm" in p]
+    if rig in VARIANTS:
+        of, keys = rig_named(rig)
+        stated = ", ".join(keys[of])
+        what = f"{of} whose [{of}] states {stated}"
+        found = [s for s in found if variant_of(of, s.description) == rig or not s.rig]
     if not any(s.rig for s in found):
         trouble = "".join(f"; {s.trouble}" for s in found)
         raise ValueError(f"{folder}: no recording of a {what}{trouble}")

@@ -7,7 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import ASSUMED, PARAMETERS, SEED_FACTORS
+from benchtwin.calibrate.procedure.rigs import (
+    ASSUMED,
+    PARAMETERS,
+    PILE,
+    SEED_FACTORS,
+)
 from benchtwin.twin.bench_folder import read_numbers
 
 LIMITS = (0.0, 5.0)  # of a contact parameter: beyond them it is another column
@@ -45,12 +50,13 @@ def read_posterior(folder: Path) -> Kept:
     try:
         content = json.loads(file.read_text(encoding="utf8"))
         rolling, mode = content["conventions"]["rolling"], content["mode"]
-        pile, bench, refused = (content[k] for k in ("pile", "bench", "not_calibrated"))
+        bench, refused = (content[k] for k in ("bench", "not_calibrated"))
+        pile = content[PILE.name]
         options = dict(content["options"])
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{file}: not a calibration's result: {error!r}") from error
     if pile is None:
-        why = refused.get("pile", "no pile was recorded")
+        why = refused.get(PILE.name, "no pile was recorded")
         raise ValueError(
             f"{file}: no pile was calibrated ({why}), so nothing is known of seed on"
             " seed, and nothing can be predicted"

@@ -4,18 +4,20 @@ show, and how well that is known."""
 from dataclasses import dataclass
 
 import pandas as pd
+from benchtwin.bench.rigs import RIGS, VARIANTS
 from benchtwin.calibrate.prediction.posterior import Kept
 from benchtwin.calibrate.procedure.rigs import PARAMETERS
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers, usable
 from benchtwin.calibrate.statistics.predictive import Predictive, predictive
 from benchtwin.twin.job import rig_named
 
+# systems that no calibration saw, of which angles are read: a rig built otherwise, and
+# rigs that tell a calibration nothing
+SYSTEMS = VARIANTS | {name: rig for name, rig in RIGS.items() if not rig.tells}
 QUANTITIES = {
-    "cylinder": {
-        "repose_angle_deg": "repose angle",
-        "centroid_angle_deg": "centroid angle",
-    },
-    "drum": {"flowing_angle_deg": "flowing angle"},
+    name: {column: of.replace("_", " ") for column, (of, _) in rig.readings.items()}
+    for name, rig in SYSTEMS.items()
+    if {unit for _, unit in rig.readings.values()} == {"deg"}
 }
 DRAWN, MEAN = "posterior draw", "posterior mean"
 # share of the runs: with fewer, those that failed could decide the answer

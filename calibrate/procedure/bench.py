@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import STEEL
+from benchtwin.bench.rigs import RIGS
+from benchtwin.calibrate.procedure.rigs import PILE, STEEL
 from benchtwin.calibrate.statistics.bench import (
     BenchMean,
     agreement,
@@ -14,7 +15,6 @@ from benchtwin.calibrate.statistics.bench import (
     pooled_mean,
 )
 from benchtwin.twin.bench_folder import (
-    WEIGHED,
     Observed,
     RecordingReadings,
     hashes,
@@ -22,8 +22,6 @@ from benchtwin.twin.bench_folder import (
 )
 from scipy import stats
 
-# not what makes a rig another rig
-PER_RECORDING = {"baseline_px", "direction", "photo_s", "start_deg", *WEIGHED}
 LOT = ("length_mm", "width_mm", "thickness_mm")
 
 
@@ -98,7 +96,7 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
         rig: _pooled(
             rig, [s for s in seen if s.rig == rig], (trimmed or {}).get(rig, 0)
         )
-        for rig in (*STEEL, "pile")
+        for rig in (*STEEL, PILE.name)
         if any(s.rig == rig and s.readings.size for s in seen)
     }
     if not rigs:
@@ -119,7 +117,7 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
 def missing(bench: Bench) -> dict[str, str]:
     """Rigs without a reading, with what that costs and why."""
     costs = {n: f"{rig.parameter} is" for n, rig in STEEL.items()}
-    costs["pile"] = "the seed–seed parameters are"
+    costs[PILE.name] = "the seed–seed parameters are"
     why = {n: "; ".join(w for _, rig, w in bench.trouble if rig == n) for n in costs}
     return {
         n: f"no {n} recording was measured, so {cost} not calibrated"
@@ -174,10 +172,14 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
     )
 
 
-def _section(s: RecordingReadings) -> dict:
+def as_built(rig: str, section: dict) -> dict:
     """The rig's own section, without what is a single recording's."""
-    section = s.description.get(s.rig, {})
-    return {k: v for k, v in section.items() if k not in PER_RECORDING}
+    apart = (*RIGS[rig].per_recording, *RIGS[rig].weighed)
+    return {k: v for k, v in section.items() if k not in apart}
+
+
+def _section(s: RecordingReadings) -> dict:
+    return as_built(s.rig, s.description.get(s.rig, {}))
 
 
 def _signature(s: RecordingReadings) -> str:

@@ -9,7 +9,7 @@ import pandas as pd
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.from_tables import published
 from benchtwin.calibrate.procedure.published import check_pile, check_steel
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.tables import levels_table
 
 RUNS = ["table", "at", "unit", "on_the_tables", "simulated", "sd", "runs"]
@@ -51,7 +51,7 @@ def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
     piles = (c.pile, printed.pile)
     if c.pile.path is not None and printed.pile.path is not None:
         paths = (c.pile.path.errors, printed.pile.path.errors)
-        ours, theirs = (p.set_index("group")[PILE_RESPONSE] for p in paths)
+        ours, theirs = (p.set_index("group")[PILE.response] for p in paths)
         n = c.options["effort"]["path"]
         for group, tabulated in theirs.items():
             if group in ours.index:
@@ -68,7 +68,7 @@ def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
 def _points(design: pd.DataFrame, factors: list[str]) -> pd.DataFrame:
     """Mean, sd and number of the runs of every point, indexed by its factors."""
     at = [design[f].round(9) for f in factors]
-    return design.groupby(at)[PILE_RESPONSE].agg(["mean", "std", "count"])
+    return design.groupby(at)[PILE.response].agg(["mean", "std", "count"])
 
 
 def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
@@ -82,7 +82,7 @@ def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
         rows.append((f"{n}: parameter", *values))
     if c.pile is not None and printed.pile is not None:
         levels = levels_table(folder / "levels.csv")
-        ours.append(check_pile(c.pile, publication.get("pile", {}), levels)[0])
+        ours.append(check_pile(c.pile, publication.get(PILE.name, {}), levels)[0])
         points = printed.pile.optimum.point, c.pile.optimum.point
         for f in c.pile.box.names:
             rows.append((f"pile: optimum, {f}", *(point[f] for point in points)))

@@ -1,5 +1,6 @@
 """All that a calibration found, and its parameters as one table."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
@@ -8,12 +9,16 @@ import pandas as pd
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import LEVEL, Joint, fit_joint
 from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.procedure.simulator import SimulationFailed, Unreachable
+from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
+from scipy import stats
 
 # share of its prior's sd that a bench must take away for a parameter to count as
 # resolved, and to be said to be narrowed at all
 NARROWED_LEAST, NARROWED_SOMEWHAT = 0.5, 0.05
+# standard deviations between two rigs that tell one parameter: 1 in 370 by chance
+CONTRADICTS = 3
 COLUMNS = ["parameter", "value", "low", "high", "level", "unit", "status"]
 COLUMNS += ["source", "budget"]
 FOLLOWS = ["item", "printed", "recomputed", "follows"]
@@ -58,9 +63,35 @@ class Calibration:
             finished=False,
         )
 
+    @property
+    def on_steel(self) -> dict[str, tuple[float, float]]:
+        """{parameter: (value, sd)} of seed on steel."""
+        return together(self.steel.values())
+
     def with_steel(self, name: str, fit: SteelFit) -> Self:
-        """With what a seed–steel rig gave."""
+        """With what a seed–steel rig gave; not where another rig contradicts it."""
+        before = self.on_steel.get(fit.rig.parameter)
+        if before is not None:
+            apart = abs(fit.inverse.value - before[0])
+            if apart > CONTRADICTS * np.hypot(fit.inverse.sd, before[1]):
+                why = f"its {fit.inverse.value:.4g} contradicts {before[0]:.4g}"
+                said = f"{why}, the {fit.rig.parameter} of the rigs before it"
+                found = replace(self, findings=(*self.findings, f"{name}: {said}"))
+                return found.without(name, ValueError(said))
         return replace(self, steel={**self.steel, name: fit})
+
+    def trying(self, name: str, fit: Callable[[], SteelFit | PileFit]) -> Self:
+        """With what a rig gives; where it gives nothing, with why."""
+        try:
+            found = fit()
+        except Unreachable as error:
+            findings = (*self.findings, str(error))
+            return replace(self.without(name, error), findings=findings)
+        except (ValueError, FileNotFoundError, SimulationFailed) as error:
+            return self.without(name, error)
+        if isinstance(found, PileFit):
+            return self.with_pile(found)
+        return self.with_steel(name, found)
 
     def with_pile(self, pile: PileFit) -> Self:
         """With what the pile gave."""
@@ -108,21 +139,32 @@ def parameters(c: Calibration) -> pd.DataFrame:
     status: "calibrated", or a sentence that says on what, that the parameter is bounded
     on one side only, or that it is not resolved. budget: shares of the variance by
     name."""
-    rows = [_steel_row(fit) for fit in c.steel.values()]
+    rows = [_steel_row(c, name) for name in c.on_steel]
     if c.pile is not None and c.joint is not None:
         rows += [_seed_row(c.pile, c.joint, name) for name in c.pile.box.names]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _steel_row(fit: SteelFit) -> tuple:
-    i, rig = fit.inverse, fit.rig
-    mean = f"{fit.bench.value:.4g} ± {fit.bench.sd:.2g} {rig.unit}"
-    source = f"{rig.name}: {rig.response} {mean} on the {fit.by}"
-    status = bounded(i.low, i.high, i.open_ends)
-    if fit.verification is not None and not fit.verification.agrees:
+def _steel_row(c: Calibration, name: str) -> tuple:
+    """As its rig says; of several rigs' parameter their mean, with the narrowest's
+    budget."""
+    fits = [fit for fit in c.steel.values() if fit.rig.parameter == name]
+    best = min(fits, key=lambda fit: fit.inverse.sd).inverse
+    value, low, high = best.value, best.low, best.high
+    if len(fits) > 1:
+        value, sd = c.on_steel[name]
+        half = stats.norm.ppf((1 + best.level) / 2) * sd
+        low, high = max(low, value - half), min(high, value + half)
+    status = bounded(low, high, best.open_ends)
+    if any(fit.verification and not fit.verification.agrees for fit in fits):
         status = "doubtful: its verification disagrees with the bench"
-    values = (i.value, i.low, i.high, i.level)
-    return rig.parameter, *values, "1", status, source, dict(i.budget)
+    source = "; ".join(_source(fit) for fit in fits)
+    return name, value, low, high, best.level, "1", status, source, dict(best.budget)
+
+
+def _source(fit: SteelFit) -> str:
+    mean = f"{fit.bench.value:.4g} ± {fit.bench.sd:.2g} {fit.rig.unit}"
+    return f"{fit.rig.name}: {fit.rig.response} {mean} on the {fit.by}"
 
 
 def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings, bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
 from benchtwin.calibrate.procedure.published import check_pile, check_steel
 from benchtwin.calibrate.procedure.published_keys import checked
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL, Rig
+from benchtwin.calibrate.procedure.rigs import PILE, STEEL
 from benchtwin.calibrate.procedure.steel import (
     ANSWERS,
     SteelFit,
@@ -44,10 +45,8 @@ def calibrate_tables(folder: Path | Observed, *, seed: int = 1) -> Calibration:
     and column of what cannot be used."""
     tables = Path(folder) / "tables"
     if not tables.is_dir():
-        raise FileNotFoundError(
-            f"{tables}: not there; --tables needs drop.csv, slide.csv, roll.csv,"
-            " design.csv, levels.csv in it"
-        )
+        needed = ", ".join(f"{name}.csv" for name in (*STEEL, "design", "levels"))
+        raise FileNotFoundError(f"{tables}: not there; --tables needs {needed} in it")
     printed = published(tables / "published.toml")
     bench = bench_of(folder, trimmed(printed))
     rng = np.random.default_rng(seed)
@@ -55,8 +54,8 @@ def calibrate_tables(folder: Path | Observed, *, seed: int = 1) -> Calibration:
     found = replace(found, title=printed.get("title", ""))
     for name in (n for n in STEEL if n in bench.rigs):
         found = _steel_rig(found, tables, name, printed.get(name, {}), rng)
-    if "pile" in bench.rigs:
-        found = _pile_rig(found, tables, printed.get("pile", {}), rng)
+    if PILE.name in bench.rigs:
+        found = _pile_rig(found, tables, printed.get(PILE.name, {}), rng)
     return found.joined(rng)
 
 
@@ -69,27 +68,28 @@ def _steel_rig(
 ) -> Calibration:
     """With a seed–steel rig's table fitted, and what was printed of it checked."""
     readings = found.bench.rigs[name]
-    try:
-        fit = _steel(STEEL[name], readings, tables / f"{name}.csv", printed, rng)
-    except (ValueError, FileNotFoundError) as error:
-        return found.without(name, error)
+    rig, file = STEEL[name], tables / f"{name}.csv"
+    found = found.trying(name, lambda: _steel(rig, readings, file, printed, rng))
+    if (fit := found.steel.get(name)) is None:
+        return found
     with naming(tables / "published.toml"):
-        checks = check_steel(fit, readings, printed)
-    return found.with_steel(name, fit).checked(checks, _outside(fit))
+        return found.checked(check_steel(fit, readings, printed), _outside(fit))
 
 
 def _pile_rig(
     found: Calibration, tables: Path, printed: dict, rng: np.random.Generator
 ) -> Calibration:
     """With the pile's tables fitted, and what was printed of them checked."""
+    readings = found.bench.rigs[PILE.name]
+    found = found.trying(PILE.name, lambda: _pile(readings, tables, printed, rng))
+    if found.pile is None:
+        return found
     try:
-        pile = _pile(found.bench.rigs["pile"], tables, printed, rng)
-        found = found.with_pile(pile)
         with naming(tables / "published.toml"):
             levels = levels_table(tables / "levels.csv")
-            return found.checked(*check_pile(pile, printed, levels))
+            return found.checked(*check_pile(found.pile, printed, levels))
     except (ValueError, FileNotFoundError) as error:
-        return found.without("pile", error)
+        return found.without(PILE.name, error)
 
 
 def published(file: Path) -> dict:
@@ -114,7 +114,7 @@ def trimmed(printed: dict) -> dict[str, int]:
 
 
 def _steel(
-    rig: Rig,
+    rig: ByCurve,
     readings: RigReadings,
     file: Path,
     printed: dict,
@@ -180,7 +180,7 @@ def _pile(
         steps = path_table(walked)
         with naming(walked):
             path = choose_centre(
-                steps, PILE_RESPONSE, mean.value, box.names, noise_sd=sd
+                steps, PILE.response, mean.value, box.names, noise_sd=sd
             )
     with naming(file):
         fit = fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"))
@@ -192,6 +192,6 @@ def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:
     once."""
     point = design[list(factors)].astype(str).agg(" ".join, axis=1)
     try:
-        return packing_noise(design.assign(point=point), PILE_RESPONSE, point="point")
+        return packing_noise(design.assign(point=point), PILE.response, point="point")
     except ValueError:
         return None

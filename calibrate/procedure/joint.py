@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, STEEL
-from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.procedure.rigs import ON_SEED, PILE
+from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import (
     Observable,
@@ -80,16 +80,12 @@ def fit_joint(
     observables += of_pile
     if not observables:
         return None
-    curves = {f.rig.parameter: f.surrogate for f in steel.values()}
-    ranges = {n: (curve.low, curve.high) for n, curve in curves.items()}
-    if pile is not None:
-        ranges |= {n: pile.box.range(n) for n in pile.box.names}
-        ranges = {n: _shared_range(n, ends, of_pile) for n, ends in ranges.items()}
+    sequential = {name: value for name, (value, _) in together(steel.values()).items()}
+    sequential |= pile.optimum.point if pile is not None else {}
+    ranges = {name: _shared_range(name, observables) for name in sequential}
     known = {n: v for n, v in (priors or {}).items() if n in ranges}
     prior = Prior(Box.of(ranges), known)
     posterior = _joint_posterior(observables, prior, rng, ess, correlation)
-    sequential = {f.rig.parameter: f.inverse.value for f in steel.values()}
-    sequential |= pile.optimum.point if pile is not None else {}
     table = summary(posterior, LEVEL)
     table.insert(1, "sequential", [sequential[n] for n in table["factor"]])
     notes = (posterior.note,) if posterior.note else ()
@@ -110,15 +106,13 @@ def _of_pile(
     if pile.seen is not None:
         return pile.seen.observables, pile.seen.correlation
     surface = shrink(pile.surface)
-    return (Observable(f"pile: {PILE_RESPONSE}", surface, pile.bench),), None
+    return (Observable(f"{PILE.name}: {PILE.response}", surface, pile.bench),), None
 
 
-def _shared_range(
-    name: str, ends: tuple[float, float], observables: tuple[Observable, ...]
-) -> tuple[float, float]:
+def _shared_range(name: str, observables: list[Observable]) -> tuple[float, float]:
     """The part of a parameter's range that all surfaces cover which know it."""
     boxes = [o.surrogate.box for o in observables]
-    lows, highs = zip(ends, *(b.range(name) for b in boxes if name in b.names))
+    lows, highs = zip(*(b.range(name) for b in boxes if name in b.names))
     return max(lows), min(highs)
 
 
@@ -184,7 +178,7 @@ def _blocks(observables: list[Observable], prior: Prior) -> list[set[str]]:
 
 def _seed_marginal(posterior: Posterior) -> Posterior:
     """The posterior of the seed–seed parameters alone."""
-    prior = posterior.prior.of({rig.seed for rig in STEEL.values()})
+    prior = posterior.prior.of(set(ON_SEED))
     names = list(prior.box.names)
     keep = [list(posterior.draws.columns).index(n) for n in names]
     r_hat, ess = posterior.r_hat[keep], posterior.ess[keep]
@@ -195,8 +189,8 @@ def _seed_marginal(posterior: Posterior) -> Posterior:
 def _seed_rig_candidates(steel: dict[str, SteelFit], pile: PileFit) -> list[Candidate]:
     """The rigs with seeds in the steel's place: noise as the same rig has on steel,
     relative to the parameter."""
-    found, rigs = [], {rig.seed: rig for rig in STEEL.values()}
-    for rig in (rigs[name] for name in pile.box.names):
+    found = []
+    for rig in (ON_SEED[name] for name in pile.box.names):
         low, high = pile.box.range(rig.seed)
         relative = UNKNOWN_NOISE
         if (fit := steel.get(rig.name)) is not None and fit.inverse.value:

@@ -5,17 +5,14 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
-from benchtwin.calibrate.procedure.bench import PER_RECORDING
+from benchtwin.calibrate.procedure.bench import as_built
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
-from benchtwin.calibrate.procedure.effort import Effort, pile_description
+from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.twin import Parameters
 from benchtwin.twin.engine import OWN, Engine
 from benchtwin.twin.job import Job, described
 from benchtwin.twin.pair import Pair, Recording, pair, recordings
-
-# a picture wide enough to see single seeds; its margin beside the plate; and the height
-# of its middle in widths of the plate: half as high as wide, it begins below the plate
-WIDTH_PX, MARGIN_MM, MIDDLE = 1600, 20, 0.22
 
 
 def pairs(
@@ -33,7 +30,7 @@ def pairs(
     known = {f.name for f in fields(Parameters)}
     at = Parameters(**{n: float(v) for n, v in values.items() if n in known})
     entries = recordings(c.bench.observed)
-    for rig in (*c.steel, *(("pile",) if c.pile is not None else ())):
+    for rig in (*c.steel, *((PILE.name,) if c.pile is not None else ())):
         recording = _nearest(c, rig, entries)
         if recording is None:
             continue
@@ -75,31 +72,17 @@ def _pair(
     _, stated = described(recording.toml) if recording.toml.is_file() else (None, {})
     rig = recording.need_rig()
     lot = {name: stated.get(name, {}) for name in ("seed", "air")}
-    if rig == "pile" or not lot["seed"]:
+    if rig == PILE.name or not lot["seed"]:
         lot |= {k: v for k, v in c.bench.seed.items() if k in lot}
     section: dict = stated.get(rig, {})
     said: tuple[str, ...] = ()
     camera = {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
-    if rig == "pile":
-        of_bench = c.bench.rigs["pile"].description.get("pile", {})
-        section, said = pile_description(section or of_bench, effort)
-        section = {k: v for k, v in section.items() if k not in PER_RECORDING}
-        camera = _whole_plate(section)
+    if rig == PILE.name:
+        of_bench = c.bench.rigs[rig].description.get(rig, {})
+        section, said = effort.pile(section or of_bench)
+        section = as_built(rig, section)
+        camera = PILE.shown(section)
     description = {rig: section, "seed": lot["seed"], "camera": camera} | lot
-    job = Job(rig, at, description, (c.seed,), rendered=rig == "pile", engine=engine)
+    job = Job(rig, at, description, (c.seed,), rendered=rig == PILE.name, engine=engine)
     twin = job.run(out / job.key)
     return pair(recording, twin, alike=not said, observed=c.bench.observed)
-
-
-def _whole_plate(pile: dict) -> dict:
-    """A camera that sees all of the plate beside the box, and some of what stands above
-    it; the rig's own for a cylinder."""
-    if pile.get("cylinder_mm") or "plate_mm" not in pile:
-        return {}
-    plate = float(pile["plate_mm"][0])
-    return {
-        "width_px": WIDTH_PX,
-        "height_px": WIDTH_PX // 2,
-        "mm_per_px": (plate + MARGIN_MM) / WIDTH_PX,
-        "target_mm": [plate / 2, 0.0, MIDDLE * plate],
-    }

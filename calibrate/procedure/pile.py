@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics.anova import anova_table, contributions
 from benchtwin.calibrate.statistics.ascent import Centre
 from benchtwin.calibrate.statistics.assessment import Quality, coefficients, quality
@@ -92,7 +92,7 @@ def fit_pile(
     near: of the many points that give the bench's angle the one nearest to this is
     reported, by default to the box's centre. Raises ValueError as `fit_surface`
     (singular designs …)."""
-    surface = fit_surface(design, PILE_RESPONSE, box, packing=packing)
+    surface = fit_surface(design, PILE.response, box, packing=packing)
     table = anova_table(surface)
     central = optimum(surface, bench.value)
     taken = optimum(surface, bench.value, near=near) if near else central

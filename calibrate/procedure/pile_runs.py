@@ -17,11 +17,11 @@ from benchtwin.calibrate.procedure.pile_surrogate import (
     observed,
     two_level_pattern,
 )
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE, SEED_LIMITS
+from benchtwin.calibrate.procedure.rigs import PILE, SEED_LIMITS
 from benchtwin.calibrate.procedure.simulator import usable
-from benchtwin.calibrate.procedure.steel import disagreement
+from benchtwin.calibrate.procedure.verification import verified
 from benchtwin.calibrate.statistics.ascent import Centre, choose_centre, equal_steps
-from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean, verify
+from benchtwin.calibrate.statistics.bench import BenchMean, pooled_mean
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken, central_composite
 from benchtwin.calibrate.statistics.replicates import (
@@ -98,7 +98,7 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
     packing, steel = "packing" if shared else None, stage.steel
     seen = observed(done, stage.readings, box, steel, alike=stage.alike, shared=shared)
     angles = angles_at(ran.design, seen, steel, stage.fixed)
-    design = ran.design.assign(**{PILE_RESPONSE: angles})
+    design = ran.design.assign(**{PILE.response: angles})
     fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing)
     further = candidates(design, box, packing, stage.readings.values.size, seen)
     said = dict.fromkeys((*notes, *ran.notes, *more, *seen.notes))
@@ -113,7 +113,9 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
         seen=seen,
         candidates=further,
     )
-    return _verified(stage, fit)
+    points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * stage.effort.piles)
+    runs = stage.runs(points, VERIFICATION_PACKINGS + np.arange(len(points)))
+    return verified(fit, PILE, runs, stage.simulate)
 
 
 def _bench(stage: PileStage, noise: Noise) -> BenchMean:
@@ -138,15 +140,15 @@ def measure_noise(stage: PileStage, box: Box) -> Scatter:
     middle = equal_steps(box, STEPS).iloc[[STEPS // 2 - 1, STEPS // 2]]
     packings, point = np.tile(np.arange(n), 2), np.repeat(["a", "b"], n)
     table, piles = stage.piles(middle.loc[np.repeat(middle.index, n)], packings)
-    there, notes = usable(table, PILE_RESPONSE)
+    there, notes = usable(table, PILE.response)
     runs = table.assign(point=point, packing=packings)[there]
-    noise = packing_noise(runs, PILE_RESPONSE, point="point")
+    noise = packing_noise(runs, PILE.response, point="point")
     try:
-        pairing = common_packing(runs, PILE_RESPONSE, point="point", packing="packing")
+        pairing = common_packing(runs, PILE.response, point="point", packing="packing")
     except ValueError:
         pairing = Pairing(0.0, -1.0, 1.0, 1.0, False)
-    mean = runs.groupby("point")[PILE_RESPONSE].mean().reindex(["a", "b"])
-    middle = middle.assign(**{PILE_RESPONSE: mean.to_numpy()}).dropna()
+    mean = runs.groupby("point")[PILE.response].mean().reindex(["a", "b"])
+    middle = middle.assign(**{PILE.response: mean.to_numpy()}).dropna()
     if stage.readings.values.size == 1:
         notes.append(
             "one bench pile: its scatter is taken to be that of the simulated piles,"
@@ -184,7 +186,7 @@ def climb(
         piles.append(new)
         done = pd.concat([done, walked]).sort_values("group", ignore_index=True)
         centre = _centre(stage, done, bench, scatter.noise)
-        angle, group = done[PILE_RESPONSE], done["group"]
+        angle, group = done[PILE.response], done["group"]
         inside = angle.min() <= bench.value <= angle.max()
         if len(done) >= MOST_STEPS or (
             inside and centre.group not in group.iloc[[0, -1]].tolist()
@@ -210,7 +212,7 @@ def _centre(
     stage: PileStage, done: pd.DataFrame, bench: BenchMean, noise: Noise
 ) -> Centre:
     sd, factors = noise.sd / np.sqrt(stage.effort.path), tuple(stage.ranges)
-    return choose_centre(done, PILE_RESPONSE, bench.value, factors, noise_sd=sd)
+    return choose_centre(done, PILE.response, bench.value, factors, noise_sd=sd)
 
 
 def _walked(stage: PileStage, steps: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -219,11 +221,11 @@ def _walked(stage: PileStage, steps: pd.DataFrame) -> tuple[pd.DataFrame, pd.Dat
     n = stage.effort.path
     points, packings = steps.loc[np.repeat(steps.index, n)], np.arange(n)
     table, piles = stage.piles(points, np.tile(packings, len(steps)))
-    there, _ = usable(table, PILE_RESPONSE)
-    angle = table[PILE_RESPONSE].where(there)
+    there, _ = usable(table, PILE.response)
+    angle = table[PILE.response].where(there)
     group = np.repeat(np.arange(len(steps)), n)
     mean = angle.groupby(group).mean().to_numpy()
-    return steps.assign(**{PILE_RESPONSE: mean}).dropna(subset=PILE_RESPONSE), piles
+    return steps.assign(**{PILE.response: mean}).dropna(subset=PILE.response), piles
 
 
 def _next_steps(
@@ -252,7 +254,7 @@ def box_around(
     as −1 and +1, as the paper takes them, or groups farther off when packing noise
     would hide the main effects over so little."""
     groups, points = done["group"].to_numpy(), done[list(stage.ranges)].to_numpy(float)
-    slope, last = np.polyfit(groups, done[PILE_RESPONSE], 1)[0], len(groups) - 1
+    slope, last = np.polyfit(groups, done[PILE.response], 1)[0], len(groups) - 1
     at = int(np.clip(np.flatnonzero(groups == path.group)[0], 1, last - 1))
     for wide in range(1, WIDEST + 1):
         low, high = max(0, at - wide), min(last, at + wide)
@@ -309,30 +311,14 @@ def run_design(
         rounded = np.vectorize(lambda v: float(f"{v:.9g}"))(natural)
         design[list(steel.names)] = rounded
     table, piles = stage.piles(design, DESIGN_PACKINGS + design["packing"].to_numpy())
-    there, notes = usable(table, PILE_RESPONSE, least=USABLE)
+    there, notes = usable(table, PILE.response, least=USABLE)
     seen = [
         c
         for c in table.columns
         if c not in NOT_OBSERVABLES and table[c].dtype.kind == "f"
     ]
-    read = table[list(dict.fromkeys([PILE_RESPONSE, *seen]))]
+    read = table[list(dict.fromkeys([PILE.response, *seen]))]
     design = pd.concat([design.drop(columns="block"), read], axis=1)[there]
     return DesignRun(
         design=design.reset_index(drop=True), plan=chosen, piles=piles, notes=notes
     )
-
-
-def _verified(stage: PileStage, fit: PileFit) -> PileFit:
-    """Piles at the optimum, on new packings, beside the bench."""
-    n = stage.effort.piles
-    if n < 2:
-        return fit
-    points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * n)
-    table, _ = stage.piles(points, VERIFICATION_PACKINGS + np.arange(n))
-    there, notes = usable(table, PILE_RESPONSE)
-    found = None
-    if there.sum() >= 2:
-        angles = table.loc[there, PILE_RESPONSE].to_numpy(float)
-        found = verify(angles, fit.bench, name="pile")
-        notes += disagreement(found, "°")
-    return replace(fit, verification=found, notes=(*fit.notes, *notes))

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from benchtwin.calibrate.statistics.box import Box
 
@@ -45,28 +46,32 @@ class PileStage:
             return self.fixed
         return self.fixed | dict(zip(self.steel.names, map(float, self.steel.centre)))
 
-    def piles(
-        self, points: pd.DataFrame, packings: np.ndarray
-    ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """One pile a row of `points` (factors in natural units, and seed–steel
-        parameters where they are not the middle ones) on that row's packing.
-
-        Returns the table of runs; and of those that were measured parameters, runs and
-        packing, which is what a surface is laid through."""
+    def values(self, points: pd.DataFrame) -> pd.DataFrame:
+        """All parameters, a row a row of `points`: those that it names, in natural
+        units, the others in the middle."""
         known = [n for n in (*self.ranges, *self.fixed) if n in points]
         values = points[known].reset_index(drop=True)
         rest = {n: v for n, v in self.middle.items() if n not in values}
-        values = values.assign(**rest)
-        runs = [
+        return values.assign(**rest)
+
+    def runs(self, points: pd.DataFrame, packings: np.ndarray) -> list[Run]:
+        """One pile a row of `points` on that row's packing."""
+        return [
             Run(
-                "pile",
+                PILE.name,
                 {n: float(v) for n, v in row.items()},
-                seed_numbers(self.seed, "pile", packing),
+                seed_numbers(self.seed, PILE.name, packing),
                 self.description,
             )
-            for row, packing in zip(values.to_dict("records"), packings)
+            for row, packing in zip(self.values(points).to_dict("records"), packings)
         ]
-        table = self.simulate(runs).reset_index(drop=True)
+
+    def piles(
+        self, points: pd.DataFrame, packings: np.ndarray
+    ) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """The table of these runs; and of those that were measured parameters, runs and
+        packing, which is what a surface is laid through."""
+        table = self.simulate(self.runs(points, packings)).reset_index(drop=True)
         there = table["status"].eq("done")
-        done = pd.concat([values, table], axis=1)[there]
+        done = pd.concat([self.values(points), table], axis=1)[there]
         return table, done.assign(packing=packings[there])

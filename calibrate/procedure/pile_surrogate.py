@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import RigReadings
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.anova import anova_table
 from benchtwin.calibrate.statistics.assessment import coefficients
@@ -32,15 +32,9 @@ MOST_CORRELATION = 0.99  # so that no two observables count as one and the same
 SIGNIFICANT_P = 0.05  # the paper's level
 LEAST_DIFFERENT = 8  # values of a column, below which it is a count or a constant
 NOT_OBSERVABLES = {
-    "true_repose_angle_deg",
-    "true_centroid_angle_deg",
-    "true_photo_s",
-    "true_lies_still",
-    "seconds",
-    "repose_angle_sd_deg",
-    "centroid_angle_sd_deg",
-    "packing",
-    "replicate",
+    *("seconds", "packing", "replicate", *PILE.not_seen),
+    *(f"true_{column}" for column in PILE.rig.readings),
+    *(f"{quantity}_sd_{unit}" for quantity, unit in PILE.rig.readings.values()),
 }
 
 
@@ -107,8 +101,8 @@ def observed(
     wide = box.with_factors(steel)
     inside = (abs(box.coded(box.points(piles))) <= 1 + 1e-9).all(axis=1)
     piles, packing = piles[inside], "packing" if shared else None
-    read = {PILE_RESPONSE: readings.values, **readings.further}
-    weighed = [column for column in readings.further if column.endswith("_mass_g")]
+    read = {PILE.response: readings.values, **readings.further}
+    weighed = [column for column in readings.further if column in PILE.rig.weighed]
     notes: list[str] = []
     if weighed and not alike:
         notes.append(
@@ -123,7 +117,7 @@ def observed(
             continue
         there = piles[piles[source].notna()]
         least_squares, note = _surface(there, source, wide, len(box.names), packing)
-        surface, own = shrink(least_squares), column == PILE_RESPONSE
+        surface, own = shrink(least_squares), column == PILE.response
         angle = least_squares if own else angle
         try:
             mean = pooled_mean(
@@ -192,7 +186,7 @@ def angles_at(
 
     Only by slopes that the piles show (p < SIGNIFICANT_P): bringing by mere noise would
     make the runs look quieter than they are."""
-    angle = design[PILE_RESPONSE].copy()
+    angle = design[PILE.response].copy()
     surface = seen.angle
     if steel is None or surface is None:
         return angle
@@ -215,7 +209,7 @@ def informative(
     spare."""
     out = []
     for column in seen.used:
-        if column == PILE_RESPONSE or design[column].isna().any():
+        if column == PILE.response or design[column].isna().any():
             continue
         linear = fit_surface(design, column, box, terms="linear", packing=packing)
         if anova_table(linear)["p"].iloc[0] < SIGNIFICANT_P:
@@ -232,7 +226,7 @@ def candidates(
 ) -> tuple[Candidate, ...]:
     """What else the same piles show, as observables to measure: their scatter is the
     simulated piles', over as many piles."""
-    known = {PILE_RESPONSE, *seen.used, *box.names, *NOT_OBSERVABLES}
+    known = {PILE.response, *seen.used, *box.names, *NOT_OBSERVABLES}
     out = []
     for column in design.columns:
         if column in known or column.endswith("_coded") or "_sd" in column:

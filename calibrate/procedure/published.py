@@ -5,7 +5,7 @@ import pandas as pd
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.calibration import FOLLOWS
 from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.calibrate.statistics.ascent import check_published, relative_error
 from benchtwin.calibrate.statistics.optimum import stand
@@ -45,7 +45,7 @@ def check_pile(
 ) -> tuple[pd.DataFrame, list[str]]:
     """Printed values of the pile beside the recomputed ones, and what the text
     contradicts, as sentences."""
-    optimum, where = printed.get("optimum"), "pile"
+    optimum, where = printed.get("optimum"), PILE.name
     terms = zip(fit.coefficients["term"], fit.coefficients["coefficient"])
     recomputed = {f"Eq. 8, {'1' if t == 'intercept' else t}": v for t, v in terms}
     for r in fit.contributions.itertuples():
@@ -93,7 +93,7 @@ def _contradictions(fit: PileFit, printed: dict, levels: pd.DataFrame) -> list[s
     if fit.path is not None and "said_centre" in printed:
         flags += check_published(
             fit.path.errors,
-            PILE_RESPONSE,
+            PILE.response,
             fit.bench.value,
             levels[["coded", *fit.box.names]],
             said_centre=printed["said_centre"],

@@ -1,14 +1,16 @@
 """What published.toml may hold, and errors that name the file and the key."""
 
 from pathlib import Path
+from typing import Any
 
-from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
+from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS, STEEL
 from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
     FiniteFloat,
     ValidationError,
+    create_model,
     field_validator,
 )
 
@@ -49,12 +51,9 @@ class _Pile(_Rig):
         return optimum
 
 
-class _Published(_Section):
-    title: str = ""
-    drop: _Rig = _Rig()
-    slide: _Rig = _Rig()
-    roll: _Rig = _Rig()
-    pile: _Pile = _Pile()
+_RIGS: dict[str, Any] = {name: (_Rig, _Rig()) for name in STEEL}
+_RIGS |= {PILE.name: (_Pile, _Pile()), "title": (str, "")}
+_Published = create_model("_Published", __base__=_Section, **_RIGS)
 
 
 def checked(content: dict, file: Path) -> dict:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import PILE_RESPONSE
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin.lot import other_seeds
@@ -111,9 +111,9 @@ def pile_question(description: dict, values: dict[str, float], runs: int) -> Que
     """What to ask of the pile: by how much its angle moves; three parameters share it,
     so none is said to shift."""
     return Question(
-        rig="pile",
-        response=PILE_RESPONSE,
-        unit="deg",
+        rig=PILE.name,
+        response=PILE.response,
+        unit=PILE.unit,
         description=description,
         values=values,
         runs=runs,

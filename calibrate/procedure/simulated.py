@@ -2,29 +2,31 @@
 ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
-from benchtwin.calibrate.procedure.effort import FULL, Effort, pile_description
+from benchtwin.calibrate.procedure.effort import FULL, Effort
 from benchtwin.calibrate.procedure.pile_runs import simulate_pile
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import steel_box
-from benchtwin.calibrate.procedure.rigs import ASSUMED, RANGES, SEED_LIMITS, STEEL
+from benchtwin.calibrate.procedure.rigs import (
+    ASSUMED,
+    PILE,
+    RANGES,
+    SEED_LIMITS,
+    STEEL,
+)
 from benchtwin.calibrate.procedure.shape_effect import (
     pile_question,
     shape_effect,
     steel_question,
 )
-from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
-from benchtwin.calibrate.procedure.steel_runs import (
-    SteelStage,
-    Unreachable,
-    simulate_steel,
-)
+from benchtwin.calibrate.procedure.simulator import Simulator
+from benchtwin.calibrate.procedure.steel_runs import SteelStage, simulate_steel
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
@@ -85,8 +87,8 @@ def calibrate_simulated(
         say(f"{name}: {STEEL[name].parameter}")
         found = steel_rig(found, name, way, rng)
         so_far(_noted(found))
-    if "pile" in bench.rigs:
-        say("pile: seed on seed")
+    if PILE.name in bench.rigs:
+        say(f"{PILE.name}: seed on seed")
         found = pile_rig(found, way, rng)
     if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
         say("does the seeds' shape matter?")
@@ -132,24 +134,16 @@ def steel_rig(
         seed=found.seed,
         values=way.prescribed.values.get(name),
     )
-    try:
-        return found.with_steel(name, simulate_steel(stage, rng))
-    except Unreachable as error:
-        return replace(
-            found.without(name, error), findings=(*found.findings, str(error))
-        )
-    except (ValueError, SimulationFailed) as error:
-        return found.without(name, error)
+    return found.trying(name, lambda: simulate_steel(stage, rng))
 
 
 def pile_stage(found: Calibration, way: Way) -> PileStage:
     """What the pile's simulations need: all seed–steel parameters, and their ranges."""
     description, notes = _pile_described(found, way.effort)
-    fits, prescribed = found.steel.values(), way.prescribed
-    steel = {f.rig.parameter: (f.inverse.value, f.inverse.sd) for f in fits}
+    steel, prescribed = found.on_steel, way.prescribed
     limits = {rig.parameter: rig.limits for rig in STEEL.values()}
     return PileStage(
-        readings=found.bench.rigs["pile"],
+        readings=found.bench.rigs[PILE.name],
         fixed=steel_parameters(found),
         description=description,
         simulate=way.simulate,
@@ -169,10 +163,7 @@ def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibrat
     """The pile, simulated with what the seed–steel rigs found."""
     stage = pile_stage(found, way)
     found = found.saying(*stage.notes)
-    try:
-        return found.with_pile(simulate_pile(stage, rng))
-    except (ValueError, SimulationFailed) as error:
-        return found.without("pile", error)
+    return found.trying(PILE.name, lambda: simulate_pile(stage, rng))
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:
@@ -200,9 +191,8 @@ def steel_parameters(
     found: Calibration, rigs: Iterable[str] = tuple(STEEL)
 ) -> dict[str, float]:
     """{parameter: value} of seed–steel rigs: as calibrated, else as assumed."""
-    values = {f.rig.parameter: f.inverse.value for f in found.steel.values()}
     names = (STEEL[rig].parameter for rig in rigs)
-    return {n: values.get(n, ASSUMED[n]) for n in names}
+    return {n: found.on_steel.get(n, (ASSUMED[n],))[0] for n in names}
 
 
 def _described(found: Calibration, rig: dict) -> dict:
@@ -216,9 +206,9 @@ def _described(found: Calibration, rig: dict) -> dict:
 def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str, ...]]:
     """Sections of the pile that is simulated, and notes where it is not the bench's
     own."""
-    stated = found.bench.rigs["pile"].description
-    section, notes = pile_description(stated.get("pile", {}), effort)
-    return _described(found, {**stated, "pile": section}), notes
+    stated = found.bench.rigs[PILE.name].description
+    section, notes = effort.pile(stated.get(PILE.name, {}))
+    return _described(found, {**stated, PILE.name: section}), notes
 
 
 def _noted(found: Calibration) -> Calibration:

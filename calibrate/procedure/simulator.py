@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import ASSUMED, Rig
+from benchtwin.bench.tells import ByCurve
+from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.twin.engine import OWN, Engine
 
 MANY = 10_000  # jobs: as many workers as there are cores
-# how far below the expected onset a slide's tilting begins: nothing happens before
-BELOW_DEG = 1.5
 CONVERTED_ALIKE = (
     "these numbers are the first run's; others are converted in the same way"
 )
@@ -34,6 +33,11 @@ class Run:
 Simulator = Callable[[Sequence[Run]], pd.DataFrame]
 """Runs in, a row a run out, in their order: status ("done" where it was measured),
 reason, rerun, and the measured columns."""
+
+
+class Unreachable(ValueError):
+    """No physical value of the parameter gives the bench's mean: a finding for
+    diagnosis."""
 
 
 class SimulationFailed(RuntimeError):
@@ -96,15 +100,12 @@ def rounded(values: dict[str, float]) -> dict[str, float]:
 
 
 def _begun(run: Run) -> dict:
-    """The run's description; a slide begins a little below the onset that its friction
-    gives."""
-    if run.rig != "slide" or "start_deg" in run.description.get("slide", {}):
+    """The run's description, the rig's section as a run at its values begins."""
+    if (rig := STEEL.get(run.rig)) is None:
         return run.description
-    friction = run.values.get("static_friction", ASSUMED["static_friction"])
-    onset = float(np.degrees(np.arctan(friction)))
-    start = float(np.floor(max(0.0, onset - BELOW_DEG)))
-    begun = {"start_deg": start} if start > 0 else {}
-    return run.description | {"slide": run.description.get("slide", {}) | begun}
+    value = run.values.get(rig.parameter, rig.assumed)
+    section = rig.begun(run.description.get(run.rig, {}), value)
+    return run.description | {run.rig: section}
 
 
 def usable(
@@ -133,15 +134,15 @@ def seed_numbers(seed: int, *words: object) -> tuple[int, ...]:
     """Seed numbers of a run, from what it is: another stage, value or repeat has
     others, whatever was run before.
 
-    >>> one = seed_numbers(1, "drop", 0.5, 3)
-    >>> one == seed_numbers(1, "drop", 0.5, 3) != seed_numbers(1, "drop", 0.5, 4)
+    >>> one = seed_numbers(1, "curve", 0.5, 3)
+    >>> one == seed_numbers(1, "curve", 0.5, 3) != seed_numbers(1, "curve", 0.5, 4)
     True
     """
     text = " ".join(f"{w:.9g}" if isinstance(w, float) else str(w) for w in words)
     return (seed, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little"))
 
 
-def steel_rows(table: pd.DataFrame, rig: Rig, values: np.ndarray) -> pd.DataFrame:
+def steel_rows(table: pd.DataFrame, rig: ByCurve, values: np.ndarray) -> pd.DataFrame:
     """A row a value: parameter, mean response, sd of single runs, repeats; from one row
     a run. Values with fewer than two runs have no sd and are left out."""
     runs = {rig.parameter: values, rig.response: table[rig.response].to_numpy(float)}

@@ -1,11 +1,12 @@
 """Seed on steel: simulated rows → curve → the parameter at the bench's mean, with its
 uncertainty, verified by repeats."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.procedure.rigs import Rig
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.statistics.bench import BenchMean, Verification
 from benchtwin.calibrate.statistics.curves import (
     Monotone,
@@ -32,7 +33,7 @@ class SteelFit:
     included; direct: by Eqs. 1–3 without simulation; verification: repeats at the
     answer beside the bench; notes."""
 
-    rig: Rig
+    rig: ByCurve
     bench: BenchMean
     rows: pd.DataFrame
     polynomial: Polynomial
@@ -54,7 +55,7 @@ class SteelFit:
 
 
 def fit_steel(
-    rig: Rig,
+    rig: ByCurve,
     rows: pd.DataFrame,
     bench: BenchMean,
     *,
@@ -138,25 +139,24 @@ def _disagreement(answers: dict[str, Inverse]) -> list[str]:
     ]
 
 
-def fit_beyond(rig: Rig, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
+def fit_beyond(rig: ByCurve, rows: pd.DataFrame, bench: BenchMean) -> Inverse:
     """The unweighted polynomial followed a little beyond its rows; raises OutsideRange
     when that does not reach either."""
     curve = fit_polynomial(rows, rig.parameter, rig.response, rig.degree)
     return invert(curve, bench, beyond=BEYOND)
 
 
-def disagreement(found: Verification, unit: str = "") -> tuple[str, ...]:
-    """A note where repeats at the answer disagree with the bench."""
-    if found.agrees:
-        return ()
-    return (
-        f"verification disagrees: {found.simulated:.4g}{unit} simulated,"
-        f" {found.bench:.4g}{unit} at the bench (p = {found.p:.2g})",
-    )
+def together(fits: Iterable[SteelFit]) -> dict[str, tuple[float, float]]:
+    """{parameter: (value, sd)}; of several rigs that tell one parameter the mean, each
+    weighed by 1/sd²."""
+    found: dict[str, tuple[float, float]] = {}
+    for fit in fits:
+        new, name = (fit.inverse.value, fit.inverse.sd), fit.rig.parameter
+        found[name] = _weighed(found[name], new) if name in found else new
+    return found
 
 
-def verified(fit: SteelFit, found: Verification, notes: list[str]) -> SteelFit:
-    """The fit with its verification, a note where it disagrees with the bench, and
-    those of its runs."""
-    said = (*fit.notes, *disagreement(found), *notes)
-    return replace(fit, verification=found, notes=said)
+def _weighed(a: tuple[float, float], b: tuple[float, float]) -> tuple[float, float]:
+    share = b[1] ** 2 / (a[1] ** 2 + b[1] ** 2)
+    value = share * a[0] + (1 - share) * b[0]
+    return value, a[1] * b[1] / float(np.hypot(a[1], b[1]))

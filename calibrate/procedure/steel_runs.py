@@ -5,18 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
-from benchtwin.calibrate.procedure.rigs import Rig
 from benchtwin.calibrate.procedure.simulator import (
     Run,
     Simulator,
+    Unreachable,
     seed_numbers,
     steel_rows,
     usable,
 )
-from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel, verified
-from benchtwin.calibrate.statistics.bench import verify
+from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel
+from benchtwin.calibrate.procedure.verification import verified
 from benchtwin.calibrate.statistics.inversion import OutsideRange
 from numpy.typing import ArrayLike
 
@@ -33,18 +34,13 @@ FIRST_HALF, NEARER = 0.25, 0.4
 SHAPE_SHARE = 0.25
 
 
-class Unreachable(ValueError):
-    """No physical value of the parameter gives the bench's mean: a finding for
-    diagnosis."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class SteelStage:
     """What one rig's simulations need. fixed: parameters found before; description:
     sections of the recordings; seed: of the run; values: where to simulate, None to
     choose from the readings."""
 
-    rig: Rig
+    rig: ByCurve
     readings: RigReadings
     fixed: dict[str, float]
     description: dict
@@ -54,26 +50,23 @@ class SteelStage:
     values: tuple[float, ...] | None = None
 
     def runs(self, values: ArrayLike, repeats: int, what: str) -> list[Run]:
-        """Repeats of every value, each with a generator of its own; where a rig has two
-        ways, alternately to either side."""
+        """Repeats of every value, each with a generator of its own; with what its
+        runs have by turns."""
         name, parameter = self.rig.name, self.rig.parameter
         return [
             Run(
                 name,
                 {**self.fixed, parameter: float(v)},
                 seed_numbers(self.seed, name, what, float(v), k),
-                self._way(k),
+                self._turn(k),
             )
             for v in np.asarray(values)
             for k in range(repeats)
         ]
 
-    def _way(self, k: int) -> dict:
-        if not self.rig.both_ways:
-            return self.description
+    def _turn(self, k: int) -> dict:
         section = self.description.get(self.rig.name, {})
-        way = section | {"direction": ("+x", "-x")[k % 2]}
-        return self.description | {self.rig.name: way}
+        return self.description | {self.rig.name: self.rig.rig.turn(k, section)}
 
     def fit(self, rows: pd.DataFrame, rng: np.random.Generator) -> SteelFit:
         """The rows fitted at the bench's mean; a single reading scatters as single
@@ -113,9 +106,9 @@ def simulate_steel(stage: SteelStage, rng: np.random.Generator) -> SteelFit:
     if fit is None:
         raise Unreachable(_unreachable(stage, str(beyond)))
     fit, more = _narrowed(stage, fit, rows, rng)
-    return _verified(
-        stage, replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
-    )
+    fit = replace(fit, notes=(*dict.fromkeys(notes + more), *fit.notes))
+    runs = stage.runs([fit.inverse.value], stage.effort.verify, "verification")
+    return verified(fit, stage.rig, runs, stage.simulate)
 
 
 def first_values(stage: SteelStage) -> np.ndarray:
@@ -157,7 +150,7 @@ def _beyond_interval(fit: SteelFit) -> OutsideRange | None:
 
 
 def _next_values(
-    rig: Rig, rows: pd.DataFrame, beyond: OutsideRange, levels: int
+    rig: ByCurve, rows: pd.DataFrame, beyond: OutsideRange, levels: int
 ) -> np.ndarray:
     """Values beyond the range on the side that is asked for, up to a little past the
     guess, within the parameter's limits."""
@@ -208,12 +201,3 @@ def _narrowed(
         " whole range"
     )
     return again, notes
-
-
-def _verified(stage: SteelStage, fit: SteelFit) -> SteelFit:
-    """Repeats at the answer, beside the bench."""
-    runs = stage.runs([fit.inverse.value], stage.effort.verify, "verification")
-    table = stage.simulate(runs)
-    there, notes = usable(table, stage.rig.response)
-    values = table.loc[there, stage.rig.response].to_numpy(float)
-    return verified(fit, verify(values, fit.bench, name=stage.rig.name), notes)

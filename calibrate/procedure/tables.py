@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.rigs import (
-    PILE_RESPONSE,
+    PILE,
     SEED_FACTORS,
     SEED_LIMITS,
-    Rig,
 )
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.inversion import OutsideRange
@@ -26,7 +26,7 @@ ANY = (-1e9, 1e9)  # whatever is a number
 SEEDS = {name: (0.0, SEED_LIMITS[name][1]) for name in SEED_FACTORS}
 
 
-def steel_table(file: Path, rig: Rig) -> pd.DataFrame:
+def steel_table(file: Path, rig: ByCurve) -> pd.DataFrame:
     """drop.csv, slide.csv, roll.csv: the rig's parameter, its reading, and where it is
     there the sd of single runs.
 
@@ -66,18 +66,18 @@ def levels_box(file: Path) -> Box:
 def design_table(file: Path, box: Box) -> pd.DataFrame:
     """design.csv, a row a pile, A, B, C coded: its factors in natural units, to twelve
     digits, and its angle."""
-    columns = dict.fromkeys(LETTERS, CODED) | {PILE_RESPONSE: READING["deg"]}
+    columns = dict.fromkeys(LETTERS, CODED) | {PILE.response: READING["deg"]}
     coded = _numbers(file, columns)
     natural = np.round(box.natural(coded[list(LETTERS)]), 12)
     design = pd.DataFrame(natural, columns=list(box.names))
-    return design.assign(**{PILE_RESPONSE: coded[PILE_RESPONSE]})
+    return design.assign(**{PILE.response: coded[PILE.response]})
 
 
 def path_table(file: Path) -> pd.DataFrame:
     """path.csv, a row a group of the steepest ascent: its number (else 1 …), factors,
     angle, the error printed if it is."""
     optional = {"group": ANY, "relative_error_percent": ANY}
-    path = _numbers(file, {**SEEDS, PILE_RESPONSE: READING["deg"]}, optional)
+    path = _numbers(file, {**SEEDS, PILE.response: READING["deg"]}, optional)
     if "group" not in path:
         path.insert(0, "group", np.arange(1, len(path) + 1))
     if len(part := path.index[path["group"] % 1 != 0]):

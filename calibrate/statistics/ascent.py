@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
 
 
@@ -64,7 +63,7 @@ def choose_centre(
     the path. noise_sd: scatter of one run; groups whose errors differ by less than two
     of it are named as tied. Raises ValueError: columns missing, fewer than 3 groups.
     """
-    values = numbers(path, [response, *factors])
+    values = path[[response, *factors]].to_numpy(float)
     if len(path) < 3:
         raise ValueError(f"path: at least 3 groups, not {len(path)}")
     error = relative_error(values[:, 0], bench)
@@ -116,7 +115,7 @@ def crossing(
     A first answer, before any design. Packing noise moves the line less than any one
     group. Valid for a path of equal steps over which the response bends little."""
     steps = np.arange(len(path), dtype=float)
-    slope, start = np.polyfit(steps, numbers(path, [response])[:, 0], 1)
+    slope, start = np.polyfit(steps, path[response].to_numpy(float), 1)
     at = (bench - start) / slope if slope else np.nan
     if not 0 <= at <= steps[-1]:
         return None
@@ -139,10 +138,10 @@ def check_published(
     factors = tuple(c for c in levels.columns if c != "coded")
     centre = choose_centre(path, response, bench, factors)
     group = _groups(path)
-    on_path = numbers(path, factors)
+    on_path = path[list(factors)].to_numpy(float)
     used = [
         np.flatnonzero(np.isclose(on_path, row, rtol=1e-6, atol=1e-9).all(axis=1))
-        for row in numbers(levels, factors)
+        for row in levels[list(factors)].to_numpy(float)
     ]
     found = [str(group[i[0]]) if i.size else "none" for i in used]
     flags = []

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
 
 
@@ -82,6 +81,5 @@ class Box:
         return self.centre + np.asarray(coded, dtype=float) * self.half_width
 
     def points(self, table: pd.DataFrame) -> np.ndarray:
-        """The factor columns of a table in natural units, (n, k); ValueError names a
-        column that is missing or not numbers."""
-        return numbers(table, self.names)
+        """The factor columns of a table in natural units, (n, k)."""
+        return table[list(self.names)].to_numpy(float)

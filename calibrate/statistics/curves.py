@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.columns import numbers
 from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
+from scipy.optimize import isotonic_regression
 
 # the pooled variance counts this many degrees of freedom beside a row's own: with five
 # repeats, one half
@@ -107,7 +107,7 @@ def fit_polynomial(
     error. With sds, a χ²/df above 1 inflates the variance by it (Birge 1932): the
     degree does not describe the rows. Raises ValueError: columns missing, too few
     different x, degree < 1, y all equal, sd or repeats that make no sense."""
-    xs, ys = numbers(table, [x, y]).T
+    xs, ys = table[[x, y]].to_numpy(float).T
     if degree < 1:
         raise ValueError(f"degree: at least 1, not {degree}")
     if np.unique(xs).size < degree + 1:
@@ -207,7 +207,7 @@ def fit_monotone(
     (Gasser, Sroka & Jennen-Steinmetz 1986), which counts curvature as error: wide
     rather than narrow. Rises or falls as the rows' rank correlation says. Raises
     ValueError: columns missing, fewer than 4 different x, y all equal."""
-    xs, ys = numbers(table, [x, y]).T
+    xs, ys = table[[x, y]].to_numpy(float).T
     _acts(x, y, ys)
     variance, df = _row_variance(table, y, sd, repeats)
     nodes, index = np.unique(xs, return_inverse=True)
@@ -250,23 +250,12 @@ def _acts(x: str, y: str, values: np.ndarray) -> None:
 
 def isotonic(y: np.ndarray, w: np.ndarray) -> np.ndarray:
     """Weighted non-decreasing least-squares fits of each row of y, (…, n), weights w
-    (n,): max over j ≤ i of min over k ≥ i of the mean of y_j … y_k (Barlow et al.
-    1972).
+    (n,).
 
     >>> isotonic(np.array([1.0, 3.0, 2.0]), np.ones(3))
     array([1. , 2.5, 2.5])
     """
-    n = w.size
-    weight = np.concatenate([[0.0], np.cumsum(w)])
-    start = np.zeros((*y.shape[:-1], 1))
-    total = np.concatenate([start, np.cumsum(w * y, axis=-1)], axis=-1)
-    j, k = np.triu_indices(n)
-    mean = np.full((*y.shape[:-1], n, n), np.inf)
-    mean[..., j, k] = (total[..., k + 1] - total[..., j]) / (weight[k + 1] - weight[j])
-    # [j, i]: min over k ≥ i
-    least = np.minimum.accumulate(mean[..., ::-1], axis=-1)[..., ::-1]
-    least = np.where(np.triu(np.ones((n, n), dtype=bool)), least, -np.inf)
-    return least.max(axis=-2)
+    return np.apply_along_axis(lambda r: isotonic_regression(r, weights=w).x, -1, y)
 
 
 def _neighbour_variance(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -285,8 +274,8 @@ def _row_variance(
     no sd, or all are zero (nothing random)."""
     if sd is None:
         return None, np.nan
-    s = numbers(table, [sd])[:, 0]
-    n = numbers(table, [repeats])[:, 0] if repeats else np.ones_like(s)
+    s = table[sd].to_numpy(float)
+    n = table[repeats].to_numpy(float) if repeats else np.ones_like(s)
     if (s < 0).any():
         raise ValueError(f"column {sd}: row {int(np.argmin(s)) + 1} is negative")
     if (n < 1).any():

@@ -123,41 +123,6 @@ def residual(
     return (o.bench.value - mean) / scale, scale, np.minimum(df, MOST_DF)
 
 
-def check(
-    observables: list[Observable], prior: Prior, correlation: np.ndarray | None
-) -> None:
-    """ValueError naming what does not fit together."""
-    if not observables:
-        raise ValueError("no observable: the posterior is the prior")
-    names = [o.name for o in observables]
-    if len(set(names)) < len(names):
-        raise ValueError(f"observables must differ in name: {', '.join(names)}")
-    for o in observables:
-        if not o.bench.sd > 0:
-            raise ValueError(f"{o.name}: the bench mean needs an sd above 0")
-        for name in o.surrogate.box.names:
-            if name not in prior.box.names:
-                raise ValueError(
-                    f"{o.name} depends on {name}, for which there is no prior"
-                )
-            (low, high), own = o.surrogate.box.range(name), prior.box.range(name)
-            slack = 1e-9 * (high - low)
-            if own[0] < low - slack or own[1] > high + slack:
-                raise ValueError(
-                    f"{name}: the prior spans {own[0]:g} to {own[1]:g}, {o.name} was"
-                    f" simulated from {low:g} to {high:g} only"
-                )
-    if correlation is not None:
-        r = np.asarray(correlation)
-        square = r.shape == (len(names),) * 2
-        fits = square and np.allclose(r, r.T) and np.allclose(np.diag(r), 1)
-        if not fits or np.linalg.eigvalsh(r)[0] <= 0:
-            raise ValueError(
-                "correlation: one row and column an observable, symmetric, ones on the"
-                " diagonal, positive definite"
-            )
-
-
 def finish(
     draws: np.ndarray,
     log_density: np.ndarray,
@@ -206,8 +171,7 @@ def on_grid(
     three factors, and free of a chain.
 
     Converged where the weights are spread over at least SPREAD_OVER cells. Raises
-    ValueError as `check`, and beyond a million cells."""
-    check(observables, prior, correlation)
+    ValueError beyond a million cells."""
     k = len(prior.box.names)
     if cells**k > 1_000_000:
         raise ValueError(

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.statistics import terms as polynomial
-from benchtwin.calibrate.statistics.columns import numbers
 from scipy import stats
 
 
@@ -37,8 +36,7 @@ def packing_noise(
     level 0.80: its upper end is the value that the true sd lies below with 90 %
     assurance. Raises ValueError: column missing, fewer than two runs at any point, all
     runs of a point equal (their seeds did not differ)."""
-    y = pd.Series(numbers(table, [response])[:, 0])
-    _there(table, *([point] if point else []))
+    y = pd.Series(table[response].to_numpy(float))
     groups = np.zeros(len(y)) if point is None else table[point].to_numpy()
     within = y - y.groupby(groups).transform("mean")
     df = int(len(y) - pd.Series(groups).nunique())
@@ -175,8 +173,6 @@ def common_packing(
     MS_rest), n points (McGraw & Wong 1996), interval by F. A mean level is not helped:
     packings shared by all points scatter it as before. Raises ValueError for a table
     with gaps or repeats."""
-    numbers(table, [response])
-    _there(table, point, packing)
     if table.duplicated([point, packing]).any():
         raise ValueError(f"{point} and {packing}: one run each; some pairs come twice")
     wide = table.pivot(index=point, columns=packing, values=response).to_numpy()
@@ -201,9 +197,3 @@ def common_packing(
         float((f - 1) / (f + n - 1)) for f in (ratio, *(ratio / quantile))
     )
     return Pairing(value, low, high, float(1 / (1 - max(value, 0.0))), low > 0)
-
-
-def _there(table: pd.DataFrame, *columns: str) -> None:
-    for column in columns:
-        if column not in table:
-            raise ValueError(f"column {column} is missing")

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.columns import numbers
 from benchtwin.calibrate.statistics.packings import decorrelate
 from numpy.typing import ArrayLike
 from scipy import stats
@@ -137,22 +136,19 @@ def fit_surface(
     box: Box,
     *,
     terms: str | Iterable[polynomial.Term] = "quadratic",
-    coded_columns: tuple[str, ...] | None = None,
     packing: str | None = None,
 ) -> Surface:
     """Least-squares surface through the runs of a table, one row a run, replicates as
     rows of their own.
 
-    table: columns `box.names` in natural units, or `coded_columns` (in the box's order)
-    in coded ones, and `response`. terms: "linear", "interactions", "quadratic", or
-    tuples of exponents. packing: column that names the packing of each run, where
-    design points share packings: what runs of a packing have in common is then kept out
-    of the effects' error and in the mean level's. Raises ValueError: a column missing,
-    responses all equal, fewer runs than terms + 1, a design that cannot tell terms
-    apart."""
-    coded = numbers(table, coded_columns) if coded_columns else None
-    points = box.coded(box.points(table)) if coded is None else coded
-    y = numbers(table, [response])[:, 0]
+    table: columns `box.names` in natural units, and `response`. terms: "linear",
+    "interactions", "quadratic", or tuples of exponents. packing: column that names the
+    packing of each run, where design points share packings: what runs of a packing have
+    in common is then kept out of the effects' error and in the mean level's. Raises
+    ValueError: responses all equal, fewer runs than terms + 1, a design that cannot
+    tell terms apart."""
+    points = box.coded(box.points(table))
+    y = table[response].to_numpy(float)
     if isinstance(terms, str):
         terms = polynomial.full(len(box.names), terms)
     chosen = tuple(terms)
@@ -160,8 +156,6 @@ def fit_surface(
     _check(response, chosen, x, y)
     runs = Runs(response_name=response, box=box, points=points, response=y)
     if packing is not None:
-        if packing not in table:
-            raise ValueError(f"column {packing} is missing")
         shared, root = decorrelate(x, y, table[packing].to_numpy())
         many = table[packing].nunique()
         runs = replace(runs, root=root, shared=shared, packings=many)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.prove.cases.flight_laws import IMPACT, restitution
+from benchtwin.prove.cases.record import Effect
 from scipy.optimize import brentq
 
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
@@ -32,29 +33,29 @@ IN_CAMERA = {
 }
 FOLLOWS = ("follows", "order-drift")
 IN_FLIGHT = ("drag", "magnus", "draught", "updraught", "field")
-# least and most that are believable, and the sign: 0 either
-RANGES = {
-    "drag": (0.001, 0.15, 1),
-    "magnus": (0.1, 8.0, 0),
-    "draught": (0.02, 2.5, 0),
-    "viscoelastic-restitution": (0.01, 0.12, 1),
-    "plastic-restitution": (0.01, 0.12, 1),
-    "plate-compliance": (0.01, 0.12, 1),
-    "film-adhesion": (0.02, 0.3, 1),
-    "impact-damage": (0.005, 0.2, -1),
-    "plate-tilt": (0.03, 4.0, 0),
-    "shape-conversion": (0.03, 0.22, 1),
-    "scale-error": (0.002, 0.06, 0),
-    "clock-error": (0.001, 0.06, 0),
-    "camera-roll": (0.1, 5.0, 0),
-    "perspective": (0.004, 0.3, 0),
-    "silhouette-wobble": (0.01, 0.6, 0),
-    "updraught": (0.02, 20.0, 0),
-    "field": (0.01, 8.0, 0),
-    "oriented-restitution": (0.03, 0.5, 0),
-    "clock-drift": (0.001, 0.2, 0),
-    "follows": (0.001, 0.12, 0),
-    "order-drift": (0.001, 0.12, 0),
+EFFECTS = {
+    "drag": Effect(("flight",), "1", 0.001, 0.15),
+    "magnus": Effect(("flight",), "1", 0.1, 8.0, 0, either=True),
+    "draught": Effect(("flight",), "m/s", 0.02, 2.5, 0, either=True),
+    "restitution-falls-with-speed": Effect(("impact",), "1"),
+    "viscoelastic-restitution": Effect(("impact",), "1", 0.01, 0.12),
+    "plastic-restitution": Effect(("impact",), "1", 0.01, 0.12),
+    "film-adhesion": Effect(("impact",), "m/s", 0.02, 0.3),
+    "impact-damage": Effect(("impact",), "1", 0.005, 0.2, -1),
+    "plate-tilt": Effect(("impact",), "deg", 0.03, 4.0, 0, either=True),
+    "plate-compliance": Effect(("impact",), "1", 0.01, 0.12),
+    "shape-conversion": Effect(("impact",), None, 0.03, 0.22),
+    "scale-error": Effect(("measurement",), "1", 0.002, 0.06, 0),
+    "clock-error": Effect(("measurement",), "1", 0.001, 0.06, 0),
+    "camera-roll": Effect(("measurement",), "deg", 0.1, 5.0, 0, either=True),
+    "perspective": Effect(("measurement",), "1/m", 0.004, 0.3, 0, either=True),
+    "silhouette-wobble": Effect(("measurement",), "mm", 0.01, 0.6, 0, either=True),
+    "updraught": Effect(("flight",), None, 0.02, 20.0, 0, listed=False),
+    "field": Effect(("flight",), None, 0.01, 8.0, 0, listed=False),
+    "oriented-restitution": Effect(("impact",), None, 0.03, 0.5, 0, listed=False),
+    "clock-drift": Effect(("measurement",), None, 0.001, 0.2, 0, listed=False),
+    "order-drift": Effect(("impact",), None, 0.001, 0.12, 0, listed=False),
+    "follows": Effect(("impact",), None, 0.001, 0.12, 0),
 }
 
 

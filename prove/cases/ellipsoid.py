@@ -19,19 +19,8 @@ SLIP_M_S = 0.01  # Coulomb friction is rounded off below this slip speed
 NO_CONTACT, PRESSED, STRETCHED = 0, 1, 2
 
 # rows of the log of impacts
-(
-    T_BEGIN,
-    T_END,
-    VX_IN,
-    VZ_IN,
-    VX_OUT,
-    VZ_OUT,
-    E_LAW,
-    V_NORMAL,
-    UPRIGHT,
-    TURN_IN,
-    TURN_OUT,
-) = range(11)
+T_BEGIN, T_END, VX_IN, VZ_IN, VX_OUT, VZ_OUT = range(6)
+E_LAW, V_NORMAL, UPRIGHT, TURN_IN, TURN_OUT = range(6, 11)
 
 
 @njit(cache=True)
@@ -71,13 +60,8 @@ def lowest(r, axes, normal):
 @njit(cache=True)
 def cross(a, b):
     """Cross product of two vectors (3,)."""
-    return np.array(
-        (
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        )
-    )
+    x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
+    return np.array((x, y, a[0] * b[1] - a[1] * b[0]))
 
 
 @njit(cache=True)

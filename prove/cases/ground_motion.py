@@ -11,22 +11,8 @@ G_M_S2 = 9.80665
 STEP_S, FINEST_STEP_S = 2e-4, 1e-9
 JOG = 0.2  # of a stair's time is spent climbing it
 # rows of `block`
-(
-    STATIC,
-    KINETIC,
-    FALLING,
-    STRIBECK_SPEED,
-    VISCOUS,
-    PULL,
-    SHAKE,
-    SHAKE_HZ,
-    ADDED,
-    WORN,
-    HINGE,
-    AIR,
-    REYNOLDS,
-    STAIR,
-) = range(14)
+STATIC, KINETIC, FALLING, STRIBECK_SPEED, VISCOUS, PULL, SHAKE = range(7)
+SHAKE_HZ, ADDED, WORN, HINGE, AIR, REYNOLDS, STAIR = range(7, 14)
 BLOCK = 14
 
 

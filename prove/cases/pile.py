@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
 from benchtwin.prove.cases.noise import Noise
+from benchtwin.prove.cases.record import Cases, Effect
 from benchtwin.prove.cases.snr import Channel, RecordingChange, Visibility, fitted
 from benchtwin.prove.cases.stated import (
     PLUMB,
@@ -24,15 +25,15 @@ from benchtwin.prove.cases.stated import (
 )
 from scipy.optimize import least_squares
 
-RANGES = {
-    "cohesion": (0.3, 10.0, 1),
-    "wall-friction": (0.2, 10.0, 1),
-    "gate-speed": (0.3, 25.0, 1),
-    "base-vibration": (0.2, 20.0, 1),
-    "base-tilt": (0.1, 4.0, 0),
-    "particle-shape": (0.2, 7.0, 1),
-    "camera-roll": (0.1, 6.0, 0),
-    "layered": (0.3, 12.0, 0),
+EFFECTS = {
+    "cohesion": Effect(("crest", "toe"), None, 0.3, 10.0),
+    "wall-friction": Effect(("middle",), None, 0.2, 10.0),
+    "gate-speed": Effect(("toe", "crest"), None, 0.3, 25.0),
+    "base-vibration": Effect(("toe", "crest"), None, 0.2, 20.0),
+    "base-tilt": Effect(("measurement",), "deg", 0.1, 4.0, 0, either=True),
+    "particle-shape": Effect(("middle",), None, 0.2, 7.0),
+    "camera-roll": Effect(("measurement",), "deg", 0.1, 6.0, 0, either=True),
+    "layered": Effect(("middle",), None, 0.3, 12.0, 0, listed=False),
 }
 PHOTOS = 3
 GATE_MM_S, GATES = 50.0, (25.0, 100.0)
@@ -347,3 +348,19 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     }
     photos = tuple(photograph(scene, run, sizes, k) for k in range(PHOTOS))
     return Recording(name, toml, photos=photos)
+
+
+CASES = Cases(
+    rig="pile",
+    share=0.1,
+    colour="#b3261e",
+    effects=EFFECTS,
+    draw=draw,
+    visibility=visibility,
+    bench=bench,
+    design=("half_mm", "gate_mm_s"),
+    singles=("cohesion", "gate-speed", "base-vibration", "base-tilt"),
+    need_separation=("cohesion", "gate-speed"),
+    confounded=("gate-speed", "wall-friction", "particle-shape", "camera-roll"),
+    separable=("cohesion", "gate-speed"),
+)

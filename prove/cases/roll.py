@@ -15,6 +15,7 @@ from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
 from benchtwin.prove.cases.camera import Camera, magnification
 from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
+from benchtwin.prove.cases.record import Cases, Effect
 from benchtwin.prove.cases.snr import Channel, RecordingChange, Visibility, fitted
 from benchtwin.prove.cases.stated import (
     AIR_DENSITY,
@@ -42,16 +43,16 @@ AT_CORNER = (
 # of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
 CORNER = (0.0, 0.5, 1.0)
 CORNER_SD = 0.25
-RANGES = {
-    "viscous-rolling": (0.002, 0.2, 1),
-    "slope": (0.006, 1.0, 0),
-    "initial-slip": (0.005, 0.18, 1),
-    "corner-loss": (0.003, 0.3, 1),
-    "shape-barrier": (0.001, 0.15, 1),
-    "drag": (0.0005, 0.1, 1),
-    "sticky-patch": (0.0005, 0.03, 1),
-    "follows": (0.0001, 0.012, 0),
-    "order-drift": (0.0001, 0.012, 0),
+EFFECTS = {
+    "viscous-rolling": Effect(("run-out",), "s/m", 0.002, 0.2),
+    "slope": Effect(("run-out",), "deg", 0.006, 1.0, 0, either=True),
+    "initial-slip": Effect(("onset", "run-out"), "m/s", 0.005, 0.18),
+    "corner-loss": Effect(("onset", "run-out"), "1", 0.003, 0.3),
+    "shape-barrier": Effect(("run-out",), "mm", 0.001, 0.15),
+    "drag": Effect(("run-out",), "1", 0.0005, 0.1),
+    "sticky-patch": Effect(("run-out",), None, 0.0005, 0.03, listed=False),
+    "order-drift": Effect(("run-out",), None, 0.0001, 0.012, 0, listed=False),
+    "follows": Effect(("run-out",), None, 0.0001, 0.012, 0),
 }
 
 
@@ -357,3 +358,25 @@ def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
     return Recording(
         name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)]
     )
+
+
+CASES = Cases(
+    rig="roll",
+    share=0.17,
+    colour="#2e7d4f",
+    effects=EFFECTS,
+    draw=draw,
+    visibility=visibility,
+    bench=bench,
+    design=("forwards",),
+    follows="rolling_friction",
+    singles=("slope", "initial-slip", "corner-loss", "shape-barrier"),
+    need_separation=("slope",),
+    confounded=("viscous-rolling", "drag"),
+    separable=("slope",),
+    pairs=(
+        ("slope", "corner-loss"),
+        ("slope", "shape-barrier"),
+        ("corner-loss", "shape-barrier"),
+    ),
+)

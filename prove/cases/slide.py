@@ -18,6 +18,7 @@ import pandas as pd
 from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.bench import Bench, Recording, Request
 from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
+from benchtwin.prove.cases.record import Cases, Effect
 from benchtwin.prove.cases.snr import (
     Channel,
     RecordingChange,
@@ -51,20 +52,20 @@ DRAG_NEAR_PLATE_SD = (0.35, 1.0)
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
 READ = ("reading-delay",)
 FOLLOWS = ("follows", "order-drift")
-RANGES = {
-    "kinetic-friction": (0.0003, 0.2, 1),
-    "stribeck": (0.0005, 0.2, 1),
-    "viscous-sliding": (0.0005, 1.0, 1),
-    "adhesion": (0.002, 6.0, 1),
-    "reading-delay": (0.2, 25.0, 1),
-    "clock-offset": (0.01, 1.0, 0),
-    "angle-offset": (0.1, 6.0, 0),
-    "plate-vibration": (0.05, 2.0, 1),
-    "partial-rolling": (0.003, 0.4, 1),
-    "stepped-tilt": (0.05, 2.0, 1),
-    "worn-track": (0.004, 4.0, 1),
-    "follows": (0.0005, 0.06, 0),
-    "order-drift": (0.0005, 0.06, 0),
+EFFECTS = {
+    "kinetic-friction": Effect(("onset", "sliding"), "1", 0.0003, 0.2),
+    "stribeck": Effect(("sliding", "onset"), "1", 0.0005, 0.2),
+    "viscous-sliding": Effect(("sliding",), "s/m", 0.0005, 1.0),
+    "adhesion": Effect(("onset", "sliding"), "mN", 0.002, 6.0),
+    "reading-delay": Effect(("measurement", "onset"), "mm", 0.2, 25.0),
+    "clock-offset": Effect(("measurement", "onset"), "s", 0.01, 1.0, 0, either=True),
+    "angle-offset": Effect(("measurement", "onset"), "deg", 0.1, 6.0, 0, either=True),
+    "plate-vibration": Effect(("onset", "sliding"), "m/s^2", 0.05, 2.0),
+    "partial-rolling": Effect(("sliding",), "1", 0.003, 0.4),
+    "stepped-tilt": Effect(("measurement", "onset", "sliding"), "deg", 0.05, 2.0),
+    "worn-track": Effect(("sliding",), None, 0.004, 4.0, listed=False),
+    "order-drift": Effect(("onset", "sliding"), None, 0.0005, 0.06, 0, listed=False),
+    "follows": Effect(("onset", "sliding"), None, 0.0005, 0.06, 0),
 }
 
 
@@ -437,3 +438,34 @@ def _column(
     if scene.column_grid_deg:
         return Reading(scene.column_grid_deg, "nearest").of(tilt)
     return tilt.round(4)
+
+
+CASES = Cases(
+    rig="slide",
+    share=0.18,
+    colour="#d9730d",
+    effects=EFFECTS,
+    draw=draw,
+    visibility=visibility,
+    bench=bench,
+    design=("rate_deg_s", "count"),
+    follows="static_friction",
+    singles=(
+        "kinetic-friction",
+        "viscous-sliding",
+        "adhesion",
+        "reading-delay",
+        "clock-offset",
+        "plate-vibration",
+        "partial-rolling",
+        "stepped-tilt",
+    ),
+    need_separation=("adhesion", "clock-offset"),
+    confounded=("stribeck",),
+    separable=("clock-offset", "adhesion", "stribeck"),
+    pairs=(
+        ("kinetic-friction", "viscous-sliding"),
+        ("clock-offset", "kinetic-friction"),
+        ("adhesion", "viscous-sliding"),
+    ),
+)

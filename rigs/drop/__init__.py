@@ -35,4 +35,5 @@ RIG = Rig(
     diagnose=".diagnose:diagnose_drop",
     effects=".effects:EFFECTS",
     resimulate=".resimulation:resimulate",
+    tells=".tells:TELLS",
 )

@@ -15,6 +15,8 @@ from benchtwin.diagnose.rerun import (
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.drop.diagnose import RESTITUTION
 from benchtwin.rigs.drop.effects import EFFECTS
+from benchtwin.rigs.drop.fall_laws import viscoelastic, yielding
+from benchtwin.rigs.drop.flown import strike
 from benchtwin.rigs.drop.impacts import (
     Impacts,
     concatenated,
@@ -28,9 +30,7 @@ from benchtwin.rigs.drop.joint_problem import (
     fit_flights,
     session_fits,
 )
-from benchtwin.twin.flights import strike
 from benchtwin.twin.parameters import Parameters
-from benchtwin.twin.restitution import viscoelastic, yielding
 
 WAYS = 8  # attitudes at each impact
 COLUMNS = {"kick": "sideways kick", "e": "restitution of a bounce"}

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from benchtwin.bench.air import stated_sizes_mm
 from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
-from benchtwin.twin.drop_pictures import Seed, beside, camera_for, followed, moments
+from benchtwin.rigs.drop.filmed import Seed, camera_for, followed, moments
+from benchtwin.twin.paths import beside
 
 MOMENTS = 11  # in one picture
 FRAMES = 160  # of a film, at most

@@ -25,13 +25,14 @@ from benchtwin.rigs.drop.flight_model import (
     rate_of,
     velocities,
 )
+from benchtwin.rigs.drop.flown import fly
 from benchtwin.rigs.drop.joint_problem import (
     PreparedSession,
     at_distance,
     prepare_sessions,
 )
 from benchtwin.rigs.drop.nuisances import DISTANCES_M
-from benchtwin.twin.flights import drag_factor, fly
+from benchtwin.twin.lone_seed import drag_factor
 
 MAX_ITERATIONS = 3  # of Gauss–Newton for the starts
 TYPICAL = 0.75  # of the greatest speed, at which both drag laws agree

@@ -19,6 +19,8 @@ RIG = Rig(
     told_by={"photos": "a photo shows what is at rest"},
     corrected_in=(),
     variants={"cylinder": {"pile": {"cylinder_mm": [70.0, 150.0]}}},
+    per_recording=("baseline_px", "photo_s"),
+    weighed=("filled_mass_g", "retained_mass_g"),
     observe=".observe:observe_pile",
     setup=".simulate:SETUP",
     curve=".read:curve",
@@ -26,4 +28,5 @@ RIG = Rig(
     diagnose=".diagnose:diagnose_pile",
     effects=".effects:EFFECTS",
     resimulate=".resimulation:resimulate",
+    tells=".tells:TELLS",
 )

@@ -26,7 +26,7 @@ from benchtwin.rigs.pile.simulated_heaps import (
     simulate_heap,
     simulation_inputs,
 )
-from benchtwin.twin.drop_pictures import beside
+from benchtwin.twin.paths import beside
 from benchtwin.twin.run import simulate
 
 FRICTIONS = (0.55, 0.25)  # the soybean paper's, and less

@@ -26,6 +26,8 @@ RIG = Rig(
             "how steep and how long was the incline?",
         ),
     ),
+    per_recording=("direction",),
+    by_turns=({"direction": "+x"}, {"direction": "-x"}),
     observe=".observe:observe_roll",
     derive=".equation:friction_of_run_out",
     together="benchtwin.vision.motion.plate_slope:plate_slopes",
@@ -35,4 +37,5 @@ RIG = Rig(
     diagnose=".diagnose:diagnose_roll",
     effects=".effects:EFFECTS",
     resimulate=".resimulation:resimulate",
+    tells=".tells:TELLS",
 )

@@ -21,7 +21,7 @@ from benchtwin.diagnose.rerun import (
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from benchtwin.rigs.roll.session import FEW_ROWS, stays
-from benchtwin.twin.flights import drag_factor
+from benchtwin.twin.lone_seed import drag_factor
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, Recording, like, run_path
 

@@ -21,6 +21,7 @@ RIG = Rig(
         ),
     ),
     corrected_in=("reading", "track"),
+    per_recording=("start_deg",),
     own_parameters=True,
     observe=".observe:observe_slide",
     derive=".equation:static_friction",
@@ -30,4 +31,5 @@ RIG = Rig(
     diagnose=".diagnose:diagnose_slide",
     effects=".effects:EFFECTS",
     resimulate=".resimulation:resimulate",
+    tells=".tells:TELLS",
 )

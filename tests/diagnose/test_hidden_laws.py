@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
+from benchtwin.rigs.drop.fall_laws import viscoelastic
 from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like
-from benchtwin.twin.restitution import viscoelastic
 from benchtwin.twin.run import run
 from typer.testing import CliRunner
 

@@ -20,11 +20,12 @@ from benchtwin.diagnose.rerun import (
 )
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.finding import Finding
+from benchtwin.rigs.drop.flown import fly, strike
 from benchtwin.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
 from benchtwin.rigs.drop.resimulation import laws_of, session_flights
 from benchtwin.rigs.roll.resimulation import laws_of as rolling_laws
 from benchtwin.sim.laws import LAWS
-from benchtwin.twin.flights import drag_factor, fly, strike
+from benchtwin.twin.lone_seed import drag_factor
 from benchtwin.twin.parameters import Parameters
 
 OF_RIG = {

@@ -12,17 +12,9 @@ from benchtwin.prove.cases.bench import Request, write_bench
 from benchtwin.prove.cases.pile import photograph
 from benchtwin.prove.cases.roll import travel
 from benchtwin.prove.cases.snr import Visibility
-from benchtwin.prove.effects import EFFECTS, OUTSIDE
-from benchtwin.prove.make import RIGS, make, sized
-from benchtwin.prove.plan import (
-    CONDITIONS,
-    CONFOUNDED_EFFECTS,
-    PAIRS,
-    SEPARABLE_EFFECTS,
-    SINGLES,
-    UNLISTED_EFFECTS,
-    Spec,
-)
+from benchtwin.prove.make import make, sized
+from benchtwin.prove.plan import Spec
+from benchtwin.prove.rigs import RIGS
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.motion.track_seed import track_seed
 from benchtwin.vision.recording import Recording
@@ -44,18 +36,14 @@ def spec(
 
 def test_the_vocabulary_is_the_one_that_is_planned_and_made():
     for rig, made in RIGS.items():
-        known = set(EFFECTS[rig]) | set(OUTSIDE[rig]) | set(CONDITIONS.get(rig, ()))
-        assert set(made.ranges) <= known
         planned = {
-            *SINGLES[rig],
-            *CONFOUNDED_EFFECTS[rig],
-            *SEPARABLE_EFFECTS[rig],
-            *UNLISTED_EFFECTS[rig],
-            *CONDITIONS.get(rig, ()),
-            *(n for pair in PAIRS.get(rig, ()) for n in pair),
+            *(*made.singles, *made.confounded, *made.separable),
+            *(*made.unlisted, *made.conditions),
+            *(n for pair in made.pairs for n in pair),
         }
-        assert planned <= set(made.ranges)
-        unmade = set(EFFECTS[rig]) - planned
+        assert planned <= set(made.effects) and made.rig == rig
+        assert all(made.effects[n].least < made.effects[n].most for n in planned)
+        unmade = set(made.effects) - planned
         assert unmade <= {
             "restitution-falls-with-speed",
             "angle-offset",

@@ -10,7 +10,7 @@ from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.conditions import WORDS, draw_conditions
 from benchtwin.prove.cases.ellipsoid import E_LAW, G_M_S2, T_BEGIN, T_END, VZ_IN, VZ_OUT
 from benchtwin.prove.judge import judge
-from benchtwin.prove.make import RIGS, Key, conceal, make
+from benchtwin.prove.make import RIGS, Key, conceal
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.score import table
 
@@ -65,7 +65,7 @@ def test_a_condition_that_matters_is_stated_everywhere_and_does_not_follow_the_o
 ):
     for index in range(1, 7):
         made, key = conceal(*following(index, rig))
-        bench, _ = make(*following(index, rig))
+        bench = made.bench(RIGS[rig])
         name = made.conditions[0].name
         assert all(
             name in recording.toml["conditions"] for recording in bench.recordings

@@ -19,9 +19,9 @@ from benchtwin.prove.cases.stated import (
     draw_distance_mm,
     draw_reading,
 )
-from benchtwin.prove.effects import EFFECTS, OUTSIDE
 from benchtwin.prove.make import make
 from benchtwin.prove.plan import Spec
+from benchtwin.prove.rigs import RIGS
 
 RNG = np.random.default_rng
 
@@ -35,9 +35,7 @@ def test_every_key_is_left_out_sometimes_unless_an_effect_needs_it():
             key
         )  # it goes with plumb
     for name, keys in NEEDED.items():
-        assert name == "follows" or any(
-            name in listed[rig] for listed in (EFFECTS, OUTSIDE) for rig in listed
-        )
+        assert any(name in rig.effects for rig in RIGS.values())
         assert not any(set(keys) & draw_absent_keys((name,), rng) for _ in range(50))
     assert not any(
         {"track.tilt_deg", "slide.tilt_rate_deg_s"} <= absent for absent in drawn

@@ -13,6 +13,7 @@ from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.report.side_by_side import figure, panels
 from benchtwin.twin.pair import Curve, laid_over, pair
+from benchtwin.twin.seen import entries_of
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import read_recording
 
@@ -95,11 +96,15 @@ def test_a_slide_without_a_tilt_sensor_is_shown_over_time(tmp_path):
     )  # a time step of the search at 0.3 m/s
 
 
+@pytest.fixture(scope="module")
+def rolled():
+    return bench_of(entries_of(SAMPLES / "soybean-bench", "roll"))
+
+
 @pytest.fixture
-def rolls(monkeypatch):
+def rolls(rolled, monkeypatch):
     """A calibration of which only the rolls are asked, and rolling friction as it was
     made with."""
-    bench = bench_of(SAMPLES / "soybean-bench")
     monkeypatch.setattr(
         procedure,
         "parameters",
@@ -114,7 +119,7 @@ def rolls(monkeypatch):
         "findings": (),
     }
     return Calibration(
-        mode="simulated", bench=bench, steel={"roll": None}, options={}, seed=1, **more
+        mode="simulated", bench=rolled, steel={"roll": None}, options={}, seed=1, **more
     )
 
 

@@ -3,7 +3,7 @@
 from benchtwin.twin.campaign import run_campaign
 from benchtwin.twin.job import Job
 
-jobs = [Job("drop", Parameters(restitution=e), rng=(1, k), rendered=False) for e in
+jobs = [Job(rig, Parameters(restitution=e), rng=(1, k), rendered=False) for e in
 (0.45, 0.55) for k in range(10)] table = run_campaign(jobs, "study").table  # a row a
 job, in their order; run again, it goes on where it was stopped
 

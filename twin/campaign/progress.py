@@ -22,7 +22,6 @@ class Progress:
     failed: int
     running: int
     elsewhere: int
-    elapsed_s: float
     left_s: float
 
     @property
@@ -55,7 +54,7 @@ class Tally:
         self.open = set(kinds)
         self.found = self.failed = 0
         self.took: dict[str, list[float]] = defaultdict(list)
-        self.begin = self.last = time.monotonic()
+        self.last = time.monotonic()
 
     def add(self, outcome: Outcome, *, found: bool) -> None:
         self.open.discard(outcome.key)
@@ -76,7 +75,6 @@ class Tally:
             self.failed,
             running,
             elsewhere,
-            now - self.begin,
             self._left_s(slots, running, now - self.last),
         )
 

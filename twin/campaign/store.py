@@ -21,7 +21,7 @@ import shutil
 import sys
 import uuid
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -128,10 +128,8 @@ class Store:
             "schema": 1,
             "key": claim.key,
             "input": job.input,
-            "measurements": [_plain(m) for m in measured.measurements],
-            "truth": {
-                name: _json_number(value) for name, value in measured.truth.items()
-            },
+            "measurements": [_plain(asdict(m)) for m in measured.measurements],
+            "truth": _plain(measured.truth),
             "notes": list(measured.notes),
             "reason": measured.reason.replace(
                 str(folder), str(self.root / "runs" / claim.key)
@@ -245,27 +243,15 @@ def _write(file: Path, text: str, *, durable: bool = False) -> None:
             os.fsync(out.fileno())
 
 
-def _plain(m: Measurement) -> dict:
+def _plain(told: dict) -> dict:
     """JSON has no NaN: null stands for it."""
-    values = {
-        "name": m.name,
-        "value": _json_number(m.value),
-        "sd": _json_number(m.sd),
-        "unit": m.unit,
+    return {
+        k: None if v in (math.inf, -math.inf) or v != v else v for k, v in told.items()
     }
-    return values | {"quality": m.quality, "reason": m.reason}
 
 
 def _measurement(told: dict) -> Measurement:
-    value = _number(told["value"])
-    sd = _number(told["sd"])
-    return Measurement(
-        told["name"], value, sd, told["unit"], told["quality"], told["reason"]
-    )
-
-
-def _json_number(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
+    return Measurement(**told | {n: _number(told[n]) for n in ("value", "sd")})
 
 
 def _number(value: float | None) -> float:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+from benchtwin.bench.rigs import variant_of
 from benchtwin.twin.campaign.results import Measured, Measurement
 
 LONGEST_WAIT_S = 300.0
@@ -76,9 +77,7 @@ def kernels_of(job: Any) -> str:
     than too coarse."""
     parameters, described = job.input["parameters"], job.input["description"]
     air = described.get("air", {}).get("density_kg_m3") == 0
-    kind = (
-        "cylinder" if described.get("pile", {}).get("cylinder_mm") else job.input["rig"]
-    )
+    kind = variant_of(job.input["rig"], described)
     if job.input.get("engine", {}).get("name") == "lammps":
         return "lammps"
     laws, vacuum = sorted(parameters["laws"]), ["vacuum"] if air else []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from benchtwin.bench.tells import by_surface
 from benchtwin.twin.campaign import run_campaign
 from benchtwin.twin.campaign.cluster import workers_for
 from benchtwin.twin.campaign.results import DONE
@@ -29,13 +30,7 @@ from benchtwin.twin.versions import versions
 from rich.table import Table
 
 FINISHED = 0
-SLICE = {
-    "box_mm": [105.0, 30.0, 200.0],
-    "gate_mm": [30.0, 200.0],
-    "plate_mm": [200.0, 30.0],
-    "fill_height_mm": 60.0,
-    "slab": True,
-}
+WIDTH_MM, FILL_MM = 30.0, 60.0  # of the slice of a heap that is compared
 OURS_IN_OUT = {"runs", "compared.csv", "runs.csv", "compared.html", "compared.json"}
 
 
@@ -128,13 +123,14 @@ def _engines(asked: Compared) -> dict[str, Engine]:
 def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[Job]:
     """Row after row, packing after packing; a packing has the same random numbers in
     every row and engine."""
-    made = []
+    made, pile = [], by_surface()
+    section, _ = pile.simulated({}, WIDTH_MM, FILL_MM)
     for row in rows:
         parameters, description = assigned(
-            Parameters(**row), {"pile": dict(SLICE)}, asked.settings
+            Parameters(**row), {pile.name: section}, asked.settings
         )
         made += [
-            Job("pile", parameters, description, (asked.rng, k), False, engine)
+            Job(pile.name, parameters, description, (asked.rng, k), False, engine)
             for k in range(asked.packings)
         ]
     return made

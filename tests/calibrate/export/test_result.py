@@ -16,7 +16,6 @@ LEAVES = [
     "materials.seed.density_kg_m3",
     "materials.wall.shear_modulus_pa",
     "materials.wall.name",
-    "seed_shape.length_mm",
     "seed_shape.spheres",
 ]
 

@@ -13,7 +13,7 @@ import pytest
 from benchtwin.calibrate import calibrate_command as calibrate_module
 from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
 from benchtwin.calibrate.procedure import joint, parameters
-from benchtwin.calibrate.procedure.effort import FULL, QUICK, pile_description
+from benchtwin.calibrate.procedure.effort import FULL, QUICK
 from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
 from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
@@ -24,11 +24,11 @@ EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked h
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 
 
-def calibrated(bench, simulator, **more):
+def calibrated(bench, simulator, steps=500, **more):
     """With a posterior of at most 500 steps: not converged, but its sds are good to a
     tenth."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
+        patch.setattr(joint, "sample", partial(joint.sample, max_steps=steps))
         return calibrate_simulated(bench, simulator, effort=EASY, seed=7, **more)
 
 
@@ -299,7 +299,7 @@ def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, foun
             ]
             return super().__call__(runs).assign(true_filled_mass_g=weigh)
 
-    def weighed(name: str, shape: str):
+    def weighed(name: str, shape: str, steps: int = 500):
         """Calibrated on a bench whose pile, of that shape, was weighed."""
         shutil.copytree(bench, bench.parent / name)
         with (bench.parent / name / "pile" / "recording.toml").open("a") as file:
@@ -307,16 +307,15 @@ def test_what_else_the_bench_says_of_its_piles_narrows_the_posterior(bench, foun
                 f"[pile]\n{shape}\nfilled_mass_g ="
                 f" {140 - 30 * TRUE['seed_static_friction']}\n"
             )
-        return calibrated(bench.parent / name, Weighing())
+        return calibrated(bench.parent / name, Weighing(), steps)
 
     both = weighed(
         "slice",
         "slab = true\nbox_mm = [105, 30, 200]\ngate_mm = [30, 200]\nplate_mm = [200,"
         " 30]\nfill_height_mm = 60",
     )
-    box = weighed(
-        "box", "box_mm = [105, 105, 200]"
-    )  # the control: its slice weighs something else
+    # the control: its slice weighs something else
+    box = weighed("box", "box_mm = [105, 105, 200]", steps=60)
     assert (
         "pile: filled_mass_g" not in box.joint.posterior.tension["observable"].tolist()
     )
@@ -499,13 +498,12 @@ def test_results_are_not_written_among_the_recordings(bench, capsys):
 
 
 def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
-    section, said = pile_description(
+    section, said = FULL.pile(
         {
             "box_mm": [105.0, 105.0, 200.0],
             "plate_mm": [200.0, 200.0],
             "gate_speed_mm_s": 30.0,
-        },
-        FULL,
+        }
     )
     assert (
         section["box_mm"] == [105.0, 30.0, 200.0]
@@ -514,8 +512,8 @@ def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
         and said
     )
     assert (
-        pile_description(section, FULL) == (section, ())
-        and pile_description(section, replace(QUICK, slab=None))[1] == ()
+        FULL.pile(section) == (section, ())
+        and replace(QUICK, slab=None).pile(section)[1] == ()
     )
 
 

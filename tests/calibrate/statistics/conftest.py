@@ -69,5 +69,16 @@ def runs():
 
 
 @pytest.fixture
-def surface(runs, box):
-    return fit_surface(runs, "repose_angle_deg", box, coded_columns=("A", "B", "C"))
+def natural(box):
+    """A table coded A, B, C with its factors' natural values."""
+
+    def of(table):
+        values = box.natural(table[["A", "B", "C"]].to_numpy(float))
+        return table.assign(**dict(zip(FACTORS, values.T)))
+
+    return of
+
+
+@pytest.fixture
+def surface(runs, box, natural):
+    return fit_surface(natural(runs), "repose_angle_deg", box)

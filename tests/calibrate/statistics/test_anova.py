@@ -191,11 +191,11 @@ def test_terms_left_out_contribute_nothing(surface):
     )
 
 
-def test_without_repeated_points_there_is_no_lack_of_fit_row_value(runs, box):
+def test_without_repeated_points_there_is_no_lack_of_fit_row_value(runs, box, natural):
     single = runs.drop_duplicates(["A", "B", "C"])
-    t = anova_table(
-        fit_surface(single, "repose_angle_deg", box, coded_columns=("A", "B", "C"))
-    ).set_index("source")
+    t = anova_table(fit_surface(natural(single), "repose_angle_deg", box)).set_index(
+        "source"
+    )
     assert (
         np.isnan(t.loc["Lack of fit", "f"])
         and t.loc["Pure error", "df"] == 0

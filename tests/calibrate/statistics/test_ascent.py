@@ -116,10 +116,6 @@ def test_an_end_of_the_path_asks_for_more_path(path):
             lambda p: choose_centre(p.head(2), "repose_angle_deg", 31.0, FACTORS),
             "at least 3 groups",
         ),
-        (
-            lambda p: choose_centre(p, "repose_angle_rad", 31.0, FACTORS),
-            "repose_angle_deg has another unit",
-        ),
     ],
 )
 def test_bad_paths_are_refused(path, call, message):

@@ -9,7 +9,6 @@ from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.anova import anova_table
 from benchtwin.calibrate.statistics.assessment import coefficients, quality
 from benchtwin.calibrate.statistics.bench import pooled_mean
-from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken
 from benchtwin.calibrate.statistics.packings import decorrelate
 from benchtwin.calibrate.statistics.reduction import reduce
@@ -140,14 +139,6 @@ def test_packings_that_tell_nothing_are_refused():
     for labels in ([1, 2, 3, 4], [1, 1, 1, 1]):
         with pytest.raises(ValueError, match="packing"):
             decorrelate(x, y, np.array(labels))
-    box = Box.of({"e": (0, 1)})
-    with pytest.raises(ValueError, match="column packing is missing"):
-        fit_surface(
-            pd.DataFrame({"e": np.linspace(0, 1, 6), "y_deg": np.arange(6.0) ** 2}),
-            "y_deg",
-            box,
-            packing="packing",
-        )
 
 
 def test_scatter_of_few_readings_is_pooled_unless_the_f_test_contradicts():

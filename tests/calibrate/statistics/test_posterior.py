@@ -63,14 +63,14 @@ def test_a_known_plane_and_normal_priors_give_the_textbook_posterior(rng):
         [Observable("y", Plane(box, slope * 10), known(value, sd))],
         prior,
         rng=rng,
-        ess=4000,
+        ess=2000,
     )
     precision = np.diag([1.0, 4.0]) + np.outer(slope, slope) / sd**2
     covariance = np.linalg.inv(precision)
     mean = covariance @ (np.array([1.0, -2.0]) + slope * value / sd**2)
     assert found.converged and not found.note
     assert (
-        abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 4000)
+        abs(found.draws.mean() - mean) < 4 * np.sqrt(np.diag(covariance) / 2000)
     ).all()
     np.testing.assert_allclose(
         np.cov(found.draws.T), covariance, atol=0.1 * covariance.max()
@@ -389,43 +389,6 @@ def test_narrowing_foretells_what_measuring_then_leaves(surface, angle, rng):
     assert np.mean(left) / (before.draws.var() / prior.sd**2).sum() == pytest.approx(
         told, rel=0.12
     )
-
-
-def wider(prior):
-    return Prior.uniform(Box(prior.box.names, prior.box.low - 0.01, prior.box.high))
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (lambda o, p: ([], p, None), "no observable"),
-        (lambda o, p: ([o, o], p, None), "must differ in name"),
-        (
-            lambda o, p: (
-                [dataclasses.replace(o, bench=BenchMean(31.0, 0.0, 4, 0.0, 5))],
-                p,
-                None,
-            ),
-            "needs an sd above 0",
-        ),
-        (lambda o, p: ([o], wider(p), None), "restitution: the prior spans 0.54"),
-        (
-            lambda o, p: (
-                [o],
-                Prior.uniform(Box.of({"restitution": (0.55, 0.65)})),
-                None,
-            ),
-            "for which there is no prior",
-        ),
-        (lambda o, p: ([o], p, np.array([[2.0]])), "correlation"),
-    ],
-)
-def test_what_does_not_fit_together_is_named(angle, rng, change, message):
-    observables, prior, correlation = change(angle, Prior.uniform(angle.surrogate.box))
-    with pytest.raises(ValueError, match=message):
-        on_grid(observables, prior, rng=rng, correlation=correlation)
-    with pytest.raises(ValueError, match=message):
-        sample(observables, prior, rng=rng, correlation=correlation)
 
 
 @pytest.mark.parametrize(

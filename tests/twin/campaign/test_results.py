@@ -71,9 +71,9 @@ def test_time_left_follows_jobs_of_the_same_kind(monkeypatch):
 
 
 def test_progress_reads_as_a_sentence():
-    p = Progress(33, 12, 3, 1, 2, 0, 100.0, 200.0)
+    p = Progress(33, 12, 3, 1, 2, 0, 200.0)
     assert (
         str(p) == "12 of 33 done, 1 failed, 2 running, about 3 min left"
         and p.left == 21
     )
-    assert str(Progress(3, 3, 0, 0, 0, 0, 1.0, 0.0)) == "3 of 3 done"
+    assert str(Progress(3, 3, 0, 0, 0, 0, 0.0)) == "3 of 3 done"

@@ -1,22 +1,21 @@
 """The twin's seeds set off as a recording shows them: flights from their own starts,
 impacts at their own speeds."""
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.rigs.drop import RIG
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed
-from benchtwin.sim.laws import LAWS
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.rigs.bench import Bench, Frames, reach
+from benchtwin.sim.rigs.bench import Frames, reach
 from benchtwin.sim.rotation import about, any_turn, product
-from benchtwin.sim.seed import Seed
-from benchtwin.twin.parameters import Parameters, bench
-from benchtwin.vision.evidence.read_keys import validate
+from benchtwin.twin.lone_seed import bench_of
+from benchtwin.twin.parameters import Parameters
 
+NAME = RIG.name
 # between kept states; between them a cubic through places and speeds, good to 1e-9 m
 EVERY_S = 1e-3
 APART_M = 0.05  # neighbours in one world never meet
@@ -47,69 +46,6 @@ class Flown:
         )
 
 
-def bench_of(
-    description: dict, laws: dict[str, dict], parameters: Parameters
-) -> tuple[Bench, Seed]:
-    """The bench of a recording's sections with `laws`, {name: numbers}, in the place of
-    the air; its seed, of the mean size.
-
-    A seed of which one size is stated is a ball; of none, the paper's soybean.
-    """
-    told = dict(description.get("seed", {}))
-    sizes = [told[k] for k in ("length_mm", "width_mm", "thickness_mm") if k in told]
-    if 0 < len(sizes) < 3:
-        told |= {
-            "length_mm": max(sizes),
-            "width_mm": min(sizes),
-            "thickness_mm": min(sizes),
-        }
-    known = validate(
-        {
-            "seed": {k: v for k, v in told.items() if k != "count"},
-            "air": description.get("air", {}),
-        },
-        Path("bench.toml"),
-    )
-    chosen = tuple(LAWS[name].use(**numbers) for name, numbers in laws.items())
-    if sizes and max(sizes) < 1.03 * min(sizes):
-        parameters = replace(
-            parameters, spheres=1
-        )  # a row of balls is longer than that
-    made = replace(bench(parameters, "drop", known.seed, known.air), laws=chosen)
-    return made, made.mean_seed()
-
-
-def drag_factor(
-    description: dict, share: float, speed_m_s: float = 2.0
-) -> dict[str, float]:
-    """Numbers of the law "drag" with which drag over weight at this speed is `share`
-    (0: no drag) for this seed in this air."""
-    _, seed = bench_of(description, {}, Parameters())
-    air = description.get("air", {})
-    numbers = {
-        "air_density": air.get("density_kg_m3") or 1.2,
-        "viscosity": air.get("viscosity_pa_s") or 1.81e-5,
-    }
-    diameter = (6 * seed.volume_m3 / np.pi) ** (1 / 3)
-    force = LAWS["drag"].function(
-        speed_m_s,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        diameter,
-        *numbers.values(),
-        1.0,
-        0.0,
-        0.0,
-        0.0,
-    )[0]
-    return numbers | {
-        "factor": float(np.clip(share * seed.mass_kg * G_M_S2 / abs(force), 0.0, 20.0))
-    }
-
-
 def fly(
     description: dict,
     laws: dict[str, dict],
@@ -119,7 +55,7 @@ def fly(
 ) -> Flown:
     """F seeds in free flight from starts (F, 5): x, z [m], their speeds and that along
     the line of sight [m/s]; spin (F,) [rad/s] anticlockwise in the picture."""
-    made, seed = bench_of(description, laws, Parameters())
+    made, seed = bench_of(NAME, description, laws, Parameters())
     count = len(starts)
     place, speed, turning = (np.zeros((count, 3)) for _ in range(3))
     place[:, 0], place[:, 2] = starts[:, 0], starts[:, 1]
@@ -174,7 +110,7 @@ def strike(
     the picture, on a plate that falls by tilt_deg towards +x. lying (n,): whether the
     seed lands flat, as it was let go, or any way. The same generator gives the same
     ways of lying, so that two twins differ by their laws alone."""
-    made, seed = bench_of(description, laws, parameters)
+    made, seed = bench_of(NAME, description, laws, parameters)
     count, slope = len(before) * copies, np.radians(tilt_deg)
     turns = np.array(
         [_flat(rng) if flat else any_turn(rng) for flat in np.repeat(lying, copies)]
@@ -246,7 +182,7 @@ def motion_of(
     is at plate_z [m]."""
     from benchtwin.sim.rigs.parts import slab
 
-    _, seed = bench_of(description, {}, Parameters())
+    _, seed = bench_of(NAME, description, {}, Parameters())
     n = len(time)
     position = np.zeros((n, 1, 3))
     position[:, 0, 0], position[:, 0, 2] = places[:, 0], places[:, 1]

@@ -1,5 +1,5 @@
-"""Pictures of a recording beside its twins: several moments in one picture, and films
-that the measuring code follows."""
+"""A drop of the twin in pictures: several moments in one, and films that the measuring
+code follows."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,15 +8,15 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
-from benchtwin.measure.observe import observe
+from benchtwin.rigs.drop import RIG
+from benchtwin.rigs.drop.flown import motion_of
 from benchtwin.sim.picture import Camera, Look, film
-from benchtwin.twin.flights import motion_of
+from benchtwin.twin.run import observe
 from benchtwin.twin.write import PNG
 from benchtwin.vision.recording import read_recording
 
 MARGIN_M = 0.02
 TALLEST_PX = 1100
-INK, PAPER = (40, 36, 30), 255
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,27 +60,6 @@ def moments(seed: Seed, camera: Camera) -> np.ndarray:
     )
 
 
-def beside(pictures: list[np.ndarray], titles: list[str]) -> bytes:
-    """Grey pictures of one size side by side with their titles above, as PNG."""
-    rows, columns = pictures[0].shape
-    width, band = max(columns, 170), 34
-    canvas = np.full((rows + band, len(pictures) * (width + 8) - 8), PAPER, np.uint8)
-    for k, (picture, title) in enumerate(zip(pictures, titles, strict=True)):
-        x = k * (width + 8)
-        canvas[band:, x + (width - columns) // 2 :][:rows, :columns] = picture
-        cv2.putText(
-            canvas,
-            title,
-            (x + 4, 23),
-            cv2.FONT_HERSHEY_SIMPLEX,
-            0.55,
-            INK[0],
-            1,
-            cv2.LINE_AA,
-        )
-    return cv2.imencode(".png", canvas)[1].tobytes()
-
-
 def followed(
     seed: Seed, fps: float, folder: Path, watch: Callable[[str], None]
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +82,7 @@ def followed(
         if n % 20 == 0:
             watch(f"filming {folder.name}, {100 * n / motion.frames:.0f} %")
     told = {
-        "rig": "drop",
+        "rig": RIG.name,
         "provenance": "simulated",
         "camera": {"fps": float(fps), "mm_per_px": camera.mm_per_px, "plumb_deg": 0.0},
     }

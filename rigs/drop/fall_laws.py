@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from benchtwin.sim.laws import LAWS
+from scipy.optimize import brentq
 
 SLOW_M_S, FAST_M_S = 0.5, 2.0  # a fall is e(slow) − e(fast)
 
@@ -36,11 +37,9 @@ def _fall(law: Callable, e: float, number: float, anchor: float) -> float:
 def _solved(
     rising: Callable[[float], float], want: float, low: float, high: float
 ) -> float:
-    """Where rising(x) = want, by bisection; the nearer end where it is never."""
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        if rising(middle) < want:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    """Where rising(x) = want; the nearer end where it is never."""
+    if rising(low) >= want:
+        return low
+    if rising(high) <= want:
+        return high
+    return brentq(lambda x: rising(x) - want, low, high)

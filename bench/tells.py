@@ -1,0 +1,111 @@
+"""What a rig tells a calibration: one parameter of a seed on the plate, or how seeds
+act on each other. A rig's record names its own as `tells`."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from benchtwin.bench.rig import Rig
+from benchtwin.bench.rigs import RIGS
+
+
+def as_it_is(section: dict, value: float) -> dict:
+    """The rig's section, unchanged."""
+    return section
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """A rig whose recordings are calibrated on the first column of its readings."""
+
+    rig: Rig
+
+    @property
+    def name(self) -> str:
+        """Of the rig, and of its section of recording.toml."""
+        return self.rig.name
+
+    @property
+    def response(self) -> str:
+        """Column of its reading."""
+        return next(iter(self.rig.readings))
+
+    @property
+    def unit(self) -> str:
+        """Of its reading, as "mm" or "deg"."""
+        return self.rig.readings[self.response][1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByCurve(Reading):
+    """A rig that tells one contact parameter of seed on steel: simulated at some values
+    of it, through which a curve is laid and inverted.
+
+    parameter: a field of `twin.Parameters`; limits: its physical ends; step: smallest
+    half width that a range of it is simulated over; first: where a range begins when
+    the readings say nothing; assumed: where the rig gives nothing. formula(reading,
+    section): the parameter straight from a reading and the rig's own section of
+    recording.toml, None where its lengths are not stated; formula_name, equation: what
+    a publication calls that, and the curve, a polynomial of this degree.
+    begun(section, value): the section with which a run at this value is simulated.
+
+    seed_range: where the same parameter of seed on seed is looked for by the rigs that
+    tell it, None: it is not; seed_limits: what can be simulated of it; on_seed: what
+    would measure it directly."""
+
+    parameter: str
+    limits: tuple[float, float]
+    step: float
+    first: float
+    assumed: float
+    formula: Callable[[float, dict], float | None]
+    formula_name: str = "the rig's formula"
+    equation: str = "the polynomial"
+    degree: int = 2
+    begun: Callable[[dict, float], dict] = as_it_is
+    seed_range: tuple[float, float] | None = None
+    seed_limits: tuple[float, float] = (0.0, 1.0)
+    on_seed: str = ""
+
+    @property
+    def sd(self) -> str:
+        """Column with the standard deviation of single runs."""
+        return f"sd_{self.unit}"
+
+    @property
+    def seed(self) -> str:
+        """Name of the parameter of seed on seed."""
+        return f"seed_{self.parameter}"
+
+    def direct(self, reading: float, description: dict) -> float | None:
+        """The parameter straight from a reading, without simulation; None where the
+        rig's own lengths are not stated."""
+        return self.formula(reading, description.get(self.name, {}))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BySurface(Reading):
+    """A rig that tells the parameters of seed on seed together: simulated at the points
+    of a design, through which a surface is laid.
+
+    simulated(section, width_mm, fill_mm): the section of what is simulated in its
+    place, and a note where that is another; shown(section): the camera of the picture
+    that is shown beside the bench's; not_seen: columns of a simulated run that no bench
+    can show."""
+
+    simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
+    shown: Callable[[dict], dict]
+    not_seen: tuple[str, ...] = ()
+
+
+def by_curve() -> dict[str, ByCurve]:
+    """Rigs that tell one parameter each, by name, in their order."""
+    return {told.name: told for told in _told() if isinstance(told, ByCurve)}
+
+
+def by_surface() -> BySurface:
+    """The rig that tells of seed on seed: the first there is."""
+    return next(told for told in _told() if isinstance(told, BySurface))
+
+
+def _told() -> Iterator[Reading]:
+    return (rig.part("tells") for rig in RIGS.values() if rig.tells)

@@ -1,0 +1,29 @@
+"""What drops tell a calibration: the restitution of seed on steel."""
+
+import numpy as np
+from benchtwin.bench.tells import ByCurve
+from benchtwin.rigs.drop import RIG
+
+
+def restitution(height_mm: float, drop: dict) -> float | None:
+    """Eq. 1 of the soybean paper: e = √(H₂/H₁), rebound over release height."""
+    start = drop.get("height_mm")
+    return float(np.sqrt(height_mm / start)) if start else None
+
+
+# limits and steps span what seeds on steel can show, with room; the seed's range is the
+# paper's steepest ascent (Table 7), its limits what the simulation still follows
+TELLS = ByCurve(
+    rig=RIG,
+    parameter="restitution",
+    equation="Eq. 5",
+    limits=(0.05, 1.0),
+    step=0.1,
+    first=0.5,
+    assumed=0.54,
+    formula_name="Eq. 1",
+    formula=restitution,
+    seed_range=(0.45, 0.70),
+    seed_limits=(0.05, 0.95),
+    on_seed="drop of seed on a bed of seeds",
+)

@@ -1,0 +1,40 @@
+"""What slides tell a calibration: the static friction of seed on steel."""
+
+import numpy as np
+from benchtwin.bench.tells import ByCurve
+from benchtwin.rigs.slide import RIG
+
+# how far below the expected onset a simulated plate begins: nothing happens before
+BELOW_DEG = 1.5
+
+
+def static_friction(angle_deg: float, slide: dict) -> float | None:
+    """Eq. 2 of the soybean paper: μ = tan α at the onset of sliding."""
+    return float(np.tan(np.radians(angle_deg)))
+
+
+def begun(slide: dict, friction: float) -> dict:
+    """Beginning a little below the onset that this friction gives, unless the start is
+    stated."""
+    start = float(np.floor(np.degrees(np.arctan(friction)) - BELOW_DEG))
+    return {"start_deg": start} | slide if start > 0 else slide
+
+
+# limits and steps span what seeds on steel can show, with room; the seed's range is the
+# paper's steepest ascent (Table 7), its limits what the simulation still follows
+TELLS = ByCurve(
+    rig=RIG,
+    parameter="static_friction",
+    degree=1,
+    equation="Eq. 6",
+    limits=(0.02, 3.0),
+    step=0.1,
+    first=0.35,
+    assumed=0.34,
+    formula_name="Eq. 2",
+    formula=static_friction,
+    begun=begun,
+    seed_range=(0.20, 0.70),
+    seed_limits=(0.02, 1.5),
+    on_seed="slide of seeds on a plate of seeds",
+)

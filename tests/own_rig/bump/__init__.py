@@ -1,0 +1,13 @@
+"""A seed on a thread swings against a wall: how far does it swing back?"""
+
+from benchtwin.bench.rig import Rig
+from benchtwin.rigs.bump.keys import Bump
+
+RIG = Rig(
+    name="bump",
+    what="a seed on a thread swings against a wall",
+    keys=Bump,
+    main=("swing_back", "deg"),
+    readings={"swing_back_deg": ("swing_back", "deg")},
+    tells=".tells:TELLS",
+)
