@@ -99,6 +99,12 @@ PRIORS = {
     "friction-scatter": Prior(
         "1", 0.003, None, "between slides of one pair; larger scatter is summed over"
     ),
+    "friction-within-run": Prior(
+        "1",
+        0.0005,
+        None,
+        "of friction along one slide beside a steady one; what a bench shows counts",
+    ),
     "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
     "drag-beside-plate": Prior(
         "relative",
@@ -133,7 +139,8 @@ PRIORS = {
         "deg",
         0.1,
         0.02,
-        "tables that people call level; a stated slope is read off an engineer's level",
+        "tables that people call level: two public ones lean by 0.08 and 0.2°"
+        " (benchmarks/learn_priors.py); a stated slope is read off an engineer's level",
     ),
     "level-both-ways": Prior(
         "deg",
