@@ -1,6 +1,8 @@
 """Figures of the seed–steel rigs and of the posterior as plain Plotly JSON: {"data":
 […], "layout": {…}}."""
 
+from typing import Any
+
 import numpy as np
 from benchtwin.calibrate.procedure.joint import Joint
 from benchtwin.calibrate.procedure.steel import SteelFit
@@ -31,7 +33,7 @@ def steel(fit: SteelFit) -> dict:
         rows["error_y"] = {"type": "data", "color": draw.BLUE, "array": sds}
     ends = [float(min(curve.low, answer.low)), float(max(curve.high, answer.high))]
     mean = f"bench mean {fit.bench.value:.4g} {draw.unit(rig.unit)}, ± 95 %"
-    mark = {"color": draw.RED, "size": 11, "symbol": "diamond"}
+    mark: dict[str, Any] = {"color": draw.RED, "size": 11, "symbol": "diamond"}
     at = ([answer.value], [fit.bench.value])
     met = draw.points(*at, "answer, 95 % interval", **mark)
     up, down = answer.high - answer.value, answer.value - answer.low
@@ -81,8 +83,8 @@ def posterior(joint: Joint, names: list[str], marks: dict[str, float]) -> dict:
 def _histogram(values, mark: float) -> list[dict]:
     counts, edges = np.histogram(values, bins=30)
     middle = draw.listed((edges[1:] + edges[:-1]) / 2)
-    bars = {"type": "bar", "x": middle, "y": draw.listed(counts)}
-    bars["marker"] = {"color": draw.BLUE}
+    bars: dict[str, Any] = {"type": "bar", "marker": {"color": draw.BLUE}}
+    bars |= {"x": middle, "y": draw.listed(counts)}
     return [bars, draw.line([mark] * 2, [0, int(counts.max())], draw.RED, "")]
 
 
@@ -91,7 +93,7 @@ def _density(draws, column: str, row: str, marks: dict[str, float]) -> list[dict
     x, y = (draw.listed((e[1:] + e[:-1]) / 2) for e in edges)
     shades = [[0, "#ffffff"], [1, draw.BLUE]]
     map_ = {"type": "heatmap", "x": x, "y": y, "z": draw.rows(counts.T)}
-    mark = {"color": draw.RED, "symbol": "diamond", "size": 9}
+    mark: dict[str, Any] = {"color": draw.RED, "symbol": "diamond", "size": 9}
     point = draw.points([marks[column]], [marks[row]], **mark)
     return [map_ | {"colorscale": shades, "showscale": False}, point]
 

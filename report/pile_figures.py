@@ -72,10 +72,10 @@ def contour(fit: PileFit, across: str, along: str) -> dict:
     named = f"bench {fit.bench.value:.4g}°"
     line = {"showscale": False, "hoverinfo": "skip", "name": named}
     line |= {"contours": bench, "line": {"color": draw.ORANGE, "width": 4}}
-    look = {"color": draw.RED, "size": 12, "symbol": "diamond"}
+    look: dict[str, Any] = {"color": draw.RED, "size": 12, "symbol": "diamond"}
     look["line"] = {"color": "white", "width": 1}
-    at = ([fit.optimum.point[n]] for n in (across, along))
-    point = draw.points(*at, "reported", **look)
+    x, y = ([fit.optimum.point[n]] for n in (across, along))
+    point = draw.points(x, y, "reported", **look)
     layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
     return {"data": [drawn | field, drawn | line, point], "layout": layout}
 

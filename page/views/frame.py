@@ -118,5 +118,6 @@ def errors_shown(work: Callable[..., Any]) -> Callable[..., Any]:
 
 def say(refusal: str) -> None:
     """Show why something was refused until it is read."""
-    style = {"multi_line": True, "timeout": 12_000, "close_button": "OK"}
-    ui.notify(refusal, type="negative", **style)
+    ui.notify(
+        refusal, type="negative", multi_line=True, timeout=12_000, close_button="OK"
+    )

@@ -25,8 +25,10 @@ REPORTS = (  # file below results/, heading
     ("calibrated/report.html", "Calibration"),
     ("diagnosed/report.html", "Diagnosis"),
 )
-COLUMNS = ("rig", "quantity", "conditions", "mean", "n", "scatter")
-COLUMNS += ("far from the others",)
+COLUMNS = (
+    *("rig", "quantity", "conditions"),
+    *("mean", "n", "scatter", "far from the others"),
+)
 TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 

@@ -52,7 +52,7 @@ class FrameSource(ABC):
         to `between`[1]."""
         first, last = between or (0, math.inf)
         inside = (frame for frame in self.iterate() if first <= frame.index <= last)
-        expected = self.count if between is None else last - first + 1
+        expected = self.count if between is None else between[1] - between[0] + 1
         return list(itertools.islice(inside, 0, None, max(1, -(-expected // n))))
 
     def sample(self, n: int) -> list[np.ndarray]:
