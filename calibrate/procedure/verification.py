@@ -19,6 +19,7 @@ def verified(fit: Fit, rig: Reading, runs: Sequence[Run], simulate: Simulator) -
     """
     if len(runs) < 2:
         return fit
+    notes: list[str]
     table = simulate(runs)
     there, notes = usable(table, rig.response)
     values = table.loc[there, rig.response].to_numpy(float)

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.bench.keys import Air, Seed
+from benchtwin.twin import lot as twin_lot
 from benchtwin.twin.job import Job
 from benchtwin.twin.lot import measured_lot, other_seeds, representative
 from benchtwin.twin.parameters import Parameters, bench
@@ -51,6 +52,12 @@ def write(folder, sizes, thickness=None):
         lines, columns=["photo", "seed", "harmonic", "ax", "bx", "ay", "by"]
     ).to_csv(folder / OUTLINES, index=False)
     return folder
+
+
+@pytest.fixture
+def few_shapes(monkeypatch):
+    """Six clumps of a lot are fitted, not forty: a fit takes most of a second."""
+    monkeypatch.setattr(twin_lot, "MOST_SHAPES", 6)
 
 
 @pytest.fixture
@@ -107,7 +114,7 @@ def test_unseen_thickness_is_stated_or_asked_for(tmp_path):
     assert 1e3 * lot.dimensions_m[:, 2].mean() == pytest.approx(5.0, abs=0.5)
 
 
-def test_the_stated_mass_of_one_seed_gives_the_density(folder):
+def test_the_stated_mass_of_one_seed_gives_the_density(folder, few_shapes):
     lot = measured_lot(str(folder), **{**HOW, "mass_g": 0.2, "density_kg_m3": None})
     assert np.mean([seed.mass_kg for seed in lot.seeds]) == pytest.approx(
         2e-4, rel=1e-6
@@ -130,10 +137,12 @@ def test_a_bench_file_s_lot_counts_from_its_own_folder_and_must_be_one(
         read_toml(file)
 
 
-def test_the_bench_draws_from_the_lot_and_its_job_knows_what_the_lot_holds(folder):
+def test_the_bench_draws_from_the_lot_and_its_job_knows_what_the_lot_holds(
+    folder, few_shapes
+):
     seed = Seed(lot=str(folder), density_kg_m3=1200.0)
     of = bench(Parameters(), "pile", seed, Air())
-    assert len({id(s) for s in of.draw(np.random.default_rng(1), 100)}) == 40
+    assert len({id(s) for s in of.draw(np.random.default_rng(1), 100)}) == 6
 
     def key():
         return Job("drop", Parameters(), {"seed": {"lot": str(folder)}}, (1,)).key
