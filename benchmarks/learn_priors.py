@@ -124,7 +124,7 @@ def of_tosses(clones: Path) -> Iterator[Draw]:
     yield Draw("scale", "contact-nets", gravity / G - 1, sd / G)
     each = -(slowing * towards).sum(1)
     middle = np.median(each)
-    for k in np.flatnonzero(np.abs(each - middle) < 0.1):
+    for k in map(int, np.flatnonzero(np.abs(each - middle) < 0.1)):
         yield Draw("friction-scatter", f"contact-nets {k}", each[k] - middle, 0.003)
     for k, off in enumerate(np.concatenate([w for w in within if w is not None])):
         yield Draw("friction-within-run", f"contact-nets {k}", off, 0.005)
@@ -193,9 +193,10 @@ def of_sounds(clones: Path) -> Iterator[Draw]:
     """How far each stated height is off by the bounces behind the first, and by how
     much restitution scatters from bounce to bounce."""
     folder = clones / "LabI-Dynamics-Thermodynamics" / "Coefficient_of_restitution"
-    heights, scatter = defaultdict(list), []
+    heights, scatter = defaultdict(list), list[float]()
     for file in sorted(folder.rglob("pingpong_ball/*.xlsx")):
-        told = re.fullmatch(r"Lancio(\d+),(\d+)cm", file.stem)
+        told = re.search(r",(\d+)cm$", file.stem)
+        assert told is not None, file
         sheets = pd.read_excel(file, sheet_name=None, engine="calamine")
         for times in _impacts(sheets["All"]):
             speeds = np.array([speed_of_hop(t) for t in np.diff(times)])
@@ -203,8 +204,8 @@ def of_sounds(clones: Path) -> Iterator[Draw]:
             e = speeds[1:] / landing[:-1]
             kept = e[: max(3, len(e) // 2)]
             before = speeds[0] / np.median(kept)
-            off = 1e3 * fall_of(before) - 10 * int(told[2])
-            heights[told[2]].append(off)
+            off = 1e3 * fall_of(before) - 10 * int(told[1])
+            heights[told[1]].append(off)
             scatter.extend(kept - np.median(kept))
     for height, offs in heights.items():
         sd = max(np.std(offs, ddof=1) / len(offs) ** 0.5, 1.0)
