@@ -28,7 +28,7 @@ RIG = Rig(
     ),
     own_parameters=True,
     observe="benchtwin.measure.observe_motion:observe_moving",
-    measure="benchtwin.vision.motion.rebound:measure_rebound",
+    measure=".measure:measure_drop",
     setup=".simulate:SETUP",
     curve=".read:curve",
     read=".read:read_drops",

@@ -147,17 +147,19 @@ def correlated_mean(values: np.ndarray, frame: np.ndarray) -> tuple[float, float
 def propagate(
     function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`function(params)` (m,) and its covariance (m, m) to first order, by central
-    differences of 1e-4 sd."""
+    """`function(params)` (m,) and its covariance (m, m) to first order."""
     value = np.asarray(function(params), dtype=float)
-    steps = (
-        1e-3 * np.sqrt(np.maximum(np.diag(cov), 0)) + 1e-12 * np.abs(params) + 1e-300
-    )
-    jacobian = np.empty((len(value), len(params)))
-    for i, step in enumerate(steps):
-        shift = np.zeros(len(params))
-        shift[i] = step
-        jacobian[:, i] = (
-            np.asarray(function(params + shift)) - np.asarray(function(params - shift))
-        ) / (2 * step)
+    jacobian = slopes(function, params, np.sqrt(np.maximum(np.diag(cov), 0)))
     return value, jacobian @ cov @ jacobian.T
+
+
+def slopes(
+    function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, sds: np.ndarray
+) -> np.ndarray:
+    """Derivatives (m, p) of `function(params)`, by central differences of 1e-3 sd."""
+    steps = 1e-3 * sds + 1e-12 * np.abs(params) + 1e-300
+    columns = [
+        np.asarray(function(params + shift)) - np.asarray(function(params - shift))
+        for shift in np.diag(steps)
+    ]
+    return np.column_stack(columns) / (2 * steps)
