@@ -275,12 +275,14 @@ def _means(frame: np.ndarray, block: int, *columns: np.ndarray) -> list[np.ndarr
 
 
 def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
-    """Rows of the last flight down to the height at which a turned seed may touch."""
+    """Rows of the last flight down to the height at which a turned seed may touch;
+    all of them where few would be left."""
     sizes = stated_sizes_mm(description)
     margin = (max(sizes) - min(sizes)) / 2000 if len(sizes) > 1 else 1.5e-3
     apex = int(np.argmax(up))
     low = np.flatnonzero(up[apex:] < up[0] + margin)
-    return rows[: apex + int(low[0])] if len(low) else rows
+    cut = rows[: apex + int(low[0])] if len(low) else rows
+    return cut if len(cut) >= LEAST_ROWS else rows
 
 
 def _roughness(part: dict) -> float:
