@@ -314,13 +314,16 @@ def measure_drop(
     """Measure a drop and its bounces; of a track from pictures, axis: where the optical
     axis passes; late (n,): in which share of a rolling shutter's readout each row was
     read. A readout that is not stated lies between 0 and a frame."""
-    readout, readout_sd = recording.camera.readout_s or 0.0, 0.0
+    readout, readout_sd, tried = recording.camera.readout_s, 0.0, [track]
     if late is not None and track.timed:
-        if recording.camera.readout_s is None:
-            readout, readout_sd = track.step / 2, track.step / math.sqrt(12)
-        track = replace(track, t_s=track.t_s + readout * late)
+        readouts = [readout]
+        if readout is None:
+            readouts = [share * track.step for share in (0.0, 0.5, 1.0)]
+            readout_sd = track.step / math.sqrt(3)  # about an end of its range
+        tried = [replace(track, t_s=track.t_s + r * late) for r in readouts]
     try:
-        flights = flights_of(track, recording)
+        seen = [(flights_of(one, recording), one) for one in tried]
+        flights, track = max(seen, key=lambda found: _told_rows(found[0]))
         used = None if late is None else late[~track.outlier]
         told = _evidence(track.used(), recording, flights)
         told = replace(told, axis=axis, late=used, readout_sd=readout_sd)
@@ -337,7 +340,8 @@ def measure_drop(
     notes += [] if doubt else _scale_note(found)
     if readout_sd and late is not None:
         more, sd = found.fit.by_name[READOUT], found.fit.sd(READOUT)
-        best = f"{1e3 * (readout + more):.2g} ± {1e3 * sd:.1g} ms"
+        first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
+        best = f"{1e3 * (first + more):.2g} ± {1e3 * sd:.1g} ms"
         notes.append(
             "[camera] readout_s is not stated; falling and rising parts agree best at"
             f" {best}, which the sds allow for"
@@ -354,6 +358,11 @@ def measure_drop(
     quantities = _quantities(found, doubt, doubts)
     notes += said
     return Rebound(quantities, bounces, flights, marked, tuple(notes), _curves(found))
+
+
+def _told_rows(flights: Flights) -> tuple[int, float]:
+    """How many rows some flights explain, and how well."""
+    return sum(map(len, flights.rows)), -flights.noise
 
 
 def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:

@@ -171,7 +171,9 @@ def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for _ in range(3):
         rows = _usable(ranges, contact_times, time, outlier, step)
-        known = _if_few(rows, gamma)
+        known = _if_few(rows[:2], gamma)
+        if len(rows) > 2:  # of which the later ones need not be flights
+            known = parabolas(rows[:2], time, height, weight, known)[0].free
         flights, residual = parabolas(rows, time, height, weight, known)
         contact_times = flights.ends()
         outlier = outlier | _spikes(rows, residual, time, height)
