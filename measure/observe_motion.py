@@ -435,7 +435,8 @@ def _observation(
 
 def _caption(quantities: tuple[Quantity, ...]) -> str:
     known = [q for q in quantities if np.isfinite(q.value)]
-    return "; ".join(q.in_words for q in known[:2]) or "nothing could be measured"
+    said = "; ".join(q.in_words for q in known[:2]).replace("_", " ")
+    return said or "nothing could be measured"
 
 
 def _plot_flights(

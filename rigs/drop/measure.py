@@ -27,7 +27,7 @@ from benchtwin.infer.linear import ridge, stacked
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, fit, ln_evidence
-from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
+from benchtwin.infer.rivals import CAN_BE_TRUE, INSIDE_SDS, Rival, by_name, unless
 from benchtwin.rigs.drop.flight_model import (
     STARTS,
     Model,
@@ -83,7 +83,6 @@ BELOW, ABOVE = 0.02, 1.0  # restitution of a free bounce
 FELT = 5  # of a flight's starts, those on which its motion depends
 LAWS_FELT = ("scale", "air", "air-slope")  # globals on which lengths and speeds depend
 SURE = 0.9  # share of a height's sd by which it may be off without a word
-SLIGHT = 0.02  # odds below which an effect is not fitted
 VAGUE = 0.1  # relative sd from which a number is doubtful
 MANY = 5  # rows a parameter, with which effects are told from noise
 ALIKE = 1e-2  # of the greatest: slopes that say the same
@@ -254,8 +253,13 @@ class Fitted:
         """Each effect that this recording may show, fitted in full where the linear
         problem leaves it possible."""
         problem, out = self.fit.problem, []
-        for name, effect in problem.effects.items():
-            if effect.group or effect.unlisted or self._odds_if_linear(name) < SLIGHT:
+        alone = {
+            n: e for n, e in problem.effects.items() if not (e.group or e.unlisted)
+        }
+        odds_of = {name: self._odds_if_linear(name) for name in alone}
+        least = CAN_BE_TRUE / 2 * (1 + sum(odds_of.values()))
+        for name, effect in alone.items():
+            if odds_of[name] < least:
                 continue
             other = fit(problem, free=(name,), start=self.fit)
             if not effect.low <= other.by_name[name] <= effect.high:
