@@ -182,10 +182,11 @@ def coverage(count: int) -> None:
 def drawn_drop(rng: np.random.Generator):
     """(truth, track, recording) of a soybean that falls and bounces before a pinhole
     camera: whatever is stated is off by its own sd, and what is not stated (air, local
-    gravity, distance, motion towards the camera) is drawn from its prior."""
+    gravity, motion towards the camera) is drawn from its prior."""
     e, fps = rng.uniform(0.3, 0.75), float(rng.choice([240, 1000, 2400]))
     ar, noise = float(rng.choice([0, 0.5, 0.9])), rng.uniform(0.01, 0.1)
     scale_sd = float(rng.choice([2e-4, 2e-3, 1e-2]))
+    away = float(np.exp(rng.uniform(np.log(0.5), np.log(5.0))))
     plumb_sd = float(rng.choice([0.05, 0.5]))
     soybean = Seed(length_mm=8.72, width_mm=6.84, thickness_mm=5.98, density_kg_m3=1250)
     camera = Camera(
@@ -194,6 +195,7 @@ def drawn_drop(rng: np.random.Generator):
         mm_per_px_sd=0.25 * scale_sd,
         plumb_deg=0.0,
         plumb_sd_deg=plumb_sd,
+        distance_mm=1000 * away,
     )
     known = replace(recording(), camera=camera, seed=soybean, air=Air())
     fall = 0.310 + 0.001 * rng.normal()
@@ -202,7 +204,7 @@ def drawn_drop(rng: np.random.Generator):
     starts = np.array([piece.t_min for piece in pieces])
     which = np.searchsorted(starts, time, side="right") - 1
     x, depth, y = np.array([pieces[k](t)[:3] for k, t in zip(which, time)]).T
-    nearer = 1 / (1 - depth / np.exp(rng.uniform(np.log(0.3), np.log(20.0))))
+    nearer = 1 / (1 - depth / away)
     middle = fall / 2
     x, y = nearer * x, middle + nearer * (y - middle)
     seen = [
