@@ -175,7 +175,7 @@ def photo_of(seen) -> Photo:
         reference,
         seen.base_deg - plumb if both else float("nan"),
         seen.base_sd_deg,
-        camera.get("plumb_sd_deg", 0.5),
+        camera["plumb_sd_deg"],
         pile.get("gate_speed_mm_s", float("nan")),
         pile.get("photo_s", float("nan")),
         box[1] if box else float("nan"),

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
@@ -24,7 +25,6 @@ from benchtwin.vision.pile.surface import (
 from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
-UNKNOWN_PLUMB_SD_DEG = 0.5
 # off the stated horizontal: a line farther off is taken only where no other is found
 MOST_TILT_DEG = 2.0
 BASES = (
@@ -76,7 +76,7 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    return BaseLine(intercept, slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+    return BaseLine(intercept, slope, np.radians(camera.plumb_sd), "toe")
 
 
 def _candidate_lines(
@@ -184,7 +184,7 @@ def find_horizontal(
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
         why = "no plate line and no plumb_deg: the picture's rows are taken as level"
-        return 0.0, UNKNOWN_PLUMB_SD_DEG, (f"{why}, ± 0.5°",)
+        return 0.0, camera.plumb_sd, (f"{why}, ± {camera.plumb_sd:g}°",)
     angle = np.arctan(base.slope)
     return (
         float(np.degrees(angle)),
@@ -286,7 +286,7 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
             columns, bottom - level * columns, middle, half, tilted=False
         )
         source = "toe"
-        line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
+        line = (line[0], line[1] + level, line[2], np.radians(unstated_sd("plumb")))
     if line[2] > MIRROR_SAG * heap_height:
         line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
         source = "mirror"
