@@ -41,7 +41,7 @@ def test_a_track_with_its_flights(tmp_path):
     assert seen.release_seen
     assert seen.description["camera"]["scale_sd"] == pytest.approx(0.002)
     assert (
-        seen.description["camera"]["plumb_sd_deg"] == 0.5
+        seen.description["camera"]["plumb_sd_deg"] == 1.0
     )  # nothing stated: not known better
     assert seen.description["air"]["density_kg_m3"] == 1.2
     assert (np.abs(seen.time_s[seen.flight >= 0] - contact) > 2e-3).all()
