@@ -27,7 +27,7 @@ RIG = Rig(
         ),
     ),
     own_parameters=True,
-    observe="benchtwin.measure.observe_motion:observe_drop",
+    observe=".observe:observe_drop",
     derive=".equation:restitution",
     setup=".simulate:SETUP",
     curve=".read:curve",

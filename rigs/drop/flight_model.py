@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.air import drag_over_mass
+from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View
-from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES
+from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
     accelerations,
@@ -32,6 +32,7 @@ IN_FLIGHT = {
 }
 LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES
 ROUND_JOINT_SD_M = 2e-5  # sideways motion of the centre during a contact
+TWICE_S = 5e-3  # from the contact of a long seed's one end to that of the other
 LEAST_ASIDE_M_S = 0.01
 ROUND = 0.02  # elongation below which a seed counts as a ball
 ASIDE_SD = math.sqrt(2)  # of v_y² over its mean, v_y being normal
@@ -81,9 +82,15 @@ def build(session: Session) -> Model:
         if (not law.needs or law.needs(session))
         and (not n.startswith(LOCK) or session.view.pixel)
     )
-    contacts = _at(session, session.joint.T.ravel(), np.tile(session.joint_time, 2))
-    rows = _at(session, session.flight, session.tau + session.middle[session.flight])
-    begins = _at(session, np.arange(len(session.middle)), session.middle - session.half)
+    contacts = points_at(
+        session, session.joint.T.ravel(), np.tile(session.joint_time, 2)
+    )
+    rows = points_at(
+        session, session.flight, session.tau + session.middle[session.flight]
+    )
+    begins = points_at(
+        session, np.arange(len(session.middle)), session.middle - session.half
+    )
     return Model(session, names, *_aside(session), rows, contacts, begins)
 
 
@@ -112,7 +119,8 @@ def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
     return aside, rolled
 
 
-def _at(session: Session, flight: np.ndarray, time: np.ndarray) -> Places:
+def points_at(session: Session, flight: np.ndarray, time: np.ndarray) -> Places:
+    """Points at some times [s] in flights (n,)."""
     tau, half = time - session.middle[flight], session.half[flight]
     cuts = np.concatenate(
         [[0], np.flatnonzero(np.diff(flight)) + 1, [len(flight)]]
@@ -121,6 +129,14 @@ def _at(session: Session, flight: np.ndarray, time: np.ndarray) -> Places:
     shift = shift_basis(tau, half) * half[:, None] ** 2
     speed = speed_basis(tau, half) * half[:, None]
     return Places(flight, tau, shift, speed, runs)
+
+
+def rows_at(model: Model, values: dict[str, float]) -> Places:
+    """The rows' points, at the times at which the camera read them."""
+    s, readout = model.session, values.get(READOUT, 0.0)
+    if not readout:
+        return model.rows
+    return points_at(s, s.flight, s.middle[s.flight] + s.tau + readout * s.late)
 
 
 def rate_of(values: dict[str, float]) -> float:
@@ -313,7 +329,7 @@ def predict(
     model: Model, starts: np.ndarray, values: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """What the camera reads (n, 2) [m]; side conditions (J + R,) in sds."""
-    push, rows = pushed(model, starts, values), model.rows
+    push, rows = pushed(model, starts, values), rows_at(model, values)
     true = nearer(
         places(rows, starts, push), model.session, starts, rows.flight, rows.tau
     )
@@ -352,15 +368,50 @@ def _falls(
     not stated."""
     s = model.session
     out = np.zeros(len(s.names))
-    apex = places(model.begins, starts, push)[:, 1] + (
-        velocities(model.begins, starts, push)[:, 1] * rate_of(values)
-    ) ** 2 / (2 * G_M_S2)
+    apex = released(model, starts, push, values)
     for j, (before, _) in enumerate(s.joint):
         r = s.recording[before]
         if np.isfinite(s.release[r]) and before == np.flatnonzero(s.recording == r)[0]:
             fall = s.release[r] + release_of(values)
             out[r] = (apex[before] - touch[j, 1] - fall) / s.release_sd[r]
     return out
+
+
+def released(
+    model: Model, starts: np.ndarray, push: np.ndarray, values: dict[str, float]
+) -> np.ndarray:
+    """(F,) [m]: height at which a seed that passes each flight's first row was at
+    rest. Drag k v² all the way, at three quarters of the speed: v² = (g/k)(1 −
+    exp(−2 k h))."""
+    s, dragged = model.session, max(1 + values.get("air", 0.0), 0.0)
+    up = velocities(model.begins, starts, push)[:, 1] * rate_of(values)
+    k = [
+        max(dragged * drag_at(s.air[r], 0.75 * max(abs(v), SLOWEST_M_S)), 1e-9)
+        for r, v in zip(s.recording, up, strict=True)
+    ]
+    lost = np.minimum(np.array(k) * up**2 / G_M_S2, 0.9)
+    above = -np.log1p(-lost) / (2 * np.array(k))
+    return places(model.begins, starts, push)[:, 1] + above
+
+
+def contact_states(
+    model: Model, starts: np.ndarray, push: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (J,) at which successive flights meet in height [s]; places and velocities
+    (2 J, 2) there, of the flights before, then of those after."""
+    s, time = model.session, model.session.joint_time
+    count, flights = len(time), model.session.joint.T.ravel()
+    for _ in range(2):
+        at = points_at(s, flights, np.tile(time, 2))
+        place, speed = places(at, starts, push), velocities(at, starts, push)
+        late = (place[count:, 1] - place[:count, 1]) / (
+            speed[:count, 1] - speed[count:, 1]
+        )
+        time = time + late
+    # within the last step, which is short, all fall freely
+    late, weight = np.tile(late, 2)[:, None], np.array([0.0, G_M_S2])
+    place = place + speed * late - weight * late**2 / 2
+    return time, place, speed - weight * late
 
 
 def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
@@ -444,5 +495,8 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
             - starts[before, 5]
             - taus[0] * starts[before, 6]
         )
-        entries = np.array([1, taus[1], -1, -taus[0]]) / s.rocking_m
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / s.rocking_m
+        moved = ROUND_JOINT_SD_M
+        if not s.elongation < ROUND:
+            moved += min(s.rocking_m, TWICE_S * sd)
+        entries = np.array([1, taus[1], -1, -taus[0]]) / moved
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / moved

@@ -15,6 +15,7 @@ from benchtwin.rigs.drop.effects.hooks import (
     wobbled,
 )
 
+READOUT = "readout"  # of a rolling shutter, beside what is assumed
 HEIGHT = "height"  # by how much a session's stated heights are too low
 OFF_CENTRE = 0.3  # of the view's reach, within which a lens has its axis
 PRIORS = {  # sds where nothing is stated; what is stated is added or replaces them
@@ -92,6 +93,7 @@ _FOUND = (
     _nuisance("lens.z", _off_centre(1)),
     _nuisance("wobble", wobbled(0), lambda session: session.spins),
     _nuisance("wobble.other", wobbled(1), lambda session: session.spins),
+    _nuisance(READOUT, needs=lambda session: session.readout_sd_s > 0, sd=1e-3),
     _nuisance("air"),
     _nuisance("air-slope"),
     _nuisance(

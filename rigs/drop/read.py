@@ -12,9 +12,13 @@ from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_o
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
-from benchtwin.vision.motion.gravity import release_seen
+from benchtwin.vision.motion.flight import (
+    FEW_ROWS,
+    Flights,
+    find_few_flights,
+    find_flights,
+)
 from benchtwin.vision.motion.impacts import estimate_time_sds
-from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.several_drops import drop_rows
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
@@ -33,8 +37,11 @@ class SeenTrack:
 
     x_mm to the right, y_mm up, as the picture has them (not turned upright); angle_deg:
     anticlockwise, NaN where not seen, None where nobody looked. sd_mm: stated, NaN
-    where not. contacts_s: impacts between successive flights. release_seen: whether the
-    first flight begins in the track. Of a drop that was only heard there are no rows,
+    where not; weight: 1 over the rows' relative sd; late: in which share of
+    the camera's readout they were read, empty where that does not count, and
+    readout_sd_s: sd of that readout. contacts_s: impacts between
+    successive flights. release_seen: whether the first flight begins in the track. Of a
+    drop that was only heard there are no rows,
     only contacts_s with contacts_sd_s. description: sections of recording.toml as plain
     values, `camera.scale_sd` (relative) and `camera.plumb_sd_deg` with what holds where
     nothing is stated. trouble: why there is nothing, "" when there is."""
@@ -46,6 +53,8 @@ class SeenTrack:
     x_mm: np.ndarray = field(default_factory=no_rows)
     y_mm: np.ndarray = field(default_factory=no_rows)
     sd_mm: np.ndarray = field(default_factory=no_rows)
+    weight: np.ndarray = field(default_factory=no_rows)
+    late: np.ndarray = field(default_factory=no_rows)
     angle_deg: np.ndarray | None = None
     flight: np.ndarray = field(default_factory=no_rows)
     contacts_s: np.ndarray = field(default_factory=no_rows)
@@ -54,6 +63,7 @@ class SeenTrack:
     notes: tuple[str, ...] = ()
     trouble: str = ""
     contacts_sd_s: np.ndarray = field(default_factory=no_rows)
+    readout_sd_s: float = 0.0
 
 
 def read_drops(folder: Path | Observed) -> list[SeenTrack]:
@@ -180,31 +190,16 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
             f"{recording.toml}: [camera] fps is missing; a diagnosis needs to know how"
             " fast things fell"
         )
-    found = measure_rebound(track, recording)
-    if found.flights is None:
-        raise MeasurementError(found.quantities[0].reason)
-    rows = np.flatnonzero(~track.outlier)
-    flight = np.full(len(track), -1)
-    for k, part in enumerate(found.flights.rows):
-        flight[rows[part]] = k
-    flight[found.track.outlier] = -1
-    contacts = np.array(
-        [found.flights.contact_time(k) for k in range(len(found.flights.rows) - 1)]
-    )
-    told, notes, scale = describe(recording), (*track.notes, *found.notes), 1.0
+    found, notes, camera, scale = flights_of(track, recording), track.notes, {}, 1.0
     if track.unit == "px":
-        if not found.flights.free > 0:
+        if not found.free > 0:
             raise MeasurementError(
                 f"{recording.toml}: [camera] mm_per_px is missing, and nothing in the"
                 " track falls freely"
             )
-        scale = G_MM_S2 / found.flights.free
-        alone = max(found.flights.free_sd / found.flights.free, LEAST_FALL_SD)
-        told["camera"] |= {
-            "mm_per_px": scale,
-            "scale_sd": SCALE_OF_GRAVITY_SD,
-            FALL_SD: alone,
-        }
+        scale = G_MM_S2 / found.free
+        alone = max(found.free_sd / found.free, LEAST_FALL_SD)
+        camera = {"scale_sd": SCALE_OF_GRAVITY_SD, FALL_SD: alone}
         notes = (
             *notes,
             (
@@ -212,20 +207,56 @@ def drop_of(track: Track, recording: Recording) -> SeenTrack:
                 " nothing is said about scale"
             ),
         )
+    seen = flown(track, recording, found, scale)
+    seen.description["camera"] |= camera
+    return replace(seen, notes=notes)
+
+
+def flights_of(track: Track, recording: Recording) -> Flights:
+    """The flights among a track's rows that are no outliers."""
+    used = track.used()
+    if len(used) < 4:
+        raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
+    up, across = used.upright(recording.camera.plumb_deg)
+    gates = recording.evidence == "gates.csv"
+    gravity = G_MM_S2 if used.physical else None
+    if gates or len(used) < FEW_ROWS:
+        return find_few_flights(used.time, up, used.sd, gravity, gates=gates)
+    return find_flights(used.time, used.frame, up, across, used.sd, gravity)
+
+
+def flown(
+    track: Track,
+    recording: Recording,
+    found: Flights,
+    mm: float = 1.0,
+    seconds: float = 1.0,
+) -> SeenTrack:
+    """A track with its flights; mm, seconds: in a unit of its lengths and times."""
+    rows = np.flatnonzero(~track.outlier)
+    flight, weight = np.full(len(track), -1), np.ones(len(track))
+    for k, part in enumerate(found.rows):
+        flight[rows[part]] = k
+    flight[rows[found.outlier]] = -1
+    weight[rows] = found.weight
+    told = describe(recording)
+    if track.unit == "px":
+        told["camera"]["mm_per_px"] = mm
     return SeenTrack(
         recording.id,
         recording.session or "",
         track.frame,
-        track.t_s,
-        scale * track.x,
-        scale * track.y,
-        scale * track.sd,
+        seconds * track.time,
+        mm * track.x,
+        mm * track.y,
+        mm * track.sd,
+        weight,
+        no_rows(),
         track.angle_deg,
         flight,
-        contacts,
-        release_seen(found.flights, track),
+        seconds * np.array(found.contacts()),
+        found.release_seen(),
         told,
-        notes,
     )
 
 

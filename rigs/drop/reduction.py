@@ -30,14 +30,24 @@ from benchtwin.rigs.drop.flight_model import (
     push_slopes,
     pushed,
     pushed_sides,
+    rows_at,
     side_rows,
     sides,
     touching,
     unseen_rows,
+    velocities,
 )
-from benchtwin.rigs.drop.nuisances import HEIGHT, LOCK, NUISANCES, OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.nuisances import (
+    HEIGHT,
+    LOCK,
+    NUISANCES,
+    OFF_CENTRE,
+    PRIORS,
+    READOUT,
+)
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.track_noise import (
+    EXACT_M,
     SMOOTH,
     TRACKER_PX,
     TrackNoise,
@@ -82,7 +92,7 @@ def _blocks(
     """Flights' triangles (locals | globals, pushes | spin | smooth | residual), and
     side rows."""
     s, at = model.session, dict(zip(model.names, values, strict=True))
-    step = {n: STEP * LAWS[n].prior_sd for n in at}
+    step = steps_of(model)
     push = pushed(model, starts, at)
     driven = push_slopes(model, starts, at, push, step)
     spun = [driven.pop(SPIN)] if SPIN in driven else []
@@ -104,6 +114,23 @@ def _blocks(
     return triangles, side_rows(
         model, starts, at, sds, np.array(side_columns).T, side, own
     )
+
+
+def steps_of(model: Model) -> dict[str, float]:
+    """Steps of the globals for derivatives."""
+    return {n: STEP * LAWS[n].prior_sd for n in model.names}
+
+
+def slopes_at(
+    model: Model, starts: np.ndarray, at: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the camera reads (n, 2), and its derivatives (2, n, STARTS + G) by each
+    row's own start and by the globals."""
+    step, push = steps_of(model), pushed(model, starts, at)
+    driven = push_slopes(model, starts, at, push, step)
+    driven.pop(SPIN, None)
+    seen, columns = row_slopes(model, starts, at, push, driven, step)
+    return seen, np.stack(columns, axis=-1)
 
 
 def side_slopes(
@@ -136,7 +163,7 @@ def row_slopes(
     step: dict,
 ):
     """What the camera reads (n, 2) and its derivatives (2, n) by starts and globals."""
-    s, rows = model.session, model.rows
+    s, rows = model.session, rows_at(model, at)
     level = places(rows, starts, push)
     true = nearer(level, s, starts, rows.flight, rows.tau)
     seen, slopes = picture_slopes(true, s.view, at, step)
@@ -156,6 +183,9 @@ def row_slopes(
         rows.tau * up + carried[3],
         carried[4],
     ]
+    if READOUT in at:
+        late = velocities(rows, starts, push) * s.late[:, None]
+        slopes[READOUT] = shown(grown * late.T)
     columns = [shown(grown * moved) for moved in moves]
     for p in NEARING:
         moved = starts + SMALL_M * (np.arange(STARTS) == p)
@@ -181,7 +211,7 @@ def whitened(model: Model, noise: TrackNoise, jacobian: np.ndarray):
         )
         for f, n in enumerate(size):
             here = slice(s.first[f], s.stop[f])
-            sigma = noise.sigma[s.recording[f], axis]
+            sigma = noise.sigma[s.recording[f], axis] / s.weight[here, None]
             rows[:n, f, :width] = jacobian[here, axis] / sigma
             rows[:n, f, width:] = smooth_columns(
                 s.tau[here], s.half[f]
@@ -286,6 +316,7 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
                 below[:, local + count : -1],
                 below[:, -1],
                 half_ln_det=half_ln_det,
+                own=triangle[:local, :local],
             )
         )
         back.append(
@@ -331,13 +362,12 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
 
 def known_sd(session: Session) -> dict[str, float]:
     """Prior sd of every nuisance: as stated, else from PRIORS."""
-    known = {
-        n: law.prior_sd if n.startswith(LOCK) else PRIORS[n]
-        for n, law in NUISANCES.items()
-    }
+    known = {n: PRIORS.get(n, law.prior_sd) for n, law in NUISANCES.items()}
     known["scale"] = float(np.hypot(session.scale_sd, known["scale"]))
-    known["plumb"] = session.plumb_sd_deg
+    across_seen = np.ptp(session.places[:, 0]) >= EXACT_M
+    known["plumb"] = session.plumb_sd_deg if across_seen else 0.0
     known[HEIGHT] = session.height_sd_mm
+    known[READOUT] = session.readout_sd_s
     known["air"] = float(
         np.median([a.sd / a.share if a.share else 0.0 for a in session.air])
     )

@@ -81,6 +81,8 @@ def _fall(session: Session, noise: TrackNoise, flight: int) -> tuple[float, floa
     """Downward acceleration of one flight and its sd [m/s²]."""
     rows = slice(session.first[flight], session.stop[flight])
     tau, half = session.tau[rows], session.half[flight]
+    if len(tau) < 3:  # no acceleration
+        return 0.0, np.inf
     data = session.places[rows, 1] / noise.sigma[session.recording[flight], 1]
     both = np.column_stack(
         [np.ones_like(tau), tau / half, -((tau / half) ** 2) / 2, data - data.mean()]

@@ -11,13 +11,11 @@ from benchtwin.rigs.drop.silhouette_spin import (
     silhouette_rotation,
     spin_calibration,
 )
+from benchtwin.vision.motion.flight import FEW_ROWS
 from numpy.polynomial import legendre
 
-GUARD_FRAMES = 2.0  # rows nearer to a contact are left out
-LEAST_ROWS = 8  # of a flight
-FEW_ROWS = (
-    16  # of a track of fewer each row counts, and gravity makes up for a flight's third
-)
+LEAST_ROWS = 8  # of a flight that may be judged by itself
+LEAST = 2  # of a flight
 BLOCK_S = 1.5e-3  # over which rows are averaged
 SMOOTH_DEGREE = 4  # of the smooth curve of places in pixels
 ROUGH = 3.0  # times the usual roughness, beyond which a flight was not free
@@ -39,10 +37,12 @@ class Session:
     own_spin_sd: np.ndarray
     first: np.ndarray  # row
     stop: np.ndarray
-    flight: np.ndarray  # (n,), as the next four
+    flight: np.ndarray  # (n,), as the next six
     tau: np.ndarray  # time after the flight's middle
     places: np.ndarray  # (n, 2)
     frame: np.ndarray
+    weight: np.ndarray  # 1 over the relative sd of its place
+    late: np.ndarray  # share of the camera's readout, after which it was read
     angle: np.ndarray
     joint: np.ndarray  # (J, 2): flights before and after each contact
     joint_time: np.ndarray  # (J,)
@@ -59,6 +59,7 @@ class Session:
     plumb_sd_deg: float
     elongation: float  # (length − thickness)/(length + thickness), NaN if not stated
     rocking_m: float  # how far a seed may move aside at one contact
+    readout_sd_s: float  # of that readout, 0 where it is known
     notes: tuple[str, ...] = ()
 
     @property
@@ -103,7 +104,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
             )
         if not found:
             notes.append(
-                f"{track.recording}: no flight with at least {LEAST_ROWS} frames; it is"
+                f"{track.recording}: no flight with at least {LEAST} frames; it is"
                 " left out"
             )
         numbers = {k: count + i for i, (k, _) in enumerate(kept)}
@@ -118,13 +119,11 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         parts += [part for _, part in kept]
         count += len(kept)
     if not parts:
-        raise ValueError(
-            f"no flight with at least {LEAST_ROWS} frames in any recording"
-        )
+        raise ValueError(f"no flight with at least {LEAST} frames in any recording")
     sizes = np.array([len(p["frame"]) for p in parts])
     rows = {
         key: np.concatenate([p[key] for p in parts])
-        for key in ("tau", "places", "frame", "angle", "phase")
+        for key in ("tau", "places", "frame", "weight", "late", "angle", "phase")
     }
     spin_seen = all(t.angle_deg is not None for t in tracks)
     low, high = rows["places"].min(0), rows["places"].max(0)
@@ -163,6 +162,8 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         tau=rows["tau"],
         places=rows["places"],
         frame=rows["frame"],
+        weight=rows["weight"],
+        late=rows["late"],
         angle=rows["angle"],
         joint=np.array([j[:2] for j in joints], dtype=int).reshape(-1, 2),
         joint_time=np.array([j[2] for j in joints]),
@@ -188,6 +189,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
         elongation=float(np.median([_elongation(d) for d in about])),
         rocking_m=float(np.median([max(_shape_sd(d), LEAST_ROCKING_M) for d in about])),
+        readout_sd_s=max(t.readout_sd_s for t in tracks),
         notes=tuple(notes),
     )
 
@@ -212,29 +214,27 @@ def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]
     c, s = np.cos(turn), np.sin(turn)
     places = seen / 1000 @ np.array([[c, s], [-s, c]])
     phase = 2 * np.pi * seen / pixel if pixel else np.zeros_like(places)
-    near = np.zeros(len(seen), dtype=bool)
-    few = len(seen) < FEW_ROWS
-    least = 2 if few else LEAST_ROWS
-    for contact in () if few else track.contacts_s:
-        near |= np.abs(track.time_s - contact) <= GUARD_FRAMES * _step(track)
-    found = []
+    few, found = len(seen) < FEW_ROWS, []
     for k in range(int(track.flight.max(initial=-1)) + 1):
-        rows = np.flatnonzero((track.flight == k) & ~near)
-        if len(rows) >= least and k and k == len(track.contacts_s) and not few:
+        rows = np.flatnonzero(track.flight == k)
+        if len(rows) >= LEAST and k and k == len(track.contacts_s) and not few:
             rows = _before_landing(rows, places[rows, 1], track.description)
-        if len(rows) < least:
+        if len(rows) < LEAST:
             continue
         turned = silhouette_rotation(track.angle_deg, rows, track.time_s[rows])
-        time, own, frame, angle, waves = _means(
+        late = track.late[rows] if len(track.late) else np.zeros(len(rows))
+        time, own, frame, weight, late, angle, waves = _means(
             track.frame[rows],
             block,
             track.time_s[rows],
             places[rows],
             track.frame[rows],
+            track.weight[rows],
+            late,
             turned.angle,
             phase[rows],
         )
-        if len(time) < least:
+        if len(time) < LEAST:
             continue
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         found.append(
@@ -248,6 +248,8 @@ def _flights_of(track, recording: int, block_s: float) -> list[tuple[int, dict]]
                     "tau": time - middle,
                     "places": own,
                     "frame": frame / block,
+                    "weight": weight,
+                    "late": late,
                     "angle": angle,
                     "phase": waves,
                 },
@@ -273,12 +275,14 @@ def _means(frame: np.ndarray, block: int, *columns: np.ndarray) -> list[np.ndarr
 
 
 def _before_landing(rows: np.ndarray, up: np.ndarray, description: dict) -> np.ndarray:
-    """Rows of the last flight down to the height at which a turned seed may touch."""
+    """Rows of the last flight down to the height at which a turned seed may touch;
+    all of them where few would be left."""
     sizes = stated_sizes_mm(description)
     margin = (max(sizes) - min(sizes)) / 2000 if len(sizes) > 1 else 1.5e-3
     apex = int(np.argmax(up))
     low = np.flatnonzero(up[apex:] < up[0] + margin)
-    return rows[: apex + int(low[0])] if len(low) else rows
+    cut = rows[: apex + int(low[0])] if len(low) else rows
+    return cut if len(cut) >= LEAST_ROWS else rows
 
 
 def _roughness(part: dict) -> float:
@@ -304,7 +308,8 @@ def _free_part(part: dict, usual: float) -> dict | None:
             return None
         middle, half = (time[0] + time[-1]) / 2, (time[-1] - time[0]) / 2
         cut = part | {
-            key: part[key][rows] for key in ("places", "frame", "angle", "phase")
+            key: part[key][rows]
+            for key in ("places", "frame", "weight", "late", "angle", "phase")
         }
         tau = time - middle
         basis = legendre.legvander(tau / half, min(SMOOTH_DEGREE, len(tau) // 4))

@@ -41,7 +41,6 @@ def estimate_noise(
     """ρ and white share by REML over the longest flights, or `known`; σ of each
     recording."""
     axes, sigma = [], np.empty((len(session.names), 2))
-    least = max(EXACT_M, TRACKER_PX * session.view.pixel)
     for axis in (0, 1):
         stretches = [_stretch(session, f, axis) for f in range(len(session.middle))]
         noise = (
@@ -49,26 +48,34 @@ def estimate_noise(
             if known
             else estimate(sorted(stretches, key=lambda s: -len(s.data))[:TELLING])
         )
-        found = spreads(stretches, session.recording, len(session.names), noise)
-        sigma[:, axis] = np.maximum(found, least)
-        if np.ptp(session.places[:, axis]) < EXACT_M:
-            sigma[:, axis] = UNSEEN_M
+        sigma[:, axis] = spreads(
+            stretches, session.recording, len(session.names), noise
+        )
         axes.append(noise)
-    return TrackNoise((axes[0], axes[1]), sigma)
+    return TrackNoise((axes[0], axes[1]), floored(session, sigma))
+
+
+def floored(session: Session, sigma: np.ndarray) -> np.ndarray:
+    """sds (R, 2) that no track stays below; those of a coordinate that was not
+    seen."""
+    seen = np.ptp(session.places, axis=0) >= EXACT_M
+    least = max(EXACT_M, TRACKER_PX * session.view.pixel)
+    return np.where(seen, np.maximum(sigma, least), UNSEEN_M)
 
 
 def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     rows = slice(session.first[flight], session.stop[flight])
-    tau, angle, phase = (
+    tau, weight, angle, phase = (
         session.tau[rows],
+        session.weight[rows],
         session.angle[rows],
         session.view.phase[rows, axis],
     )
     if len(tau) < LEAST_ROWS:  # a line beside known gravity
         fallen = session.places[rows, axis] + axis * G_M_S2 * tau**2 / 2
         return Stretch(
-            legendre.legvander(tau / session.half[flight], 1),
-            fallen - fallen.mean(),
+            weight[:, None] * legendre.legvander(tau / session.half[flight], 1),
+            weight * (fallen - fallen.mean()),
             frame_lag(session.frame[rows]),
         )
     degree = min(
@@ -86,10 +93,10 @@ def _stretch(session: Session, flight: int, axis: int) -> Stretch:
             if np.ptp(phase) > 4 * np.pi
             else []
         )
-    left, size, _ = np.linalg.svd(np.hstack(columns), full_matrices=False)
+    left, size, _ = np.linalg.svd(weight[:, None] * np.hstack(columns), False)
     data = session.places[rows, axis]
     return Stretch(
         left[:, size > 1e-3 * size[0]],
-        data - data.mean(),
+        weight * (data - data.mean()),
         frame_lag(session.frame[rows]),
     )

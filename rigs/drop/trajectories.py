@@ -16,6 +16,10 @@ _ONCE = np.array(
     [chebyshev.chebint(c, lbnd=0) for c in _TO_COEFFICIENTS.T]
 )  # (points, degree): ∫₀ of each cardinal function
 _TWICE = np.array([chebyshev.chebint(c, m=2, lbnd=0) for c in _TO_COEFFICIENTS.T])
+_AT_ENDS = np.eye(POINTS)[[0, -1]]  # of each cardinal function, and its slope there
+_SLOPES_AT_ENDS = np.array(
+    [chebyshev.chebval([-1, 1], chebyshev.chebder(c)) for c in _TO_COEFFICIENTS.T]
+).T
 _SPEEDS_AT_NODES = chebyshev.chebvander(NODES, POINTS) @ _ONCE.T
 
 
@@ -68,13 +72,29 @@ def speeds_at_nodes(
 
 def shift_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
     """(n, POINTS): displacement at τ by unit acceleration at each node, in half²; half
-    (n,)."""
-    return chebyshev.chebvander(tau / half, POINTS + 1) @ _TWICE.T
+    (n,). Beyond the nodes the acceleration goes on as a straight line."""
+    edge, beyond, side = _beyond(tau / half)
+    shift = chebyshev.chebvander(edge, POINTS + 1) @ _TWICE.T
+    if beyond.any():
+        shift += beyond * (chebyshev.chebvander(edge, POINTS) @ _ONCE.T)
+        shift += beyond**2 / 2 * _AT_ENDS[side] + beyond**3 / 6 * _SLOPES_AT_ENDS[side]
+    return shift
 
 
 def speed_basis(tau: np.ndarray, half: np.ndarray) -> np.ndarray:
     """(n, POINTS): the same for the velocity, in units of half."""
-    return chebyshev.chebvander(tau / half, POINTS) @ _ONCE.T
+    edge, beyond, side = _beyond(tau / half)
+    speed = chebyshev.chebvander(edge, POINTS) @ _ONCE.T
+    if beyond.any():
+        speed += beyond * _AT_ENDS[side] + beyond**2 / 2 * _SLOPES_AT_ENDS[side]
+    return speed
+
+
+def _beyond(place: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Places clipped to the nodes' range, how far they lie beyond it (n, 1), and at
+    which end."""
+    edge = np.clip(place, -1.0, 1.0)
+    return edge, (place - edge)[:, None], (place > 0).astype(int)
 
 
 def positions_at_nodes(

@@ -1,12 +1,10 @@
-"""Fit of all free flights of a drop: a parabola for each, one gravity for all, impacts
-where successive parabolas meet.
+"""Which rows of a track belong to which free flight of a drop, and where successive
+flights meet.
 
-    h(t) = a + b τ − γ τ²/2 + δ(t),    τ = t − middle of the flight
+    h(t) = a + b τ − γ τ²/2,    τ = t − middle of the flight
 
-γ is gravity in the track's units, δ the effect of air drag (`drag_shift`). Where scale
-and frame rate are stated, γ is g (1 + η)(1 + ε): ε the error of the scale, η that of
-everything else. Both have priors with their sds, so that the curvature of the parabolas
-refines the scale."""
+A parabola for each flight and one γ for all, by least squares, tell the flights apart;
+what is measured on them is fitted by the rig's model."""
 
 import math
 from collections.abc import Sequence
@@ -16,23 +14,23 @@ from typing import Any
 import numpy as np
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.least_squares import (
-    Fit,
-    all_stated,
-    estimate_rho,
-    fit,
-    frame_lag,
-)
+from benchtwin.vision.motion.least_squares import all_stated
 from benchtwin.vision.motion.outliers import (
     SPIKE_SD,
+    STILL,
     curve_residuals,
     off_curve,
+    rows_at_rest,
     single_spikes,
 )
 from benchtwin.vision.motion.split_flights import free_flights, splits
 
+# with fewer rows none are left out about a contact, and outliers are not detected
+FEW_ROWS = 16
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
+# of the time between two rows, by which noise may move the impact out of that interval
+SLACK = 0.05
 NO_FALL = (
     "no fall can be distinguished from how the seed was held: too much noise, or too"
     " few frames"
@@ -40,128 +38,91 @@ NO_FALL = (
 
 
 @dataclass(frozen=True)
-class Gravity:
-    """Prior of γ. value: g in the track's units, None where scale or frame rate is
-    unknown; scale_sd: relative, of the scale; other_sd: relative, of everything else
-    (perspective, air); drag: k in a = −k v |v|, per length unit of the track."""
-
-    value: float | None
-    scale_sd: float = 0.0
-    other_sd: float = 1e-3
-    drag: float = 0.0
-
-
-@dataclass(frozen=True)
 class Flights:
-    """F flights fitted together. rows: those used of each flight; params: a₀ b₀ a₁ b₁ …
-    γ ε (2F + 2), with cov; middle (F,): times from which τ counts; free, free_sd: γ by
-    the parabolas alone, without a prior; outlier (n,): of all rows; guard: frames left
-    out on either side of a contact; unused: whether lowest points before the first
-    flight are no contacts (a hand, a slip of the tracker)."""
+    """F flights. rows: those used of each; middle (F,): times from which τ counts;
+    params: a₀ b₀ a₁ b₁ … γ (2F + 1); free_sd: of γ, NaN where it was given; weight
+    (n,): of all rows, 1 over their relative sd; outlier (n,); unused: whether lowest
+    points before the first flight are no contacts (a hand, a slip of the tracker)."""
 
     rows: tuple[np.ndarray, ...]
     time: np.ndarray  # (n,) of all rows
     middle: np.ndarray
     params: np.ndarray
-    cov: np.ndarray
-    noise: float
-    rho: float
-    free: float
     free_sd: float
+    noise: float
+    weight: np.ndarray
     outlier: np.ndarray
-    guard: float
-    drag: float
     unused: bool = False
 
     @property
-    def gamma(self) -> float:
-        return float(self.params[-2])
+    def free(self) -> float:
+        """γ, the acceleration of the falls."""
+        return float(self.params[-1])
 
-    def apex_time(self, flight: int, params: np.ndarray | None = None) -> float:
-        p = self.params if params is None else params
-        return self.middle[flight] + p[2 * flight + 1] / p[-2]
+    @property
+    def few(self) -> bool:
+        """Whether the track has few rows: none is left out about the contacts."""
+        return len(self.time) < FEW_ROWS
 
-    def height(self, flight: int, time: Any, params: np.ndarray | None = None) -> Any:
+    def apex_time(self, flight: int) -> float:
+        return float(self.middle[flight] + self.params[2 * flight + 1] / self.free)
+
+    def height(self, flight: int, time: Any) -> Any:
         """Height at `time`, a number or an array."""
-        p = self.params if params is None else params
-        tau = time - self.middle[flight]
-        parabola = p[2 * flight] + p[2 * flight + 1] * tau - p[-2] * tau**2 / 2
-        return (
-            parabola + drag_shift(time - self.apex_time(flight, p), p[-2], self.drag)[0]
-        )
+        tau, (a, b) = time - self.middle[flight], self.params[2 * flight :][:2]
+        return a + b * tau - self.free * tau**2 / 2
 
-    def speed(self, flight: int, time: Any, params: np.ndarray | None = None) -> Any:
+    def speed(self, flight: int, time: Any) -> Any:
         """dh/dt, upwards, at `time`, a number or an array."""
-        p = self.params if params is None else params
-        late = time - self.apex_time(flight, p)
-        return (
-            p[2 * flight + 1]
-            - p[-2] * (time - self.middle[flight])
-            + drag_shift(late, p[-2], self.drag)[1]
-        )
+        return self.params[2 * flight + 1] - self.free * (time - self.middle[flight])
 
-    def contact_times(self) -> list[float]:
-        """Times of the impacts, and of the landing that ends the last flight (by
-        symmetry about its apex); empty without impacts."""
-        last = len(self.rows) - 1
-        times = [self.contact_time(k) for k in range(last)]
+    def contacts(self) -> list[float]:
+        """Times of the impacts."""
+        return [self.contact_time(k) for k in range(len(self.rows) - 1)]
+
+    def ends(self) -> list[float]:
+        """Those, and that of the landing that ends the last flight (by symmetry about
+        its apex); empty without impacts."""
+        times, last = self.contacts(), len(self.rows) - 1
         return [*times, 2 * self.apex_time(last) - times[-1]] if times else []
 
     def contact_states(self) -> list[tuple[float, float]]:
         """Height and speed at each impact."""
-        times = [(k, self.contact_time(k)) for k in range(len(self.rows) - 1)]
-        return [(float(self.height(k, t)), float(self.speed(k, t))) for k, t in times]
+        return [
+            (float(self.height(k, t)), float(self.speed(k, t)))
+            for k, t in enumerate(self.contacts())
+        ]
 
-    def fall(self, params: np.ndarray | None = None) -> float:
-        """Height from the first flight's apex to its impact."""
-        p = self.params if params is None else params
-        return float(
-            self.height(0, self.apex_time(0, p), p)
-            - self.height(0, self.contact_time(0, p), p)
-        )
-
-    def contact_time(self, flight: int, params: np.ndarray | None = None) -> float:
-        """Time at which a flight and the next one meet: linear for parabolas of one γ,
-        then corrected for drag."""
-        p = self.params if params is None else params
+    def contact_time(self, flight: int) -> float:
+        """Time at which a flight and the next one meet, linear as both have one γ."""
         shift = self.middle[flight + 1] - self.middle[flight]
-        a0, b0, a1, b1 = p[2 * flight : 2 * flight + 4]
-        a1, b1 = a1 - b1 * shift - p[-2] * shift**2 / 2, b1 + p[-2] * shift
-        time = self.middle[flight] + (a1 - a0) / (b0 - b1)
-        for _ in range(3 if self.drag else 0):
-            gap = self.height(flight + 1, time, p) - self.height(flight, time, p)
-            time -= gap / (
-                self.speed(flight + 1, time, p) - self.speed(flight, time, p)
-            )
-        return float(time)
+        a0, b0, a1, b1 = self.params[2 * flight : 2 * flight + 4]
+        a1, b1 = a1 - b1 * shift - self.free * shift**2 / 2, b1 + self.free * shift
+        return float(self.middle[flight] + (a1 - a0) / (b0 - b1))
+
+    def release_seen(self) -> bool:
+        """Whether the release, the first flight's apex, is in the track."""
+        apex, begin = self.apex_time(0), self.time[0]
+        fall = self.time[self.rows[0][-1]] - apex
+        step = float(np.median(np.diff(self.time)))
+        return apex >= begin - max(0.03 * fall, 1.5 * step)
 
 
-def drag_shift(late: Any, gamma: float, drag: float) -> tuple[Any, Any]:
-    """Height and speed that quadratic drag adds to a parabola at the time `late` from
-    its apex. a = −k v |v| along v = −γ t, integrated twice with the undisturbed v: ± k
-    γ² t⁴/12 and k γ² |t|³/3. First order in k: correct to 0.03 % of the speed for a
-    soybean falling 310 mm, where drag takes 0.9 %."""
-    return (
-        drag * gamma**2 * late**3 * np.abs(late) / 12,
-        drag * gamma**2 * np.abs(late) ** 3 / 3,
-    )
-
-
-def fit_flights(
+def find_flights(
     time: np.ndarray,
     frame: np.ndarray,
     height: np.ndarray,
     across: np.ndarray,
     sd: np.ndarray,
-    gravity: Gravity,
+    gamma: float | None = None,
 ) -> Flights:
-    """Fit all flights of a track together; sd (n,): of each row, or NaN; across (n,):
-    used to find outliers only.
+    """The flights of a track; sd (n,): of each row, or NaN; across (n,): used to find
+    outliers only; gamma: gravity in its units, used where rows are few.
 
     Of the moments at which the seed may have been let go, that is taken whose flights
     tell most of the whole track."""
     step = float(np.median(np.diff(time) / np.diff(frame)))
-    weight = _weights(sd)
+    weight = np.median(sd) / sd if all_stated(sd) else np.ones(len(sd))
     tried: list[_Tried] = []
     errors: list[MeasurementError] = []
     for begin, ranges in enumerate(splits(height)):
@@ -169,7 +130,7 @@ def fit_flights(
         if ranges[-1][1] - ranges[0][0] < most:
             continue  # fewer rows than are explained already
         try:
-            free = _free(ranges, time, frame, height, across, weight, gravity, step)
+            free = _free(ranges, time, height, across, weight, step, gamma)
         except MeasurementError as error:
             errors.append(error)
             continue
@@ -180,12 +141,9 @@ def fit_flights(
     best = max(tried, key=lambda t: t.explained(height))
     if len(best.flights.rows) == 1 and best.explained(height) <= 0:
         raise MeasurementError(NO_FALL)
-    times = best.flights.contact_times()
-    rows, guard = _usable(best.ranges, times, time, best.outlier, step)
-    flights, _ = fit_rows(
-        rows, time, frame, height, weight, gravity, best.outlier, guard, quick=False
-    )
-    return replace(flights, unused=bool(best.begin))
+    rows = _usable(best.ranges, best.flights.ends(), time, best.outlier, step)
+    flights, _ = parabolas(rows, time, height, weight, _if_few(rows, gamma))
+    return replace(flights, outlier=best.outlier, unused=bool(best.begin))
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,16 +165,17 @@ class _Tried:
         return flown - sum(max(one, 0.0) for one in still)
 
 
-def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
+def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
     """The free flights among these ranges, outliers told apart."""
     outlier = single_spikes(height)
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
     for _ in range(3):
-        rows, guard = _usable(ranges, contact_times, time, outlier, step)
-        flights, residual = fit_rows(
-            rows, time, frame, height, weight, gravity, outlier, guard, quick=True
-        )
-        contact_times = flights.contact_times()
+        rows = _usable(ranges, contact_times, time, outlier, step)
+        known = _if_few(rows[:2], gamma)
+        if len(rows) > 2:  # of which the later ones need not be flights
+            known = parabolas(rows[:2], time, height, weight, known)[0].free
+        flights, residual = parabolas(rows, time, height, weight, known)
+        contact_times = flights.ends()
         outlier = outlier | _spikes(rows, residual, time, height)
         for r in rows:
             outlier[r] |= off_curve(time[r], across[r])
@@ -224,6 +183,11 @@ def _free(ranges, time, frame, height, across, weight, gravity, step) -> _Tried:
             : free_flights(rows, time, height, residual, flights.contact_states(), step)
         ]
     return _Tried(flights, residual, ranges, outlier)
+
+
+def _if_few(rows: Sequence[np.ndarray], gamma: float | None) -> float | None:
+    """Gravity where there are less than two rows an unknown."""
+    return gamma if sum(map(len, rows)) < 2 * (2 * len(rows) + 1) else None
 
 
 def _explained(residual: np.ndarray, unknowns: int, reach: float) -> float:
@@ -261,31 +225,10 @@ def _spikes(
     return mask
 
 
-def _weights(sd: np.ndarray) -> np.ndarray:
-    return np.median(sd) / sd if all_stated(sd) else np.ones(len(sd))
-
-
-def _places_and_speeds(
-    rows: Sequence[np.ndarray], time: np.ndarray, middle: np.ndarray, more: int
-) -> np.ndarray:
-    """Design of a place and a speed for each flight, (rows, 2F + more), its last
-    columns 0."""
-    design = np.zeros((sum(map(len, rows)), 2 * len(rows) + more))
-    at = 0
-    for k, r in enumerate(rows):
-        design[at : at + len(r), 2 * k : 2 * k + 2] = np.column_stack(
-            [np.ones(len(r)), time[r] - middle[k]]
-        )
-        at += len(r)
-    return design
-
-
-def _usable(
-    ranges, contact_times, time, outlier, step
-) -> tuple[tuple[np.ndarray, ...], float]:
+def _usable(ranges, contact_times, time, outlier, step) -> tuple[np.ndarray, ...]:
     """Rows of each flight without those within 2 frames of a contact, or fewer where a
     flight would have less than 4 rows."""
-    rows, least = [], GUARDS[0]
+    rows = []
     for k, (start, stop) in enumerate(ranges):
         low = contact_times[k - 1] if k else -np.inf
         high = contact_times[k] if k < len(contact_times) else np.inf
@@ -309,107 +252,118 @@ def _usable(
                 )
             break
         rows.append(kept)
-        least = min(least, guard)
     if not rows:
         raise MeasurementError("no flight of at least 3 frames")
-    return tuple(rows), least
+    return tuple(rows)
 
 
-def fit_rows(
-    rows: tuple[np.ndarray, ...],
+def parabolas(
+    rows: Sequence[np.ndarray],
     time: np.ndarray,
-    frame: np.ndarray,
     height: np.ndarray,
     weight: np.ndarray,
-    gravity: Gravity,
-    outlier: np.ndarray,
-    guard: float,
-    quick: bool,
-    noise: float | None = None,
+    gamma: float | None = None,
 ) -> tuple[Flights, np.ndarray]:
-    """Flights fitted to their rows, and the weighted residuals; quick: as if the noise
-    were white; noise: of a row of weight 1, where it is not to be estimated."""
-    used = np.concatenate(rows)
+    """Flights fitted to their rows, and the weighted residuals; gamma: γ where it is
+    known."""
+    used, count = np.concatenate(rows), len(rows)
     middle = np.array([time[r].mean() for r in rows])
-    design = _places_and_speeds(rows, time, middle, 2)
-    design[:, -2] = -(design[:, 1:-2:2].sum(axis=1) ** 2) / 2
-    lag = frame_lag(frame[used])
-    target = height[used]
-    solved = _solve(design, target, lag, weight[used], gravity, quick, noise)
-    for _ in range(2 if gravity.drag else 0):
-        params = solved[0].params
-        late = np.concatenate(
-            [
-                time[r] - middle[k] - params[2 * k + 1] / params[-2]
-                for k, r in enumerate(rows)
-            ]
-        )
-        shifted = target - drag_shift(late, params[-2], gravity.drag)[0]
-        solved = _solve(design, shifted, lag, weight[used], gravity, quick, noise)
-    found, free = solved
-    return (
-        Flights(
-            rows,
-            time,
-            middle,
-            found.params,
-            found.cov,
-            found.noise,
-            found.rho,
-            float(free.params[-1]),
-            float(np.sqrt(free.cov[-1, -1])),
-            outlier,
-            guard,
-            gravity.drag,
-        ),
-        found.residuals * weight[used],
-    )
+    which = np.repeat(np.arange(count), [len(r) for r in rows])
+    tau, w = time[used] - middle[which], weight[used]
+    design = np.zeros((len(used), 2 * count + 1))
+    each = np.arange(len(used))
+    design[each, 2 * which], design[each, 2 * which + 1] = 1.0, tau
+    design[:, -1] = -(tau**2) / 2
+    target, fitted = height[used], design
+    if gamma is not None:
+        target, fitted = target - gamma * design[:, -1], design[:, :-1]
+    params = np.linalg.lstsq(fitted * w[:, None], target * w, rcond=None)[0]
+    left = (target - fitted @ params) * w
+    freedom = max(len(used) - len(params), 1)
+    noise, free_sd = math.sqrt(float(left @ left) / freedom), math.nan
+    if gamma is None:
+        inverse = np.linalg.pinv(fitted.T * w**2 @ fitted, hermitian=True)
+        free_sd = noise * math.sqrt(max(float(inverse[-1, -1]), 0.0))
+    else:
+        params = np.append(params, gamma)
+    none = np.zeros(len(time), dtype=bool)
+    found = Flights(tuple(rows), time, middle, params, free_sd, noise, weight, none)
+    return found, left
 
 
-def _solve(
-    design, target, lag, weight, gravity: Gravity, quick: bool, noise: float | None
-) -> tuple[Fit, Fit]:
-    """The fit with the prior of gravity, and the one without."""
-    bare = design[:, :-1]
-    rho = 0.0 if quick else estimate_rho(bare * weight[:, None], target * weight, lag)
-    free = fit(bare, target, lag, weight=weight, rho=rho, noise=noise)
-    scale_row = np.zeros(design.shape[1])
-    scale_row[-1] = 1.0
-    rows, values, sds = [scale_row], [0.0], [max(gravity.scale_sd, 1e-9)]
-    if gravity.value is not None:
-        link = -scale_row.copy()
-        link[-2] = 1 / gravity.value
-        rows, values, sds = (
-            [*rows, link],
-            [*values, 1.0],
-            [*sds, max(gravity.other_sd, 1e-9)],
-        )
-    prior = (np.array(rows), np.array(values), np.array(sds))
-    found = fit(design, target, lag, weight=weight, rho=rho, prior=prior, noise=noise)
-    return found, free
-
-
-def fit_lateral(
-    flights: Flights,
+def find_few_flights(
     time: np.ndarray,
-    frame: np.ndarray,
-    across: np.ndarray,
+    height: np.ndarray,
     sd: np.ndarray,
-    plumb_sd: float,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Fit c + u τ + a τ²/2 sideways for each flight (c₀ u₀ c₁ u₁ … a, and their
-    covariance); sd of a: γ times `plumb_sd` [rad]."""
-    used = np.concatenate(flights.rows)
-    design = _places_and_speeds(flights.rows, time, flights.middle, 1)
-    design[:, -1] = design[:, 1:-1:2].sum(axis=1) ** 2 / 2
-    row = np.zeros((1, design.shape[1]))
-    row[0, -1] = 1.0
-    prior = (row, np.zeros(1), np.array([max(plumb_sd, 1e-6) * abs(flights.gamma)]))
-    found = fit(
-        design,
-        across[used],
-        frame_lag(frame[used]),
-        weight=_weights(sd)[used],
-        prior=prior,
-    )
-    return found.params, found.cov
+    gamma: float | None,
+    *,
+    gates: bool,
+) -> Flights:
+    """Fall and first rebound in a track of few rows (light gates, a stroboscope, some
+    pictures); sd (n,): of each height, or NaN; gamma: gravity in its units where that
+    is known: then five rows are enough, or four with stated sds.
+
+    The impact lies between two neighbouring rows; all pairs are tried. Light gates know
+    the height and measure the time: a row's error is σ_t times the speed."""
+    stated = all_stated(sd)
+    unknowns = 4 + (gamma is None)
+    least = unknowns + (not stated)
+    begin = rows_at_rest(height)
+    if len(time) - begin < least:
+        gravity_too = "gravity, " if gamma is None else ""
+        message = (
+            f"{len(time) - begin} rows of fall and rebound for {unknowns} unknowns"
+            f" ({gravity_too}two places and two speeds)"
+        )
+        raise MeasurementError(
+            f"{message}; {least} are needed"
+            + ("" if stated else f", or {least - 1} with their sd stated")
+        )
+    weight = np.median(sd) / sd if stated else np.ones(len(time))
+    by_speed = gates and not stated
+    tried = [
+        _impact_after(time, height, weight, gamma, begin, j, least, by_speed)
+        for j in range(begin + 1, len(time) - 2)
+    ]
+    found = [flights for flights in tried if flights is not None]
+    if not found:
+        raise MeasurementError(
+            "no impact lies between two of the rows: none of them splits into a fall"
+            " and a rebound of two rows each"
+        )
+    share = [1.0 if stated else len(time) / len(np.concatenate(f.rows)) for f in found]
+    return found[int(np.argmin([f.noise * s for f, s in zip(found, share)]))]
+
+
+def _impact_after(
+    time, height, weight, gamma, begin: int, j: int, least: int, by_speed: bool
+) -> Flights | None:
+    """Both flights, fitted with the impact between rows j and j + 1; None where the fit
+    puts it elsewhere."""
+    slack = SLACK * (time[j + 1] - time[j])
+    for end in range(max(j + 3, begin + least), len(time) + 1):
+        rows = (np.arange(begin, j + 1), np.arange(j + 1, end))
+        flights, _ = parabolas(rows, time, height, weight, gamma)
+        for _ in range(2 * by_speed):
+            speed = [np.abs(flights.speed(k, time[r])) for k, r in enumerate(rows)]
+            slow = np.maximum(fast := np.concatenate(speed), 0.1 * fast.max())
+            own = weight.copy()
+            own[begin:end] = np.median(slow) / slow
+            flights, _ = parabolas(rows, time, height, own, gamma)
+        if not flights.free > 0:
+            return None
+        meets, landing = flights.ends()
+        (low, fast), rises = flights.contact_states()[0], flights.speed(1, meets)
+        inside = time[j] - slack <= meets <= time[j + 1] + slack
+        if not inside or fast >= 0 or rises <= 0 or time[end - 1] > landing:
+            return None
+        if end < len(time) and time[end] < landing:
+            continue
+        near = max(3 * flights.noise, STILL * np.ptp(height))
+        if low > height.min() + near:
+            return None  # some row is lower than the plate
+        top = flights.height(1, flights.apex_time(1))
+        if height[end:].max(initial=-math.inf) > top + near:
+            return None  # a later bounce would be higher
+        return flights
+    return None

@@ -14,7 +14,14 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.air import SHAPE_SD, UNKNOWN_DRAG_PER_M, through_air
+from benchtwin.bench.air import (
+    SHAPE_SD,
+    SLOWEST_M_S,
+    UNKNOWN_DRAG_PER_M,
+    air_of,
+    drag_at,
+    through_air,
+)
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.ellipsoid import elongation
 from benchtwin.vision.measurement import (
@@ -26,7 +33,6 @@ from benchtwin.vision.measurement import (
     failed,
 )
 from benchtwin.vision.motion.first_bounce import first_bounce, first_flat_sd
-from benchtwin.vision.motion.gravity import drag_per_metre
 from benchtwin.vision.recording import Recording
 
 G = G_MM_S2 / 1000  # m/s²
@@ -312,3 +318,18 @@ def _rounding(times: np.ndarray) -> float:
     return next(
         (10.0**-digits for digits, is_exact in enumerate(exact) if is_exact), 0.0
     )
+
+
+def drag_per_metre(recording: Recording, speed: float) -> float | None:
+    """k [1/m] of a = −k v |v| for the recording's seed and air at `speed` [m/s], as of
+    a sphere of equal volume (bench.air); None where the seed is not described."""
+    seed = recording.seed
+    if not recording.air.density_kg_m3:
+        return 0.0
+    if not seed.sizes_mm or not (seed.mass_g or seed.density_kg_m3):
+        return None
+    about = {
+        "seed": seed.model_dump(exclude_none=True),
+        "air": recording.air.model_dump(exclude_none=True),
+    }
+    return drag_at(air_of(about), max(speed, SLOWEST_M_S))

@@ -78,31 +78,22 @@ def fit(
     *,
     weight: np.ndarray | None = None,
     rho: float | None = None,
-    prior: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None,
-    noise: float | None = None,
 ) -> Fit:
     """Generalised least squares of `data` (n,) on `design` (n, p) under AR(1) noise.
-    weight (n,): 1 / relative sd of each row. prior: (rows (m, p), values (m,), sds
-    (m,)) of what is known beforehand. σ is `noise`, or estimated; then the covariance
-    is widened by Student's t for the n − p degrees of freedom behind it."""
+    weight (n,): 1 / relative sd of each row. The covariance is widened by Student's t
+    for the n − p degrees of freedom behind σ."""
     n, p = design.shape
     weight = np.ones(n) if weight is None else weight
     scaled, target = design * weight[:, None], data * weight
     rho = estimate_rho(scaled, target, lag) if rho is None else rho
     white, aim = whiten(scaled, lag, rho), whiten(target, lag, rho)
-    widen = 1.0
-    if noise is None:
-        alone = np.linalg.lstsq(white, aim, rcond=None)[0]
-        freedom = max(n - np.linalg.matrix_rank(white), 1)
-        noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
-        widen = (student.ppf(0.975, freedom) / 1.96) ** 2
+    alone = np.linalg.lstsq(white, aim, rcond=None)[0]
+    freedom = max(n - np.linalg.matrix_rank(white), 1)
+    noise = float(np.sqrt(((aim - white @ alone) ** 2).sum() / freedom))
+    widen = (student.ppf(0.975, freedom) / 1.96) ** 2
     # a simulated track may be exact, or exactly 0
     noise = max(noise, 1e-12 * float(np.abs(data).max()), 1e-9)
     white, aim = white / noise, aim / noise
-    if prior is not None:
-        rows, values, sds = prior
-        white = np.vstack([white, rows / sds[:, None]])
-        aim = np.concatenate([aim, values / sds])
     if p > 2:
         inverse = np.linalg.pinv(white.T @ white, hermitian=True)
     else:
@@ -147,17 +138,19 @@ def correlated_mean(values: np.ndarray, frame: np.ndarray) -> tuple[float, float
 def propagate(
     function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """`function(params)` (m,) and its covariance (m, m) to first order, by central
-    differences of 1e-4 sd."""
+    """`function(params)` (m,) and its covariance (m, m) to first order."""
     value = np.asarray(function(params), dtype=float)
-    steps = (
-        1e-3 * np.sqrt(np.maximum(np.diag(cov), 0)) + 1e-12 * np.abs(params) + 1e-300
-    )
-    jacobian = np.empty((len(value), len(params)))
-    for i, step in enumerate(steps):
-        shift = np.zeros(len(params))
-        shift[i] = step
-        jacobian[:, i] = (
-            np.asarray(function(params + shift)) - np.asarray(function(params - shift))
-        ) / (2 * step)
+    jacobian = slopes(function, params, np.sqrt(np.maximum(np.diag(cov), 0)))
     return value, jacobian @ cov @ jacobian.T
+
+
+def slopes(
+    function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, sds: np.ndarray
+) -> np.ndarray:
+    """Derivatives (m, p) of `function(params)`, by central differences of 1e-3 sd."""
+    steps = 1e-3 * sds + 1e-12 * np.abs(params) + 1e-300
+    columns = [
+        np.asarray(function(params + shift)) - np.asarray(function(params - shift))
+        for shift in np.diag(steps)
+    ]
+    return np.column_stack(columns) / (2 * steps)

@@ -7,7 +7,6 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 from benchtwin.vision.measurement import FAILED, Observation
-from benchtwin.vision.motion.rebound import gravity_axes
 from benchtwin.vision.motion.split_flights import releases
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
@@ -20,7 +19,7 @@ def drop_rows(track: Track, recording: Recording) -> list[slice]:
     rows = np.flatnonzero(~track.outlier)
     if recording.evidence == "gates.csv" or not len(rows):
         return [slice(0, len(track))]
-    height, _ = gravity_axes(track.used(), recording)
+    height, _ = track.used().upright(recording.camera.plumb_deg)
     begins = [0, *(int(rows[part.start]) for part in releases(height)[1:])]
     return [slice(a, b) for a, b in pairwise([*begins, len(track)])]
 

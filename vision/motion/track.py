@@ -77,6 +77,15 @@ class Track:
         """Median time from one frame to the next."""
         return float(np.median(np.diff(self.time) / np.maximum(np.diff(self.frame), 1)))
 
+    def upright(self, plumb_deg: float | None) -> tuple[np.ndarray, np.ndarray]:
+        """Height and sideways place in axes along gravity; plumb_deg: clockwise from
+        straight down, None: 0."""
+        turn = np.radians(plumb_deg or 0.0)
+        return (
+            self.x * np.sin(turn) + self.y * np.cos(turn),
+            self.x * np.cos(turn) - self.y * np.sin(turn),
+        )
+
     def used(self) -> "Track":
         """Without the outliers."""
         return self if not self.outlier.any() else self.take(~self.outlier)

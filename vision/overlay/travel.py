@@ -14,7 +14,8 @@ SHOWN = 2  # quantities in a caption
 def caption(quantities: Sequence[Quantity]) -> str:
     """The first quantities in words."""
     known = [q for q in quantities if np.isfinite(q.value)]
-    return "; ".join(q.in_words for q in known[:SHOWN]) or "nothing could be measured"
+    said = "; ".join(q.in_words for q in known[:SHOWN]).replace("_", " ")
+    return said or "nothing could be measured"
 
 
 def plot_travel(

@@ -46,15 +46,12 @@ def test_roll_is_a_recording_s_plumb_deg(plumb_deg):
 
 
 def test_the_measuring_code_reads_roll_the_same_way():
-    from types import SimpleNamespace
-
-    from benchtwin.vision.motion.rebound import gravity_axes
+    from benchtwin.vision.motion.track import make_track
 
     camera = Camera(roll_deg=4.0)
     places = np.array([(0.01, 0, 0.05), (0.01, 0, 0.02), (0.03, 0, 0.02)])
     seen = project(camera, places) * camera.mm_per_px
-    recording = SimpleNamespace(camera=SimpleNamespace(plumb_deg=4.0))
-    up, across = gravity_axes(SimpleNamespace(x=seen[:, 0], y=-seen[:, 1]), recording)
+    up, across = make_track(np.arange(3.0), seen[:, 0], -seen[:, 1]).upright(4.0)
     assert np.diff(up) == pytest.approx([-30.0, 0.0], abs=1e-9)
     assert np.diff(across) == pytest.approx([0.0, 20.0], abs=1e-9)
 

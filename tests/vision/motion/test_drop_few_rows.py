@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.rigs.drop.keys import Drop
-from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
@@ -96,7 +96,7 @@ def test_intervals_of_few_rows_hold(tmp_path, gates, stated):
         track = make_track(time, 0 * seen, seen, sd=row_sd if stated else np.nan)
         found = {
             q.name: q
-            for q in measure_rebound(
+            for q in measure_drop(
                 track, recording(tmp_path, "gates.csv" if gates else "track.csv")
             ).quantities
         }
@@ -127,7 +127,7 @@ def test_what_is_too_little_is_said(tmp_path):
     t, y, _, _ = flights(0.5, 0.7)
     time = np.array([0.05, 0.25, 0.4, 0.55])
     track = make_track(time, 0 * time, 1000 * np.interp(time, t, y))
-    asked = measure_rebound(track, recording(tmp_path, "track.csv")).quantities[0]
+    asked = measure_drop(track, recording(tmp_path, "track.csv")).quantities[0]
     assert (
         "4 rows of fall and rebound for 4 unknowns" in asked.reason
         and "sd stated" in asked.reason
@@ -135,7 +135,7 @@ def test_what_is_too_little_is_said(tmp_path):
     known = make_track(time, 0 * time, 1000 * np.interp(time, t, y), sd=0.5)
     found = {
         q.name: q
-        for q in measure_rebound(known, recording(tmp_path, "track.csv")).quantities
+        for q in measure_drop(known, recording(tmp_path, "track.csv")).quantities
     }
     assert (
         abs(found["restitution_normal"].value - 0.7)
@@ -147,7 +147,5 @@ def test_what_is_too_little_is_said(tmp_path):
     )
     assert (
         "no impact lies between two of the rows"
-        in measure_rebound(falling, recording(tmp_path, "track.csv"))
-        .quantities[0]
-        .reason
+        in measure_drop(falling, recording(tmp_path, "track.csv")).quantities[0].reason
     )

@@ -106,11 +106,11 @@ def test_repeats_do_not_reduce_the_error_of_the_height(tmp_path):
 def test_a_fall_that_was_seen_corrects_the_stated_height():
     """Stated 18 mm too low, seen to .1 mm: the restitution is that of the fall seen,
     and the note names both."""
-    from benchtwin.vision.motion.rebound import measure_rebound
+    from benchtwin.rigs.drop.measure import measure_drop
     from synthetic.motion import draw_drop, film_track
 
     track = film_track(draw_drop(), np.random.default_rng(0), noise_mm=0.03)
-    result = measure_rebound(track, drop(height=292.0))
+    result = measure_drop(track, drop(height=292.0))
     found = named(result)["restitution"]
     assert found.value == pytest.approx(0.5, abs=0.002)
     assert any("says 292" in note and "310" in note for note in result.notes)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.rigs.drop.measure import measure_drop
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
 
@@ -14,7 +14,7 @@ def test_outliers_are_marked_and_left_out():
     y = track.y.copy()
     wrong = np.arange(300, 1200, 45)
     y[wrong] += 12.0
-    result = measure_rebound(replace(track, y=y), drop())
+    result = measure_drop(replace(track, y=y), drop())
     assert (
         result.track.outlier[wrong].all()
         and result.track.outlier.sum() < len(wrong) + 20
@@ -30,7 +30,7 @@ def test_single_rows_far_off_are_marked_and_nothing_else(every, off):
     hardly any other is."""
     track = film_track(draw_drop(), np.random.default_rng(0), fps=1000, noise_mm=0.05)
     wrong = np.arange(len(track)) % every == (3 if every < 100 else 150)
-    result = measure_rebound(replace(track, y=track.y + off * wrong), drop(fps=1000))
+    result = measure_drop(replace(track, y=track.y + off * wrong), drop(fps=1000))
     assert (
         result.track.outlier[wrong].all() and (result.track.outlier & ~wrong).sum() <= 3
     )
@@ -46,7 +46,7 @@ def test_rows_astray_sideways_are_outliers_and_cost_the_sideways_speed_nothing()
     rng = np.random.default_rng(1)
     odd = rng.random(len(track)) < 0.03
     strayed = replace(track, x=track.x + odd * rng.choice([-2.0, 2.0], len(track)))
-    clean, found = measure_rebound(track, drop()), measure_rebound(strayed, drop())
+    clean, found = measure_drop(track, drop()), measure_drop(strayed, drop())
     flown = np.isin(np.arange(len(track)), np.concatenate(clean.flights.rows))
     assert (
         found.track.outlier[odd & flown].all()
@@ -67,10 +67,10 @@ def test_a_flight_that_air_bends_more_than_is_assumed_is_no_outlier():
     way = np.clip((track.t_s - first) / (second - first), 0.0, None)
     flying = (way > 0) & (way < 1)
     bent = replace(track, y=track.y + np.where(flying, 0.5 * way**8, 0.0))
-    found = measure_rebound(bent, drop(fps=5000))
+    found = measure_drop(bent, drop(fps=5000))
     assert found.track.outlier[flying].mean() < 0.01
     burst = (way > 0.9) & (np.cumsum((way > 0.9) & flying) <= 20)
-    jumped = measure_rebound(
+    jumped = measure_drop(
         replace(track, y=track.y + np.where(burst, 0.2, 0.0)), drop(fps=5000)
     )
     assert jumped.track.outlier[burst].mean() > 0.9

@@ -8,10 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.rigs.drop.keys import Drop
-from benchtwin.vision.motion.flight import drag_shift
-from benchtwin.vision.motion.gravity import drag_per_metre
+from benchtwin.rigs.drop.measure import measure_drop
+from benchtwin.vision.motion.impacts import drag_per_metre
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
-from benchtwin.vision.motion.rebound import measure_rebound
 from benchtwin.vision.motion.track import make_track, track_from_table
 from benchtwin.vision.recording import Camera, Recording, Seed
 from drops import CAMERA, drop, named
@@ -27,7 +26,7 @@ def test_restitution_of_a_drawn_bounce():
             noise_mm=0.025,
             ar=0.9 * (seed % 2),
         )
-        found = named(measure_rebound(track, drop()))
+        found = named(measure_drop(track, drop()))
         assert found["restitution_normal"].value == pytest.approx(0.5, abs=0.002)
         assert found["restitution"].value == pytest.approx(0.5, abs=0.002)
         assert {q.quality for q in found.values()} == {"good"}
@@ -43,7 +42,7 @@ def test_a_phone_s_few_frames_do(fps):
         e = float(rng.uniform(0.35, 0.7))
         motion = draw_drop(restitution=e, rest_s=float(rng.uniform(0, 0.3)), end_s=1.2)
         found = named(
-            measure_rebound(
+            measure_drop(
                 film_track(motion, rng, fps=fps, noise_mm=0.03),
                 drop(fps=fps, mm_per_px=0.5),
             )
@@ -74,7 +73,7 @@ def test_every_bounce_has_its_row():
     )
     track = film_track(motion, np.random.default_rng(3), angle_noise_deg=1.0)
     known = replace(drop(), camera=Camera(**CAMERA, plumb_deg=0, plumb_sd_deg=0.01))
-    table = measure_rebound(track, known).bounces
+    table = measure_drop(track, known).bounces
     assert len(table) >= 3
     for row, truth in zip(table.itertuples(), motion.truth["bounces"]):
         assert row.t_s == pytest.approx(truth["t_s"], abs=5 * row.t_sd_s)
@@ -102,7 +101,7 @@ def test_intervals_hold_the_truth(ar):
     for seed in range(60):
         rng = np.random.default_rng(seed)
         motion = draw_drop(restitution=float(rng.uniform(0.35, 0.7)), max_bounces=3)
-        table = measure_rebound(
+        table = measure_drop(
             film_track(motion, rng, fps=1000, noise_mm=0.05, ar=ar),
             drop(fps=1000, mm_per_px=0.25),
         ).bounces
@@ -154,20 +153,20 @@ def test_gravity_tells_a_wrong_frame_rate_from_a_wrong_scale(
         y=track.y * scale_factor,
         x=track.x * scale_factor,
     )
-    found = named(measure_rebound(wrong, drop()))
+    found = named(measure_drop(wrong, drop()))
     assert (
         found["impact_speed"].quality == "doubtful"
         and says in found["impact_speed"].reason
     )
     assert found["restitution_normal"].value == pytest.approx(0.5, abs=0.002)  # a ratio
     assert (
-        says not in named(measure_rebound(track, drop()))["impact_speed"].reason
+        says not in named(measure_drop(track, drop()))["impact_speed"].reason
     )  # control
 
 
 def test_without_a_witness_both_are_named():
     track = film_track(draw_drop(), np.random.default_rng(0))
-    found = named(measure_rebound(replace(track, y=track.y / 2), drop(height=None)))
+    found = named(measure_drop(replace(track, y=track.y / 2), drop(height=None)))
     reason = found["rebound_height"].reason
     assert (
         "4.9 m/s²" in reason
@@ -178,7 +177,7 @@ def test_without_a_witness_both_are_named():
 
 def test_a_fall_that_is_not_the_stated_one_is_said():
     found = named(
-        measure_rebound(
+        measure_drop(
             film_track(draw_drop(), np.random.default_rng(0)), drop(height=31.0)
         )
     )
@@ -193,7 +192,7 @@ def test_without_scale_or_frame_rate_there_are_still_ratios():
     bare = make_track(
         None, track.x / 0.25, track.y / 0.25, unit="px", frame=track.frame
     )
-    result = measure_rebound(bare, Recording("d", Path("d"), "drop", "track.csv", ()))
+    result = measure_drop(bare, Recording("d", Path("d"), "drop", "track.csv", ()))
     found = named(result)
     assert found["restitution"].value == pytest.approx(0.5, abs=0.002)
     assert (found["rebound_height"].unit, found["impact_speed"].unit) == (
@@ -201,7 +200,7 @@ def test_without_scale_or_frame_rate_there_are_still_ratios():
         "px/frame",
     )
     assert found["rebound_height"].value == pytest.approx(310, abs=1)
-    timed = measure_rebound(replace(bare, t_s=track.t_s), drop(fps=5200))
+    timed = measure_drop(replace(bare, t_s=track.t_s), drop(fps=5200))
     told = next(note for note in timed.notes if "mm per px" in note)
     assert float(told.split("makes it ")[1].split(" ")[0]) == pytest.approx(
         0.25, rel=1e-3
@@ -221,7 +220,7 @@ def test_a_scale_without_a_clock_gives_ratios_and_lengths(unit):
     known = Recording(
         "d", Path("d"), "drop", "track.csv", (), camera=camera, drop=Drop(height_mm=310)
     )
-    found = named(measure_rebound(track_from_table(table, camera), known))
+    found = named(measure_drop(track_from_table(table, camera), known))
     assert {q.quality for q in found.values()} == {"good"}
     assert (
         abs(found["restitution_normal"].value - 0.5)
@@ -239,48 +238,35 @@ def test_air_drag_is_allowed_for_where_the_seed_is_described():
     known = drop(seed=seed, density=1.2)
     k = drag_per_metre(known, 1.8)
     track = film_track(draw_drop(drag_per_m=k), np.random.default_rng(0), noise_mm=0.01)
-    assert named(measure_rebound(track, known))[
+    assert named(measure_drop(track, known))[
         "restitution_normal"
     ].value == pytest.approx(0.5, abs=4e-4)
-    without = named(measure_rebound(track, drop()))["restitution_normal"].value
+    without = named(measure_drop(track, drop()))["restitution_normal"].value
     assert abs(without - 0.5) > 1e-3  # control: a bare parabola is off by more
-
-
-def test_drag_shift_is_the_double_integral_of_drag_along_the_parabola():
-    late, gamma, k = np.linspace(-0.2, 0.2, 4001), 9.8, 0.04
-    height, speed = drag_shift(late, gamma, k)
-    assert np.allclose(np.gradient(height, late)[1:-1], speed[1:-1], atol=1e-5)
-    pull = -k * (-gamma * late) * np.abs(gamma * late)
-    assert np.allclose(np.gradient(speed, late)[1:-1], pull[1:-1], atol=1e-3)
 
 
 def test_a_release_out_of_sight_asks_for_the_height():
     track = film_track(draw_drop(), np.random.default_rng(0), start_s=0.15)
-    missing = named(measure_rebound(track, drop(height=None)))["restitution"]
+    missing = named(measure_drop(track, drop(height=None)))["restitution"]
     assert missing.quality == "failed" and "height_mm" in missing.reason
-    assert named(measure_rebound(track, drop()))["restitution"].value == pytest.approx(
+    assert named(measure_drop(track, drop()))["restitution"].value == pytest.approx(
         0.5, abs=0.002
     )
 
 
 @pytest.mark.slow
-def test_coverage_over_everything_a_recording_states():
-    """The study of benchmarks/tracking.py: 90–98 % of 400."""
-    import sys
-
-    sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
+def test_intervals_hold_over_everything_a_recording_may_be():
+    """200 drops of benchmarks/tracking.py, drawn from the priors: 95 %, 90 to 99 % by
+    chance and by what few far outliers are."""
     from tracking import drawn_drop
 
     inside: dict[str, list] = {}
-    for seed in range(400):
-        motion, track, known, height = drawn_drop(np.random.default_rng(1000 + seed))
-        truth = motion.truth | {
-            "restitution": np.sqrt(motion.truth["rebound_height"] / height)
-        }
-        for q in measure_rebound(track, known).quantities:
+    for seed in range(200):
+        truth, track, known = drawn_drop(np.random.default_rng(1000 + seed))
+        for q in measure_drop(track, known).quantities:
             inside.setdefault(q.name, []).append(
                 abs(q.value - truth[q.name]) < 1.96 * q.sd
             )
-    assert all(0.90 <= np.mean(hits) <= 0.98 for hits in inside.values()), {
-        k: np.mean(v) for k, v in inside.items()
-    }
+    shares = {name: float(np.mean(hits)) for name, hits in inside.items()}
+    print(shares)
+    assert all(0.90 <= share <= 0.99 for share in shares.values()), shares

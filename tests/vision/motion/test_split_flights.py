@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.vision.motion.rebound import measure_rebound
+from benchtwin.rigs.drop.measure import measure_drop
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
 
@@ -17,7 +17,7 @@ from synthetic.motion import draw_drop, film_track
     ],
 )
 def test_no_bounce_fails_with_the_reason(motion, until, says):
-    result = measure_rebound(
+    result = measure_drop(
         film_track(motion, np.random.default_rng(0), until_s=until), drop()
     )
     *bounce, fall = result.quantities
@@ -30,7 +30,7 @@ def test_no_bounce_fails_with_the_reason(motion, until, says):
 
 def test_a_rebound_cut_short_is_doubtful():
     found = named(
-        measure_rebound(
+        measure_drop(
             film_track(draw_drop(), np.random.default_rng(0), until_s=0.36), drop()
         )
     )
@@ -47,7 +47,7 @@ def test_a_rebound_of_which_little_was_seen_fails(fps, until):
     track = film_track(
         draw_drop(), np.random.default_rng(0), fps=fps, until_s=until, noise_mm=0.05
     )
-    found = named(measure_rebound(track, drop(fps=fps, mm_per_px=0.25)))
+    found = named(measure_drop(track, drop(fps=fps, mm_per_px=0.25)))
     for name in ("rebound_height", "restitution"):
         assert (
             found[name].quality == "failed"
@@ -78,7 +78,7 @@ def test_slow_noise_and_stray_rows_while_a_seed_is_held_are_no_contacts(stray):
         if stray:
             odd = rng.random(len(track)) < 0.02
             track = replace(track, y=track.y + odd * rng.normal(0, 0.18, len(track)))
-        found = measure_rebound(track, drop(80.0, fps=8000, mm_per_px=0.2))
+        found = measure_drop(track, drop(80.0, fps=8000, mm_per_px=0.2))
         assert found.flights.contact_time(0) == pytest.approx(
             motion.truth["bounces"][0]["t_s"], abs=1e-3
         )
@@ -98,7 +98,7 @@ def test_a_film_that_ends_as_the_seed_leaves_is_refused():
             for n in ("frame", "t_s", "x", "y", "sd", "outlier")
         },
     )
-    found = measure_rebound(only, drop())
+    found = measure_drop(only, drop())
     assert (
         found.flights is None
         and "no fall can be distinguished" in found.quantities[0].reason
@@ -113,7 +113,7 @@ def test_the_lows_of_a_seed_that_rocks_to_rest_are_no_contacts():
     late = np.maximum(track.t_s - motion.truth["bounces"][3]["t_s"], 0.0)
     rocking = 2.0 * (1 - np.cos(2 * np.pi * 5 * late)) * np.exp(-late)
     rest = 3.4 + np.random.default_rng(1).normal(0, 0.02, len(track))
-    found = measure_rebound(
+    found = measure_drop(
         replace(track, y=np.where(late > 0, rest + rocking, track.y)), drop()
     )
     assert len(found.bounces) == 3
@@ -128,7 +128,7 @@ def test_a_seed_that_bounced_out_of_the_picture_has_no_contact_below_the_plate()
     seen = (track.t_s < (times[1] + times[2]) / 2) | (
         track.t_s > times[3] + 0.3 * (times[4] - times[3])
     )
-    found = measure_rebound(track.marked(~seen), drop())
+    found = measure_drop(track.marked(~seen), drop())
     assert found.bounces.t_s.to_numpy() == pytest.approx(times[:2], abs=1e-4)
 
 
@@ -141,7 +141,7 @@ def test_a_slip_of_the_tracker_in_the_fall_costs_no_bounce(rows, low_mm):
     slipped = int(np.argmax(track.t_s > 0.25)) + rows
     y = track.y.copy()
     y[slipped] -= low_mm
-    found = measure_rebound(replace(track, y=y), drop(140.0, fps=240, mm_per_px=0.3))
+    found = measure_drop(replace(track, y=y), drop(140.0, fps=240, mm_per_px=0.3))
     assert found.bounces.restitution.to_numpy() == pytest.approx(0.7, abs=0.02)
     assert named(found)["restitution_normal"].quality == "good"
 
@@ -154,8 +154,8 @@ def test_a_hand_that_moves_before_it_lets_go_costs_no_bounce(amount):
     track = film_track(motion, np.random.default_rng(0), fps=30, noise_mm=0.3)
     moved = amount * np.sin(2 * np.pi * np.clip((track.t_s - 0.2) / 0.9, 0, 1))
     known = drop(600.0, fps=30, mm_per_px=2.0)
-    found = measure_rebound(replace(track, y=track.y + moved), known)
-    still = measure_rebound(track, known)
+    found = measure_drop(replace(track, y=track.y + moved), known)
+    still = measure_drop(track, known)
     assert len(found.bounces) == len(still.bounces) >= 3
     normal = named(found)["restitution_normal"]
     assert abs(normal.value - 0.75) < 2 * normal.sd < 0.05
@@ -174,7 +174,7 @@ def test_a_seed_that_lies_for_long_after_few_frames_of_bounces_is_measured(fps):
         motion = draw_drop(height_mm=height, restitution=e, rest_s=rest, end_s=2.0)
         noise = float(rng.choice([0.03, 0.3]))
         track = film_track(motion, rng, fps=fps, noise_mm=noise)
-        found = named(measure_rebound(track, drop(height, fps=fps, mm_per_px=0.5)))
+        found = named(measure_drop(track, drop(height, fps=fps, mm_per_px=0.5)))
         normal = found["restitution_normal"]
         assert normal.quality != "failed", (seed, normal.reason)
         if normal.quality == "doubtful":

@@ -1,11 +1,11 @@
 """Measures a drop from any evidence: track, light gates, impact times, frames, video
 or sound."""
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
 from benchtwin.vision.measurement import MeasurementError, Observation, all_failed
@@ -24,13 +24,6 @@ from benchtwin.vision.motion.of_recording import (
     table_track,
     to_mm,
 )
-from benchtwin.vision.motion.rebound import (
-    QUANTITIES,
-    Rebound,
-    gravity_axes,
-    measure_rebound,
-)
-from benchtwin.vision.motion.rolling_shutter import average_over_readouts
 from benchtwin.vision.motion.several_drops import drop_rows, over_drops
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.motion.track_seed import TrackedSeed
@@ -118,9 +111,7 @@ def _observe_impacts(recording: Recording) -> Observation:
 
 def _observe_track(recording: Recording, track: Track) -> Observation:
     drops = _measure_drops(
-        track,
-        recording,
-        lambda rows: (measure_rebound(track.take(rows), recording), ""),
+        track, recording, lambda rows: measure_drop(track.take(rows), recording)
     )
     return _of_drops(recording, drops, track, ())
 
@@ -144,13 +135,7 @@ def _drop_in_frames(
     drops = _measure_drops(
         seen,
         recording,
-        lambda rows: average_over_readouts(
-            seen.take(rows),
-            share[rows],
-            camera.readout_s,
-            camera.fps,
-            lambda track: measure_rebound(track, recording, axis),
-        ),
+        lambda rows: measure_drop(seen.take(rows), recording, axis, share[rows]),
     )
     found = _of_drops(recording, drops, seen, notes)
     picture = _draw_drop(tracked, drops, recording, caption(found.quantities))
@@ -159,25 +144,24 @@ def _drop_in_frames(
 
 @dataclass(frozen=True)
 class _Drop:
-    """One drop of a track: its rows, what was measured, a note or ""."""
+    """One drop of a track: its rows, and what was measured."""
 
     rows: slice
     result: Rebound
-    note: str
 
 
 def _measure_drops(
     track: Track,
     recording: Recording,
-    measure: Callable[[slice], tuple[Rebound, str]],
+    measure: Callable[[slice], Rebound],
 ) -> list[_Drop]:
     """Each drop of a track, measured by its rows; the whole as one drop where fewer
     than two parts of it bounce."""
     parts = drop_rows(track, recording)
-    drops = [_Drop(rows, *measure(rows)) for rows in parts] if len(parts) > 1 else []
+    drops = [_Drop(rows, measure(rows)) for rows in parts] if len(parts) > 1 else []
     drops = [drop for drop in drops if drop.result.bounces is not None]
     whole = slice(0, len(track))
-    return drops if len(drops) > 1 else [_Drop(whole, *measure(whole))]
+    return drops if len(drops) > 1 else [_Drop(whole, measure(whole))]
 
 
 def _of_drops(
@@ -188,12 +172,7 @@ def _of_drops(
         observation(
             recording,
             drop.result.quantities,
-            [
-                *track.notes,
-                *notes,
-                *([drop.note] if drop.note else []),
-                *drop.result.notes,
-            ],
+            [*track.notes, *notes, *drop.result.notes],
             {},
             drop.result.track,
             drop.result.bounces,
@@ -216,25 +195,11 @@ def _as_used(track: Track, drops: list[_Drop]) -> Track:
     return replace(track, t_s=t_s, outlier=outlier)
 
 
-def _flight_curves(drops: list[_Drop]) -> list[list[tuple[np.ndarray, np.ndarray]]]:
-    """(time, height) of each fitted flight of each drop, from contact to contact, for
-    the plot."""
-    curves = []
-    for flights in (drop.result.flights for drop in drops):
-        if flights is None:
-            continue
-        first, last = (flights.time[flights.rows[k][k]] for k in (0, -1))
-        times = [first, *flights.contact_times()[:-1], last]
-        spans = [np.linspace(a, b, 80) for a, b in itertools.pairwise(times)]
-        curves.append([(t, flights.height(k, t)) for k, t in enumerate(spans)])
-    return curves
-
-
 def _plot_flights(
     drops: list[_Drop], track: Track, recording: Recording, caption: str
 ) -> np.ndarray:
-    up, _ = gravity_axes(track, recording)
-    curves = _flight_curves(drops)
+    up, _ = track.upright(recording.camera.plumb_deg)
+    curves = [[(t, h) for t, h, _ in drop.result.curves] for drop in drops]
     labels = (f"t [{track.time_unit}]", f"height [{track.unit}]")
     return plot(
         track.time,
@@ -257,19 +222,12 @@ def _draw_drop(
     turn = np.radians(recording.camera.plumb_deg or 0.0)
     curves, marks = [], []
     for drop in drops:
-        used = drop.result.track.used()
-        _, across = gravity_axes(used, recording)
-        for number, (t, h) in enumerate(
-            curve for one in _flight_curves([drop]) for curve in one
-        ):
-            side = np.interp(t, used.time, across)
-            x, y = (
-                (h * np.sin(turn) + side * np.cos(turn)) / scale,
-                (h * np.cos(turn) - side * np.sin(turn)) / scale,
-            )
-            curves.append((x, height - 1 - y))
+        for number, (_, h, side) in enumerate(drop.result.curves):
+            x = (h * np.sin(turn) + side * np.cos(turn)) / scale
+            y = height - 1 - (h * np.cos(turn) - side * np.sin(turn)) / scale
+            curves.append((x, y))
             if number:
-                marks.append((x[0], height - 1 - y[0]))
+                marks.append((x[0], y[0]))
     lines = []
     if marks and np.isfinite(tracked.size):
         column, row = marks[0]

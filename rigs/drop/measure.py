@@ -1,0 +1,736 @@
+"""One drop → heights, speeds and restitution, and a table of its bounces: the fit of
+the rig's model to that recording, with nothing missing.
+
+    rebound_height      of the centroid, from the first contact to the highest place
+    restitution         √(H₂/H₁): H₂ that height, H₁ the fall, seen and as stated
+    impact_speed        vertical, at the first contact; rebound_speed: after it
+    restitution_normal  rebound_speed over impact_speed
+    fall_acceleration   of a fall without impact, drag included
+
+Films, tracks, few rows and light gates are evidence of the same model; a stated height
+is evidence of the fall. Heights are those of the centroid above its height at contact:
+the fall of a seed that does not turn is the clearance of its lowest point. A quantity
+is good where its 95 % interval would still hold if the next likeliest explanation, an
+effect of `effects/`, were true."""
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from benchtwin.bench.air import drag_at
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.infer.evidence import student_ln_likelihood
+from benchtwin.infer.linear import ridge, stacked
+from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.infer.posterior import LISTED_ODDS
+from benchtwin.infer.problem import Fit, fit, ln_evidence
+from benchtwin.infer.rivals import CAN_BE_TRUE, INSIDE_SDS, Rival, by_name, unless
+from benchtwin.rigs.drop.flight_model import (
+    STARTS,
+    Model,
+    build,
+    contact_states,
+    pictured,
+    places,
+    points_at,
+    pushed,
+    released,
+    velocities,
+)
+from benchtwin.rigs.drop.nuisances import HEIGHT, LOCK, READOUT
+from benchtwin.rigs.drop.read import SCALE_OF_GRAVITY_SD, SeenTrack, flights_of, flown
+from benchtwin.rigs.drop.reduction import problem_of, slopes_at
+from benchtwin.rigs.drop.session import Session, assemble
+from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise, floored
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    GOOD,
+    MeasurementError,
+    Quantity,
+    all_failed,
+    failed,
+)
+from benchtwin.vision.motion.flight import Flights
+from benchtwin.vision.motion.least_squares import (
+    all_stated,
+    slopes,
+    variance_factor,
+)
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
+from scipy.stats import t as student
+
+QUANTITIES = (
+    ("rebound_height", "mm"),
+    ("restitution", "1"),
+    ("impact_speed", "m/s"),
+    ("rebound_speed", "m/s"),
+    ("restitution_normal", "1"),
+)
+UNKNOWN_FALL_M = 0.6  # of a fall in unknown units: rms of heights up to 1 m
+NEAREST_M, FARTHEST_M = 0.3, 20.0  # of a camera at unknown distance; log-uniform
+UNKNOWN_DISTANCE_M = math.sqrt(
+    2 * math.log(FARTHEST_M / NEAREST_M) / (NEAREST_M**-2 - FARTHEST_M**-2)
+)  # its inverse is the root mean square of inverse distances
+WHITE = Noise(0.0, 0.0, 1.0)
+CONTRADICTION_SDS = 3.0  # of what is stated
+LEAST_JUDGED = 6  # rows by which gravity judges scale and clock
+LEAST_FRAMES = 5  # of a flight whose speed is good
+BELOW, ABOVE = 0.02, 1.0  # restitution of a free bounce
+FELT = 5  # of a flight's starts, those on which its motion depends
+LAWS_FELT = ("scale", "air", "air-slope")  # globals on which lengths and speeds depend
+SURE = 0.9  # share of a height's sd by which it may be off without a word
+VAGUE = 0.1  # relative sd from which a number is doubtful
+MANY = 5  # rows a parameter, with which effects are told from noise
+ALIKE = 1e-2  # of the greatest: slopes that say the same
+CURVE_POINTS = 80
+OF_LENGTH = (False, *6 * (True,), False)  # of a bounce, see `Fitted.derived`
+EACH = len(OF_LENGTH)
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """Result for a drop; `track` has its outliers marked; curves: (times, heights,
+    sideways places) of each fitted flight from contact to contact, in the track's units
+    and along gravity."""
+
+    quantities: tuple[Quantity, ...]
+    bounces: pd.DataFrame | None
+    flights: Flights | None
+    track: Track
+    notes: tuple[str, ...] = ()
+    curves: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """A recording as it is fitted. track: without outliers; unit, clock: of its lengths
+    [m] and times [s], where they are not believed a first guess; believed: whether
+    scale and frame rate are stated and gravity does not contradict them; axis: where
+    the optical axis passes, in the track's unit, or None; late (n,): share of the
+    readout after which each row was read, or None, and the readout's sd [s]."""
+
+    recording: Recording
+    track: Track
+    flights: Flights
+    unit: float
+    clock: float
+    believed: bool
+    axis: tuple[float, float] | None = None
+    late: np.ndarray | None = None
+    readout_sd: float = 0.0
+
+    @cached_property
+    def seen(self) -> SeenTrack:
+        """The track in millimetres and seconds."""
+        mm = 1e3 * self.unit
+        seen = flown(self.track, self.recording, self.flights, mm, self.clock)
+        if self.late is not None and self.readout_sd:
+            seen = replace(seen, late=self.late, readout_sd_s=self.readout_sd)
+        if not self.believed:
+            camera = seen.description["camera"]
+            pixel = mm if self.track.unit == "px" else camera.get("mm_per_px", 0.0)
+            camera |= {"scale_sd": SCALE_OF_GRAVITY_SD, "mm_per_px": pixel}
+        return seen
+
+    @cached_property
+    def of_length(self) -> tuple[float, float]:
+        """Share of the fitted scale, which is that of lengths over gravity's, by which
+        lengths are other than read, and their relative sd beside it."""
+        scale, gravity = self.recording.camera.scale_sd, unstated_sd("gravity")
+        if not self.believed:  # lengths are as read
+            return 0.0, scale if self.track.unit == "mm" else 0.0
+        whole = math.hypot(scale, gravity)
+        return (scale / whole) ** 2, scale * gravity / whole
+
+    @cached_property
+    def session(self) -> Session:
+        """Its rows; no height is stated."""
+        made = assemble((self.seen,), UNKNOWN_DISTANCE_M)
+        made = replace(made, release=np.array([np.nan]))
+        if self.axis is None:
+            return made
+        turn = math.radians(self.recording.camera.plumb_deg or 0.0)
+        x, y = self.unit * np.array(self.axis)
+        c, s = math.cos(turn), math.sin(turn)
+        middle = np.array([x * c - y * s, x * s + y * c])
+        return replace(made, view=replace(made.view, middle=middle))
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """Evidence and its fit."""
+
+    told: Evidence
+    fit: Fit
+
+    @property
+    def model(self) -> Model:
+        return self.fit.problem.model
+
+    @cached_property
+    def felt(self) -> np.ndarray:
+        """Numbers of those locals and globals on which the motion depends."""
+        flights, names = len(self.fit.starts), self.fit.names
+        own = np.arange(STARTS * flights).reshape(-1, STARTS)[:, :FELT].ravel()
+        shared = [STARTS * flights + names.index(n) for n in LAWS_FELT]
+        return np.concatenate([own, shared])
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Of all starts and the globals."""
+        of = self.fit
+        reduced, change = of.problem.reduce(of.starts, of.values)
+        still = change(np.zeros(len(of.values))).ravel()
+        by = np.column_stack([change(g).ravel() - still for g in np.eye(len(of.names))])
+        both = np.vstack([by, np.eye(len(of.names))])
+        covariance = both @ ridge(*stacked(reduced), of.prior_sd)[1] @ both.T
+        own = np.linalg.pinv(reduced[0].own)[: len(by)]
+        covariance[: len(by), : len(by)] += own @ own.T
+        return covariance
+
+    def derived(self, p: np.ndarray, of: Fit | None = None) -> np.ndarray:
+        """EACH values of every bounce: t, height at contact, speeds before and after,
+        sideways speeds before and after, rebound height, e; then the fall and √(H₂/H₁);
+        in the track's units, of lengths as true as they can be known."""
+        of, told = of or self.fit, self.told
+        starts = of.starts.copy()
+        starts[:, :FELT] = p[: -len(LAWS_FELT)].reshape(-1, FELT)
+        values = of.by_name | dict(zip(LAWS_FELT, p[-len(LAWS_FELT) :], strict=True))
+        model, scale = of.problem.model, 1 + values["scale"]
+        push = pushed(model, starts, values)
+        time, touch, speed = contact_states(model, starts, push)
+        count, after = len(time), model.session.joint[:, 1]
+        at = points_at(model.session, after, time + speed[count:, 1] / G_M_S2)
+        left = velocities(at, starts, push)[:, 1]  # less than air takes
+        high = places(at, starts, push)[:, 1] + left**2 / (2 * G_M_S2)
+        high = high - touch[:count, 1]
+        fall = released(model, starts, push, values)[0] - touch[0, 1]
+        length = (1 + told.of_length[0] * values["scale"]) / (scale * told.unit)
+        fast = length * told.clock
+        e = -speed[count:, 1] / speed[:count, 1]
+        middle = model.session.view.middle[1]
+        contact = (middle + (touch[:count, 1] - middle) / scale) / told.unit
+        columns = (
+            time / told.clock,
+            contact,
+            -fast * speed[:count, 1],
+            fast * speed[count:, 1],
+            fast * speed[:count, 0],
+            fast * speed[count:, 0],
+            length * high,
+            e,
+        )
+        ratio = math.sqrt(max(high[0], 0.0) / fall) if fall > 0 else math.nan
+        return np.append(np.column_stack(columns).ravel(), [length * fall, ratio])
+
+    def values_of(self, of: Fit) -> np.ndarray:
+        """Those on which the motion depends, of some fit of the same problem."""
+        return np.append(of.starts.ravel(), of.values)[self.felt]
+
+    @cached_property
+    def values(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`derived`, their sds, and the parts that all recordings of a session share:
+        how far an error of each global's prior moves them."""
+        p, whole = self.values_of(self.fit), self.covariance
+        felt = whole[np.ix_(self.felt, self.felt)]
+        value, moved = self.derived(p), slopes(self.derived, p, np.sqrt(np.diag(felt)))
+        sd = np.sqrt(np.clip(np.diag(moved @ felt @ moved.T), 0.0, None))
+        shared = STARTS * len(self.fit.starts) + np.arange(len(self.fit.names))
+        prior, told = self.fit.prior_sd, self.told
+        held = prior > 0
+        across = moved @ whole[np.ix_(self.felt, shared[held])]
+        common = np.sqrt(((across / prior[held]) ** 2).sum(1))
+        lengths = np.append(np.tile(OF_LENGTH, (len(value) - 2) // EACH), [True, False])
+        by_scale = told.of_length[1] * np.abs(value) * lengths
+        return value, np.hypot(sd, by_scale), np.hypot(np.minimum(common, sd), by_scale)
+
+    @cached_property
+    def rivals(self) -> list[Rival]:
+        """Each effect that this recording may show, fitted in full where the linear
+        problem leaves it possible."""
+        problem, out = self.fit.problem, []
+        alone = {
+            n: e for n, e in problem.effects.items() if not (e.group or e.unlisted)
+        }
+        odds_of = {name: self._odds_if_linear(name) for name in alone}
+        least = CAN_BE_TRUE / 2 * (1 + sum(odds_of.values()))
+        for name, effect in alone.items():
+            if odds_of[name] < least:
+                continue
+            other = fit(problem, free=(name,), start=self.fit)
+            if not effect.low <= other.by_name[name] <= effect.high:
+                continue
+            ln_bayes = ln_evidence(other) + other.chi2 / 2
+            ln_bayes -= ln_evidence(self.fit) + self.fit.chi2 / 2
+            fall = min(other.chi2 - self.fit.chi2, 0.0)
+            ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
+            odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
+            then = self.quantities_at(self.derived(self.values_of(other), other))
+            out.append(Rival(odds, effect.wording[0], by_name(then)))
+        return out
+
+    def _odds_if_linear(self, name: str) -> float:
+        """Odds of an effect, as if the problem were linear and its noise known."""
+        of, (a, b) = self.fit, stacked(self.fit.reduced)
+        wide = of.prior_sd.copy()
+        for n in of.problem.columns_of(name):
+            wide[of.names.index(n)] = of.problem.effects[n].prior_sd
+        ln = []
+        for sd in (of.prior_sd, wide):
+            _, covariance, chi2 = ridge(a, b, sd)
+            kept = sd > 0
+            scaled = covariance[np.ix_(kept, kept)] / np.outer(sd[kept], sd[kept])
+            ln.append(np.linalg.slogdet(scaled)[1] / 2 - chi2 / 2)
+        return LISTED_ODDS * math.exp(min(ln[1] - ln[0], 500.0))
+
+    def quantities_at(self, derived: np.ndarray) -> dict[str, float]:
+        """The quantities of the first bounce."""
+        places = zip(QUANTITIES, (6, len(derived) - 1, 2, 3, 7), strict=True)
+        factor = {"m/s": 1e-3 if self.told.track.physical else 1.0}
+        return {n: factor.get(unit, 1.0) * derived[k] for (n, unit), k in places}
+
+    @cached_property
+    def quantities(self) -> dict[str, Quantity]:
+        """With their sds and what of these is common to a session, without doubts."""
+        value, sd, common = (self.quantities_at(part) for part in self.values)
+        track = self.told.track
+        units = {"1": "1", "mm": track.unit, "m/s": f"{track.unit}/{track.time_unit}"}
+        if track.physical:
+            units["m/s"] = "m/s"
+        return {
+            n: Quantity(
+                n, float(value[n]), float(sd[n]), units[u], sd_common=float(common[n])
+            )
+            for n, u in QUANTITIES
+        }
+
+
+def measure_drop(
+    track: Track,
+    recording: Recording,
+    axis: tuple[float, float] | None = None,
+    late: np.ndarray | None = None,
+) -> Rebound:
+    """Measure a drop and its bounces; of a track from pictures, axis: where the optical
+    axis passes; late (n,): in which share of a rolling shutter's readout each row was
+    read. A readout that is not stated lies between 0 and a frame."""
+    readout, readout_sd, tried = recording.camera.readout_s, 0.0, [track]
+    if late is not None and track.timed:
+        readouts = [readout]
+        if readout is None:
+            readouts = [share * track.step for share in (0.0, 0.5, 1.0)]
+            readout_sd = track.step / math.sqrt(3)  # about an end of its range
+        tried = [replace(track, t_s=track.t_s + r * late) for r in readouts]
+    try:
+        seen = [(flights_of(one, recording), one) for one in tried]
+        flights, track = max(seen, key=lambda found: _told_rows(found[0]))
+        used = None if late is None else late[~track.outlier]
+        told = _evidence(track.used(), recording, flights)
+        told = replace(told, axis=axis, late=used, readout_sd=readout_sd)
+        free = Fitted(told, _fitted(told))
+    except ValueError as error:
+        return Rebound(all_failed(QUANTITIES, str(error)), None, None, track)
+    mask = track.outlier.copy()
+    mask[np.flatnonzero(~track.outlier)[flights.outlier]] = True
+    marked, notes = track.marked(mask), _said(told)
+    doubt, found = _contradiction(free), free
+    if told.track.physical and not doubt:
+        told = replace(told, unit=1e-3, believed=True)
+        found = Fitted(told, _again(free, told.session))
+    notes += [] if doubt else _scale_note(found)
+    if readout_sd and late is not None:
+        more, sd = found.fit.by_name[READOUT], found.fit.sd(READOUT)
+        first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
+        best = f"{1e3 * (first + more):.2g} ± {1e3 * sd:.1g} ms"
+        notes.append(
+            "[camera] readout_s is not stated; falling and rising parts agree best at"
+            f" {best}, which the sds allow for"
+        )
+        marked = replace(marked, t_s=marked.t_s + more * late)
+    joint = found.model.session.joint
+    if not len(joint) or joint[0, 0] != 0:
+        fall = _fall_acceleration(free)
+        quantities = (*all_failed(QUANTITIES, _no_bounce(told)), *fall)
+        notes += [doubt] if doubt else []
+        return Rebound(quantities, None, flights, marked, tuple(notes), _curves(found))
+    found, (said, doubts) = _with_height(found)
+    bounces = _bounce_table(found)
+    quantities = _quantities(found, doubt, doubts)
+    notes += said
+    return Rebound(quantities, bounces, flights, marked, tuple(notes), _curves(found))
+
+
+def _told_rows(flights: Flights) -> tuple[int, float]:
+    """How many rows some flights explain, and how well."""
+    return sum(map(len, flights.rows)), -flights.noise
+
+
+def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:
+    """In metres and seconds by what gravity makes of the fall."""
+    unit, clock, gamma = 1e-3, 1.0, flights.free
+    if not gamma > 0:
+        raise MeasurementError("nothing in the track falls freely (is y upwards?)")
+    if not track.timed:
+        if track.unit != "mm":
+            begin, end = flights.apex_time(0), flights.time[flights.rows[0][-1]]
+            fall = float(flights.height(0, begin) - flights.height(0, end))
+            high = recording.drop.height_mm
+            unit = (high / 1000 if high else UNKNOWN_FALL_M) / max(fall, 1e-9)
+        clock = math.sqrt(gamma * unit / G_M_S2)
+    else:
+        unit = G_M_S2 / gamma
+    return Evidence(recording, track, flights, unit, clock, believed=False)
+
+
+def _fitted(told: Evidence) -> Fit:
+    """The flights of one recording, their noise estimated about the fit."""
+    model = build(told.session)
+    if told.flights.few:
+        return _few_fitted(told, model)
+    white = estimate_noise(told.session, (WHITE, WHITE))
+    first = fit(problem_of(model, white))
+    return fit(problem_of(model, _noise_about(first)), start=first)
+
+
+def _again(of: Fitted, session: Session) -> Fit:
+    """The same rows with the same noise in another session."""
+    noise, before = of.fit.problem.reduce.args[1], of.model.session
+    times = np.ptp(session.places[:, 1]) / np.ptp(before.places[:, 1])
+    made = problem_of(build(session), replace(noise, sigma=times * noise.sigma))
+    near = times == 1.0
+    return fit(replace(made, starts=of.fit.starts) if near else made)
+
+
+def _noise_about(base: Fit) -> TrackNoise:
+    """Noise about the fit and its slopes, with sds so wide that ± 1.96 sd is a 95 %
+    interval; effects' slopes too, where rows are many, so that what may be missing is
+    not taken for noise."""
+    model, axes, sigma = base.problem.model, [], np.zeros((1, 2))
+    s, names = model.session, base.names
+    seen, moved = slopes_at(model, base.starts, base.by_name)
+    rows, many = np.arange(len(s.tau)), len(s.tau) > MANY * len(names)
+    shared = [k for k, n in enumerate(names) if many or n in LAWS_FELT]
+    lag = np.concatenate(
+        [frame_lag(s.frame[a:b]) for a, b in zip(s.first, s.stop, strict=True)]
+    )
+    for axis in (0, 1):
+        own = np.zeros((len(rows), len(base.starts), 4))
+        own[rows, s.flight] = moved[axis][:, :4]
+        design = np.hstack(
+            [own.reshape(len(rows), -1), moved[axis][:, [STARTS + k for k in shared]]]
+        )
+        design = s.weight[:, None] * design[:, design.any(axis=0)]
+        left = s.weight * (s.places - seen)[:, axis]
+        basis, size, _ = np.linalg.svd(design / np.linalg.norm(design, axis=0), False)
+        about = [Stretch(basis[:, size > ALIKE * size[0]], left, lag)]
+        noise = estimate(about)
+        spare = len(left) - about[0].design.shape[1]
+        if noise.log_level_sd >= WHITE.log_level_sd:  # too few rows to tell
+            noise = replace(noise, log_level_sd=math.sqrt(2 / max(spare, 1)))
+        wider = student.ppf(0.975, 2 / noise.log_level_sd**2) / INSIDE_SDS
+        sigma[0, axis] = wider * spreads(about, [0], 1, noise)[0]
+        axes.append(noise)
+    return TrackNoise((axes[0], axes[1]), floored(s, sigma))
+
+
+def _few_fitted(told: Evidence, model: Model) -> Fit:
+    """The same for few rows: their sds as stated, else as they scatter about it."""
+    sd, s = told.track.sd, model.session
+    stated = all_stated(sd)
+    sigma = told.unit * (float(np.median(sd)) if stated else told.flights.noise)
+    freedom = len(s.tau) - 2 * len(s.middle) - (not told.believed)
+    noise = replace(WHITE, log_level_sd=math.sqrt(2 / max(freedom, 1)))
+
+    def at(sigma: float) -> Fit:
+        both = floored(s, np.full((1, 2), sigma))
+        return fit(problem_of(model, TrackNoise((noise, noise), both)))
+
+    first = at(sigma)
+    seen, _ = slopes_at(model, first.starts, first.by_name)
+    left = s.weight * (s.places - seen)[:, 1] / sigma
+    factor, _ = variance_factor(float(left @ left), max(freedom, 1), stated)
+    return first if factor == 1.0 else at(sigma * math.sqrt(factor))
+
+
+def _contradiction(free: Fitted) -> str:
+    """How the acceleration of the flights contradicts the stated scale and frame rate;
+    "" where it does not, or nothing is stated."""
+    told, recording = free.told, free.told.recording
+    ratio = 1e-3 / (told.unit * (1 + free.fit.by_name["scale"]))
+    known = (recording.camera.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
+    rows = sum(len(r) for r in told.flights.rows)
+    certain = abs(ratio - 1) > CONTRADICTION_SDS * math.hypot(*known)
+    if not told.track.physical or not certain or rows < LEAST_JUDGED:
+        return ""
+    text = f"free fall gives {ratio * G_M_S2:.3g} m/s² instead of 9.81"
+    rate = math.sqrt(ratio)
+    fps = (
+        f"the frame rate is stated {max(rate, 1 / rate):.3g} × too"
+        f" {'high' if ratio > 1 else 'low'}"
+    )
+    scale = (
+        f"the scale (mm_per_px) {max(ratio, 1 / ratio):.3g} × too"
+        f" {'large' if ratio > 1 else 'small'}"
+    )
+    stated = recording.drop.height_mm
+    if stated and len(free.model.session.joint) and told.flights.release_seen():
+        fall = free.values[0][-2]
+        if abs(fall / stated - 1) < 0.03:
+            return (
+                f"{text}: {fps} (the fall of {stated:g} mm is right, so the scale is)"
+            )
+        if abs(fall / stated / ratio - 1) < 0.05:
+            return (
+                f"{text}: {scale} (the fall reads {fall:.4g} mm instead of {stated:g})"
+            )
+    return f"{text}: {fps}, or {scale}"
+
+
+def _with_height(found: Fitted) -> tuple[Fitted, tuple[list[str], list[str]]]:
+    """The fit with the stated height as evidence of the fall, unless it is
+    contradicted; notes, and doubts of the restitution."""
+    told = found.told
+    stated, track = told.recording.drop.height_mm, told.track
+    off_sd, both = told.recording.drop.height_sd, found
+    if stated and told.believed:
+        session = replace(told.session, release=np.array([stated / 1000]))
+        both = Fitted(told, _again(found, session))
+        if abs(both.fit.by_name[HEIGHT]) < SURE * off_sd:
+            return both, ([], [])
+    fall, fall_sd = found.values[0][-2], found.values[1][-2]
+    if not stated or track.unit != "mm":
+        said = f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}"
+        return found, ([said] if told.flights.release_seen() else [], [])
+    notes = []
+    if abs(fall - stated) > off_sd + 2 * fall_sd:
+        notes = [
+            f"the fall seen is {fall:.4g} ± {fall_sd:.2g} mm but [drop] height_mm says"
+            f" {stated:g}"
+        ]
+    if not told.believed or not math.isfinite(fall):
+        return found, (notes, notes)
+    if abs(fall - stated) > max(3 * math.hypot(fall_sd, off_sd), 0.02 * stated):
+        return found, (notes, [f"{notes[0]}: one of them is in a wrong unit or wrong"])
+    return both, (notes, [])
+
+
+def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity, ...]:
+    """With their doubts; doubt: why scale and clock are not believed; doubts: of the
+    stated height."""
+    told, known = found.told, dict(found.quantities)
+    stated, track = told.recording.drop.height_mm, told.track
+    if not told.flights.release_seen() and (not stated or track.unit == "px"):
+        missing = (
+            "[camera] mm_per_px is missing, which height_mm needs"
+            if stated
+            else "[drop] height_mm is needed"
+        )
+        text = f"the release is not in the track; {told.recording.toml}: {missing}"
+        known["restitution"] = failed("restitution", "1", text)
+    known["restitution"] = known["restitution"].doubt(*doubts)
+    if doubt:
+        ratios = ("restitution_normal", *(() if stated else ("restitution",)))
+        known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}
+    e = known["restitution_normal"].value
+    return tuple(_doubtful(q, found, e) for q in known.values())
+
+
+def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
+    """The quantity with the doubts that apply to it."""
+    told, flights = found.told, found.told.flights
+    first, second = flights.rows[0], flights.rows[1]
+    if quantity.name != "impact_speed" and not BELOW < e < ABOVE:
+        quantity = quantity.doubt(f"restitution {e:.3g} is not that of a free bounce")
+    if not flights.few:
+        if quantity.name != "impact_speed":
+            quantity = _rebound_cut(quantity, flights)
+            if len(second) < LEAST_FRAMES:
+                quantity = quantity.doubt(
+                    f"only {len(second)} frames of the first rebound"
+                )
+        if len(first) < LEAST_FRAMES:  # they determine the height at contact
+            quantity = quantity.doubt(
+                f"only {len(first)} frames before the first impact"
+            )
+    if quantity.value and quantity.sd > VAGUE * abs(quantity.value):
+        quantity = quantity.doubt("known no better than 10 %")
+    sd = float(np.median(told.track.sd))
+    noise, reach = flights.noise, float(np.ptp(told.track.y))
+    if math.isfinite(sd) and noise > 5 * sd and noise > 0.003 * reach:
+        quantity = quantity.doubt(
+            f"places scatter {noise:.2g} {told.track.unit} about the parabolas, their"
+            f" stated sd is {sd:.2g}"
+        )
+    return (
+        quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
+    )
+
+
+def _rebound_cut(quantity: Quantity, flights: Flights) -> Quantity:
+    """The quantity where the track ends before the rebound's highest place."""
+    second, top = flights.rows[1], flights.apex_time(1)
+    last = flights.time[second[-1]]
+    if last >= top:
+        return quantity
+    low, high, end = (
+        flights.height(1, t) for t in (flights.contact_time(0), top, last)
+    )
+    share = float((end - low) / max(high - low, 1e-12))  # of the rise that is seen
+    of_height = quantity.name in ("rebound_height", "restitution")
+    if of_height and (len(second) < 8 or share < 0.6):
+        text = (
+            "the recording stops before the rebound's highest point"
+            f" ({len(second)} frames, {100 * share:.0f} % of it)"
+        )
+        text = quantity.reason if quantity.quality == "failed" else text
+        return failed(quantity.name, quantity.unit, text)
+    return quantity.doubt(
+        "the track ends before the rebound's highest place, which is extrapolated"
+    )
+
+
+def _bounce_table(found: Fitted) -> pd.DataFrame:
+    """A row for each bounce, numbers with sds; columns have the track's units."""
+    told, flights = found.told, found.told.flights
+    track, recording = told.track, told.recording
+    length, time = track.unit, track.time_unit
+    speed, factor = ("m_s", 1e-3) if track.physical else (f"{length}_{time}", 1.0)
+    fast = {
+        f"{name}_{side}": factor
+        for name in ("speed", "lateral")
+        for side in ("before", "after")
+    }
+    columns = {"t": (time, 1.0), "contact": (length, 1.0)}
+    columns |= {name: (speed, factor) for name in fast}
+    columns |= {"height": (length, 1.0), "restitution": ("", 1.0)}
+    values, sds = (part[:-2].reshape(-1, EACH) for part in found.values[:2])
+    rows = []
+    for k, (own, own_sd) in enumerate(zip(values, sds, strict=True)):
+        row = {"recording": recording.id, "drop": 1, "bounce": k + 1}
+        for (name, (unit, times)), value, sd in zip(columns.items(), own, own_sd):
+            unit = f"_{unit}" if unit else ""
+            row |= {f"{name}{unit}": times * value, f"{name}_sd{unit}": times * sd}
+        before, after = found.model.session.joint[k]
+        for name, flight in (("spin_before", before), ("spin_after", after)):
+            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(
+                flights.rows[flight]
+            )
+        few = min(len(flights.rows[before]), len(flights.rows[after])) < LEAST_FRAMES
+        cut = flights.time[flights.rows[after][-1]] < flights.apex_time(after)
+        free = BELOW < own[-1] < ABOVE and own_sd[-1] <= VAGUE * own[-1]
+        row["quality"] = DOUBTFUL if few or cut or not free else GOOD
+        rows.append(row)
+    order = ["recording", "drop", "bounce", f"t_{time}", f"t_sd_{time}"]
+    table = pd.DataFrame(rows)
+    kinds = ("speed", "lateral", "spin", "contact", "height", "restitution", "quality")
+    order += [c for kind in kinds for c in table if c.startswith(kind)]
+    return table[order]
+
+
+def _fall_acceleration(free: Fitted) -> tuple[Quantity, ...]:
+    """Quantity fall_acceleration of a fall without impact, drag included; none without
+    scale or clock."""
+    told = free.told
+    if not told.track.physical:
+        return ()
+    sd = math.hypot(free.fit.sd("scale"), told.recording.camera.scale_sd)
+    value = told.flights.free / 1000
+    return (Quantity("fall_acceleration", value, sd * abs(value), "m/s²"),)
+
+
+def _no_bounce(told: Evidence) -> str:
+    up, _ = told.track.upright(told.recording.camera.plumb_deg)
+    rows = told.flights.rows[0]
+    drop = np.ptp(up[rows])
+    end = up[-max(3, len(up) // 50) :]
+    if np.ptp(end) < 0.01 * drop and len(up) - rows[-1] > 5:
+        return (
+            f"no rebound: after falling {drop:.4g} {told.track.unit} the seed stays"
+            " down"
+        )
+    return (
+        f"no impact in the track: one flight of {drop:.4g} {told.track.unit}, no bounce"
+        " (does the recording end too early?)"
+    )
+
+
+def _curves(found: Fitted) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
+    """See Rebound."""
+    told, model, of = found.told, found.model, found.fit
+    push = pushed(model, of.starts, of.by_name)
+    s = model.session
+    times = contact_states(model, of.starts, push)[0]
+    ends = {int(f): t for (f, _), t in zip(s.joint, times, strict=True)}
+    begins = {int(f): t for (_, f), t in zip(s.joint, times, strict=True)}
+    # what depends on the seed's turn, or on the pixels, is not drawn
+    smooth = {n: v for n, v in of.by_name.items() if not n.startswith((LOCK, "wobble"))}
+    out = []
+    for f in range(len(s.middle)):
+        low = begins.get(f, s.middle[f] - s.half[f])
+        high = ends.get(f, s.middle[f] + s.half[f])
+        time = np.linspace(low, high, CURVE_POINTS)
+        at = points_at(s, np.full(len(time), f), time)
+        seen = pictured(places(at, of.starts, push), s.view, smooth) / told.unit
+        out.append((time / told.clock, seen[:, 1], seen[:, 0]))
+    return tuple(out)
+
+
+def _scale_note(found: Fitted) -> list[str]:
+    """Notes on a scale or frame rate that is not stated, as gravity gives it."""
+    told, scale, sd = found.told, found.fit.by_name["scale"], found.fit.sd("scale")
+    if told.believed:
+        text = f"gravity corrects the scale by {100 * scale:.2f} % within its stated sd"
+        return [text] if abs(scale) > 2e-3 else []
+    if told.track.timed:
+        mm, relative = 1e3 * told.unit * (1 + scale), sd / (1 + scale)
+        return [
+            f"gravity makes it {mm:.5g} ± {mm * relative:.2g} mm per px (if the frame"
+            " rate is right)"
+        ]
+    if told.track.unit == "mm":
+        rate, relative = math.sqrt(1 + scale) / told.clock, sd / 2 / (1 + scale)
+        return [
+            f"gravity makes it {rate:.5g} ± {rate * relative:.2g} frames per second (if"
+            " the scale is right)"
+        ]
+    return []
+
+
+def _said(told: Evidence) -> list[str]:
+    """What the numbers are based on."""
+    track, flights, notes = told.track, told.flights, []
+    if not track.physical:
+        missing = (["scale"] if track.unit == "px" else []) + (
+            [] if track.timed else ["frame rate"]
+        )
+        notes.append(
+            f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in"
+            f" {track.time_unit}; ratios do not need them"
+        )
+    air = told.session.air[0]
+    if air.share and air.sd >= air.share:
+        missing = "[seed] sizes and mass_g or density_kg_m3 are unknown"
+        notes.append(f"air drag is a usual seed's, ± 100 %: {missing}")
+    elif air.share:
+        speed = abs(float(flights.speed(0, flights.time[flights.rows[0][-1]])))
+        most = drag_at(air, speed * told.unit / told.clock) / G_M_S2
+        most *= (speed * told.unit / told.clock) ** 2
+        notes.append(
+            f"air drag (up to {100 * most:.1f} % of the weight) is allowed for"
+        )
+    if flights.outlier.any():
+        notes.append(
+            f"{int(flights.outlier.sum())} frames lie off their flight and were left"
+            " out (marked as outliers)"
+        )
+    if flights.unused:
+        began = f"{flights.time[flights.rows[0][0]]:.4g} {track.time_unit}"
+        notes.append(
+            f"before {began} the place moves, but not in a free fall (a hand, or a"
+            " slip of the tracker): these rows are not used"
+        )
+    return notes
