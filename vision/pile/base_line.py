@@ -6,6 +6,7 @@ ellipse for one that looks down on a round heap. On a shiny plate the base line 
 half-way between the heap and its mirror image."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -25,6 +26,8 @@ from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
+LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
+GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
 MOST_TILT_DEG = 2.0
 BASES = (
@@ -76,7 +79,8 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    return BaseLine(intercept, slope, np.radians(UNKNOWN_PLUMB_SD_DEG), "toe")
+    sd = np.radians(UNKNOWN_PLUMB_SD_DEG)
+    return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
 
 
 def _candidate_lines(
@@ -86,12 +90,13 @@ def _candidate_lines(
     surface: np.ndarray,
 ) -> Iterator[BaseLine]:
     """Lines that the pile may stand on, the most reliable first."""
+    sd = LEVEL_SD * background.factor
     plate = _line_through(surface, background.factor, share=0.08 * surface.size)
     if plate is not None and not _runs_over_seed_tops(surface, *plate[:2]):
-        yield BaseLine(*plate, "plate")
+        yield BaseLine(*plate, "plate", sd)
     line = plate_edge(crop, background, silhouette.top)
     if line is not None:
-        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
+        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge", sd)
     height = background.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
@@ -100,7 +105,7 @@ def _candidate_lines(
         for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
             lowest = _line_through(rows, background.factor, share=enough, below=1.0)
             if lowest is not None:
-                yield BaseLine(*lowest, source)
+                yield BaseLine(*lowest, source, sd)
 
 
 def stated_base_line(
@@ -117,7 +122,8 @@ def stated_base_line(
         )
     slope = (y2 - y1) / (x2 - x1)
     intercept = y1 - roi[1] - slope * (x1 - roi[0])
-    return BaseLine(intercept, slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    slope_sd = np.hypot(1, 1) / abs(x2 - x1)  # each end is set to a pixel
+    return BaseLine(intercept, slope, slope_sd, "given", GIVEN_SD_PX)
 
 
 def _line_through(
@@ -172,7 +178,7 @@ def in_reduced_px(base: BaseLine, factor: float) -> BaseLine:
     """The base line in px of a picture reduced by `factor`: (y + ½)/f − ½ over (x +
     ½)/f − ½."""
     intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
-    return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
+    return replace(base, intercept=float(intercept), sd=base.sd / factor)
 
 
 def find_horizontal(
@@ -266,10 +272,9 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
     )
 
 
-def foot_line(region: Region, level: float) -> BaseLine | None:
-    """The line through the heap's two toes, in px of the picture; None where there is
-    none. level: dy/dx of a level line."""
-    mask = region.mask
+def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None:
+    """The line through the two toes of a heap's mask, in px of the picture; None where
+    there is none. level: dy/dx of a level line."""
     columns = np.flatnonzero(mask.any(axis=0))
     if columns.size < 16:
         return None
@@ -286,19 +291,24 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
             columns, bottom - level * columns, middle, half, tilted=False
         )
         source = "toe"
-        line = (line[0], line[1] + level, line[2], np.radians(UNKNOWN_PLUMB_SD_DEG))
+        line = (
+            *line[:1],
+            line[1] + level,
+            line[2],
+            np.radians(UNKNOWN_PLUMB_SD_DEG),
+            line[4],
+        )
     if line[2] > MIRROR_SAG * heap_height:
         line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
         source = "mirror"
-    intercept, slope, _, slope_sd = line
+    intercept, slope, _, slope_sd, sd = line
     if abs(slope) > MAX_PLATE_SLOPE:
         return None
     x0, y0 = region.origin
     f = region.factor
     at = (intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
-    return BaseLine(
-        float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source
-    )
+    intercept = float(at - slope * (0.5 * f - 0.5 + x0))
+    return BaseLine(intercept, float(slope), float(slope_sd), source, f * sd)
 
 
 def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
@@ -314,9 +324,9 @@ def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
 
 def _fit_line_and_bow(
     x: np.ndarray, y: np.ndarray, middle: float, half: float, tilted: bool = True
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without
-    outliers: intercept, slope, sag, sd of the slope."""
+    outliers: intercept, slope, sag, sd of the slope, of the level."""
     bow = np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
     keep = np.ones(x.size, dtype=bool)
     for _ in range(6):
@@ -332,5 +342,11 @@ def _fit_line_and_bow(
     rms = float(np.sqrt(np.mean(off[keep] ** 2)))
     extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
     sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
-    slope = float(found[1])
-    return (float(found[0] - found[1] * middle), slope, float(found[2]), float(sd))
+    slope, level_sd = float(found[1]), max(rms, 0.5)
+    return (
+        float(found[0] - found[1] * middle),
+        slope,
+        float(found[2]),
+        float(sd),
+        level_sd,
+    )

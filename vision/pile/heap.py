@@ -19,12 +19,13 @@ TOE = 0.02  # of the crest's height: where the pile ends
 @dataclass(frozen=True)
 class BaseLine:
     """The line that the pile stands on: y_px = intercept + slope · x, and how it was
-    found (base_line.BASES)."""
+    found (base_line.BASES). sd: of its height below the pile's middle [px]."""
 
     intercept: float
     slope: float
     slope_sd: float
     source: str
+    sd: float
 
     def at(self, x: Any) -> Any:
         """y_px at x, a number or an array."""

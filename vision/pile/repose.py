@@ -8,7 +8,7 @@ Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angl
 Where the background is not smooth, the heap is segmented by colour and texture instead
 (`heap_region`)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -24,7 +24,7 @@ from benchtwin.vision.pile.base_line import (
 )
 from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
-from benchtwin.vision.pile.heap_region import Region, find_region
+from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.line import FlankLine, fit_flank
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
 from benchtwin.vision.recording import Camera
@@ -35,6 +35,11 @@ NO_LINE = "the surface is too rough or too short for a line"
 LEAST_CONFIDENCE = 0.6
 # shares of the heap's height and area by which two segmentations of one heap may differ
 MOST_APART, MOST_AREA = (0.1, 0.15)
+# shares of the picture: a foot that is nearer to its border is cut by it
+LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
+# a flank's height is known from the side: lopsided heaps differ by less
+MOST_LOPSIDED_DEG = 4.0
+MAIN = "repose_angle"
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,12 @@ class Repose:
     roi: tuple[int, int, int, int]
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()
+
+    def doubted(self, *reasons: str) -> "Repose":
+        """With these doubts about every quantity: all are read off one outline."""
+        return replace(
+            self, quantities=tuple(q.doubt(*reasons) for q in self.quantities)
+        )
 
 
 @dataclass(frozen=True)
@@ -108,16 +119,18 @@ def measure_repose(
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
-    segmented = _of_region(photo, region)
-    if isinstance(segmented, str) or (
-        isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)
-    ):
+    if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
+        first = _of_mask(photo, region, region.first)
+        if isinstance(first, str) or _same_heap(smooth, first, region):
+            return smooth
+    segmented = _of_region(photo, region)
+    if isinstance(segmented, str):
         return _or_raise(smooth)
+    if isinstance(smooth, Repose) and _same_heap(smooth, segmented, region):
+        return smooth
     doubt = "" if by_hand else _doubt_of_region(region)
-    return replace(
-        segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)
-    )
+    return segmented.doubted(doubt)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -165,25 +178,47 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     cut_off = next((r for r in reasons if "cut by" in r), "")
     # by a better base line the foot is not in the picture
     if best.base.source == "toe" and cut_off:
-        why = cut_off.removeprefix(NO_SLOPE)
-        return replace(best, quantities=tuple(q.doubt(why) for q in best.quantities))
+        return best.doubted(cut_off.removeprefix(NO_SLOPE))
     return best
 
 
-def _of_region(photo: _Photo, region: Region) -> Repose | str:
-    """The pile that was segmented by colour and texture; the reason where it cannot be
-    measured."""
+def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
+    """The pile that one cut, or most of them, take for the heap; the reason where it
+    cannot be measured."""
     width = photo.crop.shape[1]
     level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
     base = stated_base_line(
         photo.options.baseline, photo.crop.shape, photo.roi
-    ) or foot_line(region, level)
+    ) or foot_line(region, mask, level)
     if base is None:
         return "no line is seen that the pile stands on: name it by --baseline"
-    surface = np.minimum(
-        _upper_border(region, region.mask, width), base.at(np.arange(width))
-    )
+    surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
     return _of_surface(photo, surface, base, region.factor)
+
+
+def _of_region(photo: _Photo, region: Region) -> Repose | str:
+    """The pile that most cuts agree on, with what they differ by in every sd."""
+    agreed = _of_mask(photo, region, region.agreed)
+    if isinstance(agreed, str):
+        return agreed
+    cuts = [_of_mask(photo, region, mask) for mask in region.cuts]
+    found = [cut for cut in cuts if isinstance(cut, Repose)]
+    if 2 * len(found) <= CUTS:
+        why = f"{CUTS - len(found)} of {CUTS} cuts of the picture show no such pile"
+        agreed = agreed.doubted(f"{why}: name it by --roi")
+    return _widened(agreed, found)
+
+
+def _widened(found: Repose, others: Iterable[Repose]) -> Repose:
+    """With the root mean square by which other readings differ added to every sd."""
+    given = [{q.name: q.value for q in other.quantities} for other in others]
+    quantities = []
+    for q in found.quantities:
+        off = np.array([v[q.name] - q.value for v in given if q.name in v])
+        off = off[np.isfinite(off)]
+        spread = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
+        quantities.append(replace(q, sd=float(np.hypot(q.sd, spread))))
+    return replace(found, quantities=tuple(quantities))
 
 
 def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
@@ -241,8 +276,22 @@ def _doubt_of_region(region: Region) -> str:
 def _of_surface(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
-    """Angles of a surface above its base line; the reason where it is no measurable
-    pile. factor: px per small px."""
+    """Angles of a surface above its base line, with what an error of the base line's
+    height makes of them; the reason where it is no measurable pile. factor: px per
+    small px."""
+    found = _at_base_line(photo, surface, base, factor)
+    if isinstance(found, str):
+        return found
+    shifted = (
+        replace(base, intercept=base.intercept + off) for off in (-base.sd, base.sd)
+    )
+    others = (_at_base_line(photo, surface, line, factor) for line in shifted)
+    return _widened(found, (other for other in others if isinstance(other, Repose)))
+
+
+def _at_base_line(
+    photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
+) -> Repose | str:
     options = photo.options
     heap = find_heap(
         _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
@@ -255,15 +304,7 @@ def _of_surface(
             for f in heap.flanks
         )
         heap = replace(heap, flanks=tuple(flanks))
-    horizontal, horizontal_sd, doubts = find_horizontal(base, photo.camera)
-    if base.source == "toe" and np.nanmax(surface) > 0.985 * photo.crop.shape[0]:
-        doubts = (
-            *doubts,
-            (
-                "the pile is cut by the picture's bottom border: the window is of the"
-                " height that shows"
-            ),
-        )
+    horizontal, horizontal_sd, unlevel = find_horizontal(base, photo.camera)
     fits = [
         fit_flank(
             surface, base, heap, f, factor, options.window, horizontal, horizontal_sd
@@ -282,10 +323,12 @@ def _of_surface(
         (f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks
     )
     quantities = (
-        _repose_angle(slopes, horizontal_sd, doubts, heap),
-        *_side_angles(slopes, doubts, heap),
-        _height_over_radius(heap, slopes, (left, right), crest_x, factor, doubts),
-        centroid_angle(surface, base, heap, factor, doubts),
+        _repose_angle(slopes, horizontal_sd, unlevel),
+        *_side_angles(slopes, heap, unlevel),
+        _height_over_radius(heap, slopes, (left, right), crest_x, factor).doubt(
+            *unlevel
+        ),
+        centroid_angle(surface, base, heap, factor).doubt(*unlevel),
     )
     x0, y0 = photo.roi[:2]
     crest = (crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0)
@@ -294,7 +337,7 @@ def _of_surface(
         f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base"
         f" line: {base.source}"
     )
-    return Repose(
+    found = Repose(
         surface,
         base,
         horizontal,
@@ -306,6 +349,34 @@ def _of_surface(
         quantities,
         (definition,),
     )
+    return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
+
+
+def _doubts(
+    photo: _Photo, found: Repose, heap: Heap, horizontal_sd: float
+) -> Iterator[str]:
+    """What speaks against the outline, of which every quantity is read."""
+    yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
+    height, width = photo.crop.shape[:2]
+    foot = found.base.at(found.crest[0] - found.roi[0])
+    if foot > LEAST_BELOW * height:
+        yield "the pile is cut by the picture's bottom border"
+    for flank in heap.flanks:
+        if flank.problem and not flank.problem.startswith("a wall"):
+            yield f"{flank.side} side: {flank.problem}"
+    margin = (1 - LEAST_BESIDE) * width
+    for side, toe in zip(("left", "right"), found.toes):
+        if toe is not None and not margin < toe < width - 1 - margin:
+            yield f"the pile's foot is cut by the picture's {side} border"
+    if len(found.slopes) == 2:
+        left, right = found.slopes
+        apart = abs(left.angle_deg - right.angle_deg)
+        sd = np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)
+        if apart > max(3 * np.hypot(sd, 2 * horizontal_sd), MOST_LOPSIDED_DEG):
+            yield (
+                f"left and right differ by {apart:.1f}°: the camera or the plate is"
+                " tilted, or the heap is lopsided"
+            )
 
 
 def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
@@ -324,66 +395,35 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
 
 
 def _repose_angle(
-    slopes: tuple[FlankLine, ...],
-    horizontal_sd: float,
-    doubts: tuple[str, ...],
-    heap: Heap,
+    slopes: tuple[FlankLine, ...], horizontal_sd: float, unlevel: tuple[str, ...]
 ) -> Quantity:
     """Mean of both flanks, in which the horizontal's error cancels, or the one flank
     there is."""
-    notes = [d for s in slopes for d in s.doubts] + list(doubts)
-    if len(slopes) == 1:
-        cut = [
-            f"{f.side} side: {f.problem}"
-            for f in heap.flanks
-            if f.problem and not f.problem.startswith("a wall")
-        ]
-        return _angle(
-            "repose_angle", slopes[0].angle_deg, slopes[0].angle_sd_deg, [*notes, *cut]
-        )
-    left, right = slopes
-    mean = (left.angle_deg + right.angle_deg) / 2
-    sd = float(np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)) / 2
-    apart = abs(left.angle_deg - right.angle_deg)
-    if apart > max(3 * np.hypot(2 * sd, 2 * horizontal_sd), 4.0):
-        notes.append(
-            f"left and right differ by {apart:.1f}°: the camera or the plate is tilted,"
-            " or the heap is lopsided"
-        )
-    return _angle(
-        "repose_angle",
-        mean,
-        sd,
-        [n for n in notes if not n.startswith("no plate line")],
+    mean = float(np.mean([s.angle_deg for s in slopes]))
+    own = float(np.linalg.norm([s.line.angle_sd_deg for s in slopes])) / len(slopes)
+    if len(slopes) == 2:
+        return Quantity(MAIN, mean, own, "deg")
+    return Quantity(MAIN, mean, float(np.hypot(own, horizontal_sd)), "deg").doubt(
+        *unlevel
     )
 
 
 def _side_angles(
-    slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: Heap
-) -> list[Quantity]:
+    slopes: tuple[FlankLine, ...], heap: Heap, unlevel: tuple[str, ...]
+) -> Iterator[Quantity]:
     """The angle of each flank; none for a side with a wall."""
     fitted = {s.side: s for s in slopes}
-    found = []
     for flank in heap.flanks:
-        name = f"repose_angle_{flank.side}"
+        name = f"{MAIN}_{flank.side}"
         if slope := fitted.get(flank.side):
-            found.append(
-                _angle(
-                    name, slope.angle_deg, slope.angle_sd_deg, (*slope.doubts, *doubts)
-                )
-            )
+            q = Quantity(name, slope.angle_deg, slope.angle_sd_deg, "deg")
+            yield q.doubt(*unlevel)
         elif not flank.problem.startswith("a wall"):
-            found.append(failed(name, "deg", flank.problem or NO_LINE))
-    return found
+            yield failed(name, "deg", flank.problem or NO_LINE)
 
 
 def _height_over_radius(
-    heap: Heap,
-    slopes: tuple[FlankLine, ...],
-    toes,
-    crest_x: float,
-    factor: float,
-    doubts,
+    heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float
 ) -> Quantity:
     """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one
     flank), both at the toe's height TOE · h. It is the angle of a straight-sided pile;
@@ -403,11 +443,5 @@ def _height_over_radius(
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
     up = max(rms, blunt) / height
     aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
-    sd_ratio = np.hypot(up, aside) * ratio
-    angle = float(np.degrees(np.arctan(ratio)))
-    sd = float(np.degrees(sd_ratio / (1 + ratio**2)))
-    return _angle(name, angle, sd, doubts)
-
-
-def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:
-    return Quantity(name, float(value), float(sd), "deg").doubt(*dict.fromkeys(doubts))
+    sd = float(np.degrees(np.hypot(up, aside) * ratio / (1 + ratio**2)))
+    return Quantity(name, float(np.degrees(np.arctan(ratio))), sd, "deg")
