@@ -6,7 +6,7 @@ ellipse for one that looks down on a round heap. On a shiny plate the base line 
 half-way between the heap and its mirror image."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -26,6 +26,9 @@ from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
 UNKNOWN_PLUMB_SD_DEG = 0.5
+# between the tops of seeds, small px; shares of the columns along a line, above which
+# it runs over a layer of seeds: between them; gaps of a twentieth of the heap's height
+LEAST_DEPTH_PX, MOST_BETWEEN, MOST_GAPS = 1.5, 0.03, 0.01
 LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
 GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
@@ -44,9 +47,6 @@ MOST_SLOPE = np.tan(np.radians(2.0))
 # of the heap's height: a larger sag of a leaning heap's foot means that the camera
 # looks down
 LEANING_SAG = 0.05
-# of the heap's height: a larger sag means a mirror image (a camera 10° high gives 0.35
-# at 25°)
-MIRROR_SAG = 0.4
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 MOST_SDS = 3.0  # robust; columns farther off are outliers
 
@@ -92,7 +92,9 @@ def _candidate_lines(
     """Lines that the pile may stand on, the most reliable first."""
     sd = LEVEL_SD * background.factor
     plate = _line_through(surface, background.factor, share=0.08 * surface.size)
-    if plate is not None and not _runs_over_seed_tops(surface, *plate[:2]):
+    if plate is not None and not _runs_over_seed_tops(
+        surface, *plate[:2], background.factor
+    ):
         yield BaseLine(*plate, "plate", sd)
     line = plate_edge(crop, background, silhouette.top)
     if line is not None:
@@ -163,15 +165,19 @@ def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
     )
 
 
-def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) -> bool:
-    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of
-    the crest's height: it runs over seeds."""
+def _runs_over_seed_tops(
+    surface: np.ndarray, intercept: float, slope: float, factor: float
+) -> bool:
+    """Whether a line runs over seeds that lie on the plate, one layer deep: between
+    them the surface is deeper than the line, that of a plate is not."""
     depth = surface - intercept - slope * np.arange(surface.size)
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
         return False
     within = depth[on[0] : on[-1] + 1]
-    return float(np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))) > 0.01
+    between = np.nanmean(within > LEAST_DEPTH_PX * factor)
+    gaps = np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))
+    return bool(between > MOST_BETWEEN or gaps > MOST_GAPS)
 
 
 def in_reduced_px(base: BaseLine, factor: float) -> BaseLine:
@@ -283,32 +289,33 @@ def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None
     middle, half = _ellipse_span(columns, top)
     leaning = middle in (columns[0], columns[-1])
     heap_height = float(np.median(bottom) - top.min())
-    line, source = _fit_line_and_bow(columns, bottom, middle, half), "foot"
-    if leaning and (
-        line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE
+    foot, source = _fit_foot(columns, bottom, middle, half), "foot"
+    mirror = _fit_foot(columns, (top + bottom) / 2, middle, half, bowed=False)
+    level_mirror = not leaning or abs(mirror.slope - level) < MOST_SLOPE
+    if level_mirror and 2 * mirror.rms < foot.rms:
+        # the lower edge is the upper one's mirror image
+        foot, source = mirror, "mirror"
+    elif leaning and (
+        foot.sag > LEANING_SAG * heap_height or abs(foot.slope - level) > MOST_SLOPE
     ):
-        line = _fit_line_and_bow(
+        level_foot = _fit_foot(
             columns, bottom - level * columns, middle, half, tilted=False
         )
-        source = "toe"
-        line = (
-            *line[:1],
-            line[1] + level,
-            line[2],
-            np.radians(UNKNOWN_PLUMB_SD_DEG),
-            line[4],
-        )
-    if line[2] > MIRROR_SAG * heap_height:
-        line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
-        source = "mirror"
-    intercept, slope, _, slope_sd, sd = line
-    if abs(slope) > MAX_PLATE_SLOPE:
+        sd = np.radians(UNKNOWN_PLUMB_SD_DEG)
+        foot, source = replace(level_foot, slope=level, slope_sd=sd), "toe"
+    if abs(foot.slope) > MAX_PLATE_SLOPE:
         return None
     x0, y0 = region.origin
     f = region.factor
-    at = (intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
-    intercept = float(at - slope * (0.5 * f - 0.5 + x0))
-    return BaseLine(intercept, float(slope), float(slope_sd), source, f * sd)
+    at = (foot.intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
+    return BaseLine(
+        float(at - foot.slope * (0.5 * f - 0.5 + x0)),
+        foot.slope,
+        foot.slope_sd,
+        source,
+        f * float(np.hypot(region.start.halo / 2, 2 * foot.rms)),
+        float(np.degrees(np.arcsin(min(foot.sag / half, 1.0)))),
+    )
 
 
 def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
@@ -322,12 +329,27 @@ def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
     return (left + right) / 2, (right - left) / 2
 
 
-def _fit_line_and_bow(
-    x: np.ndarray, y: np.ndarray, middle: float, half: float, tilted: bool = True
-) -> tuple[float, float, float, float, float]:
-    """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without
-    outliers: intercept, slope, sag, sd of the slope, of the level."""
-    bow = np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
+@dataclass(frozen=True)
+class _Foot:
+    """y = intercept + slope x + sag √(1 − u²), in px of the close-up."""
+
+    intercept: float
+    slope: float
+    sag: float
+    slope_sd: float
+    rms: float
+
+
+def _fit_foot(
+    x: np.ndarray,
+    y: np.ndarray,
+    middle: float,
+    half: float,
+    tilted: bool = True,
+    bowed: bool = True,
+) -> _Foot:
+    """Least squares without outliers, sag ≥ 0; not tilted, not bowed: without that."""
+    bow = bowed * np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
     keep = np.ones(x.size, dtype=bool)
     for _ in range(6):
         terms = np.c_[np.ones(x.size), (x - middle) * tilted, bow]
@@ -341,12 +363,6 @@ def _fit_line_and_bow(
         keep = inliers
     rms = float(np.sqrt(np.mean(off[keep] ** 2)))
     extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
-    sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
-    slope, level_sd = float(found[1]), max(rms, 0.5)
-    return (
-        float(found[0] - found[1] * middle),
-        slope,
-        float(found[2]),
-        float(sd),
-        level_sd,
-    )
+    sd = float(np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent)
+    level, slope, sag = (float(v) for v in found)
+    return _Foot(level - slope * middle, slope, sag, sd, rms)

@@ -18,6 +18,7 @@ import numpy as np
 from benchtwin.vision.pile.surface import as_float, shrink
 from benchtwin.vision.pile.triangle_search import NO_SIDE, best_triangle
 
+AREA = cv2.INTER_AREA
 # longest side: for the triangles, the features, the first cut, that of the close-up
 SEARCH_PX = 96
 FEATURES_PX = 480
@@ -77,13 +78,11 @@ class Start:
         moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
         moved[3:] = np.maximum(moved[3:], NO_SIDE)
         factor = max(1.0, max(self.features.shape[:2]) / COARSE_PX)
-        coarse = cv2.resize(
-            self.features,
-            None,
-            fx=1 / factor,
-            fy=1 / factor,
-            interpolation=cv2.INTER_AREA,
+        colour, texture = (
+            cv2.resize(half, None, fx=1 / factor, fy=1 / factor, interpolation=AREA)
+            for half in (self.features[..., :3], self.features[..., 3:])
         )
+        coarse = np.dstack([colour, texture])
         clusters = cluster_pixels(coarse, CLUSTERS, rng)
         rough = _coarse_cut(coarse, clusters, moved / factor).astype(np.uint8)
         grown = self.warped(rough, self.factor * factor, cv2.INTER_NEAREST)
@@ -188,7 +187,7 @@ def find_region(image: np.ndarray) -> Region | None:
         None,
         fx=1 / zoom,
         fy=1 / zoom,
-        interpolation=cv2.INTER_AREA,
+        interpolation=AREA,
     )
     lab = cv2.cvtColor(_as_rgb(as_float(close)), cv2.COLOR_RGB2LAB)
     start = Start(features, factor, triangle, lab, zoom, (x0, y0))
@@ -323,7 +322,7 @@ def _local_odds(
     near = LOCAL * max(size)
 
     def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        small = cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        small = cv2.resize(where.astype(np.float32), size, interpolation=AREA)
         return cv2.GaussianBlur(small, (0, 0), sigma)
 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]

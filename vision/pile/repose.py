@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.vision.measurement import MeasurementError, Quantity, failed
+from benchtwin.vision.measurement import FAILED, MeasurementError, Quantity, failed
 from benchtwin.vision.pile.base_line import (
     BASES,
     find_base_line,
@@ -26,10 +26,15 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.line import FlankLine, fit_flank
+from benchtwin.vision.pile.pitch import level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
 from benchtwin.vision.recording import Camera
 
 NO_SLOPE = "no slope to measure: "
+OTHERWISE = (
+    "by colour and texture another part of the picture, or more, is the pile: name it"
+    " by --roi"
+)
 NO_LINE = "the surface is too rough or too short for a line"
 # of a region that is measured, with a doubt, where there is no smooth background
 LEAST_CONFIDENCE = 0.6
@@ -39,6 +44,8 @@ MOST_APART, MOST_AREA = (0.1, 0.15)
 LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
 # a flank's height is known from the side: lopsided heaps differ by less
 MOST_LOPSIDED_DEG = 4.0
+# by the foot's bow: that of a camera 6° above the plate, five foot radii away
+MOST_PITCH_DEG = 9.0
 MAIN = "repose_angle"
 
 
@@ -47,12 +54,15 @@ class PileOptions:
     """How a pile photo is read. window: heights between which the line is fitted, as
     shares of the crest's height. roi: x, y, width, height [px] of the part that is
     looked at. baseline: two points x1, y1, x2, y2 [px] of the base line. side: "left"
-    or "right" for a pile with one flank only (it leans on a box), else ""."""
+    or "right" for a pile with one flank only (it leans on a box), else "". form: CONE
+    or SLAB (between walls) where it is known, by which a pile seen from above is
+    corrected, else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
     baseline: tuple[float, float, float, float] | None = None
     side: str = ""
+    form: str = ""
 
 
 @dataclass(frozen=True)
@@ -116,19 +126,19 @@ def measure_repose(
     smooth = _on_smooth_background(photo)
     region = find(photo.crop)
     by_hand = options.roi is not None or options.baseline is not None
-    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
-    if region is None or region.confidence < enough:
+    if region is None or region.confidence < LEAST_CONFIDENCE * (not by_hand):
         return _or_raise(smooth)
+    segmented = _of_mask(photo, region, region.first)
+    if not isinstance(smooth, Repose) or not _same_heap(smooth, segmented, region):
+        segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
-        first = _of_mask(photo, region, region.first)
-        if isinstance(first, str) or _same_heap(smooth, first, region):
+        if _same_heap(smooth, segmented, region):
             return smooth
-    segmented = _of_region(photo, region)
+        if isinstance(segmented, str) or region.confidence < 1:
+            return smooth.doubted(OTHERWISE)
     if isinstance(segmented, str):
-        return _or_raise(smooth)
-    if isinstance(smooth, Repose) and _same_heap(smooth, segmented, region):
-        return smooth
+        raise MeasurementError(str(smooth))
     doubt = "" if by_hand else _doubt_of_region(region)
     return segmented.doubted(doubt)
 
@@ -187,13 +197,14 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     cannot be measured."""
     width = photo.crop.shape[1]
     level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
-    base = stated_base_line(
-        photo.options.baseline, photo.crop.shape, photo.roi
-    ) or foot_line(region, mask, level)
-    if base is None:
+    foot = foot_line(region, mask, level)
+    base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
+    if base is not None and foot is not None:
+        base = replace(base, pitch_deg=foot.pitch_deg)
+    if (base := base or foot) is None:
         return "no line is seen that the pile stands on: name it by --baseline"
     surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
-    return _of_surface(photo, surface, base, region.factor)
+    return _at_base_line(photo, surface, base, region.factor)
 
 
 def _of_region(photo: _Photo, region: Region) -> Repose | str:
@@ -206,7 +217,7 @@ def _of_region(photo: _Photo, region: Region) -> Repose | str:
     if 2 * len(found) <= CUTS:
         why = f"{CUTS - len(found)} of {CUTS} cuts of the picture show no such pile"
         agreed = agreed.doubted(f"{why}: name it by --roi")
-    return _widened(agreed, found)
+    return _widened(_with_base_error(photo, agreed, region.factor), found)
 
 
 def _widened(found: Repose, others: Iterable[Repose]) -> Repose:
@@ -230,10 +241,12 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
     return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
 
 
-def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
+def _same_heap(smooth: Repose, segmented: Repose | str, region: Region) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
     same heap. Then it misses few of the segmented seeds, includes little that has no
     seed texture, and has the same base line and crest."""
+    if isinstance(segmented, str):
+        return False
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -280,12 +293,20 @@ def _of_surface(
     height makes of them; the reason where it is no measurable pile. factor: px per
     small px."""
     found = _at_base_line(photo, surface, base, factor)
-    if isinstance(found, str):
-        return found
-    shifted = (
-        replace(base, intercept=base.intercept + off) for off in (-base.sd, base.sd)
-    )
-    others = (_at_base_line(photo, surface, line, factor) for line in shifted)
+    return found if isinstance(found, str) else _with_base_error(photo, found, factor)
+
+
+def _with_base_error(photo: _Photo, found: Repose, factor: float) -> Repose:
+    """With what an error of the base line's height makes of every quantity; what lies
+    beside the pile moves with the line."""
+    x, base = np.arange(found.surface.size), found.base
+    left, right = found.toes
+    beside = (x < (left or -np.inf)) | (x > (right or np.inf))
+    others = []
+    for off in (-base.sd, base.sd):
+        line = replace(base, intercept=base.intercept + off)
+        surface = np.where(beside, np.fmax(found.surface, line.at(x)), found.surface)
+        others.append(_at_base_line(photo, surface, line, factor))
     return _widened(found, (other for other in others if isinstance(other, Repose)))
 
 
@@ -337,6 +358,8 @@ def _at_base_line(
         f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base"
         f" line: {base.source}"
     )
+    if base.pitch_deg > 0:
+        quantities = tuple(_as_level(q, base.pitch_deg, options) for q in quantities)
     found = Repose(
         surface,
         base,
@@ -352,6 +375,14 @@ def _at_base_line(
     return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
 
 
+def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:
+    """The quantity as a camera level with the plate sees it."""
+    if q.quality == FAILED:
+        return q
+    value, off = level_angle(q.name, q.value, pitch_deg, options.form, options.window)
+    return replace(q, value=value, sd=float(np.hypot(q.sd, off)))
+
+
 def _doubts(
     photo: _Photo, found: Repose, heap: Heap, horizontal_sd: float
 ) -> Iterator[str]:
@@ -361,6 +392,11 @@ def _doubts(
     foot = found.base.at(found.crest[0] - found.roi[0])
     if foot > LEAST_BELOW * height:
         yield "the pile is cut by the picture's bottom border"
+    if found.base.pitch_deg > MOST_PITCH_DEG:
+        yield (
+            f"the camera looks down by about {found.base.pitch_deg:.0f}°: the pile's"
+            " foot is bowed"
+        )
     for flank in heap.flanks:
         if flank.problem and not flank.problem.startswith("a wall"):
             yield f"{flank.side} side: {flank.problem}"
@@ -442,6 +478,8 @@ def _height_over_radius(
     rms = float(np.mean([s.line.rms for s in slopes]))
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
     up = max(rms, blunt) / height
-    aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
+    # where the crest of a pile with one flank is; of two, both ends count alike
+    flat = heap.crest_width * factor / np.sqrt(12) if len(known) == 1 else 0.0
+    aside = np.hypot(max(rms / ratio, factor), flat) / radius / np.sqrt(len(known))
     sd = float(np.degrees(np.hypot(up, aside) * ratio / (1 + ratio**2)))
     return Quantity(name, float(np.degrees(np.arctan(ratio))), sd, "deg")
