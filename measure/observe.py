@@ -10,6 +10,7 @@ from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
+from benchtwin.vision.pile.pitch import CONE, SLAB
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import Recording
 
@@ -90,16 +91,7 @@ def observe_pile(
             f" {recording.evidence}{_split_in_words(recording)}"
         )
     image = read_photo(recording.files[0])
-    options = options or PileOptions()
-    if (
-        not options.side
-        and recording.pile.box_mm is not None
-        and recording.pile.cylinder_mm is None
-    ):
-        options = replace(
-            options, side="right"
-        )  # the gate's side; the other flank leans on the box
-    options = _with_recording_options(options, recording)
+    options = _with_recording_options(options or PileOptions(), recording)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:
@@ -114,10 +106,22 @@ def observe_pile(
     )
 
 
+def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
+    """The options with what the rig itself says: what let the seeds go, a box or a
+    cylinder, tells where the pile leans and what form it has."""
+    pile = recording.pile
+    if pile.cylinder_mm is not None:
+        return replace(options, form=CONE)
+    if pile.box_mm is not None:  # the gate's side; the other flank leans on the box
+        return replace(options, side=options.side or "right", form=SLAB)
+    return options
+
+
 def _with_recording_options(options: PileOptions, recording: Recording) -> PileOptions:
     """The options with base line, region and window as the recording states them, where
     they are not given."""
     pile, typical = recording.pile, PileOptions()
+    options = rig_options(recording, options)
     if options.baseline is None and pile.baseline_px is not None:
         options = replace(options, baseline=pile.baseline_px)
     if options.roi is None and pile.roi_px is not None:

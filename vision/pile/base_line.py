@@ -47,6 +47,8 @@ MOST_SLOPE = np.tan(np.radians(2.0))
 # of the heap's height: a larger sag of a leaning heap's foot means that the camera
 # looks down
 LEANING_SAG = 0.05
+# of a foot's half width: a larger sag is no bow (of a camera 30° above the plate)
+MOST_SAG = 0.5
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 MOST_SDS = 3.0  # robust; columns farther off are outliers
 
@@ -292,7 +294,7 @@ def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None
     foot, source = _fit_foot(columns, bottom, middle, half), "foot"
     mirror = _fit_foot(columns, (top + bottom) / 2, middle, half, bowed=False)
     level_mirror = not leaning or abs(mirror.slope - level) < MOST_SLOPE
-    if level_mirror and 2 * mirror.rms < foot.rms:
+    if level_mirror and (2 * mirror.rms < foot.rms or foot.sag > MOST_SAG * half):
         # the lower edge is the upper one's mirror image
         foot, source = mirror, "mirror"
     elif leaning and (

@@ -126,7 +126,8 @@ def measure_repose(
     smooth = _on_smooth_background(photo)
     region = find(photo.crop)
     by_hand = options.roi is not None or options.baseline is not None
-    if region is None or region.confidence < LEAST_CONFIDENCE * (not by_hand):
+    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
+    if region is None or region.confidence < enough:
         return _or_raise(smooth)
     segmented = _of_mask(photo, region, region.first)
     if not isinstance(smooth, Repose) or not _same_heap(smooth, segmented, region):
@@ -135,7 +136,7 @@ def measure_repose(
         # the more exact one: its edges are read off the full picture
         if _same_heap(smooth, segmented, region):
             return smooth
-        if isinstance(segmented, str) or region.confidence < 1:
+        if isinstance(segmented, str):
             return smooth.doubted(OTHERWISE)
     if isinstance(segmented, str):
         raise MeasurementError(str(smooth))
