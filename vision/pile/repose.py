@@ -10,9 +10,9 @@ Where the background is not smooth, the heap is segmented by colour and texture 
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 from benchtwin.vision.measurement import FAILED, MeasurementError, Quantity, failed
 from benchtwin.vision.pile.base_line import (
     BASES,
@@ -421,14 +421,8 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
     each."""
     count = max(1, round(surface.size / factor))
     columns = ((np.arange(surface.size) + 0.5) / factor).astype(int).clip(0, count - 1)
-    bounds = np.searchsorted(columns, np.arange(count + 1))
-    out = np.full(count, np.nan)
-    for i, (a, b) in enumerate(pairwise(bounds)):
-        piece = surface[a:b]
-        piece = piece[np.isfinite(piece)]
-        if piece.size:
-            out[i] = (np.median(piece) + 0.5) / factor - 0.5
-    return out
+    found = pd.Series(surface).groupby(columns).median().to_numpy()
+    return (found + 0.5) / factor - 0.5
 
 
 def _repose_angle(
