@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.pile.heap import MAX_PLATE_SLOPE, BaseLine, level_line
@@ -25,7 +26,6 @@ from benchtwin.vision.pile.surface import (
 from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
-UNKNOWN_PLUMB_SD_DEG = 0.5
 # between the tops of seeds, small px; shares of the columns along a line, above which
 # it runs over a layer of seeds: between them; gaps of a twentieth of the heap's height
 LEAST_DEPTH_PX, MOST_BETWEEN, MOST_GAPS = 1.5, 0.03, 0.01
@@ -81,7 +81,7 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    sd = np.radians(UNKNOWN_PLUMB_SD_DEG)
+    sd = np.radians(unstated_sd("plumb"))
     return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
 
 
@@ -198,7 +198,8 @@ def find_horizontal(
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
         why = "no plate line and no plumb_deg: the picture's rows are taken as level"
-        return 0.0, UNKNOWN_PLUMB_SD_DEG, (f"{why}, ± 0.5°",)
+        sd = unstated_sd("plumb")
+        return 0.0, sd, (f"{why}, ± {sd:g}°",)
     angle = np.arctan(base.slope)
     return (
         float(np.degrees(angle)),
@@ -303,7 +304,7 @@ def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None
         level_foot = _fit_foot(
             columns, bottom - level * columns, middle, half, tilted=False
         )
-        sd = np.radians(UNKNOWN_PLUMB_SD_DEG)
+        sd = np.radians(unstated_sd("plumb"))
         foot, source = replace(level_foot, slope=level, slope_sd=sd), "toe"
     if abs(foot.slope) > MAX_PLATE_SLOPE:
         return None

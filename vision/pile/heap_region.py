@@ -70,14 +70,15 @@ class Start:
 
     def cut(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """(heap, coarse heap) of one cut, masks of the close-up; the heap is empty
-        where there is none. The first starts from the triangle itself."""
+        where there is none. The first starts from the triangle itself, and is finer."""
         rng = np.random.default_rng(number)
         _, top, foot, *wide = self.triangle
         size = np.array([sum(wide), foot - top, foot - top, *[sum(wide)] * 2])
         moved = self.triangle + (number > 0) * MOVED * rng.normal(size=5) * size
         moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
         moved[3:] = np.maximum(moved[3:], NO_SIDE)
-        factor = max(1.0, max(self.features.shape[:2]) / COARSE_PX)
+        longest = max(self.features.shape[:2])
+        factor = max(1.0, longest / (COARSE_PX if number else longest))
         colour, texture = (
             cv2.resize(half, None, fx=1 / factor, fy=1 / factor, interpolation=AREA)
             for half in (self.features[..., :3], self.features[..., 3:])
