@@ -4,7 +4,7 @@ them."""
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from benchtwin.bench.conditions import condition_errors
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.section import (
     FROM_LIST,
@@ -100,7 +100,8 @@ class Camera(Section):
     """Direction of gravity in the picture, clockwise from straight down. Absent: the
     plate's own line."""
     plumb_sd_deg: NotNegative | None = None
-    """How well the plumb line is known (standard deviation). Absent: 0.5°."""
+    """How well the plumb line is known (standard deviation). Absent: 0.5°; 1° where
+    plumb_deg is absent, too."""
     exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
     """How long each picture was exposed."""
     readout_s: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] | None = None
@@ -130,10 +131,10 @@ class Camera(Section):
 
     @property
     def plumb_sd(self) -> float:
-        """sd of plumb_deg; a plumb line without a stated sd is not known better than
-        0.5°."""
-        stated = self.plumb_sd_deg
-        return unstated_sd("plumb") if stated is None else stated
+        """sd of plumb_deg, of zero where that is not stated."""
+        if self.plumb_sd_deg is not None:
+            return self.plumb_sd_deg
+        return (unstated_sd if self.plumb_deg is None else stated_sd)("plumb")
 
 
 class Reading(Section):

@@ -52,7 +52,12 @@ PRIORS = {
     "reading": Prior("deg", 0.03, None, "of a reader, beside the slides' scatter"),
     # the camera
     "scale": Prior("relative", 0.01, 0.01, "a ruler beside the plane of the motion"),
-    "plumb": Prior("deg", 0.5, 0.5, "a camera set up by eye, or a line seen in it"),
+    "plumb": Prior(
+        "deg",
+        1.0,
+        0.5,
+        "a camera set up by eye; stated: a line seen in its picture",
+    ),
     "outline-centre": Prior(
         "px", 0.01, None, "of a turning outline, which uneven light moves"
     ),
@@ -126,10 +131,16 @@ PRIORS = {
     ),
     "level-plate": Prior(
         "deg",
-        0.005,
+        0.1,
         0.02,
-        "an engineer's spirit level: 0.1 mm/m; a stated slope is read off an"
-        " inclinometer",
+        "tables that people call level; a stated slope is read off an engineer's level",
+    ),
+    "level-both-ways": Prior(
+        "deg",
+        0.005,
+        0.005,
+        "rolls both ways tell how a plate leans: more than an engineer's spirit level"
+        " shows, 0.1 mm/m, is named",
     ),
     "sharp-corner": Prior(
         "normal rank", 1.0, None, "a corner takes nothing to what a sharp one takes"

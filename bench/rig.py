@@ -33,10 +33,12 @@ class Rig:
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
-    measure(track, recording) → quantities; setup: how it is simulated; read(folder) →
-    its recordings as plain arrays; curve(read, relative, timed) → what one shows, to be
-    laid over its twin; diagnose(recordings, rng) → Finding; effects: what may be
-    missing, by name; resimulate: the simulation run again with what was named."""
+    derive(recording, summary, common sd) → what follows from the mean of its readings;
+    together(recordings with observations) → observations of several together; setup:
+    how it is simulated; read(folder) → its recordings as plain arrays; curve(read,
+    relative, timed) → what one shows, to be laid over its twin; diagnose(recordings,
+    rng) → Finding; effects: what may be missing, by name; resimulate: the simulation
+    run again with what was named."""
 
     name: str
     what: str
@@ -54,7 +56,8 @@ class Rig:
     variants: Mapping[str, dict] = field(default_factory=dict, hash=False)
     own_parameters: bool = False
     observe: str = ""
-    measure: str = ""
+    derive: str = ""
+    together: str = ""
     setup: str = ""
     curve: str = ""
     read: str = ""

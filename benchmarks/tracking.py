@@ -319,10 +319,10 @@ def memory() -> None:
 
 
 def track_alone(folder: str) -> None:
-    from benchtwin.measure.observe_motion import observe_moving
+    from benchtwin.measure.observe import observe
     from benchtwin.vision.recording import read_recording
 
-    found = observe_moving(read_recording(Path(folder)))
+    found = observe(read_recording(Path(folder)))
     assert found.track is not None
     # ru_maxrss would hand on what the parent held when it forked; VmHWM is this
     # program's own.

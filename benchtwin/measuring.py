@@ -13,8 +13,8 @@ from benchtwin import shown
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.measure import batch
-from benchtwin.measure.observe import LEAST_WINDOW
 from benchtwin.measure.observed import Observed, PackedPictures
+from benchtwin.rigs.pile.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions

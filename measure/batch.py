@@ -7,12 +7,14 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observe import observe, observe_or_fail
 from benchtwin.vision.find_recordings import find_recordings, unread_files
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 
+Seen = list[tuple[Recording, Observation]]
 MOST_NAMED = 8  # files in one note
 
 
@@ -94,32 +96,31 @@ def measure_each(
 ) -> Iterator[Observation]:
     """`observe(recording)` of each entry, a failed one where it raises; those of
     several together last."""
-    rolls: list[tuple[Recording, Observation]] = []
+    seen: Seen = []
     for entry in entries:
         found = observe_or_fail(entry, observe)
         yield found
-        keep_rolls(rolls, entry, found)
-    yield from observe_together(rolls)
+        keep_for_together(seen, entry, found)
+    yield from observe_together(seen)
 
 
-def keep_rolls(
-    rolls: list[tuple[Recording, Observation]],
-    entry: Recording | MeasurementError,
-    found: Observation,
+def keep_for_together(
+    seen: Seen, entry: Recording | MeasurementError, found: Observation
 ) -> None:
-    """Append a roll to `rolls`, for `observe_together`, without its pictures."""
-    if isinstance(entry, Recording) and entry.rig == "roll":
-        rolls.append((entry, replace(found, pictures={})))
+    """Append what `observe_together` needs to `seen`, without its pictures."""
+    if not isinstance(entry, Recording) or entry.rig is None:
+        return
+    if RIGS[entry.rig].together:
+        seen.append((entry, replace(found, pictures={})))
 
 
-def observe_together(rolls: list[tuple[Recording, Observation]]) -> list[Observation]:
-    """Quantities of several recordings together: the slope of the table under rolls in
-    both directions."""
-    if not rolls:
-        return []
-    from benchtwin.vision.motion.plate_slope import plate_slopes
-
-    return plate_slopes(rolls)
+def observe_together(seen: Seen) -> list[Observation]:
+    """Quantities of several recordings of one rig together."""
+    found: list[Observation] = []
+    for name in dict.fromkeys(entry.need_rig() for entry, _ in seen):
+        own = [(entry, one) for entry, one in seen if entry.rig == name]
+        found += RIGS[name].part("together")(own)
+    return found
 
 
 def in_order(

@@ -9,7 +9,7 @@ import pandas as pd
 from benchtwin.measure.batch import (
     find_all,
     in_order,
-    keep_rolls,
+    keep_for_together,
     observe_together,
     unread_notes,
 )
@@ -83,7 +83,7 @@ def _run(
     entries = find_all(paths)
     results.not_read = unread_notes(paths, entries)
     results.notes += results.not_read
-    rolls: list[tuple[Recording, Observation]] = []
+    seen: list[tuple[Recording, Observation]] = []
     bar = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -111,9 +111,9 @@ def _run(
             zip(entries, in_order(entries, one), strict=True)
         ):
             results.add(observation)
-            keep_rolls(rolls, entry, observation)
+            keep_for_together(seen, entry, observation)
             progress.update(task, completed=i + 1)
-    for together in observe_together(rolls):
+    for together in observe_together(seen):
         results.add(together)
     return results.finish()
 

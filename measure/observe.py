@@ -8,13 +8,10 @@ from pathlib import Path
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
-from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
-from benchtwin.vision.pile.pitch import CONE, SLAB
-from benchtwin.vision.pile.repose import PileOptions, measure_repose
+from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 
-LEAST_WINDOW = 0.1  # of the crest's height
 # reported as failed where a recording cannot be measured
 MAIN_QUANTITY: dict[str | None, tuple[str, str]] = {
     **{rig.name: rig.main for rig in RIGS.values()},
@@ -68,73 +65,6 @@ def _observe(
         found = _observe(known, options, trim, progress)
         return replace(found, notes=(told, *found.notes))
     return RIGS[recording.rig].part("observe")(recording, options, progress)
-
-
-def _split_in_words(recording: Recording) -> str:
-    if recording.evidence != "frames":
-        return ""
-    return '; photos of different piles lie in the recording\'s folder, not in "frames"'
-
-
-def observe_pile(
-    recording: Recording,
-    options: PileOptions | None = None,
-    progress: Progress | None = None,
-) -> Observation:
-    """Measure the first photo of a pile recording (`split_photos` makes a recording of
-    each)."""
-    from benchtwin.vision.overlay.pile import draw_repose
-
-    if recording.evidence != "photos":
-        raise MeasurementError(
-            f"{recording.path}: a pile is measured on photos, not on"
-            f" {recording.evidence}{_split_in_words(recording)}"
-        )
-    image = read_photo(recording.files[0])
-    options = _with_recording_options(options or PileOptions(), recording)
-    try:
-        found = measure_repose(image, recording.camera, options)
-    except MeasurementError as error:
-        raise MeasurementError(f"{recording.files[0]}: {error}") from error
-    return Observation(
-        recording.id,
-        "pile",
-        found.quantities,
-        found.notes,
-        {"pile": draw_repose(image, found)},
-        heap=found,
-    )
-
-
-def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
-    """The options with what the rig itself says: what let the seeds go, a box or a
-    cylinder, tells where the pile leans and what form it has."""
-    pile = recording.pile
-    if pile.cylinder_mm is not None:
-        return replace(options, form=CONE)
-    if pile.box_mm is not None:  # the gate's side; the other flank leans on the box
-        return replace(options, side=options.side or "right", form=SLAB)
-    return options
-
-
-def _with_recording_options(options: PileOptions, recording: Recording) -> PileOptions:
-    """The options with base line, region and window as the recording states them, where
-    they are not given."""
-    pile, typical = recording.pile, PileOptions()
-    options = rig_options(recording, options)
-    if options.baseline is None and pile.baseline_px is not None:
-        options = replace(options, baseline=pile.baseline_px)
-    if options.roi is None and pile.roi_px is not None:
-        options = replace(options, roi=pile.roi_px)
-    if options.window == typical.window and pile.window_pct is not None:
-        low, high = (share / 100 for share in pile.window_pct)
-        if high - low < LEAST_WINDOW:
-            raise MeasurementError(
-                f"{recording.toml}: [pile] window_pct: two heights in %, at least"
-                f" {100 * LEAST_WINDOW:g} apart"
-            )
-        options = replace(options, window=(low, high))
-    return options
 
 
 def observe_seeds_photo(recording: Recording) -> Observation:

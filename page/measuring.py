@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.measure.observe import (
-    Progress,
-    observe,
-    observe_or_fail,
-    rig_options,
-)
+from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.pile.heap_region import Region, find_region
-from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
+from benchtwin.vision.pile.repose import (
+    PileOptions,
+    Repose,
+    measure_repose,
+    rig_options,
+)
 from benchtwin.vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface

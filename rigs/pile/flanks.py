@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.priors import stated_sd
 from scipy.ndimage import uniform_filter1d
 
 LOW, HIGH = 0.2, 0.8  # of the crest's height: the line's window
@@ -176,7 +175,7 @@ def photo_of(seen) -> Photo:
         reference,
         seen.base_deg - plumb if both else float("nan"),
         seen.base_sd_deg,
-        camera.get("plumb_sd_deg", stated_sd("plumb")),
+        camera["plumb_sd_deg"],
         pile.get("gate_speed_mm_s", float("nan")),
         pile.get("photo_s", float("nan")),
         box[1] if box else float("nan"),

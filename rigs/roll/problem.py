@@ -30,7 +30,6 @@ from scipy.optimize import least_squares
 PRIORS = {
     "mu": 3.0,  # relative: flat, since it is measured
     "incline": stated_sd("incline") / math.sqrt(2),  # and as much each run's own
-    "level": unstated_sd("level-plate"),
     "corner": unstated_sd("sharp-corner"),
 }
 STEADY_MU = 0.01  # initial, of seeds that stay on an incline of unknown angle
@@ -134,6 +133,13 @@ def build(
     )
 
 
+def level_sd_deg(stated: bool, both_ways: bool) -> float:
+    """How level a plate is beside what is stated or, in both directions, named."""
+    if stated:
+        return stated_sd("level-plate")
+    return unstated_sd("level-both-ways" if both_ways else "level-plate")
+
+
 def roll_problem(
     model: Model, scales: dict[str, float], noise: RunNoise | None = None
 ) -> Problem:
@@ -141,16 +147,18 @@ def roll_problem(
     nothing better is known."""
     effects, seed = model.effects, model.seed
     noise = noise or estimate_noise(model.runs, model.turn)
-    known = {n: PRIORS[n] for n in ("mu", "incline", "level", "corner")} | {
-        "inertia": seed.inertia_sd
+    known = PRIORS | {
+        "inertia": seed.inertia_sd,
+        "level": level_sd_deg(
+            all(math.isfinite(run.slope) for run in model.runs),
+            len({run.sign for run in model.runs}) > 1,
+        ),
     }
-    if all(math.isfinite(run.slope) for run in model.runs):
-        known["level"] = stated_sd("level-plate")
     known |= {f"scale.{s}": math.hypot(sd, GRAVITY_SD) for s, sd in scales.items()}
     sizes = {
         "mu": 0.1,
         "incline": 0.1,
-        "level": PRIORS["level"],
+        "level": known["level"],
         "inertia": 0.01,
         "corner": 1.0,
     } | {f"scale.{s}": 1e-3 for s in scales}

@@ -25,8 +25,10 @@ from benchtwin.rigs.roll.problem import (
     LENGTH_SD_M,
     MU_SD,
     PRIORS,
+    level_sd_deg,
     unknown_scatter,
 )
+from benchtwin.rigs.roll.session import stated_slope_deg
 
 SLOPE = "slope"
 LEAST_READINGS = 3  # in either direction, for a slope
@@ -46,6 +48,7 @@ class Ruler:
     incline: float  # [rad]
     length_m: float
     sign: float
+    slope_deg: float  # stated, rising along +x; NaN
 
     def friction(self) -> float:
         """Rolling friction on a level plate of the mean run-out."""
@@ -67,7 +70,8 @@ class RulerModel:
         mu = self.mu * (1 + at["mu"]) * (1 + own[0])
         way = (one.length_m + at["length"]) * (math.sin(beta) - mu * math.cos(beta))
         keep = 1 - usual_loss(beta, BALL, mu, at["corner"])
-        along = drive(at["level"] + at.get(SLOPE, 0.0), one.sign)
+        stated = 0.0 if math.isnan(one.slope_deg) else one.slope_deg
+        along = drive(stated + at["level"] + at.get(SLOPE, 0.0), one.sign)
         return max(way, 1e-6) * keep**2 / max(mu - along, 1e-6)
 
 
@@ -92,6 +96,7 @@ def rulers_of(recordings) -> tuple[tuple[Ruler, ...], tuple[str, ...]]:
                 math.radians(told["incline_deg"]),
                 told["incline_length_mm"] / 1000,
                 SIGNS[told.get("direction") or "+x"],
+                stated_slope_deg(told),
             )
         )
     if not found:
@@ -133,9 +138,12 @@ def ruler_problem(rulers: tuple[Ruler, ...]) -> Problem:
         np.array([1e-6, 1e-5]),
         np.array([MU_SD, PRIORS["incline"]]),
     )
-    effects = {SLOPE: EFFECTS[SLOPE]} if tells_a_slope(rulers) else {}
-    sizes = {"mu": 0.1, "incline": 0.1, "level": PRIORS["level"], "corner": 1.0}
-    known = {n: PRIORS[n] for n in sizes}
+    both_ways = tells_a_slope(rulers)
+    effects = {SLOPE: EFFECTS[SLOPE]} if both_ways else {}
+    stated = all(math.isfinite(r.slope_deg) for r in rulers)
+    level = level_sd_deg(stated, both_ways)
+    sizes = {"mu": 0.1, "incline": 0.1, "level": level, "corner": 1.0}
+    known = PRIORS | {"level": level}
 
     def predict(r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
         ln = math.log(model.run_out_m(r, own, at))

@@ -165,9 +165,7 @@ def run_of(roll, seed: Seed) -> Run:
             time <= way.stop + REST_SHARE * moving
         )
         time, x, frame, spread = _averaged(time[used], x[used], frame[used])
-    stated = told.get("direction")
-    direction = stated or told.get("seen_direction", "+x")
-    slope = told.get("slope_deg")  # falling towards +x
+    direction = told.get("direction") or told.get("seen_direction", "+x")
     angle = None if roll.angle_deg is None or few else roll.angle_deg[keep]
     return Run(
         roll.recording,
@@ -183,7 +181,7 @@ def run_of(roll, seed: Seed) -> Run:
         _turning(roll.time_s[keep], roll.x_mm[keep] / 1000, angle, way),
         notes=tuple(notes),
         away=math.inf if roll.gates else _distance_m(roll.description),
-        slope=math.nan if slope is None or not stated else -slope,
+        slope=stated_slope_deg(told),
         stays=stays(roll.description),
         gates=roll.gates,
         sd_m=(
@@ -192,6 +190,13 @@ def run_of(roll, seed: Seed) -> Run:
             else np.full(len(x), np.nan)
         ),
     )
+
+
+def stated_slope_deg(told: dict) -> float:
+    """Stated slope of the level plate, rising along +x [deg]; NaN where it or the
+    direction of the roll is not stated."""
+    slope = told.get("slope_deg")  # falling towards +x
+    return math.nan if slope is None or not told.get("direction") else -slope
 
 
 def _distance_m(description: dict) -> float:

@@ -161,14 +161,14 @@ def test_overwrite_never_takes_what_is_not_its_own(run, photos, tmp_path):
 
 
 def test_a_fault_of_ours_costs_one_recording(run, photos, tmp_path, monkeypatch):
-    from benchtwin.measure import observe
+    from benchtwin.rigs.pile import observe
 
     whole = observe.observe_pile
-    monkeypatch.setattr(
-        observe,
-        "observe_pile",
-        lambda r, *o: 1 / 0 if r.id == "a" else whole(r, *o),
-    )
+
+    def fails(recording, *options):
+        return 1 / 0 if recording.id == "a" else whole(recording, *options)
+
+    monkeypatch.setattr(observe, "observe_pile", fails)
     assert run(photos, "--out", tmp_path / "out").exit_code == 0
     table = pd.read_csv(tmp_path / "out" / "measurements.csv").set_index("recording")
     assert "please report" in table.loc["a"].reason

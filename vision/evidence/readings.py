@@ -1,15 +1,14 @@
-"""readings.csv → means with sds, n and range, and the quantities that follow from
-them."""
+"""readings.csv → means with sds, n and range, and what follows from them for the
+rig."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.resolution import reading_step
-from benchtwin.bench.rigs import READING_COLUMNS
+from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.bench.robust import robust_sd
-from benchtwin.bench.run_out import rolling_friction
 from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.recording import Recording
@@ -40,6 +39,16 @@ class Summary:
     sd_rounding: float
 
 
+@dataclass(frozen=True)
+class Derived:
+    """What follows from the mean of a rig's readings: quantities, notes, and doubts
+    about the readings themselves."""
+
+    quantities: tuple[Quantity, ...] = ()
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+
 def summarise(values: np.ndarray, trim: bool = False) -> Summary:
     """Statistics of `values` (n ≥ 1); trim: without the highest and the lowest (n ≥ 4),
     whose scatter is then understated."""
@@ -65,10 +74,11 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
-    """Means of readings, and what follows from them by Eqs. (1)–(3)."""
+    """Means of readings, and what follows from them for the rig."""
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
+    derive = RIGS[rig].part("derive") if RIGS[rig].derive else None
     quantities: list[Quantity] = []
     notes, rows = list(table.notes), []
     for column in columns:
@@ -81,15 +91,14 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         values = table.rows[column].dropna().to_numpy()
         s = summarise(values, trim)
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
-        new = [
-            _quantity(name, s.mean, s.sd_mean, common, unit, s.n),
-            *_derived(recording, rig, s, common, notes),
-        ]
-        doubts = list(_doubts(recording, rig, values, s))
-        quantities += [q.doubt(*doubts) for q in new]
+        told = derive(recording, s, common) if derive else Derived()
+        notes += told.notes
+        read = mean_quantity(name, s.mean, s.sd_mean, common, unit, s.n)
+        doubts = (*told.doubts, _far_off(values))
+        quantities += [q.doubt(*doubts) for q in (read, *told.quantities)]
         left_out = values.size - s.n
-        told = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
-        rows.append((recording.id, name, *told, unit, left_out))
+        statistics = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
+        rows.append((recording.id, name, *statistics, unit, left_out))
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
             notes.append(
@@ -114,72 +123,19 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     )
 
 
-def _doubts(recording: Recording, rig: str, values: np.ndarray, s: Summary):
-    """Doubts about readings: a rebound above the release or close to 0, one reading far
-    from the others."""
-    if rig == "drop" and (height := recording.drop.height_mm):
-        if s.high > height:
-            yield (
-                f"a rebound of {s.high:g} mm is higher than the release at"
-                f" {height:g} mm"
-            )
-        elif s.mean / height < 2e-3:
-            yield (
-                f"a rebound of {s.mean:g} mm from {height:g} mm: is it in millimetres?"
-            )
+def _far_off(values: np.ndarray) -> str:
+    """A doubt where one reading lies far from the others; ""."""
     off = np.abs(values - np.median(values))
     typical = robust_sd(off)
     if values.size >= 4 and typical > 0 and off.max() > 8 * typical:
-        yield f"the reading {values[off.argmax()]:g} lies far from the others"
+        return f"the reading {values[off.argmax()]:g} lies far from the others"
+    return ""
 
 
-def _quantity(
+def mean_quantity(
     name: str, value: float, sd: float, common: float, unit: str, n: int
 ) -> Quantity:
-    """sd: of the mean, from the scatter; common: sd that repeats do not reduce."""
+    """A quantity of n readings. sd: of the mean, from the scatter; common: sd that
+    repeats do not reduce."""
     found = Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
     return found.doubt("a single reading: no standard deviation" if n == 1 else "")
-
-
-def _derived(
-    recording: Recording, rig: str, s: Summary, common: float, notes: list[str]
-) -> list[Quantity]:
-    """Eq. (1) e = √(H2/H1), Eq. (2) μ = tan α, Eq. (3) μ_r = S sin β / (S cos β + L);
-    first-order error propagation."""
-    if rig == "drop":
-        h1 = recording.drop.height_mm
-        if h1 is None:
-            notes.append(
-                f"{recording.toml}: [drop] height_mm is missing; without it no"
-                " restitution (Eq. 1)"
-            )
-            return []
-        e = float(np.sqrt(s.mean / h1))
-        shared = (
-            float(np.hypot(common / s.mean, recording.drop.height_sd / h1))
-            if s.mean
-            else 0.0
-        )
-        return [
-            _quantity(
-                "restitution", e, e / 2 * s.sd_mean / s.mean, e / 2 * shared, "1", s.n
-            )
-        ]
-    if rig == "slide":
-        angle = np.radians(s.mean)
-        steep = float(np.radians(1.0) / np.cos(angle) ** 2)
-        sds = (steep * s.sd_mean, steep * common)
-        return [_quantity("static_friction", float(np.tan(angle)), *sds, "1", s.n)]
-    if rig == "roll":
-        length, beta = recording.roll.incline_length_mm, recording.roll.incline_deg
-        if length is None or beta is None:
-            notes.append(
-                f"{recording.toml}: [roll] incline_length_mm and incline_deg are needed"
-                " for rolling_friction (Eq. 3)"
-            )
-            return []
-        mu, by = rolling_friction(length, beta, s.mean)
-        off = [stated_sd("way-on-incline"), stated_sd("incline"), common]
-        shared = float(np.linalg.norm(by * off))
-        return [_quantity("rolling_friction", mu, -by[2] * s.sd_mean, shared, "1", s.n)]
-    return []

@@ -26,7 +26,6 @@ STRETCHES, LEAST_FRAMES = (4, 10), 6  # of a film; of a stretch
 SEPARABLE = 0.7  # least separability η (Otsu) of the flicker; noise alone gives 0.64
 LEAST_FLICKER = 0.1  # levels of 255; less counts as none
 CLEAR = 4.0  # times the empty drum's flicker
-LEVEL_SD_DEG = 1.0  # of the horizontal where [camera] plumb_deg is not stated
 # the flow is not steady where the halves differ by more than chance and avalanches
 # explain
 STEADY_P, STEADY_DEG = (0.003, 2.0)
@@ -182,13 +181,10 @@ def _line(surface: np.ndarray) -> Line | None:
 
 def _horizontal(recording: Recording) -> tuple[float, float, list[str]]:
     """Direction of the horizontal in the picture [deg], its sd, and notes."""
-    if recording.camera.plumb_deg is not None:
-        return recording.camera.plumb_deg, recording.camera.plumb_sd, []
-    return (
-        0.0,
-        LEVEL_SD_DEG,
-        [f"[camera] plumb_deg is missing: the camera is level to ± {LEVEL_SD_DEG:g}°"],
-    )
+    plumb, sd = recording.camera.plumb_deg, recording.camera.plumb_sd
+    if plumb is not None:
+        return plumb, sd, []
+    return 0.0, sd, [f"[camera] plumb_deg is missing: the camera is level to ± {sd:g}°"]
 
 
 def _doubts(angles: np.ndarray, lines: list[Line]):

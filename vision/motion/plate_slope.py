@@ -62,8 +62,7 @@ def _run(recording: Recording, observation: Observation) -> InclineRun | None:
     found = {q.name: q for q in observation.quantities if q.quality != FAILED}
     roll, path = recording.roll, observation.track
     if (
-        recording.rig != "roll"
-        or not {"acceleration", "rolling_resistance"} <= found.keys()
+        not {"acceleration", "rolling_resistance"} <= found.keys()
         or roll.incline_deg is None
         or path is None
     ):

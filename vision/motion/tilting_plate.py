@@ -19,7 +19,6 @@ from benchtwin.vision.motion.scene import (
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.recording import Recording
 
-UNPLUMBED_SD_DEG = 1.0  # of the horizontal where [camera] plumb_deg is not stated
 LEAST_SEEN = 0.5  # of the frames: an edge seen in fewer is not used
 AFTER_SLIDE = 16  # least number of pictures after the block has left its first place
 COLUMNS = 400  # of a strip that are used for a row's brightness
@@ -98,7 +97,6 @@ def track_slide(
     edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
     notes, level_sd = tracked.track.notes, recording.camera.plumb_sd
     if recording.camera.plumb_deg is None and recording.camera.plumb_sd_deg is None:
-        level_sd = UNPLUMBED_SD_DEG
         notes = (
             *notes,
             (

@@ -81,7 +81,7 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    sd = np.radians(unstated_sd("plumb"))
+    sd = np.radians(camera.plumb_sd)
     return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
 
 
@@ -198,8 +198,7 @@ def find_horizontal(
         return camera.plumb_deg, camera.plumb_sd, ()
     if base.source == "toe":
         why = "no plate line and no plumb_deg: the picture's rows are taken as level"
-        sd = unstated_sd("plumb")
-        return 0.0, sd, (f"{why}, ± {sd:g}°",)
+        return 0.0, camera.plumb_sd, (f"{why}, ± {camera.plumb_sd:g}°",)
     angle = np.arctan(base.slope)
     return (
         float(np.degrees(angle)),

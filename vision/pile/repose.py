@@ -26,9 +26,9 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.line import FlankLine, fit_flank
-from benchtwin.vision.pile.pitch import level_angle
+from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
-from benchtwin.vision.recording import Camera
+from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
 OTHERWISE = (
@@ -63,6 +63,17 @@ class PileOptions:
     baseline: tuple[float, float, float, float] | None = None
     side: str = ""
     form: str = ""
+
+
+def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
+    """The options with what the rig itself says: what let the seeds go, a box or a
+    cylinder, tells where the pile leans and what form it has."""
+    pile = recording.pile
+    if pile.cylinder_mm is not None:
+        return replace(options, form=CONE)
+    if pile.box_mm is not None:  # the gate's side; the other flank leans on the box
+        return replace(options, side=options.side or "right", form=SLAB)
+    return options
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 import pandas as pd
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.paper.scale import Scale
 from benchtwin.vision.shape.outline import centroid, ellipse_agreement, feret, solidity
@@ -23,7 +24,6 @@ LEAST_AREA_PX = 60  # smaller things are dust
 CONVEX = 0.955  # least solidity of a single grain; touching grains have notches
 # reached by seeds without shadow; dark seeds measured with their shadow start at 1.85
 MOST_SOFTNESS = 1.8
-UNKNOWN_SCALE_SD = 0.01  # relative, of a stated mm_per_px without an sd
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Grains:
     grains: tuple[Grain, ...]
     scale: Scale | float | None
     notes: tuple[str, ...] = ()
-    stated_scale_sd: float = UNKNOWN_SCALE_SD  # relative
+    stated_scale_sd: float = unstated_sd("scale")  # relative
 
     @property
     def measured(self) -> tuple[Grain, ...]:
@@ -171,7 +171,7 @@ def measure_seeds(
         blur_px = int(np.ceil(0.5 / paper.mm_per_px))
     relief = make_relief(image, region, blur_px)
     if mm_per_px_sd is None or not isinstance(scale, int | float):
-        relative_sd = UNKNOWN_SCALE_SD
+        relative_sd = unstated_sd("scale")
     else:
         relative_sd = mm_per_px_sd / scale
     grains = [

@@ -1,9 +1,8 @@
 """A plate that is not level turns its line in the picture, a rolled camera
 everything."""
 
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.rigs.pile.effects.shapes import HeapEffect, Law
-
-LEVEL_SD_DEG = 0.2  # of a plate levelled with a spirit level
 
 EFFECTS = (
     HeapEffect(
@@ -25,7 +24,7 @@ EFFECTS = (
             turn_deg={"plumb": 0.0, "plate": -1.0, "rows": -1.0},
             turn_after_deg={"plumb": 1.0},
             plate_deg=1.0,
-            known_deg=lambda photos: LEVEL_SD_DEG,
+            known_deg=lambda photos: unstated_sd("level-plate"),
         ),
     ),
     HeapEffect(

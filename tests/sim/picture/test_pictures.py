@@ -286,7 +286,7 @@ def test_a_heap_measures_as_what_it_is(look):
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01
     px rms off the projected centre."""
-    from benchtwin.measure.observe_motion import observe_moving
+    from benchtwin.measure.observe import observe
     from benchtwin.vision.recording import Camera as Stated
     from benchtwin.vision.recording import Recording
     from synthetic.film import write_frames
@@ -298,7 +298,7 @@ def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     frames = film(
         motion, camera, Look(grey=True, noise=1.0), rng=np.random.default_rng(0)
     )
-    track = observe_moving(
+    track = observe(
         write_frames(
             Recording(
                 "drop", tmp_path, "drop", "frames", (), camera=Stated(mm_per_px=0.25)

@@ -92,9 +92,8 @@ def test_a_turned_camera_is_righted_by_the_plumb_line_and_widens_the_claim_witho
 ):
     stated = film(tmp_path / "drum", 30.0, toml=LEVEL)
     turned = replace(stated, camera=stated.camera.model_copy(update={"plumb_deg": 5.0}))
-    silent = replace(
-        stated, camera=stated.camera.model_copy(update={"plumb_deg": None})
-    )
+    nothing = {"plumb_deg": None, "plumb_sd_deg": None}
+    silent = replace(stated, camera=stated.camera.model_copy(update=nothing))
     straight, other, loose = (
         observe_drum(recording) for recording in (stated, turned, silent)
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.measure.observe_motion import observe_moving
+from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.slide.keys import Slide as SlideKeys
@@ -56,7 +56,7 @@ def test_a_drop_in_frames(tmp_path):
     look = Look(noise=4, clutter=6, clamp=True, plate_row=440, mirror=0.4)
     made = write_frames(known, film(DROP, look, np.random.default_rng(1), fps=240))
     shares = []
-    seen = observe_moving(read_recording(made.path), progress=shares.append)
+    seen = observe(read_recording(made.path), progress=shares.append)
     for name, q in named(seen).items():
         truth = 0.5 if name.startswith("restitution") else DROP.truth[name]
         assert abs(q.value - truth) < 3 * q.sd and q.quality == "good", name
@@ -91,7 +91,7 @@ def test_a_phone_video_of_a_drop(tmp_path, fps, exposure):
     made = write_video(
         known, film(DROP, look, np.random.default_rng(2), fps=fps), fps=fps
     )
-    found = named(observe_moving(read_recording(made.path)))
+    found = named(observe(read_recording(made.path)))
     assert abs(found["restitution_normal"].value - 0.5) < max(
         3 * found["restitution_normal"].sd, 0.004
     )
@@ -116,14 +116,14 @@ def test_a_slide_in_frames(tmp_path):
             fps=60,
         ),
     )
-    for name, q in named(observe_moving(read_recording(made.path))).items():
+    for name, q in named(observe(read_recording(made.path))).items():
         assert abs(q.value - motion.truth[name]) < 4 * q.sd, name
         assert q.quality == "good" and q.sd < 0.01 * max(q.value, 5), name
     unplumbed = replace(
         read_recording(made.path),
         camera=Camera(fps=60, mm_per_px=0.4, mm_per_px_sd=4e-4),
     )
-    seen = observe_moving(unplumbed)
+    seen = observe(unplumbed)
     assert named(seen)["slide_angle"].sd > 0.9 and any(
         "plumb_deg is missing" in note for note in seen.notes
     )
@@ -165,7 +165,7 @@ def test_a_slide_of_beans_filmed_from_the_level_on(
         from_above_deg=0.6,
         fades=0.5,
     )
-    seen = observe_moving(read_recording(write_frames(known, film).path))
+    seen = observe(read_recording(write_frames(known, film).path))
     frames = int(np.ceil(motion.end_s * 20))
     assert len(seen.track) - seen.track.outlier.sum() > 0.97 * frames
     assert np.abs(seen.track.tilt_deg - motion.tilt(seen.track.t_s)).max() < 0.1
@@ -195,7 +195,7 @@ def test_a_roll_in_frames(tmp_path):
     made = write_frames(
         known, film_roll(motion, look, np.random.default_rng(2), fps=60)
     )
-    seen = observe_moving(read_recording(made.path))
+    seen = observe(read_recording(made.path))
     found = named(seen)
     assert (
         abs(found["run_out"].value - motion.truth["run_out"] - corner_mm(look))
@@ -219,7 +219,7 @@ def test_the_scale_comes_from_graph_paper_in_the_picture(tmp_path):
     )
     known = recording(tmp_path, "drop", camera=Camera(fps=120))
     made = write_frames(known, film(DROP, look, np.random.default_rng(3), fps=120))
-    seen = observe_moving(read_recording(made.path))
+    seen = observe(read_recording(made.path))
     assert any("graph paper" in note for note in seen.notes)
     assert (
         named(seen)["rebound_height"].value == pytest.approx(45, rel=0.01)
@@ -232,7 +232,7 @@ def test_pictures_without_a_scale_give_ratios_in_pixels(tmp_path):
         recording(tmp_path, "drop"),
         film(DROP, Look(noise=3), np.random.default_rng(1), fps=200),
     )
-    found = named(observe_moving(read_recording(made.path)))
+    found = named(observe(read_recording(made.path)))
     assert (
         found["rebound_height"].unit == "px"
         and found["impact_speed"].unit == "px/frame"
@@ -256,7 +256,7 @@ def test_tracks_of_all_rigs(tmp_path):
     for rig, (motion, track, keys) in cases.items():
         folder = tmp_path / rig
         folder.mkdir()
-        seen = observe_moving(write_track(folder, track, rig, camera=camera, **keys))
+        seen = observe(write_track(folder, track, rig, camera=camera, **keys))
         for name, q in named(seen).items():
             truth = 0.5 if name == "restitution" else motion.truth[name]
             assert abs(q.value - truth) < 4 * q.sd, (rig, name)
@@ -266,7 +266,7 @@ def test_tracks_of_all_rigs(tmp_path):
 def test_impacts(tmp_path):
     write_recording(recording(tmp_path, "drop", drop=Drop(height_mm=310)))
     (tmp_path / "impacts.csv").write_text("t_s\n0.2514\n0.5029\n0.6286\n0.6915\n")
-    seen = observe_moving(read_recording(tmp_path))
+    seen = observe(read_recording(tmp_path))
     assert named(seen)["restitution"].value == pytest.approx(0.5, abs=0.002)
     assert seen.track is None and len(seen.bounces) == 3
 
@@ -282,7 +282,7 @@ def test_bad_tracks_name_the_file(tmp_path, rig, content, says):
     write_recording(recording(tmp_path, rig))
     (tmp_path / "track.csv").write_text(content)
     with pytest.raises(MeasurementError, match=says):
-        observe_moving(read_recording(tmp_path))
+        observe(read_recording(tmp_path))
 
 
 @pytest.mark.parametrize("rig", ["drop", "slide", "roll"])
@@ -290,7 +290,7 @@ def test_a_track_in_which_nothing_happens_fails_in_words(tmp_path, rig):
     rows = "\n".join(f"{n / 100},5,5" for n in range(50))
     write_recording(recording(tmp_path, rig, slide=SlideKeys(tilt_rate_deg_s=2)))
     (tmp_path / "track.csv").write_text(f"t_s,x_mm,y_mm\n{rows}\n")
-    seen = observe_moving(read_recording(tmp_path))
+    seen = observe(read_recording(tmp_path))
     assert all(q.quality == "failed" and q.reason for q in seen.quantities)
     assert seen.pictures
 
@@ -301,7 +301,7 @@ def test_a_damaged_frame_costs_one_row(tmp_path):
         known, film(DROP, Look(noise=3), np.random.default_rng(1), fps=200)
     )
     made.files[30].write_bytes(made.files[30].read_bytes()[:500])
-    seen = observe_moving(read_recording(tmp_path))
+    seen = observe(read_recording(tmp_path))
     assert 30 not in set(seen.track.frame) and any(
         "frame 30 skipped" in note for note in seen.notes
     )
@@ -312,7 +312,7 @@ def test_impact_times_of_a_slide_are_refused(tmp_path):
     write_recording(replace(recording(tmp_path, "slide")))
     (tmp_path / "impacts.csv").write_text("t_s\n0.2\n0.5\n")
     with pytest.raises(MeasurementError, match="belong to a drop"):
-        observe_moving(read_recording(tmp_path))
+        observe(read_recording(tmp_path))
 
 
 def test_overlays_draw_where_they_are_told():

@@ -190,7 +190,8 @@ def test_energy_lost_at_the_corner_is_named_beside_what_it_would_change():
     )
     for name in ("run_out", "rolling_friction"):
         assert "if the corner takes speed" in lossy[name].reason
-    assert abs(lossy["rolling_resistance"].value - 0.012) < 3 * 2e-4
+    off = abs(lossy["rolling_resistance"].value - 0.012)
+    assert off < 2 * lossy["rolling_resistance"].sd
 
 
 BALL = Seed(length_mm=6.0, width_mm=6.0, thickness_mm=6.0, density_kg_m3=1200.0)
@@ -229,9 +230,15 @@ def resistance(track, **changes):
 @pytest.mark.parametrize("inertia", [None, 2 / 3])
 def test_a_ball_in_a_vacuum(inertia):
     seed = BALL.model_copy(update={"inertia_factor": inertia})
-    found = resistance(rolled(factor=1 + (inertia or 0.4)), seed=seed)
-    assert abs(found.value - 0.02) < 3 * found.sd and found.quality == "good"
-    assert LEVEL < found.sd < 2e-4  # 1 %
+    track = rolled(factor=1 + (inertia or 0.4))
+    found = resistance(track, seed=seed)
+    assert abs(found.value - 0.02) < 2 * found.sd and found.quality == "good"
+    # the plate's ± 0.1°, of which the incline tells a part
+    assert 0.5 * LEVEL < found.sd < LEVEL
+    slope = Roll(incline_deg=15, incline_length_mm=60, direction="+x", slope_deg=0)
+    stated = resistance(track, seed=seed, roll=slope)
+    assert abs(stated.value - 0.02) < 2 * stated.sd
+    assert stated.sd < 0.3 * LEVEL  # its ± 0.02°
 
 
 def test_air_is_taken_out_and_its_doubt_is_common():
@@ -254,7 +261,7 @@ def test_a_stated_slope_is_taken_out_along_the_motion(direction, sign):
     )
     found = resistance(replace(track, x=sign * track.x), roll=stated)
     assert abs(found.value - 0.02) < 2 * found.sd
-    assert found.sd < 6 * LEVEL  # a stated slope's 0.02°; of 0.2° it would be 40
+    assert found.sd < 0.3 * LEVEL  # a stated slope's 0.02°
 
 
 def test_what_nobody_knows_of_the_level_is_common_unless_the_direction_is_stated():
@@ -263,7 +270,7 @@ def test_what_nobody_knows_of_the_level_is_common_unless_the_direction_is_stated
     untold = resistance(track, roll=Roll(incline_deg=15, incline_length_mm=60))
     assert untold.sd == pytest.approx(told.sd, rel=1e-3)
     more = math.sqrt(untold.sd_common**2 - told.sd_common**2)
-    assert more == pytest.approx(LEVEL, rel=0.15)
+    assert 0.5 * LEVEL < more < LEVEL  # the incline tells a part
 
 
 def test_what_cannot_be_told_says_why():

@@ -1,0 +1,49 @@
+"""A recording of a slide, whatever its evidence → what is measured on it."""
+
+from benchtwin.rigs.slide.measure import measure_slide
+from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.measurement import Observation
+from benchtwin.vision.motion.of_recording import (
+    TABLES,
+    Progress,
+    followed,
+    need_track,
+    observation,
+    table_track,
+)
+from benchtwin.vision.motion.tilting_plate import track_slide
+from benchtwin.vision.overlay.track import on_picture
+from benchtwin.vision.overlay.travel import caption, plot_travel
+from benchtwin.vision.recording import Recording
+
+
+def observe_slide(
+    recording: Recording, options: object = None, progress: Progress | None = None
+) -> Observation:
+    """Friction of a slide; quantities that cannot be measured are failed, with the
+    reason. options: of piles, not used."""
+    need_track(recording)
+    if recording.evidence in TABLES:
+        track = table_track(recording)
+        slide = measure_slide(track, recording)
+        picture = plot_travel(track, slide.fitted, slide.onset, slide.quantities)
+        notes = (*track.notes, *slide.notes)
+        pictures = {"slide": picture}
+        return observation(recording, slide.quantities, notes, pictures, track)
+    source = open_frames(recording)
+    tracked, plate = track_slide(source, recording, progress)
+    seen = followed(recording, source, tracked)
+    slide = measure_slide(seen.track, seen.recording)
+    pictures = {
+        "track": on_picture(
+            plate.picture,
+            *plate.places,
+            seen.track.outlier,
+            lines=plate.lines,
+            caption=caption(slide.quantities),
+        ),
+        "slide": plot_travel(seen.track, slide.fitted, slide.onset, slide.quantities),
+    }
+    return seen.observation(
+        slide.quantities, slide.notes, pictures, seen.track, plate.places
+    )

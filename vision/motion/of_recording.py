@@ -1,0 +1,194 @@
+"""The track of a recording: from its table, its light gates or its pictures."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from benchtwin.bench.rigs import RIGS
+from benchtwin.vision.evidence.frames import FrameSource, open_frames
+from benchtwin.vision.foreign.as_evidence import read_track
+from benchtwin.vision.measurement import (
+    DOUBTFUL,
+    GOOD,
+    MeasurementError,
+    Observation,
+    Quantity,
+)
+from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
+from benchtwin.vision.motion.places import places_of
+from benchtwin.vision.motion.track import (
+    Track,
+    struck_out,
+    track_from_gates,
+    track_from_table,
+)
+from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
+from benchtwin.vision.recording import Recording, with_camera
+
+Progress = Callable[[float], None]
+TABLES, PICTURES = ("track.csv", "gates.csv"), ("frames", "video")
+
+
+def table_track(recording: Recording) -> Track:
+    """The track that a table holds, without the rows that are struck out."""
+    if recording.evidence == "gates.csv":
+        return track_from_gates(recording)
+    table = read_track(recording.files[0])
+    track = track_from_table(table.rows, recording.camera, table.notes)
+    return struck_out(track, recording)
+
+
+def need_track(recording: Recording) -> None:
+    """MeasurementError where the evidence is of another kind than tables and
+    pictures of a motion."""
+    if recording.evidence in (*TABLES, *PICTURES):
+        return
+    of_others = [rig.told_by.get(recording.evidence) for rig in RIGS.values()]
+    why = "".join(f": {told}" for told in of_others if told)
+    raise MeasurementError(
+        f"{recording.path}: {recording.evidence} of a {recording.rig} cannot be"
+        f" followed{why}; frames, a video or track.csv can"
+    )
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What was followed in the pictures of a recording. recording: with the scale that
+    graph paper in the picture tells where none is stated; tracked: with places in
+    px, frames struck out."""
+
+    recording: Recording
+    source: FrameSource
+    tracked: TrackedSeed
+    notes: tuple[str, ...]
+
+    @property
+    def height_px(self) -> int:
+        """Of the picture; places of the track count up from its last row."""
+        return self.tracked.scene.shape[0]
+
+    @cached_property
+    def track(self) -> Track:
+        """In mm where the scale is known."""
+        return to_mm(self.tracked.track, self.recording.camera.mm_per_px)
+
+    def observation(
+        self,
+        quantities: Iterable[Quantity],
+        notes: Iterable[str],
+        pictures: dict[str, np.ndarray],
+        track: Track,
+        places: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> Observation:
+        """What was measured, with the places (columns, rows) in the pictures."""
+        notes = (*track.notes, *self.notes, *notes)
+        found = observation(self.recording, quantities, notes, pictures, track)
+        return self.with_places(found, places)
+
+    def with_places(
+        self, found: Observation, places: tuple[np.ndarray, np.ndarray] | None = None
+    ) -> Observation:
+        """The observation with the places (columns, rows) in the pictures."""
+        track = self.tracked.track
+        x, y = places or (track.x, self.height_px - 1 - track.y)
+        columns = {"frame": track.frame, "x_px": x, "y_px": y}
+        table = pd.DataFrame(columns | {"left_out": track.outlier})
+        return replace(found, places=table)
+
+    def doubted(self, found: Observation) -> Observation:
+        """The observation with the doubts about the film."""
+        found = doubted(found, size_doubt(self.tracked, self.recording))
+        return doubted(found, camera_moved(self.source))
+
+
+def follow_seed(
+    recording: Recording, progress: Progress | None, falling: bool = False
+) -> Followed:
+    """The seed that moves, from picture to picture."""
+    source = open_frames(recording)
+    tracked = track_seed(
+        source,
+        falling=falling,
+        progress=progress,
+        at=recording.track.follow_px,
+        area_px=stated_area_px(recording),
+        places=places_of(recording.track),
+        only_places=bool(recording.track.only_places),
+    )
+    return followed(recording, source, tracked)
+
+
+def followed(
+    recording: Recording, source: FrameSource, tracked: TrackedSeed
+) -> Followed:
+    """The same with frames struck out, and with the scale in the picture."""
+    tracked = replace(tracked, track=struck_out(tracked.track, recording))
+    recording, notes = _with_scale(recording, tracked)
+    return Followed(recording, source, tracked, (*source.notes, *notes))
+
+
+def to_mm(track: Track, mm_per_px: float | None) -> Track:
+    """The track in millimetres where the scale is known; else unchanged."""
+    if track.unit == "mm" or not mm_per_px:
+        return track
+    scaled = {name: getattr(track, name) * mm_per_px for name in ("x", "y", "sd")}
+    return replace(track, **scaled, unit="mm")
+
+
+def _with_scale(
+    recording: Recording, tracked: TrackedSeed
+) -> tuple[Recording, tuple[str, ...]]:
+    """The recording with the scale of graph paper in the picture where it states none,
+    and notes."""
+    if recording.camera.mm_per_px:
+        return recording, ()
+    from benchtwin.vision.paper.scale import read_scale
+
+    missing = "no scale: [camera] mm_per_px is missing, and"
+    grey = tracked.scene.grey_background
+    picture = np.clip(grey * (255 / max(float(grey.max()), 1.0)), 0, 255)
+    try:
+        scale = read_scale(picture.astype(np.uint8))
+    except MeasurementError as error:
+        return recording, (f"{missing} no graph paper was read ({error})",)
+    if scale.quality != GOOD:
+        doubt = f"({scale.mm_per_px:.3g} mm per px? {scale.reason})"
+        return recording, (f"{missing} that of the graph paper is doubtful {doubt}",)
+    known, sd = scale.mm_per_px, scale.mm_per_px_sd
+    told = f"scale read from the graph paper in the picture: {known:.5g} ± {sd:.2g}"
+    scaled = with_camera(recording, mm_per_px=known, mm_per_px_sd=sd)
+    return scaled, (f"{told} mm per px",)
+
+
+def observation(
+    recording: Recording,
+    quantities: Iterable[Quantity],
+    notes: Iterable[str],
+    pictures: dict[str, np.ndarray],
+    track: Track,
+    bounces: pd.DataFrame | None = None,
+) -> Observation:
+    """What was measured on a track, each note once."""
+    return Observation(
+        recording.id,
+        recording.need_rig(),
+        tuple(quantities),
+        tuple(dict.fromkeys(notes)),
+        pictures,
+        track.to_table(),
+        bounces,
+    )
+
+
+def doubted(found: Observation, doubt: str) -> Observation:
+    """The observation with one doubt added to every quantity and bounce; unchanged
+    where the doubt is empty."""
+    if not doubt:
+        return found
+    bounces = found.bounces
+    if bounces is not None:
+        bounces = bounces.assign(quality=DOUBTFUL)
+    quantities = tuple(q.doubt(doubt) for q in found.quantities)
+    return replace(found, quantities=quantities, bounces=bounces)
