@@ -217,14 +217,16 @@ def test_other_crops_of_a_photo_agree_within_what_the_cuts_differ_by():
 
 
 def test_what_the_cuts_differ_by_is_in_every_sd(monkeypatch):
-    """Two of five cuts with a bite out of the right flank: what is read off that flank
+    """Two of five cuts with a wedge out of the right flank: what is read off that flank
     is known less well, the left flank as before."""
     picture = heap_of_seeds("cloth", 32.0, seed=3)
     region = find_region(picture)
     plain = [region.first] * CUTS
-    bitten = region.first.copy()
-    high, wide = np.nonzero(bitten)
-    bitten[: int(np.median(high)), int(np.percentile(wide, 60)) :] = False
+    down, across = np.indices(region.first.shape)
+    top = region.first.argmax(axis=0)
+    crest = int(np.where(top > 0, top, np.inf).argmin())
+    lower = top + 0.12 * np.clip(across[0] - crest, 0, None)
+    bitten = region.first & (down >= lower)
     sds = {}
     for name, cuts in (("alike", plain), ("apart", [*plain[2:], bitten, bitten])):
         region.__dict__["cuts"] = tuple(cuts)
