@@ -140,12 +140,16 @@ def measure_repose(
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
-    segmented = _of_mask(photo, region, region.first)
-    if not isinstance(smooth, Repose) or not _same_heap(smooth, segmented, region):
-        segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
-        if _same_heap(smooth, segmented, region):
+        first = _of_mask(photo, region, region.first)
+        if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
+            return smooth
+    segmented = _of_region(photo, region)
+    if isinstance(smooth, Repose):
+        if isinstance(segmented, Repose) and _same_heap(
+            smooth, segmented, region, _apart(region)
+        ):
             return smooth
         if isinstance(segmented, str):
             return smooth.doubted(OTHERWISE)
@@ -253,12 +257,19 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
     return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
 
 
-def _same_heap(smooth: Repose, segmented: Repose | str, region: Region) -> bool:
+def _apart(region: Region) -> float:
+    """Share of the heap's area by which a cut differs from what most agree on."""
+    agreed = region.agreed
+    return float(np.mean([(cut ^ agreed).sum() for cut in region.cuts]) / agreed.sum())
+
+
+def _same_heap(
+    smooth: Repose, segmented: Repose, region: Region, apart_by: float
+) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
     same heap. Then it misses few of the segmented seeds, includes little that has no
-    seed texture, and has the same base line and crest."""
-    if isinstance(segmented, str):
-        return False
+    seed texture, and has the same base line and crest. apart_by: share by which the
+    cuts themselves differ, which no two outlines need to agree better than."""
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -279,7 +290,10 @@ def _same_heap(smooth: Repose, segmented: Repose | str, region: Region) -> bool:
     )
     height = float(np.ptp(segmented.surface[under]))
     area = float((foot - segmented.surface).sum())
-    return bool(max(missed, surplus) < MOST_AREA * area and apart < MOST_APART * height)
+    return bool(
+        max(missed, surplus) < (MOST_AREA + apart_by) * area
+        and apart < (MOST_APART + apart_by) * height
+    )
 
 
 def _doubt_of_region(region: Region) -> str:
