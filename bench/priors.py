@@ -99,6 +99,12 @@ PRIORS = {
     "friction-scatter": Prior(
         "1", 0.003, None, "between slides of one pair; larger scatter is summed over"
     ),
+    "friction-within-run": Prior(
+        "1",
+        0.0005,
+        None,
+        "of friction along one slide beside a steady one; what a bench shows counts",
+    ),
     "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
     "drag-beside-plate": Prior(
         "relative",

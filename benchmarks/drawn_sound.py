@@ -94,7 +94,7 @@ def draw(scene: Scene, rng: np.random.Generator) -> Drawn:
     height = float(rng.uniform(100, 600))
     mean = rng.uniform(*scene.e)
     fall = np.sqrt(2 * G * height / 1000)
-    speeds, each = [fall], []
+    speeds, each = [fall], list[float]()
     while len(speeds) < 12 and 2 * speeds[-1] * mean / G > 0.03:
         each.append(
             float(np.clip(mean + scene.e_scatter * rng.standard_normal(), 0.05, 0.98))
@@ -303,7 +303,7 @@ def draw_session(
     rate, fall = 48_000, np.sqrt(2 * G * height_mm / 1000)
     at, drops, gaps = rng.uniform(0.7, 1.5), [], []
     for first in e_first:
-        speeds, each = [fall], []
+        speeds, each = [fall], list[float]()
         while len(speeds) < 12 and 2 * speeds[-1] * first / G > 0.03:
             off = scene.e_scatter * rng.standard_normal() if each else 0.0
             each.append(float(np.clip(first + off, 0.05, 0.98)))

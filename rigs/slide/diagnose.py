@@ -30,12 +30,14 @@ from benchtwin.rigs.slide.problem import (
     initial_onsets_with_jump,
     prepare,
     problem_of,
+    with_scatter,
 )
 from benchtwin.rigs.slide.session import (
     COARSE_DEG,
     FINEST_DEG,
     Session,
     assemble,
+    lets_go,
 )
 from benchtwin.rigs.slide.unlisted import law_of, windows_of
 from benchtwin.rigs.slide.vibration import Vibration, vibration
@@ -49,6 +51,7 @@ FIXED_PLATE_NOTE = (
     " simulations do"
 )
 FRICTION = Contact("static_friction", "friction", 0.05, 1.0, "onset")
+SLIDING = Contact("kinetic_friction", "friction", 0.05, 1.0, "sliding")
 
 
 def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
@@ -62,7 +65,8 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
         r.rate_deg_s for r in session.reads
     ]
     # friction may age at rest
-    if np.isfinite(rates).all() and np.ptp(np.log(rates)) >= 0.1:
+    raised = np.isfinite(rates).all() and min(rates) > 0
+    if raised and np.ptp(np.log(rates)) >= 0.1:
         z = np.log(rates) - np.log(rates).mean()
         spread = float(z.std())
         follows = (
@@ -79,7 +83,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
         alternatives(prepared, follows, heard),
         windows_of,
         curves_of,
-        {FRICTION.name: static_friction},
+        {contact_of(session).name: friction_of},
         law_of,
         lambda names: separating_recordings(EFFECTS, names) if names else RATE,
         notes,
@@ -93,8 +97,11 @@ def alternatives(
     """Rotating or fixed plate (no hinge stated), even or stepped tilt, vibration."""
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
-    known = not session.runs or any(run.from_hinge for run in session.runs)
+    known = not lets_go(session) or any(run.from_hinge for run in session.runs)
     problem = _problem(prepared, model, follows)
+    if session.runs:
+        prepared = with_scatter(prepared, problem)
+        problem = _problem(prepared, model, follows)
     out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
         fixed = _problem(prepared, replace(model, turning=0.0), follows)
@@ -162,13 +169,20 @@ def _problem(prepared: Prepared, model: Model, follows: tuple[Condition, ...]):
     problem = problem_of(prepared, model, starts)
     if not model.stair_deg and prepared.session.runs:
         jumping, lost = initial_onsets_with_jump(prepared, model, starts)
+        own = np.zeros_like(problem.starts)
+        own[:, : jumping.shape[1]] = jumping
         points = tuple(
-            (jumping, _at(problem, n, lost))
+            (own, _at(problem, n, lost))
             for n, e in model.effects.items()
             if e.rest and e.nonlinear
         )
         problem = replace(problem, further_starts=points)
-    return with_conditions(problem, FRICTION, follows)
+    return with_conditions(problem, contact_of(prepared.session), follows)
+
+
+def contact_of(session: Session) -> Contact:
+    """The friction that the slides tell."""
+    return FRICTION if lets_go(session) or session.reads else SLIDING
 
 
 def _at(problem, name: str, value: float) -> np.ndarray:
@@ -179,13 +193,13 @@ def _at(problem, name: str, value: float) -> np.ndarray:
     return np.array([values.get(n, 0.0) for n in problem.names])
 
 
-def static_friction(e: Explanation) -> tuple[float, float]:
-    """Of the pair, at rest."""
+def friction_of(e: Explanation) -> tuple[float, float]:
+    """Of the pair, at rest where slides tell that."""
     at, model = e.fit.by_name, e.fit.problem.model
     more = sum(
         effect.rest(at[n])
         for n, effect in model.effects.items()
-        if effect.rest and n in e.names
+        if effect.rest and n in e.names and lets_go(model.session)
     )
     return model.friction + at["friction"] + more, e.fit.sd("friction")
 

@@ -9,7 +9,7 @@ good where its 95 % interval would still hold if the next likeliest explanation,
 effect of `effects/` or another mode, were true."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -38,12 +38,10 @@ from benchtwin.rigs.slide.modes import (
     Found,
     Motion,
     Nuisance,
-    in_motion,
     keeps,
-    lets_go,
+    likeliest,
     onset_sd,
     refined,
-    taken,
 )
 from benchtwin.rigs.slide.motion import friction_at
 from benchtwin.rigs.slide.problem import effects_of
@@ -155,7 +153,9 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
     begin = first if few else max(0, first - max(80, met - first))
     rows = slice(begin, len(x))
     motion = _motion(track, time, x, rows, first - begin, tilt, recording)
-    best, others, end = _likeliest(motion, few, tilt, met - begin)
+    raised = bool(tilt.coefficients[1])
+    modes = [MOVING] if few else [MOVING, LETS_GO] if raised else [MOVING, SET_OFF]
+    best, others, end = likeliest(motion, modes, met - begin)
     if few:
         return _of_few(best, nuisances, notes, sign, track)
     ended = None if begin + end == len(x) else float(track.time[begin + end - 1])
@@ -260,42 +260,6 @@ def _plate(
         f" °/s, ± {100 * stated_sd('tilt-rate'):g} %"
     )
     return tilt, [*own, *others], [said]
-
-
-def _likeliest(
-    motion: Motion, few: bool, tilt: Tilt, met: int
-) -> tuple[Found, list[tuple[Found, float]], int]:
-    """The mode of most evidence, the others with the ln of theirs less its own, and the
-    row behind the slide's last. Behind a slide that meets something the block may do
-    anything smooth."""
-    raised = bool(tilt.coefficients[1])
-    modes = [MOVING] if few else [MOVING, LETS_GO] if raised else [MOVING, SET_OFF]
-    n = len(motion.lag)
-    tried = []
-    for end in dict.fromkeys((met, n)):
-        part = taken(motion, slice(0, end))
-        after, more = _smooth(motion, end)
-        for mode in modes:
-            if mode != MOVING and motion.run.rest < 2:
-                continue
-            found = lets_go(part) if mode == LETS_GO else in_motion(part, mode)
-            evidence = replace(found, motion=motion).ln_evidence(after, more)
-            tried.append((evidence, found, end))
-    tried.sort(key=lambda t: -t[0])
-    evidence, best, end = tried[0]
-    others = [(f, e - evidence) for e, f, _ in tried[1:] if f.mode != best.mode]
-    return best, others, end
-
-
-def _smooth(motion: Motion, end: int) -> tuple[float, int]:
-    """Misfit of the rows from `end` on about a parabola, and its parameters with the
-    time of the meeting."""
-    time, x = motion.run.time[end:], motion.run.travel[end:]
-    if not len(time):
-        return 0.0, 0
-    degree = min(2, len(time) - 1)
-    left = (x - np.polyval(np.polyfit(time, x, degree), time)) / motion.sigma[end:]
-    return float(left @ left), degree + 2
 
 
 def _of_few(

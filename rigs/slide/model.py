@@ -4,7 +4,10 @@ off.
 Locals of a run: place at rest [mm], onset [s since the tilt's origin], level and rate
 of its tilt [sd], phase of a shaken plate or place on a step at which it lets go [sd],
 two waves of pixel lock [px]. Its friction follows from its onset; that it is near the
-pair's is one more row. A reading is a recording with idle locals."""
+pair's is one more row. A run that is in motion from its first row on has its speed
+there [m/s] in the place of the onset, and its friction less the pair's [OWN] in that of
+the phase. Behind them, where slides show it: how friction differs along each
+(`Run.wander`). A reading is a recording with idle locals."""
 
 import math
 from dataclasses import dataclass, field
@@ -21,6 +24,7 @@ LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
 # globals that do not change the motion
 PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader"})
 MOTIONS = 64  # cached
+OWN = 0.1  # of friction
 LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
 CLIMB_S = 0.07  # median time in which a plate climbs a step
 
@@ -70,6 +74,9 @@ def tilt_of(
 ) -> np.ndarray:
     """Coefficients (4,) [rad] of the true tilt in t − origin."""
     tilt = run.tilt
+    if run.in_motion and not tilt.sensor:  # one plate for all
+        off = math.radians(values.get("plate", 0.0))
+        return tilt.coefficients + np.array([off, 0.0, 0.0, 0.0])
     c = tilt.coefficients + np.array(
         [own[2] * tilt.level_sd, own[3] * tilt.rate_sd, 0.0, 0.0]
     )
@@ -93,11 +100,16 @@ def run_motion(
         if len(model.seen) >= MOTIONS:
             model.seen.clear()
         run = model.session.runs[r]
-        c, laws = tilt_of(model, run, own, values), laws_of(model, run, own, values)
-        friction = friction_at(own[1], c, laws)
-        way, speed = travel(
-            run.time - run.tilt.origin, own[1], c, laws._replace(friction=friction)
-        )
+        c, time = tilt_of(model, run, own, values), run.time - run.tilt.origin
+        if run.in_motion:
+            friction = model.friction + OWN * own[4]
+            laws = laws_of(model, run, np.zeros(LOCALS), values)
+            laws = laws._replace(friction=friction)
+            way, speed = travel(time, time[0], c, laws, own[1], rests=True)
+        else:
+            laws = laws_of(model, run, own, values)
+            friction = friction_at(own[1], c, laws)
+            way, speed = travel(time, own[1], c, laws._replace(friction=friction))
         model.seen[key] = way, speed, friction
     return model.seen[key]
 
@@ -123,8 +135,10 @@ def predict(
         own[0]
         + x * (1 - values.get("scale", 0.0))
         + bent
-        + run.lock @ own[ACTING.stop :]
+        + run.lock @ own[ACTING.stop : LOCALS]
     )
+    if len(own) > LOCALS:
+        seen = seen + run.wander @ own[LOCALS:]
     return np.append(seen, friction - model.friction - values.get("friction", 0.0))
 
 

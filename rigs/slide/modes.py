@@ -282,6 +282,40 @@ def in_motion(motion: Motion, mode: str) -> Found:
     )
 
 
+def likeliest(
+    motion: Motion, modes: list[str], met: int
+) -> tuple[Found, list[tuple[Found, float]], int]:
+    """Of some modes that of most evidence, the others with the ln of theirs less its
+    own, and the row behind the slide's last; met: row at which it may end. Behind a
+    slide that meets something the block may do anything smooth."""
+    n = len(motion.lag)
+    tried = []
+    for end in dict.fromkeys((met, n)):
+        part = taken(motion, slice(0, end))
+        after, more = _smooth(motion, end)
+        for mode in modes:
+            if mode != MOVING and motion.run.rest < 2:
+                continue
+            found = lets_go(part) if mode == LETS_GO else in_motion(part, mode)
+            evidence = replace(found, motion=motion).ln_evidence(after, more)
+            tried.append((evidence, found, end))
+    tried.sort(key=lambda t: -t[0])
+    evidence, best, end = tried[0]
+    others = [(f, e - evidence) for e, f, _ in tried[1:] if f.mode != best.mode]
+    return best, others, end
+
+
+def _smooth(motion: Motion, end: int) -> tuple[float, int]:
+    """Misfit of the rows from `end` on about a parabola, and its parameters with the
+    time of the meeting."""
+    time, x = motion.run.time[end:], motion.run.travel[end:]
+    if not len(time):
+        return 0.0, 0
+    degree = min(2, len(time) - 1)
+    left = (x - np.polyval(np.polyfit(time, x, degree), time)) / motion.sigma[end:]
+    return float(left @ left), degree + 2
+
+
 def keeps(near: Found) -> Found:
     """The best values of a block whose friction stays, from those of one that may lose
     some."""

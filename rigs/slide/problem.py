@@ -6,7 +6,8 @@ from functools import partial
 
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.noise import (
@@ -18,23 +19,28 @@ from benchtwin.infer.noise import (
     outliers,
     refined_level_sd,
 )
-from benchtwin.infer.problem import Problem
+from benchtwin.infer.own_scatter import own_scatter
+from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.infer.series import Locals, Series
 from benchtwin.infer.series import problem_of as series_problem
 from benchtwin.rigs.slide.effects import EFFECTS
-from benchtwin.rigs.slide.model import LOCALS, Model, predict, run_motion
+from benchtwin.rigs.slide.model import LOCALS, OWN, Model, predict, run_motion
+from benchtwin.rigs.slide.modes import MOVING, Motion, in_motion, likeliest
 from benchtwin.rigs.slide.session import (
     LEAST_REST,
     LEAST_SLIDING,
+    WAVES,
     Read,
     Run,
     Session,
+    slide_end,
 )
 from numpy.polynomial import legendre
 
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {
     "friction": 1.0,  # of the pair: flat, since it is measured
+    "plate": stated_sd("standing-plate"),  # [deg], beside its stated angle
     "scale": unstated_sd("scale"),
     "lens": unstated_sd("lens"),
     "perspective": unstated_sd("perspective"),
@@ -70,6 +76,7 @@ class Prepared:
     session: Session
     noise: Noise
     sigma: tuple[np.ndarray, ...]
+    within: float = 0.0  # sd of friction along a slide, beside a steady one
 
 
 def prepare(session: Session) -> Prepared:
@@ -77,6 +84,8 @@ def prepare(session: Session) -> Prepared:
     onset on."""
     if not session.runs:
         return Prepared(session, _white(session), ())
+    ended = tuple(until_its_end(r) if r.in_motion else r for r in session.runs)
+    session = replace(session, runs=ended)
     noise = estimate([part for run in session.runs for part in stretches(run)])
     kept, sigma = [], []
     pooled = _pooled([run for run in session.runs if has_few_rows(run)])
@@ -88,18 +97,45 @@ def prepare(session: Session) -> Prepared:
         good = np.concatenate(
             [~outliers(part.residual(noise)[0]) for part in stretches(run)]
         )
-        rest = int(good[: run.rest].sum())
-        clean = replace(
-            run,
-            time=run.time[good],
-            travel=run.travel[good],
-            frame=run.frame[good],
-            rest=rest,
-            lock=run.lock[good],
-        )
+        clean = rows_of(run, good)
         kept.append(clean)
         sigma.append(_sigma(clean, noise))
+    kept = [replace(run, wander=wander_of(run)) for run in kept]
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
+
+
+def rows_of(run: Run, rows: np.ndarray) -> Run:
+    """Some rows (n,) of a run."""
+    rest, ended = run.moving.start, run.moving.stop
+    return replace(
+        run,
+        time=run.time[rows],
+        travel=run.travel[rows],
+        frame=run.frame[rows],
+        lock=run.lock[rows],
+        rest=int(rows[:rest].sum()),
+        ended=int(rows[ended:].sum()),
+    )
+
+
+def alone(run: Run, model: Model, sigma: np.ndarray) -> Motion:
+    """One run as `modes` fits it."""
+    model = replace(model, session=Session((run,), (), (), ()), seen={})
+    return Motion(model, sigma, frame_lag(run.frame))
+
+
+def until_its_end(run: Run) -> Run:
+    """A run on a plate that stands, cut where the block meets something; where it comes
+    to rest is told."""
+    noise = difference_noise(run.travel, 2)
+    met = slide_end(run.time, run.travel, noise)
+    met = met if met >= LEAST_SLIDING // 2 else len(run.time)
+    motion = alone(run, Model(Session((run,), (), (), ()), 0.0), np.ones(len(run.time)))
+    best, _, end = likeliest(motion, [MOVING], met)
+    way = best.motion.way_mm(MOVING, best.own)
+    resting = int((way[1:] >= way[-1]).sum()) - 1  # rows after that of the stop
+    cut = rows_of(run, np.arange(len(run.time)) < end)
+    return replace(cut, ended=max(resting, 0))
 
 
 def _pooled(runs: list[Run]) -> float:
@@ -114,9 +150,14 @@ def _pooled(runs: list[Run]) -> float:
 
 
 def stretches(run: Run) -> list[Stretch]:
-    """Rest, if seen, and motion of a run."""
+    """Rest, if seen, motion, and rest again of a run."""
     out = []
-    for part, degree in ((slice(0, run.rest), 0), (slice(run.rest, None), DEGREE)):
+    parts = (
+        (slice(0, run.rest), 0),
+        (run.moving, DEGREE),
+        (slice(run.moving.stop, None), 0),
+    )
+    for part, degree in parts:
         t = run.time[part]
         if not len(t):  # light gates see no rest
             continue
@@ -147,7 +188,8 @@ def _sigma(run: Run, noise: Noise) -> np.ndarray:
     each = [
         math.sqrt(p / n) if apart else both for p, n in zip(left, spare, strict=True)
     ]
-    return np.maximum(np.repeat(each, [run.rest, len(run.time) - run.rest]), EXACT_MM)
+    counts = [len(part.data) for part in stretches(run)]
+    return np.maximum(np.repeat(each, counts), EXACT_MM)
 
 
 def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
@@ -157,12 +199,13 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
         _series(run, prepared, prepared.sigma[k]) for k, run in enumerate(session.runs)
     ]
     series += [_reading(read, prepared, model.stair_deg) for read in session.reads]
-    count = len(series)
-    own = Locals(
-        np.column_stack([starts[:, :2], np.zeros((count, LOCALS - 2))]),
-        np.array([1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]),
-        np.array([FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]),
-    )
+    sds = [FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]
+    steps = [1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]
+    if prepared.within:
+        sds, steps = sds + WAVES * [prepared.within], steps + WAVES * [1e-4]
+        starts = np.column_stack([starts, np.zeros((len(starts), WAVES))])
+    middle = starts * (np.arange(len(sds)) < 2)
+    own = Locals(middle, np.array(steps), np.array(sds))
     known = _known(session, model)
     sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
     problem = series_problem(
@@ -186,6 +229,49 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     )
 
 
+def with_scatter(prepared: Prepared, problem: Problem) -> Prepared:
+    """The session with the scatter of friction along each slide, as all of them show
+    it. What an effect that bends explains is no scatter: the least beside any of these
+    counts."""
+    base, usual = fit(problem), unstated_sd("friction-within-run")
+    sizes = [_scatter_beside(prepared, base, usual)]
+    if sizes[0] > usual:
+        bent = [n for n, e in problem.effects.items() if e.nonlinear and not e.group]
+        fits = (fit(problem, free=(n,), start=base) for n in bent)
+        sizes += [_scatter_beside(prepared, one, usual) for one in fits]
+    return replace(prepared, within=min(sizes))
+
+
+def _scatter_beside(prepared: Prepared, found: Fit, usual: float) -> float:
+    """sd of friction along the slides, beside a fit."""
+    problem, session = found.problem, prepared.session
+    extra = [np.vstack([run.wander, np.zeros(WAVES)]) for run in session.runs]
+    extra += [np.zeros((len(r.angles), WAVES)) for r in session.reads]
+    reduced = problem.reduce(found.starts, found.values, extra)[0]
+    return own_scatter(reduced, len(problem.names), usual)
+
+
+def wander_of(run: Run) -> np.ndarray:
+    """Travel (n, WAVES) [mm] by frictions of size 1 along the slide, of mean 0."""
+    out = np.zeros((len(run.time), WAVES))
+    time = run.time[run.moving]
+    along = 2 * (time - time[0]) / (time[-1] - time[0]) - 1
+    pull = -G_M_S2 * math.cos(float(run.tilt.coefficients[0]))
+    for k in range(WAVES):
+        push = pull * legendre.Legendre.basis(k + 1)(along)
+        out[run.moving, k] = travelled_mm(time, push)
+    out[run.moving.stop :] = out[run.moving.stop - 1]
+    return out
+
+
+def travelled_mm(time: np.ndarray, push: np.ndarray) -> np.ndarray:
+    """Double integral (n,) [mm] of a push [m/s²], linear between rows."""
+    h = np.diff(time)
+    speed = np.concatenate([[0.0], np.cumsum(h * (push[1:] + push[:-1]) / 2)])
+    way = np.cumsum(h * speed[:-1] + h**2 * (2 * push[:-1] + push[1:]) / 6)
+    return 1e3 * np.concatenate([[0.0], way])
+
+
 def effects_of(session: Session) -> dict:
     """Effects that these recordings can show."""
     found = {n: e for n, e in EFFECTS.items() if e.needs is None or e.needs(session)}
@@ -195,6 +281,8 @@ def effects_of(session: Session) -> dict:
 def _known(session: Session, model: Model) -> dict[str, float]:
     """sd of each global that every bench has."""
     names = {"friction"}
+    if any(r.in_motion and not r.tilt.sensor for r in session.runs):
+        names |= {"plate"}
     if session.runs:
         names |= {"scale", "lens", "perspective", "air"}
         names |= {"air-shade"} if any(r.air.count > 1 for r in session.runs) else set()
@@ -274,12 +362,21 @@ def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]
     frictions = [
         math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads
     ]
-    for k in range(len(session.runs)):
+    for k, run in enumerate(session.runs):
+        if run.in_motion:
+            found = in_motion(alone(run, model, prepared.sigma[k]), MOVING).own
+            starts[k, :2] = found["place"], found["speed"]
+            frictions.append(found["friction"])
+            continue
         starts[k, 0], starts[k, 1], friction, _, starts[k, 4] = _onset(
             model, prepared, k, jump=False
         )
         frictions.append(friction)
-    return replace(model, friction=float(np.median(frictions))), starts
+    model = replace(model, friction=float(np.median(frictions)))
+    for k, run in enumerate(session.runs):
+        if run.in_motion:
+            starts[k, 4] = (frictions[len(session.reads) + k] - model.friction) / OWN
+    return model, starts
 
 
 def initial_onsets_with_jump(
@@ -288,10 +385,12 @@ def initial_onsets_with_jump(
     """Starts of runs that lose friction at onset, another minimum of χ²; median
     loss."""
     starts, lost = starts.copy(), []
-    for k in range(len(prepared.session.runs)):
+    for k, run in enumerate(prepared.session.runs):
+        if run.in_motion:
+            continue
         starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
         lost.append(jump)
-    return starts, float(np.median(lost))
+    return starts, float(np.median(lost)) if lost else 0.0
 
 
 def _onset(

@@ -15,11 +15,7 @@ from benchtwin.vision.recording import Recording
 
 TILT_MISSING = (
     "the plate's angle is unknown: give a tilt_deg column in track.csv, or [slide]"
-    " tilt_rate_deg_s"
-)
-STANDS = (
-    "the plate stands ([slide] tilt_rate_deg_s = 0): a diagnosis weighs when a block"
-    " lets go of a plate that is raised; `benchtwin measure` tells its kinetic friction"
+    " start_deg, with tilt_rate_deg_s where it is raised"
 )
 
 
@@ -83,10 +79,9 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
             " lengths and times"
         )
     seen = track.tilt_deg is not None and np.isfinite(track.tilt_deg).sum() >= 8
-    if not seen and recording.slide.tilt_rate_deg_s is None:
+    stated = recording.slide
+    if not seen and not stated.tilt_rate_deg_s and stated.start_deg is None:
         raise MeasurementError(f"{recording.toml}: {TILT_MISSING}")
-    if not seen and recording.slide.tilt_rate_deg_s == 0:
-        raise MeasurementError(f"{recording.toml}: {STANDS}")
     used = track.used()
     used = used.marked(single_spikes(used.x)).used()
     return SeenSlide(

@@ -38,6 +38,9 @@ def resimulate(
     seen = [r for r in recordings if len(r.x_mm) and r.recording in values]
     if not seen:
         raise ValueError("only angles were read off: there is no track to run again")
+    seen = [r for r in seen if rate_of(r)]
+    if not seen:
+        raise ValueError("the twin's plate is raised, that of these slides stands")
     names = finding.modelled
     twins = []
     for k, r in enumerate(seen[:MOST]):
@@ -131,7 +134,8 @@ def tilt_of(r) -> np.ndarray:
     if r.tilt_deg is not None:
         seen = np.isfinite(r.tilt_deg)
         return np.interp(r.time_s, r.time_s[seen], r.tilt_deg[seen])
-    return r.description["slide"]["tilt_rate_deg_s"] * (r.time_s - r.time_s[0])
+    rate = r.description["slide"].get("tilt_rate_deg_s") or 0.0
+    return rate * (r.time_s - r.time_s[0])
 
 
 def onset_deg(r) -> float:

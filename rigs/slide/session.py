@@ -1,7 +1,7 @@
 """Slides as runs: what slides when, at which tilt, and how well that is known."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, air_of
@@ -10,7 +10,7 @@ from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import on_grid, reading_step
 from benchtwin.bench.robust import difference_noise
-from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, stated_tilt
+from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, standing_tilt, stated_tilt
 
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
@@ -26,6 +26,7 @@ LATEST = 0.25
 # grid search for the onset, refined to 1e-3 of the duration
 ONSETS = 9
 MAX_ITERATIONS = 3
+WAVES = 5  # of the friction along a slide: Legendre polynomials of degree 1 to 5
 ENOUGH = 200  # rows used for the onset
 
 
@@ -55,6 +56,15 @@ class Run:
     air: AirDrag
     scale_sd: float  # relative
     lock: np.ndarray  # (n, 2) [mm]: see `lock`
+    in_motion: bool = False  # from the first row on, along a plate that stands
+    ended: int = 0  # rows at rest after the slide
+    # (n, WAVES) [mm]: by a friction that changes along the slide, of size 1
+    wander: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def moving(self) -> slice:
+        """Rows from the onset to the stop."""
+        return slice(self.rest, len(self.time) - self.ended)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +97,11 @@ class Session:
         )
 
 
+def lets_go(session: Session) -> bool:
+    """Whether a block is seen to let go of a plate that is raised."""
+    return any(not run.in_motion for run in session.runs)
+
+
 def assemble(recordings) -> Session:
     """Usable runs and readings; ValueError with each one's reason where there are
     none."""
@@ -108,6 +123,12 @@ def assemble(recordings) -> Session:
     if not runs and not reads:
         raise ValueError(
             "no slide can be used: " + "; ".join(notes or ["there is none"])
+        )
+    stand = [r for r in runs if r.in_motion and not r.tilt.sensor]
+    if any("tilt_rate_deg_s" not in told[r.recording].get("slide", {}) for r in stand):
+        angle = math.degrees(stand[0].tilt.coefficients[0])
+        notes.append(
+            f"the plate is taken to stand at {angle:.3g}°: no tilt_rate_deg_s is stated"
         )
     grid = grid_of([r.angles for r in reads])
     reads = [replace(r, grid_deg=r.grid_deg or grid) for r in reads]
@@ -173,6 +194,9 @@ def _run(seen) -> Run:
     sign = math.copysign(1.0, way)
     travel = sign * x
     noise = difference_noise(travel, 2)
+    stands = _stands(seen, good)
+    if stands is not None:
+        return _in_motion(seen, time, sign * x, sign, frame, stands, noise)
     first, stop = _few_sliding(travel) if few else _sliding(time, travel, noise, told)
     travel = travel - (travel[0] if few else np.median(travel[: max(first, 3)]))
     tilt_column = (
@@ -181,17 +205,15 @@ def _run(seen) -> Run:
     if tilt_column is not None and np.isfinite(tilt_column[:stop]).sum() >= 8:
         tilt = seen_tilt(time[:stop], tilt_column[:stop], time[first], time[stop - 1])
         if not tilt.rate_deg_s > 0:
-            raise ValueError(
-                "the plate does not tilt: a diagnosis weighs when the block lets go"
-            )
+            raise ValueError("the plate is lowered while the block slides")
     elif told.get("tilt_rate_deg_s"):
         start = told.get("start_deg")
         sd = (unstated_sd if start is None else stated_sd)("start-angle")
         tilt = stated_tilt(told["tilt_rate_deg_s"], start or 0.0, sd, time[first])
     else:
         raise ValueError(
-            "the plate's angle is unknown: a tilt_deg column or [slide] tilt_rate_deg_s"
-            " is needed"
+            "the plate's angle is unknown: a tilt_deg column or [slide] start_deg, with"
+            " tilt_rate_deg_s where it is raised, is needed"
         )
     begin = max(0, first - max(80, stop - first))
     cut = slice(begin, stop)
@@ -209,6 +231,59 @@ def _run(seen) -> Run:
         air_drag(seen.description),
         float(camera["scale_sd"]),
         sign * lock(time[cut], x[cut], first - begin, camera.get("mm_per_px") or 0.0),
+    )
+
+
+def _stands(seen, good: np.ndarray) -> Tilt | None:
+    """The angle of a plate that stands; None of one that is raised."""
+    time = seen.time_s[good]
+    if seen.tilt_deg is not None:
+        column = np.asarray(seen.tilt_deg, float)[good]
+        tilt = seen_tilt(time, column, time[0], time[-1], steps=False)
+        return None if tilt.rate_deg_s else tilt
+    told = seen.description.get("slide", {})
+    if told.get("tilt_rate_deg_s") or told.get("start_deg") is None:
+        return None
+    return standing_tilt(told["start_deg"], time[0])
+
+
+def _in_motion(
+    seen,
+    time: np.ndarray,
+    travel: np.ndarray,
+    sign: float,
+    frame: np.ndarray,
+    tilt: Tilt,
+    noise: float,
+) -> Run:
+    """A run on a plate that stands: from where the block is seen to move on."""
+    first = first_in_motion(travel, noise)
+    first = first if first >= LEAST_REST else 0
+    least = LEAST_OF_FEW if len(time) - first < LEAST_SLIDING else LEAST_SLIDING
+    if float(np.ptp(travel)) < max(20 * noise, LEAST_TRAVEL_MM):
+        size = float(np.ptp(travel))
+        raise ValueError(f"the block does not slide: it moves {size:.2g} mm in all")
+    if len(time) - first < least:
+        raise ValueError(
+            f"{len(time) - first} rows of sliding; at least {least} are needed"
+        )
+    time, travel, frame = time[first:], travel[first:], frame[first:]
+    camera = seen.description["camera"]
+    mm_per_px = camera.get("mm_per_px") or 0.0
+    return Run(
+        seen.recording,
+        seen.session,
+        time,
+        travel - travel[0],
+        frame,
+        0,
+        replace(tilt, origin=float(time[0])),
+        mass_of(seen.description),
+        0.0,
+        air_drag(seen.description),
+        float(camera["scale_sd"]),
+        sign * lock(time, sign * travel, 0, mm_per_px),
+        in_motion=True,
     )
 
 

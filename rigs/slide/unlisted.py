@@ -9,6 +9,7 @@ from benchtwin.infer.linear import beside_globals, fall_of_chi2
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.slide.model import run_motion
+from benchtwin.rigs.slide.problem import travelled_mm
 
 BINS = 8
 POWERS = np.arange(0.25, 4.01, 0.25)
@@ -43,7 +44,10 @@ def _axes(fit: Fit) -> tuple[dict[str, list[np.ndarray]], list[np.ndarray]]:
     runs = model.session.runs
     flown = [run_motion(model, r, fit.starts[r], fit.by_name) for r in range(len(runs))]
     since = [
-        run.time - run.tilt.origin - fit.starts[r, 1] for r, run in enumerate(runs)
+        run.time - run.time[0]
+        if run.in_motion
+        else run.time - run.tilt.origin - fit.starts[r, 1]
+        for r, run in enumerate(runs)
     ]
     axes = {
         "t_s": [np.clip(s, 0, None) for s in since],
@@ -59,19 +63,12 @@ def _travelled(fit: Fit, pushes: list[list[np.ndarray]]) -> list[np.ndarray]:
     session = fit.problem.model.session
     out = []
     for run, push in zip(session.runs, pushes, strict=True):
-        out.append(np.column_stack([np.append(_twice(run.time, p), 0.0) for p in push]))
+        out.append(
+            np.column_stack([np.append(travelled_mm(run.time, p), 0.0) for p in push])
+        )
     return out + [
         np.zeros((len(read.angles), out[0].shape[1])) for read in session.reads
     ]
-
-
-def _twice(time: np.ndarray, push: np.ndarray) -> np.ndarray:
-    """Double integral (n,) [mm] of a push, linear between rows."""
-    h = np.diff(time)
-    speed = np.concatenate([[0.0], np.cumsum(h * (push[1:] + push[:-1]) / 2)])
-    return 1e3 * np.concatenate(
-        [[0.0], np.cumsum(h * speed[:-1] + h**2 * (2 * push[:-1] + push[1:]) / 6)]
-    )
 
 
 def law_of(fit: Fit) -> str | None:

@@ -29,7 +29,7 @@ class Vibration:
 def vibration(prepared: Prepared) -> Vibration | None:
     """The frequency at which all runs ripple most, None if not significant."""
     runs = prepared.session.runs
-    if not runs:
+    if not runs or any(run.in_motion for run in runs):
         return None
     last = max(float(r.time[-1] - r.time[r.rest]) for r in runs)
     frame = float(np.median(np.concatenate([np.diff(r.time) for r in runs])))

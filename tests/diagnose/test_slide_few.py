@@ -5,18 +5,17 @@ import numpy as np
 import pytest
 from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.rigs.slide.read import read_slides
+from benchtwin.rigs.slide.session import assemble
 from test_slide_few_rows import way
 
 GATES = np.array([20.0, 80, 160, 260, 400])
 RATE, START = 3.0, 10.0
 
 
-def bench(folder, rng, rate: float) -> None:
+def bench(folder, rng, rate: float, start: str = f"start_deg = {START}\n") -> None:
     folder.mkdir()
     camera = "[camera]\nmm_per_px = 1.0\nmm_per_px_sd = 0.001\n"
-    plate = f"[slide]\nstart_deg = {START}\n" + (
-        f"tilt_rate_deg_s = {rate}\n" if rate else ""
-    )
+    plate = f"[slide]\n{start}" + (f"tilt_rate_deg_s = {rate}\n" if rate else "")
     (folder / "bench.toml").write_text(
         f'rig = "slide"\n{camera}{plate}[air]\ndensity_kg_m3 = 0.0\n'
     )
@@ -44,8 +43,12 @@ def test_slides_past_gates_are_diagnosed(tmp_path, seed):
     assert len(found.recordings) == 10 and not found.alarm
 
 
-def test_a_plate_that_stands_still_is_told_from_one_of_unknown_angle(tmp_path):
-    bench(tmp_path / "a", np.random.default_rng(1), 0.0)
-    assert all(
-        "tilt_rate_deg_s" in seen.trouble for seen in read_slides(tmp_path / "a")
-    )
+def test_a_plate_that_stands_is_told_from_one_of_unknown_angle(tmp_path):
+    rng = np.random.default_rng(1)
+    bench(tmp_path / "unknown", rng, 0.0, start="")
+    unknown = read_slides(tmp_path / "unknown")
+    assert all("[slide] start_deg" in seen.trouble for seen in unknown)
+    bench(tmp_path / "stands", rng, 0.0)
+    stands = assemble(read_slides(tmp_path / "stands"))
+    assert all(run.in_motion for run in stands.runs)
+    assert any("the plate is taken to stand at" in note for note in stands.notes)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
-from benchtwin.rigs.slide.model import ACTING
+from benchtwin.rigs.slide.model import ACTING, LOCALS
 from benchtwin.rigs.slide.problem import prepare
 from benchtwin.rigs.slide.session import assemble
 from sliding import LIGHT, slides
@@ -47,7 +47,10 @@ def test_the_lock_is_measured_wherever_a_recording_counts_its_places_from(lock_p
             for s, part in zip(seen, from_px, strict=True)
         ]
     )
-    waves = base.starts[:, ACTING.stop :] @ [1.0, 1j]  # A + iB, of A sin φ + B cos φ
+    waves = base.starts[:, ACTING.stop : LOCALS] @ [
+        1.0,
+        1j,
+    ]  # A + iB, of A sin φ + B cos φ
     np.testing.assert_allclose(
         waves * np.exp(2j * np.pi * from_px), lock_px, atol=0.01
     )  # sds of .003 each way

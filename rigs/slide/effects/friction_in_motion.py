@@ -7,6 +7,7 @@ Canudas de Wit (1994), Automatica 30, 1083; Bo & Pavelescu (1982), Wear 82, 277 
 import math
 
 from benchtwin.infer.effect import Counterpart, Effect
+from benchtwin.rigs.slide.session import lets_go
 
 SPEED_M_S = 0.05  # typical of v_s; a block slides at 0 to 0.5 m/s
 SETTLE_M_S = 1e-3  # over which the twin's friction falls from that at rest
@@ -36,7 +37,7 @@ EFFECTS = (
         ),
         wording=("friction falls once it slides", "= μ static − μ kinetic"),
         nonlinear=True,
-        needs=_tracked,
+        needs=lets_go,
         separating=(
             "the same slide at a tenth of the tilt rate and at a higher frame rate: the"
             " first millimetre"

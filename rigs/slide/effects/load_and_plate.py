@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 from benchtwin.infer.effect import Effect
+from benchtwin.rigs.slide.session import lets_go
 
 _NOTHING = "nothing in the twin stands for it"
 
@@ -46,7 +47,7 @@ SHAKEN = Effect(
     nonlinear=True,
     wording=("the plate vibrates", "m/s²"),
     not_simulated="its frequency was not recorded",
-    needs=lambda session: bool(session.runs),
+    needs=lets_go,
     separating="the same slide with the plate raised by hand, the drive off",
     act=lambda laws, run, value: laws._replace(shake=max(value, 0.0)),
 )
@@ -82,7 +83,7 @@ EFFECTS = (
         source="a seed that comes loose rolls: I/mr² = 2/5 of a ball",
         not_simulated=_NOTHING,
         wording=("the block rolls in part", "= added inertia over mass"),
-        needs=lambda session: bool(session.runs),
+        needs=lets_go,
         separating=(
             "the same block filmed from the side with a mark on it, and a ruler in the"
             " picture: turning against scale"
