@@ -45,22 +45,25 @@ def centroid_angle(
     found = _rise_and_reach(surface, base, heap, factor, ends, walls - set(good))
     if found is None:
         return failed(NAME, "deg", "nothing stands above the base line")
-    slope, reach = found
+    slope, rise, reach = found
     others = [
         _rise_and_reach(surface, base, heap, factor, ends | toes, walls - set(good))
         for toes in _alternative_toes(surface, base, heap, factor, ends, good)
     ]
     toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
-    # one small pixel in where the wall or the foot stands
-    edge_sd = slope * (0.5 if len(good) == 2 else 1.0) * factor / reach
+    # half a small pixel in the surface's height, one in where the wall or the foot
+    # stands
+    edge_sd = slope * np.hypot(
+        0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach
+    )
     sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
     return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg")
 
 
 def _rise_and_reach(
     surface, base: BaseLine, heap: Heap, factor: float, ends: dict, leaning: set
-) -> tuple[float, float] | None:
-    """z̄/x̄ and x̄ [px] between the two ends; None where nothing is above the foot.
+) -> tuple[float, float, float] | None:
+    """z̄/x̄, z̄ and x̄ [px] between the two ends; None where nothing is above the foot.
     leaning: sides with a wall."""
     x = np.arange(surface.size)
     inside = (x >= ends["left"]) & (x <= ends["right"]) & np.isfinite(surface)
@@ -81,7 +84,7 @@ def _rise_and_reach(
         axis = float((x[inside] * height).sum() / area)
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
-    return rise / reach, reach
+    return rise / reach, rise, reach
 
 
 def _alternative_toes(
