@@ -13,6 +13,7 @@ flanks averaged. Perspective and a camera above the plate are therefore errors o
 reader, not of the truth."""
 
 import io
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,6 +43,8 @@ SEEDS = {  # mean colour, scatter between grains, length : width
     "pea": ((0.38, 0.48, 0.16), 0.05, 1.0),
 }
 WINDOW = (0.2, 0.8)
+TOE, FOOT = 0.02, 0.1  # of the crest's height: where a heap ends, where its centroid's
+LOW_DEG = 22.0
 
 
 @dataclass(frozen=True)
@@ -54,10 +57,12 @@ class Shot:
     mirror: bool
     wall: bool
     seed: int
+    slope_deg: tuple[float, float] = (22.0, 36.0)  # of the cone the heap fills
 
     @property
     def name(self) -> str:
         marks = ("-mirror" if self.mirror else "") + ("-wall" if self.wall else "")
+        marks += "-low" if self.slope_deg[1] < LOW_DEG else ""
         return f"{self.background}-{self.camera_deg:.0f}deg{marks}-{self.seed}"
 
 
@@ -72,11 +77,11 @@ class Grains:
 
 @dataclass(frozen=True)
 class Photo:
-    """The picture (uint8 RGB), the true angle, the pile's frame (roi: x, y, w, h) and
-    foot (baseline: x1, y1, x2, y2) in px."""
+    """The picture (uint8 RGB), the true angles by quantity, the pile's frame (roi: x,
+    y, w, h) and foot (baseline: x1, y1, x2, y2) in px."""
 
     pixels: Array
-    angle_deg: float
+    truth: dict[str, float]
     roi: tuple[int, int, int, int]
     baseline: tuple[float, float, float, float]
 
@@ -156,21 +161,35 @@ def outline(grains: Grains, x: Array) -> Array:
     return top
 
 
-def true_angle(grains: Grains, half: bool) -> float:
-    """As defined at the head of this file [deg]."""
+def true_angles(grains: Grains, radius: float, half: bool) -> dict[str, float]:
+    """Every angle that the reader gives, by name [deg], of the outline as defined at
+    the head of this file."""
     x = np.arange(grains.centre[:, 0].min() - 10, grains.centre[:, 0].max() + 10, 0.05)
     z = outline(grains, x)
+    z[np.abs(x) > 1.05 * radius] = 0.0  # strays
     crest, tall = float(x[z.argmax()]), float(z.max())
-    slopes = []
-    for side in (1,) if half else (-1, 1):
+    toes = x[z > TOE * tall][[0, -1]]
+    sides: dict[str, float] = {}
+    for name, side in (("left", -1), ("right", 1))[half:]:
         flank = side * (x - crest) > 0
         line = np.polyfit(x[flank & (z > 0.3 * tall)], z[flank & (z > 0.3 * tall)], 1)
         for _ in range(30):
             height = np.polyval(line, x)
             inside = flank & (height > WINDOW[0] * tall) & (height < WINDOW[1] * tall)
             line = np.polyfit(x[inside], z[inside], 1)
-        slopes.append(np.degrees(np.arctan(-side * line[0])))
-    return float(np.mean(slopes))
+        sides[f"repose_angle_{name}"] = np.degrees(np.arctan(-side * line[0]))
+    reach = toes[1] - crest if half else (toes[1] - toes[0]) / 2
+    body = np.clip(z - FOOT * tall, 0, None)
+    axis = 0.0 if half else float((x * body).sum() / body.sum())
+    rise, out = (body**2).sum() / 2, (np.abs(x - axis) * body).sum()
+    return {
+        "repose_angle": float(np.mean(list(sides.values()))),
+        **{name: float(angle) for name, angle in sides.items()},
+        "height_over_radius_angle": float(
+            np.degrees(np.arctan2((1 - TOE) * tall, reach))
+        ),
+        "centroid_angle": float(np.degrees(np.arctan2(rise, out))),
+    }
 
 
 def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
@@ -196,7 +215,9 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
         )
     )
     colour, scatter, ratio = SEEDS[kind]
-    grains = heap(float(rng.uniform(22, 36)), radius, size, ratio, shot.wall, rng)
+    grains = heap(
+        float(rng.uniform(*shot.slope_deg)), radius, size, ratio, shot.wall, rng
+    )
     tall = float((grains.centre[:, 2] + grains.axes.min(axis=1)).max())
     middle = 0.5 * radius if shot.wall else 0.0
     distance, lens = float(rng.uniform(450, 800)), float(rng.uniform(2.9, 3.6) * radius)
@@ -258,7 +279,7 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
     (left, left_y), (end, right_y) = foot.tolist()
     return Photo(
         _spoil(picture, rng),
-        true_angle(grains, shot.wall),
+        true_angles(grains, radius, shot.wall),
         (x0, y0, x1 - x0, y1 - y0),
         (left, left_y, end, right_y),
     )
@@ -501,16 +522,14 @@ def _behind(mi, shot: Shot, eye, tall, rng) -> dict:
 def save(photo: Photo, file: Path) -> None:
     """The picture as PNG, the truth beside it."""
     Image.fromarray(photo.pixels).save(file)
-    numbers = [photo.angle_deg, *photo.roi, *photo.baseline]
-    file.with_suffix(".txt").write_text(
-        " ".join(f"{v:.6g}" for v in numbers) + "\n", encoding="utf8"
-    )
+    known = {"truth": photo.truth, "roi": photo.roi, "baseline": photo.baseline}
+    file.with_suffix(".json").write_text(json.dumps(known) + "\n", encoding="utf8")
 
 
 def load(file: Path) -> Photo:
     """What `save` has written."""
-    v = [float(n) for n in file.with_suffix(".txt").read_text(encoding="utf8").split()]
-    x, y, w, h = (int(n) for n in v[1:5])
-    return Photo(
-        np.asarray(Image.open(file)), v[0], (x, y, w, h), (v[5], v[6], v[7], v[8])
-    )
+    known = json.loads(file.with_suffix(".json").read_text(encoding="utf8"))
+    x, y, w, h = known["roi"]
+    left, left_y, right, right_y = known["baseline"]
+    pixels = np.asarray(Image.open(file))
+    return Photo(pixels, known["truth"], (x, y, w, h), (left, left_y, right, right_y))

@@ -1,13 +1,14 @@
-"""Path-traced photos of heaps: how many are measured, how far off, by background; then
-again with the pile's frame and foot given.
+"""Path-traced photos of heaps: how far off every quantity is, by background and camera;
+then again with the pile's frame and foot given, and on other crops.
 
-    python benchmarks/pile_photos.py [--set N] [--pictures DIR] [--width PX]
-                                     [--overlays DIR]
+    python benchmarks/pile_photos.py [--set N] [--kind usual|low|above] [--crops N]
+                                     [--pictures DIR] [--width PX] [--overlays DIR]
 
-Needs mitsuba (the extra `bench`) for pictures that are not yet in DIR. Each set has 6
-backgrounds × camera level or 5° above the plate × dull or mirror-like plate = 24
-photos, six of which with a box wall that the heap leans on; sets differ in every seed,
-colour and lamp."""
+Needs mitsuba (the extra `bench`) for pictures that are not yet in DIR. A set of the
+usual kind has 6 backgrounds × camera level or 5° above the plate × dull or mirror-like
+plate = 24 photos, six of which with a box wall that the heap leans on; low: heaps of 10
+to 20°; above: a camera 10 to 25° above the plate. Sets differ in every seed, colour and
+lamp. --crops reads each photo on as many crops of 60 to 100 % of its sides as well."""
 
 import argparse
 import os
@@ -23,7 +24,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import cv2
 import numpy as np
-from benchtwin.vision.measurement import GOOD, MeasurementError
+from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
 from path_traced import BACKGROUNDS, Photo, Shot, load, save, take
@@ -31,21 +32,29 @@ from PIL import Image
 
 cv2.setNumThreads(1)
 FAR_DEG, FAR_SD = 1.0, 3.0  # called good and farther off than both: wrong
+MAIN = "repose_angle"
 
 
-def shots(which: int) -> Iterator[Shot]:
-    """The 24 photos of one set."""
+def shots(which: int, kind: str) -> Iterator[Shot]:
+    """The photos of one set."""
     for i, background in enumerate(BACKGROUNDS):
-        for j, (camera, mirror) in enumerate(
-            ((0.0, False), (0.0, True), (5.0, False), (5.0, True))
-        ):
-            yield Shot(background, camera, mirror, (i + j) % 4 == 0, which)
+        if kind == "usual":
+            for j, (camera, mirror) in enumerate(
+                ((0.0, False), (0.0, True), (5.0, False), (5.0, True))
+            ):
+                yield Shot(background, camera, mirror, (i + j) % 4 == 0, which)
+        elif kind == "low":
+            camera, mirror = 5.0 * (i % 2), i % 3 == 0
+            yield Shot(background, camera, mirror, i == 4, which, (10.0, 20.0))
+        else:
+            for camera in (10.0 + 3 * (i % 3), 18.0 + 3 * (i % 3)):
+                yield Shot(background, camera, i == 5, i % 3 == 1, which)
 
 
 def photo_of(shot: Shot, folder: Path, width: int) -> Photo:
     """From the folder, or rendered into it."""
     file = folder / f"{shot.name}-{width}.png"
-    if not file.with_suffix(".txt").is_file():
+    if not file.with_suffix(".json").is_file():
         if find_spec("mitsuba") is None:
             raise SystemExit(
                 "benchmarks/pile_photos.py: mitsuba is not installed; it is in the"
@@ -57,10 +66,11 @@ def photo_of(shot: Shot, folder: Path, width: int) -> Photo:
 
 @dataclass(frozen=True)
 class Row:
-    """One photo measured: the angle's error and sd [deg], nan where there is none; the
+    """One quantity of one photo: its error and sd [deg], nan where there is none; the
     reason for doubt or refusal."""
 
     shot: Shot
+    name: str
     error: float
     sd: float
     good: bool
@@ -79,49 +89,68 @@ class Row:
     def held(self) -> bool:
         return abs(self.error) <= 1.96 * self.sd
 
+    @property
+    def mark(self) -> str:
+        if not self.measured:
+            return "failed"
+        return "WRONG" if self.wrong else "good" if self.good else "doubtful"
+
 
 def measure(
     shot: Shot, photo: Photo, options: PileOptions
-) -> tuple[Row, Repose | None]:
-    """The photo through the reader."""
+) -> tuple[list[Row], Repose | None]:
+    """Every quantity whose truth is known, as the reader gives it."""
     start = time.process_time()
+    found, trouble = None, ""
     try:
         found = measure_repose(photo.pixels, None, options)
     except MeasurementError as error:
-        return (
-            Row(shot, np.nan, np.nan, False, str(error), time.process_time() - start),
-            None,
-        )
-    q = found.quantities[0]
-    return (
-        Row(
-            shot,
-            q.value - photo.angle_deg,
-            q.sd,
-            q.quality == GOOD,
-            q.reason,
-            time.process_time() - start,
-        ),
-        found,
-    )
+        trouble = str(error)
+    spent = time.process_time() - start
+    given = {} if found is None else {q.name: q for q in found.quantities}
+    rows = []
+    for name, true in photo.truth.items():
+        if (q := given.get(name)) is None or q.quality == FAILED:
+            why = trouble if q is None else q.reason
+            rows.append(Row(shot, name, np.nan, np.nan, False, why, spent))
+        else:
+            good = q.quality == GOOD
+            rows.append(Row(shot, name, q.value - true, q.sd, good, q.reason, spent))
+    return rows, found
 
 
 def summary_line(name: str, rows: list[Row]) -> str:
     """One line of figures."""
     seen = [r for r in rows if r.measured]
-    off = np.array([abs(r.error) for r in seen]) if seen else np.array([np.nan])
+    off = np.array([abs(r.error) for r in seen] or [np.nan])
     return (
-        f"{name:28s} n {len(rows):3d}  measured {len(seen):3d}  good"
-        f" {sum(r.good for r in seen):3d}  good and wrong"
-        f" {sum(r.wrong for r in seen):2d}  median |error| {np.median(off):5.2f}° "
-        f" worst {off.max():5.2f}°  within 1.96 sd {sum(r.held for r in seen):3d} "
-        f" {np.mean([r.seconds for r in rows]):.2f} s"
+        f"{name:36s} n {len(rows):3d}  measured {len(seen):3d}  good"
+        f" {sum(r.good for r in seen):3d}  wrong {sum(r.wrong for r in seen):2d} "
+        f" median {np.median(off):5.2f}° rms {np.sqrt(np.mean(off**2)):5.2f}° worst"
+        f" {off.max():5.2f}°  ≤ 0.5, 1, 2° {(off <= 0.5).sum():3d}"
+        f" {(off <= 1).sum():3d} {(off <= 2).sum():3d}  held"
+        f" {sum(r.held for r in seen):3d}  {np.mean([r.seconds for r in rows]):.2f} s"
     )
+
+
+def crops(photo: Photo, count: int, shot: Shot) -> Iterator[PileOptions]:
+    """Frames that hold the pile and some of what is around it."""
+    rng = np.random.default_rng([count, shot.seed])
+    height, width = photo.pixels.shape[:2]
+    x, y, w, h = photo.roi
+    for _ in range(count):
+        left, top = (int(v * rng.uniform(0.1, 0.9)) for v in (x, y))
+        right = int(x + w + (width - x - w) * rng.uniform(0.1, 0.9))
+        bottom = int(y + h + (height - y - h) * rng.uniform(0.1, 0.9))
+        side = "right" if shot.wall else ""
+        yield PileOptions(roi=(left, top, right - left, bottom - top), side=side)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--set", type=int, default=1)
+    parser.add_argument("--kind", choices=("usual", "low", "above"), default="usual")
+    parser.add_argument("--crops", type=int, default=0)
     parser.add_argument(
         "--pictures", type=Path, default=Path(tempfile.gettempdir()) / "pile-photos"
     )
@@ -130,46 +159,41 @@ def main() -> None:
     parser.add_argument("--only", default="", help="names that contain this")
     chosen = parser.parse_args()
     chosen.pictures.mkdir(parents=True, exist_ok=True)
-    alone, helped = [], []
-    for shot in shots(chosen.set):
+    read: dict[str, list[Row]] = {"alone": [], "roi, baseline": [], "crops": []}
+    for shot in shots(chosen.set, chosen.kind):
         if chosen.only not in shot.name:
             continue
         photo = photo_of(shot, chosen.pictures, chosen.width)
         side = "right" if shot.wall else ""
-        row, found = measure(shot, photo, PileOptions(side=side))
-        alone.append(row)
-        by_hand, with_hand = measure(
-            shot, photo, PileOptions(side=side, roi=photo.roi, baseline=photo.baseline)
-        )
-        helped.append(by_hand)
-        for r, how in ((alone[-1], "alone"), (helped[-1], "roi, baseline")):
-            mark = (
-                "WRONG"
-                if r.wrong
-                else "good"
-                if r.good
-                else "doubtful"
-                if r.measured
-                else "failed"
-            )
-            print(
-                f"{shot.name:32s} {photo.angle_deg:5.1f}°  {how:13s} {r.error:+6.2f} ±"
-                f" {r.sd:4.2f}  {mark:8s} {r.reason}",
-                flush=True,
-            )
-        if chosen.overlays:
-            chosen.overlays.mkdir(parents=True, exist_ok=True)
-            for name, one in ((shot.name, found), (f"{shot.name}-by-hand", with_hand)):
-                picture = (
-                    photo.pixels if one is None else draw_repose(photo.pixels, one)
+        by_hand = PileOptions(side=side, roi=photo.roi, baseline=photo.baseline)
+        ways = [("alone", PileOptions(side=side)), ("roi, baseline", by_hand)]
+        ways += [("crops", crop) for crop in crops(photo, chosen.crops, shot)]
+        for how, options in ways:
+            rows, found = measure(shot, photo, options)
+            read[how] += rows
+            for r in rows:
+                if r.name == MAIN or r.wrong:
+                    print(
+                        f"{shot.name:30s} {photo.truth[r.name]:5.1f}°  {how:13s}"
+                        f" {r.name:24s} {r.error:+6.2f} ± {r.sd:4.2f}  {r.mark:8s}"
+                        f" {r.reason}",
+                        flush=True,
+                    )
+            if chosen.overlays and how != "crops":
+                chosen.overlays.mkdir(parents=True, exist_ok=True)
+                drawn = (
+                    photo.pixels if found is None else draw_repose(photo.pixels, found)
                 )
-                Image.fromarray(picture).save(chosen.overlays / f"{name}.png")
+                file = f"{shot.name}-{how.split(',')[0]}.png"
+                Image.fromarray(drawn).save(chosen.overlays / file)
     print()
     for background in BACKGROUNDS:
-        if some := [r for r in alone if r.shot.background == background]:
+        some = [r for r in read["alone"] if r.shot.background == background]
+        if some := [r for r in some if r.name == MAIN]:
             print(summary_line(background, some))
-    print(summary_line("all", alone))
-    print(summary_line("all, roi and baseline given", helped))
+    for how, rows in read.items():
+        for name in dict.fromkeys(r.name for r in rows):
+            print(summary_line(f"{how}: {name}", [r for r in rows if r.name == name]))
 
 
 if __name__ == "__main__":

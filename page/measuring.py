@@ -11,7 +11,12 @@ from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.pile.heap_region import Region, find_region
-from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
+from benchtwin.vision.pile.repose import (
+    PileOptions,
+    Repose,
+    measure_repose,
+    rig_options,
+)
 from benchtwin.vision.recording import Recording
 
 MOST_POINTS = 900  # of a drawn surface
@@ -65,8 +70,7 @@ def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
 
 def automatic_options(recording: Recording) -> PileOptions:
     """How the photo is read when nobody corrects: only what the rig itself says."""
-    one_sided = recording.pile.box_mm is not None and recording.pile.cylinder_mm is None
-    return PileOptions(side="right" if one_sided else "")
+    return rig_options(recording, PileOptions())
 
 
 def corrected_options(recording: Recording) -> PileOptions:

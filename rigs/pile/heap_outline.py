@@ -6,9 +6,10 @@ import numpy as np
 from benchtwin.rigs.pile.read import SeenPile, describe
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.profile import outline
+from benchtwin.vision.pile.heap import TOE
 from benchtwin.vision.recording import Recording
 
-STEP_MM, FOOT = 0.1, 0.02  # FOOT: of the crest's height, where a flank ends
+STEP_MM = 0.1
 
 
 def outlined(motion: Motion, recording: Recording) -> SeenPile:
@@ -20,7 +21,7 @@ def outlined(motion: Motion, recording: Recording) -> SeenPile:
         np.nanmin(places) - 12 if two else 0.0, np.nanmax(places) + 12, STEP_MM
     )
     z = 1e3 * outline(motion, 1e-3 * x)
-    low, crest = np.flatnonzero(z < FOOT * z.max()), int(z.argmax())
+    low, crest = np.flatnonzero(z < TOE * z.max()), int(z.argmax())
     right = float(x[min(low[low > crest], default=len(x) - 1)])
     left = float(x[max(low[low < crest], default=0)]) if two else None
     seen = SeenPile(

@@ -6,7 +6,7 @@ from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.of_recording import Progress
 from benchtwin.vision.overlay.pile import draw_repose
-from benchtwin.vision.pile.repose import PileOptions, measure_repose
+from benchtwin.vision.pile.repose import PileOptions, measure_repose, rig_options
 from benchtwin.vision.recording import Recording
 
 LEAST_WINDOW = 0.1  # of the crest's height
@@ -27,11 +27,7 @@ def observe_pile(
             f" {recording.evidence}{more}"
         )
     image = read_photo(recording.files[0])
-    options, pile = options or PileOptions(), recording.pile
-    if not options.side and pile.box_mm is not None and pile.cylinder_mm is None:
-        # the gate's side; the other flank leans on the box
-        options = replace(options, side="right")
-    options = _with_recording_options(options, recording)
+    options = _with_recording_options(options or PileOptions(), recording)
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:
@@ -50,6 +46,7 @@ def _with_recording_options(options: PileOptions, recording: Recording) -> PileO
     """The options with base line, region and window as the recording states them, where
     they are not given."""
     pile, typical = recording.pile, PileOptions()
+    options = rig_options(recording, options)
     if options.baseline is None and pile.baseline_px is not None:
         options = replace(options, baseline=pile.baseline_px)
     if options.roi is None and pile.roi_px is not None:

@@ -6,6 +6,7 @@ ellipse for one that looks down on a round heap. On a shiny plate the base line 
 half-way between the heap and its mirror image."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -25,6 +26,11 @@ from benchtwin.vision.pile.surface import (
 from benchtwin.vision.recording import Camera
 
 Segment = tuple[float, float, float, float]  # x1, y1, x2, y2 [px, y down]
+# between the tops of seeds, small px; shares of the columns along a line, above which
+# it runs over a layer of seeds: between them; gaps of a twentieth of the heap's height
+LEAST_DEPTH_PX, MOST_BETWEEN, MOST_GAPS = 1.5, 0.03, 0.01
+LEVEL_SD = 0.5  # small px: of a line read off the picture's edges
+GIVEN_SD_PX = 1.0
 # off the stated horizontal: a line farther off is taken only where no other is found
 MOST_TILT_DEG = 2.0
 BASES = (
@@ -41,9 +47,8 @@ MOST_SLOPE = np.tan(np.radians(2.0))
 # of the heap's height: a larger sag of a leaning heap's foot means that the camera
 # looks down
 LEANING_SAG = 0.05
-# of the heap's height: a larger sag means a mirror image (a camera 10° high gives 0.35
-# at 25°)
-MIRROR_SAG = 0.4
+# of a foot's half width: a larger sag is no bow (of a camera 30° above the plate)
+MOST_SAG = 0.5
 LEAST_SEEDS = 8.0  # along the foot, whose errors are independent
 MOST_SDS = 3.0  # robust; columns farther off are outliers
 
@@ -76,7 +81,8 @@ def find_base_line(
     slope = np.tan(np.radians(camera.plumb_deg or 0.0))
     x = np.arange(surface.size)
     intercept = float(np.nanpercentile(surface - slope * x, 99.5))
-    return BaseLine(intercept, slope, np.radians(camera.plumb_sd), "toe")
+    sd = np.radians(camera.plumb_sd)
+    return BaseLine(intercept, slope, sd, "toe", LEVEL_SD * background.factor)
 
 
 def _candidate_lines(
@@ -86,12 +92,15 @@ def _candidate_lines(
     surface: np.ndarray,
 ) -> Iterator[BaseLine]:
     """Lines that the pile may stand on, the most reliable first."""
+    sd = LEVEL_SD * background.factor
     plate = _line_through(surface, background.factor, share=0.08 * surface.size)
-    if plate is not None and not _runs_over_seed_tops(surface, *plate[:2]):
-        yield BaseLine(*plate, "plate")
+    if plate is not None and not _runs_over_seed_tops(
+        surface, *plate[:2], background.factor
+    ):
+        yield BaseLine(*plate, "plate", sd)
     line = plate_edge(crop, background, silhouette.top)
     if line is not None:
-        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge")
+        yield BaseLine(line.intercept, line.slope, line.slope_sd, "edge", sd)
     height = background.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
@@ -100,7 +109,7 @@ def _candidate_lines(
         for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
             lowest = _line_through(rows, background.factor, share=enough, below=1.0)
             if lowest is not None:
-                yield BaseLine(*lowest, source)
+                yield BaseLine(*lowest, source, sd)
 
 
 def stated_base_line(
@@ -117,7 +126,8 @@ def stated_base_line(
         )
     slope = (y2 - y1) / (x2 - x1)
     intercept = y1 - roi[1] - slope * (x1 - roi[0])
-    return BaseLine(intercept, slope, np.hypot(1, 1) / abs(x2 - x1), "given")
+    slope_sd = np.hypot(1, 1) / abs(x2 - x1)  # each end is set to a pixel
+    return BaseLine(intercept, slope, slope_sd, "given", GIVEN_SD_PX)
 
 
 def _line_through(
@@ -157,22 +167,26 @@ def _contradicts_plumb(camera: Camera, line: BaseLine) -> bool:
     )
 
 
-def _runs_over_seed_tops(surface: np.ndarray, intercept: float, slope: float) -> bool:
-    """Whether more than 1 % of the columns along a line lie deeper by a twentieth of
-    the crest's height: it runs over seeds."""
+def _runs_over_seed_tops(
+    surface: np.ndarray, intercept: float, slope: float, factor: float
+) -> bool:
+    """Whether a line runs over seeds that lie on the plate, one layer deep: between
+    them the surface is deeper than the line, that of a plate is not."""
     depth = surface - intercept - slope * np.arange(surface.size)
     on = np.flatnonzero(np.abs(depth) <= 3.0)
     if not on.size:
         return False
     within = depth[on[0] : on[-1] + 1]
-    return float(np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))) > 0.01
+    between = np.nanmean(within > LEAST_DEPTH_PX * factor)
+    gaps = np.mean(within > max(4.0, -0.05 * np.nanmin(depth)))
+    return bool(between > MOST_BETWEEN or gaps > MOST_GAPS)
 
 
 def in_reduced_px(base: BaseLine, factor: float) -> BaseLine:
     """The base line in px of a picture reduced by `factor`: (y + ½)/f − ½ over (x +
     ½)/f − ½."""
     intercept = (base.at(0.5 * factor - 0.5) + 0.5) / factor - 0.5
-    return BaseLine(float(intercept), base.slope, base.slope_sd, base.source)
+    return replace(base, intercept=float(intercept), sd=base.sd / factor)
 
 
 def find_horizontal(
@@ -266,10 +280,9 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
     )
 
 
-def foot_line(region: Region, level: float) -> BaseLine | None:
-    """The line through the heap's two toes, in px of the picture; None where there is
-    none. level: dy/dx of a level line."""
-    mask = region.mask
+def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None:
+    """The line through the two toes of a heap's mask, in px of the picture; None where
+    there is none. level: dy/dx of a level line."""
     columns = np.flatnonzero(mask.any(axis=0))
     if columns.size < 16:
         return None
@@ -278,26 +291,32 @@ def foot_line(region: Region, level: float) -> BaseLine | None:
     middle, half = _ellipse_span(columns, top)
     leaning = middle in (columns[0], columns[-1])
     heap_height = float(np.median(bottom) - top.min())
-    line, source = _fit_line_and_bow(columns, bottom, middle, half), "foot"
-    if leaning and (
-        line[2] > LEANING_SAG * heap_height or abs(line[1] - level) > MOST_SLOPE
+    foot, source = _fit_foot(columns, bottom, middle, half), "foot"
+    mirror = _fit_foot(columns, (top + bottom) / 2, middle, half, bowed=False)
+    level_mirror = not leaning or abs(mirror.slope - level) < MOST_SLOPE
+    if level_mirror and (2 * mirror.rms < foot.rms or foot.sag > MOST_SAG * half):
+        # the lower edge is the upper one's mirror image
+        foot, source = mirror, "mirror"
+    elif leaning and (
+        foot.sag > LEANING_SAG * heap_height or abs(foot.slope - level) > MOST_SLOPE
     ):
-        line = _fit_line_and_bow(
+        level_foot = _fit_foot(
             columns, bottom - level * columns, middle, half, tilted=False
         )
-        source = "toe"
-        line = (line[0], line[1] + level, line[2], np.radians(unstated_sd("plumb")))
-    if line[2] > MIRROR_SAG * heap_height:
-        line = _fit_line_and_bow(columns, (top + bottom) / 2, middle, half)
-        source = "mirror"
-    intercept, slope, _, slope_sd = line
-    if abs(slope) > MAX_PLATE_SLOPE:
+        sd = np.radians(unstated_sd("plumb"))
+        foot, source = replace(level_foot, slope=level, slope_sd=sd), "toe"
+    if abs(foot.slope) > MAX_PLATE_SLOPE:
         return None
     x0, y0 = region.origin
     f = region.factor
-    at = (intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
+    at = (foot.intercept + 1.0) * f - 0.5 + y0  # the lower border of the lowest pixel
     return BaseLine(
-        float(at - slope * (0.5 * f - 0.5 + x0)), float(slope), float(slope_sd), source
+        float(at - foot.slope * (0.5 * f - 0.5 + x0)),
+        foot.slope,
+        foot.slope_sd,
+        source,
+        f * float(np.hypot(region.start.halo / 2, 2 * foot.rms)),
+        float(np.degrees(np.arcsin(min(foot.sag / half, 1.0)))),
     )
 
 
@@ -312,12 +331,27 @@ def _ellipse_span(columns: np.ndarray, top: np.ndarray) -> tuple[float, float]:
     return (left + right) / 2, (right - left) / 2
 
 
-def _fit_line_and_bow(
-    x: np.ndarray, y: np.ndarray, middle: float, half: float, tilted: bool = True
-) -> tuple[float, float, float, float]:
-    """Least squares of y = intercept + slope x + sag √(1 − u²), sag ≥ 0, without
-    outliers: intercept, slope, sag, sd of the slope."""
-    bow = np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
+@dataclass(frozen=True)
+class _Foot:
+    """y = intercept + slope x + sag √(1 − u²), in px of the close-up."""
+
+    intercept: float
+    slope: float
+    sag: float
+    slope_sd: float
+    rms: float
+
+
+def _fit_foot(
+    x: np.ndarray,
+    y: np.ndarray,
+    middle: float,
+    half: float,
+    tilted: bool = True,
+    bowed: bool = True,
+) -> _Foot:
+    """Least squares without outliers, sag ≥ 0; not tilted, not bowed: without that."""
+    bow = bowed * np.sqrt(np.clip(1 - ((x - middle) / max(half, 1.0)) ** 2, 0, None))
     keep = np.ones(x.size, dtype=bool)
     for _ in range(6):
         terms = np.c_[np.ones(x.size), (x - middle) * tilted, bow]
@@ -331,6 +365,6 @@ def _fit_line_and_bow(
         keep = inliers
     rms = float(np.sqrt(np.mean(off[keep] ** 2)))
     extent = float(np.sqrt(np.sum((x[keep] - x[keep].mean()) ** 2)))
-    sd = np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent
-    slope = float(found[1])
-    return (float(found[0] - found[1] * middle), slope, float(found[2]), float(sd))
+    sd = float(np.sqrt(x.size / LEAST_SEEDS) * max(rms, 0.5) / extent)
+    level, slope, sag = (float(v) for v in found)
+    return _Foot(level - slope * middle, slope, sag, sd, rms)

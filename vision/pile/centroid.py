@@ -24,7 +24,6 @@ def centroid_angle(
     base: BaseLine,
     heap: Heap,
     factor: float,
-    doubts: tuple[str, ...] = (),
 ) -> Quantity:
     """The quantity `centroid_angle`; failed, with the reason, where the pile's foot or
     its wall is not in the picture. surface (w,): rows [px, y down], NaN where there is
@@ -52,15 +51,13 @@ def centroid_angle(
         for toes in _alternative_toes(surface, base, heap, factor, ends, good)
     ]
     toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
-    # half a small pixel in the base line's height, one in where the wall or the foot
+    # half a small pixel in the surface's height, one in where the wall or the foot
     # stands
     edge_sd = slope * np.hypot(
         0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach
     )
     sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
-    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg").doubt(
-        *dict.fromkeys(doubts)
-    )
+    return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg")
 
 
 def _rise_and_reach(

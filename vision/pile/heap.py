@@ -13,18 +13,22 @@ from scipy.ndimage import median_filter, uniform_filter1d
 # a plate farther from level than this is taken for a slope
 MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
+CREST = 0.95  # of the crest's height: what is higher may be the crest
 TOE = 0.02  # of the crest's height: where the pile ends
 
 
 @dataclass(frozen=True)
 class BaseLine:
     """The line that the pile stands on: y_px = intercept + slope · x, and how it was
-    found (base_line.BASES)."""
+    found (base_line.BASES). sd: of its height below the pile's middle [px]; pitch_deg:
+    by how much the camera looks down, where the bow of the pile's foot tells it."""
 
     intercept: float
     slope: float
     slope_sd: float
     source: str
+    sd: float
+    pitch_deg: float = 0.0
 
     def at(self, x: Any) -> Any:
         """y_px at x, a number or an array."""
@@ -45,13 +49,14 @@ class Flank:
 @dataclass(frozen=True)
 class Heap:
     """Crest and flanks; `height_px` above the base line, `walls` as column ranges,
-    `problem` if there is no single pile."""
+    `crest_width` in columns, `problem` if there is no single pile."""
 
     crest: int
     height_px: float
     flanks: tuple[Flank, ...]
     walls: tuple[tuple[int, int], ...]
     problem: str = ""
+    crest_width: float = 0.0
 
 
 def level_line(
@@ -136,7 +141,9 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
         _flank(side, smooth, sharp, crest, top, low, high, window)
         for side in ("left", "right")
     )
-    return Heap(crest, top, flanks, walls, _second_pile(smooth, free, crest, flanks))
+    flat = float(np.sum(smooth[low:high] > CREST * smooth[crest]))
+    problem = _second_pile(smooth, free, crest, flanks)
+    return Heap(crest, top, flanks, walls, problem, flat)
 
 
 def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -4,19 +4,31 @@ behind it.
 Every pixel is described by colour and texture. The triangle that differs most from its
 surroundings (`triangle_search`) is the start of a graph cut (GrabCut: Rother,
 Kolmogorov & Blake, ACM Trans. Graphics 23 (2004) 309), first coarse, then on a
-close-up. On a smooth background `surface` is far more exact."""
+close-up. Where seeds and surroundings are alike, a cut bites into the flank or reaches
+beyond it, here or there by what it started from. It is therefore made several times,
+each from a triangle and from clusters of its own; the heap is what most cuts contain,
+and how far they differ is how well it is known. On a smooth background `surface` is far
+more exact."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
 from benchtwin.vision.pile.surface import as_float, shrink
-from benchtwin.vision.pile.triangle_search import best_triangle
+from benchtwin.vision.pile.triangle_search import NO_SIDE, best_triangle
 
-# longest side: for the triangles, the features, the cut of the close-up
+AREA = cv2.INTER_AREA
+# longest side: for the triangles, the features, the first cut, that of the close-up
 SEARCH_PX = 96
 FEATURES_PX = 480
+COARSE_PX = 240
 CUT_PX = 480
+CUTS = 5  # odd: most of them is a majority
+# of a triangle's sides, sd: as much as the triangle moves when the picture is cropped
+MOVED = 0.05
+SOME = 4000  # pixels that are clustered; the others go to the nearest
+HALO = 4.0  # px of the features, over which texture is averaged
 CLUSTERS = 20  # of colour and texture
 # of the close-up's width: radius within which colours of seeds and surroundings are
 # compared
@@ -28,21 +40,92 @@ SEED_TEXTURE = 1.7
 
 
 @dataclass(frozen=True)
+class Start:
+    """What every cut starts from: features (h, w, 6) of the reduced picture, whose px
+    are `factor` full px; triangle in its px; lab: the close-up, whose px are `zoom`
+    full px each and whose corner is `origin` in the picture."""
+
+    features: np.ndarray
+    factor: float
+    triangle: np.ndarray
+    lab: np.ndarray
+    zoom: float
+    origin: tuple[int, int]
+
+    @property
+    def halo(self) -> float:
+        """px of the close-up over which texture was averaged."""
+        return HALO * self.factor / self.zoom
+
+    def in_close_up(self, triangle: np.ndarray) -> np.ndarray:
+        """A triangle of the reduced picture in px of the close-up."""
+        x0, y0 = self.origin
+        return (triangle * self.factor - [x0, y0, y0, 0, 0]) / self.zoom
+
+    def warped(self, picture: np.ndarray, px: float, flags: int) -> np.ndarray:
+        """A picture of `px` full px a pixel as the close-up shows it."""
+        x0, y0 = ((0.5 * px - 0.5 - corner) / self.zoom for corner in self.origin)
+        where = np.array([[px / self.zoom, 0, x0], [0, px / self.zoom, y0]], np.float32)
+        return cv2.warpAffine(picture, where, self.lab.shape[1::-1], flags=flags)
+
+    def cut(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """(heap, coarse heap) of one cut, masks of the close-up; the heap is empty
+        where there is none. The first starts from the triangle itself, and is finer."""
+        rng = np.random.default_rng(number)
+        _, top, foot, *wide = self.triangle
+        size = np.array([sum(wide), foot - top, foot - top, *[sum(wide)] * 2])
+        moved = self.triangle + (number > 0) * MOVED * rng.normal(size=5) * size
+        moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
+        moved[3:] = np.maximum(moved[3:], NO_SIDE)
+        longest = max(self.features.shape[:2])
+        factor = max(1.0, longest / (COARSE_PX if number else longest))
+        colour, texture = (
+            cv2.resize(half, None, fx=1 / factor, fy=1 / factor, interpolation=AREA)
+            for half in (self.features[..., :3], self.features[..., 3:])
+        )
+        coarse = np.dstack([colour, texture])
+        clusters = cluster_pixels(coarse, CLUSTERS, rng)
+        rough = _coarse_cut(coarse, clusters, moved / factor).astype(np.uint8)
+        grown = self.warped(rough, self.factor * factor, cv2.INTER_NEAREST)
+        found = _fine_cut(self.lab, grown, self.halo, rng)
+        return _heap_component(found, self.in_close_up(moved)), grown > 0
+
+
+@dataclass(frozen=True)
 class Region:
     """The pixels of a heap in a close-up whose px are `factor` full px each and whose
     corner is `origin` in the picture.
 
-    mask (h, w): the heap; grown (h, w): the coarse segmentation, a little too large.
-    confidence: 1 or more where the inside has the texture of seeds all over, more than
-    around it, and a heap's form. rival: triangle [px of the picture] of another part
-    that looks as much like a heap, None where there is none."""
+    first (h, w): the heap by the first cut; grown (h, w): its coarse segmentation, a
+    little too large. confidence: 1 or more where the inside has the texture of seeds
+    all over, more than around it, and a heap's form. rival: triangle [px of the
+    picture] of another part that looks as much like a heap, None where there is
+    none."""
 
-    mask: np.ndarray
+    first: np.ndarray
     grown: np.ndarray
     confidence: float
-    factor: float
-    origin: tuple[int, int]
     rival: np.ndarray | None
+    start: Start
+
+    @property
+    def factor(self) -> float:
+        return self.start.zoom
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        return self.start.origin
+
+    @cached_property
+    def cuts(self) -> tuple[np.ndarray, ...]:
+        """The heap by every cut that finds one."""
+        again = [self.start.cut(number)[0] for number in range(1, CUTS)]
+        return (self.first, *(mask for mask in again if mask.any()))
+
+    @property
+    def agreed(self) -> np.ndarray:
+        """What most cuts contain."""
+        return np.mean(self.cuts, axis=0) > 0.5
 
 
 def pixel_features(small: np.ndarray) -> np.ndarray:
@@ -73,17 +156,17 @@ def pixel_features(small: np.ndarray) -> np.ndarray:
     ).astype(np.float32)
 
 
-def cluster_pixels(features: np.ndarray, count: int) -> np.ndarray:
+def cluster_pixels(
+    features: np.ndarray, count: int, rng: np.random.Generator
+) -> np.ndarray:
     """Every pixel's cluster, 0 … count − 1, (h, w): k-means on some of the pixels,
     nearest centre for all."""
     flat = features.reshape(-1, features.shape[2])
-    cv2.setRNGSeed(1)
+    cv2.setRNGSeed(int(rng.integers(1, 2**31 - 1)))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
-    some = np.ascontiguousarray(flat[:: max(1, len(flat) // 8000)])
-    labels = np.zeros((len(some), 1), np.int32)
-    centres = cv2.kmeans(
-        some, min(count, len(some)), labels, stop, 1, cv2.KMEANS_PP_CENTERS
-    )[2]
+    some = np.ascontiguousarray(flat[rng.integers(0, len(flat), SOME)])
+    labels = np.zeros((SOME, 1), np.int32)
+    centres = cv2.kmeans(some, count, labels, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
     distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
     return distance.argmin(axis=1).reshape(features.shape[:2])
 
@@ -93,45 +176,32 @@ def find_region(image: np.ndarray) -> Region | None:
     surroundings."""
     small, factor = shrink(image, FEATURES_PX)
     features = pixel_features(small)
-    clusters = cluster_pixels(features, CLUSTERS)
+    clusters = cluster_pixels(features, CLUSTERS, np.random.default_rng(0))
     triangle, rival = best_triangle(
         clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX)
     )
     if triangle is None:
         return None
-    rough = _coarse_cut(features, clusters, triangle)
-    box, zoom = _close_up(image.shape, (triangle + 0.5) * factor)
-    (x0, y0, x1, y1), triangle = box, triangle * factor
-    cut = image[y0:y1, x0:x1]
+    (x0, y0, x1, y1), zoom = _close_up(image.shape, (triangle + 0.5) * factor)
     close = cv2.resize(
-        cut, None, fx=1 / zoom, fy=1 / zoom, interpolation=cv2.INTER_AREA
+        image[y0:y1, x0:x1],
+        None,
+        fx=1 / zoom,
+        fy=1 / zoom,
+        interpolation=AREA,
     )
-    scale = factor / zoom
-    shift = [(0.5 * factor - 0.5 - corner) / zoom for corner in (x0, y0)]
-    where = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]], np.float32)
-    grown = cv2.warpAffine(
-        rough.astype(np.uint8), where, close.shape[1::-1], flags=cv2.INTER_NEAREST
-    )
-    inner = (triangle - [x0, y0, y0, 0, 0]) / zoom
     lab = cv2.cvtColor(_as_rgb(as_float(close)), cv2.COLOR_RGB2LAB)
-    mask = _heap_component(_fine_cut(lab, grown, 4 * factor / zoom), inner)
-    if mask is None:
-        return None
-    texture = cv2.warpAffine(features[..., 4], where, close.shape[1::-1])
-    confidence = _confidence(mask, texture, inner, 4 * factor / zoom)
-    return Region(
-        mask,
-        grown > 0,
-        confidence,
-        zoom,
-        (x0, y0),
-        None if rival is None else rival * factor,
-    )
+    start = Start(features, factor, triangle, lab, zoom, (x0, y0))
+    mask, grown = start.cut(0)
+    texture = start.warped(features[..., 4], factor, cv2.INTER_LINEAR)
+    confidence = _confidence(mask, texture, start.in_close_up(triangle), start.halo)
+    elsewhere = None if rival is None else rival * factor
+    return Region(mask, grown, confidence, elsewhere, start)
 
 
-def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None:
+def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """The connected part that fills most of the triangle, without thin lines and single
-    seeds beside it, its gaps filled."""
+    seeds beside it, its gaps filled; empty where there is none."""
     disc = cv2.getStructuringElement(
         cv2.MORPH_ELLIPSE, (max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1,) * 2
     )
@@ -142,9 +212,9 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray | None
         labels[_triangle_mask(mask.shape, triangle, 0.0)], minlength=count
     )
     inside[0] = 0
-    if count < 2 or not inside.max():
-        return None
     whole = np.zeros(mask.shape, np.uint8)
+    if count < 2 or not inside.max():
+        return whole.astype(bool)
     heap = (labels == inside.argmax()).astype(np.uint8)
     contours = cv2.findContours(heap, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     cv2.drawContours(whole, contours, -1, 1, cv2.FILLED)
@@ -188,7 +258,9 @@ def _close_up(
     return (x0, y0, x1, y1), max(1.0, max(x1 - x0, y1 - y0) / CUT_PX)
 
 
-def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
+def _fine_cut(
+    lab: np.ndarray, grown: np.ndarray, halo: float, rng: np.random.Generator
+) -> np.ndarray:
     """The coarse mask, up to `halo` px too large where texture was averaged, refined by
     local colour."""
     disc = [
@@ -196,7 +268,7 @@ def _fine_cut(lab: np.ndarray, grown: np.ndarray, halo: float) -> np.ndarray:
         for r in (2.0, 0.5)
     ]
     core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
-    odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS), core > 0, reach == 0)
+    odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS, rng), core > 0, reach == 0)
     certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
     unsure = np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
     mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
@@ -251,7 +323,7 @@ def _local_odds(
     near = LOCAL * max(size)
 
     def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        small = cv2.resize(where.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+        small = cv2.resize(where.astype(np.float32), size, interpolation=AREA)
         return cv2.GaussianBlur(small, (0, 0), sigma)
 
     whole = [density(where, near) + 1e-6 for where in (seeds, others)]

@@ -23,7 +23,9 @@ from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
 from scipy.stats import t as student
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
+LEAST_DEG, ROUGH = 3.0, 0.25  # flatter, or rms over its rise: no flank
 STEEP_DEG = 50.0  # beyond this an angle is doubtful
+MOST_OUTLIERS = 0.1
 # A surface is curved, so that a line is the wrong model, where its local slopes differ
 # by so much within the window and a cubic explains this share of the residuals'
 # variance: a curved surface leaves 0.03 of it, grains on a straight one 0.25 and more.
@@ -184,22 +186,32 @@ def fit_flank(
     if inside is None:
         return None
     line = fit_line(x[inside], surface[inside], floor=EDGE_FLOOR_PX)
-    doubts = list(_doubts(line))
-    margin = 0.01 * surface.size
-    if base.source == "toe" and not margin < toe < surface.size - 1 - margin:
-        doubts.append(
-            f"the pile is cut by the picture's {flank.side} border: the window is of"
-            " the height that shows"
-        )
     sign = 1 if flank.side == "right" else -1
     angle = sign * (line.angle_deg - horizontal)
     rise = abs(line.slope) * (line.x_high - line.x_low)
-    if angle < 3 or line.rms > 0.25 * rise:
+    if angle < LEAST_DEG or line.rms > ROUGH * rise:
         return None
+    doubts = []
     if angle > STEEP_DEG:
         doubts.append(
             f"steeper than {STEEP_DEG:.0f}°: is the picture turned, or is this no slope"
             " of grains?"
+        )
+    if line.outlier_share > MOST_OUTLIERS:
+        doubts.append(
+            f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
+            " left out"
+        )
+    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
+    if bend > CURVED_DEG and line.cubic_share > CURVED_SHARE:
+        low, high = (100 * share for share in window)
+        middle = np.median(x[inside])
+        upper = inside & (sign * (x - middle) <= 0)
+        steeper = fit_line(x[upper], surface[upper], floor=EDGE_FLOOR_PX)
+        doubts.append(
+            f"the {flank.side} flank is bent, one line is the wrong model: {angle:.1f}°"
+            f" between {low:.0f} and {high:.0f} % of the height,"
+            f" {sign * (steeper.angle_deg - horizontal):.1f}° in the upper half of that"
         )
     angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
     return FlankLine(flank.side, line, angle, angle_sd_deg, tuple(doubts))
@@ -228,20 +240,3 @@ def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:
             break
         inside = columns_now
     return inside
-
-
-def _doubts(line: Line):
-    bend = np.degrees(np.arctan(line.slope_high) - np.arctan(line.slope_low))
-    if bend > CURVED_DEG and line.cubic_share > CURVED_SHARE:
-        low, high = sorted(
-            abs(np.degrees(np.arctan([line.slope_low, line.slope_high])))
-        )
-        yield (
-            f"the surface is bent ({low:.0f}° to {high:.0f}° inside the window): one"
-            " line is the wrong model"
-        )
-    if line.outlier_share > 0.1:
-        yield (
-            f"{100 * line.outlier_share:.0f} % of the surface lies off the line and was"
-            " left out"
-        )

@@ -8,12 +8,12 @@ Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angl
 Where the background is not smooth, the heap is segmented by colour and texture instead
 (`heap_region`)."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from benchtwin.vision.measurement import MeasurementError, Quantity, failed
+import pandas as pd
+from benchtwin.vision.measurement import FAILED, MeasurementError, Quantity, failed
 from benchtwin.vision.pile.base_line import (
     BASES,
     find_base_line,
@@ -24,17 +24,29 @@ from benchtwin.vision.pile.base_line import (
 )
 from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
-from benchtwin.vision.pile.heap_region import Region, find_region
+from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.line import FlankLine, fit_flank
+from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
-from benchtwin.vision.recording import Camera
+from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
+OTHERWISE = (
+    "by colour and texture another part of the picture, or more, is the pile: name it"
+    " by --roi"
+)
 NO_LINE = "the surface is too rough or too short for a line"
 # of a region that is measured, with a doubt, where there is no smooth background
 LEAST_CONFIDENCE = 0.6
 # shares of the heap's height and area by which two segmentations of one heap may differ
 MOST_APART, MOST_AREA = (0.1, 0.15)
+# shares of the picture: a foot that is nearer to its border is cut by it
+LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
+# a flank's height is known from the side: lopsided heaps differ by less
+MOST_LOPSIDED_DEG = 4.0
+# by the foot's bow: that of a camera 6° above the plate, five foot radii away
+MOST_PITCH_DEG = 9.0
+MAIN = "repose_angle"
 
 
 @dataclass(frozen=True)
@@ -42,12 +54,26 @@ class PileOptions:
     """How a pile photo is read. window: heights between which the line is fitted, as
     shares of the crest's height. roi: x, y, width, height [px] of the part that is
     looked at. baseline: two points x1, y1, x2, y2 [px] of the base line. side: "left"
-    or "right" for a pile with one flank only (it leans on a box), else ""."""
+    or "right" for a pile with one flank only (it leans on a box), else "". form: CONE
+    or SLAB (between walls) where it is known, by which a pile seen from above is
+    corrected, else ""."""
 
     window: tuple[float, float] = (0.2, 0.8)
     roi: tuple[int, int, int, int] | None = None
     baseline: tuple[float, float, float, float] | None = None
     side: str = ""
+    form: str = ""
+
+
+def rig_options(recording: Recording, options: PileOptions) -> PileOptions:
+    """The options with what the rig itself says: what let the seeds go, a box or a
+    cylinder, tells where the pile leans and what form it has."""
+    pile = recording.pile
+    if pile.cylinder_mm is not None:
+        return replace(options, form=CONE)
+    if pile.box_mm is not None:  # the gate's side; the other flank leans on the box
+        return replace(options, side=options.side or "right", form=SLAB)
+    return options
 
 
 @dataclass(frozen=True)
@@ -67,6 +93,12 @@ class Repose:
     roi: tuple[int, int, int, int]
     quantities: tuple[Quantity, ...]
     notes: tuple[str, ...] = ()
+
+    def doubted(self, *reasons: str) -> "Repose":
+        """With these doubts about every quantity: all are read off one outline."""
+        return replace(
+            self, quantities=tuple(q.doubt(*reasons) for q in self.quantities)
+        )
 
 
 @dataclass(frozen=True)
@@ -108,16 +140,23 @@ def measure_repose(
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
-    segmented = _of_region(photo, region)
-    if isinstance(segmented, str) or (
-        isinstance(smooth, Repose) and _same_heap(smooth, segmented, region)
-    ):
+    if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
-        return _or_raise(smooth)
+        first = _of_mask(photo, region, region.first)
+        if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
+            return smooth
+    segmented = _of_region(photo, region)
+    if isinstance(smooth, Repose):
+        if isinstance(segmented, Repose) and _same_heap(
+            smooth, segmented, region, _apart(region)
+        ):
+            return smooth
+        if isinstance(segmented, str):
+            return smooth.doubted(OTHERWISE)
+    if isinstance(segmented, str):
+        raise MeasurementError(str(smooth))
     doubt = "" if by_hand else _doubt_of_region(region)
-    return replace(
-        segmented, quantities=tuple(q.doubt(doubt) for q in segmented.quantities)
-    )
+    return segmented.doubted(doubt)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -165,25 +204,48 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     cut_off = next((r for r in reasons if "cut by" in r), "")
     # by a better base line the foot is not in the picture
     if best.base.source == "toe" and cut_off:
-        why = cut_off.removeprefix(NO_SLOPE)
-        return replace(best, quantities=tuple(q.doubt(why) for q in best.quantities))
+        return best.doubted(cut_off.removeprefix(NO_SLOPE))
     return best
 
 
-def _of_region(photo: _Photo, region: Region) -> Repose | str:
-    """The pile that was segmented by colour and texture; the reason where it cannot be
-    measured."""
+def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
+    """The pile that one cut, or most of them, take for the heap; the reason where it
+    cannot be measured."""
     width = photo.crop.shape[1]
     level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
-    base = stated_base_line(
-        photo.options.baseline, photo.crop.shape, photo.roi
-    ) or foot_line(region, level)
-    if base is None:
+    foot = foot_line(region, mask, level)
+    base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
+    if base is not None and foot is not None:
+        base = replace(base, pitch_deg=foot.pitch_deg)
+    if (base := base or foot) is None:
         return "no line is seen that the pile stands on: name it by --baseline"
-    surface = np.minimum(
-        _upper_border(region, region.mask, width), base.at(np.arange(width))
-    )
-    return _of_surface(photo, surface, base, region.factor)
+    surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
+    return _at_base_line(photo, surface, base, region.factor)
+
+
+def _of_region(photo: _Photo, region: Region) -> Repose | str:
+    """The pile that most cuts agree on, with what they differ by in every sd."""
+    agreed = _of_mask(photo, region, region.agreed)
+    if isinstance(agreed, str):
+        return agreed
+    cuts = [_of_mask(photo, region, mask) for mask in region.cuts]
+    found = [cut for cut in cuts if isinstance(cut, Repose)]
+    if 2 * len(found) <= CUTS:
+        why = f"{CUTS - len(found)} of {CUTS} cuts of the picture show no such pile"
+        agreed = agreed.doubted(f"{why}: name it by --roi")
+    return _widened(_with_base_error(photo, agreed, region.factor), found)
+
+
+def _widened(found: Repose, others: Iterable[Repose]) -> Repose:
+    """With the root mean square by which other readings differ added to every sd."""
+    given = [{q.name: q.value for q in other.quantities} for other in others]
+    quantities = []
+    for q in found.quantities:
+        off = np.array([v[q.name] - q.value for v in given if q.name in v])
+        off = off[np.isfinite(off)]
+        spread = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
+        quantities.append(replace(q, sd=float(np.hypot(q.sd, spread))))
+    return replace(found, quantities=tuple(quantities))
 
 
 def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
@@ -195,10 +257,19 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
     return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
 
 
-def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
+def _apart(region: Region) -> float:
+    """Share of the heap's area by which a cut differs from what most agree on."""
+    agreed = region.agreed
+    return float(np.mean([(cut ^ agreed).sum() for cut in region.cuts]) / agreed.sum())
+
+
+def _same_heap(
+    smooth: Repose, segmented: Repose, region: Region, apart_by: float
+) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
     same heap. Then it misses few of the segmented seeds, includes little that has no
-    seed texture, and has the same base line and crest."""
+    seed texture, and has the same base line and crest. apart_by: share by which the
+    cuts themselves differ, which no two outlines need to agree better than."""
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -219,7 +290,10 @@ def _same_heap(smooth: Repose, segmented: Repose, region: Region) -> bool:
     )
     height = float(np.ptp(segmented.surface[under]))
     area = float((foot - segmented.surface).sum())
-    return bool(max(missed, surplus) < MOST_AREA * area and apart < MOST_APART * height)
+    return bool(
+        max(missed, surplus) < (MOST_AREA + apart_by) * area
+        and apart < (MOST_APART + apart_by) * height
+    )
 
 
 def _doubt_of_region(region: Region) -> str:
@@ -241,8 +315,30 @@ def _doubt_of_region(region: Region) -> str:
 def _of_surface(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
-    """Angles of a surface above its base line; the reason where it is no measurable
-    pile. factor: px per small px."""
+    """Angles of a surface above its base line, with what an error of the base line's
+    height makes of them; the reason where it is no measurable pile. factor: px per
+    small px."""
+    found = _at_base_line(photo, surface, base, factor)
+    return found if isinstance(found, str) else _with_base_error(photo, found, factor)
+
+
+def _with_base_error(photo: _Photo, found: Repose, factor: float) -> Repose:
+    """With what an error of the base line's height makes of every quantity; what lies
+    beside the pile moves with the line."""
+    x, base = np.arange(found.surface.size), found.base
+    left, right = found.toes
+    beside = (x < (left or -np.inf)) | (x > (right or np.inf))
+    others = []
+    for off in (-base.sd, base.sd):
+        line = replace(base, intercept=base.intercept + off)
+        surface = np.where(beside, np.fmax(found.surface, line.at(x)), found.surface)
+        others.append(_at_base_line(photo, surface, line, factor))
+    return _widened(found, (other for other in others if isinstance(other, Repose)))
+
+
+def _at_base_line(
+    photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
+) -> Repose | str:
     options = photo.options
     heap = find_heap(
         _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
@@ -255,15 +351,7 @@ def _of_surface(
             for f in heap.flanks
         )
         heap = replace(heap, flanks=tuple(flanks))
-    horizontal, horizontal_sd, doubts = find_horizontal(base, photo.camera)
-    if base.source == "toe" and np.nanmax(surface) > 0.985 * photo.crop.shape[0]:
-        doubts = (
-            *doubts,
-            (
-                "the pile is cut by the picture's bottom border: the window is of the"
-                " height that shows"
-            ),
-        )
+    horizontal, horizontal_sd, unlevel = find_horizontal(base, photo.camera)
     fits = [
         fit_flank(
             surface, base, heap, f, factor, options.window, horizontal, horizontal_sd
@@ -282,10 +370,12 @@ def _of_surface(
         (f.toe + 0.5) * factor - 0.5 if f.side in fitted else None for f in heap.flanks
     )
     quantities = (
-        _repose_angle(slopes, horizontal_sd, doubts, heap),
-        *_side_angles(slopes, doubts, heap),
-        _height_over_radius(heap, slopes, (left, right), crest_x, factor, doubts),
-        centroid_angle(surface, base, heap, factor, doubts),
+        _repose_angle(slopes, horizontal_sd, unlevel),
+        *_side_angles(slopes, heap, unlevel),
+        _height_over_radius(heap, slopes, (left, right), crest_x, factor).doubt(
+            *unlevel
+        ),
+        centroid_angle(surface, base, heap, factor).doubt(*unlevel),
     )
     x0, y0 = photo.roi[:2]
     crest = (crest_x + x0, float(base.at(crest_x)) - heap.height_px * factor + y0)
@@ -294,7 +384,9 @@ def _of_surface(
         f"line through {100 * low:.0f}–{100 * high:.0f} % of the crest's height; base"
         f" line: {base.source}"
     )
-    return Repose(
+    if base.pitch_deg > 0:
+        quantities = tuple(_as_level(q, base.pitch_deg, options) for q in quantities)
+    found = Repose(
         surface,
         base,
         horizontal,
@@ -306,6 +398,47 @@ def _of_surface(
         quantities,
         (definition,),
     )
+    return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
+
+
+def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:
+    """The quantity as a camera level with the plate sees it."""
+    if q.quality == FAILED:
+        return q
+    value, off = level_angle(q.name, q.value, pitch_deg, options.form, options.window)
+    return replace(q, value=value, sd=float(np.hypot(q.sd, off)))
+
+
+def _doubts(
+    photo: _Photo, found: Repose, heap: Heap, horizontal_sd: float
+) -> Iterator[str]:
+    """What speaks against the outline, of which every quantity is read."""
+    yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
+    height, width = photo.crop.shape[:2]
+    foot = found.base.at(found.crest[0] - found.roi[0])
+    if foot > LEAST_BELOW * height:
+        yield "the pile is cut by the picture's bottom border"
+    if found.base.pitch_deg > MOST_PITCH_DEG:
+        yield (
+            f"the camera looks down by about {found.base.pitch_deg:.0f}°: the pile's"
+            " foot is bowed"
+        )
+    for flank in heap.flanks:
+        if flank.problem and not flank.problem.startswith("a wall"):
+            yield f"{flank.side} side: {flank.problem}"
+    margin = (1 - LEAST_BESIDE) * width
+    for side, toe in zip(("left", "right"), found.toes):
+        if toe is not None and not margin < toe < width - 1 - margin:
+            yield f"the pile's foot is cut by the picture's {side} border"
+    if len(found.slopes) == 2:
+        left, right = found.slopes
+        apart = abs(left.angle_deg - right.angle_deg)
+        sd = np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)
+        if apart > max(3 * np.hypot(sd, 2 * horizontal_sd), MOST_LOPSIDED_DEG):
+            yield (
+                f"left and right differ by {apart:.1f}°: the camera or the plate is"
+                " tilted, or the heap is lopsided"
+            )
 
 
 def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
@@ -313,77 +446,40 @@ def _shrink_profile(surface: np.ndarray, factor: float) -> np.ndarray:
     each."""
     count = max(1, round(surface.size / factor))
     columns = ((np.arange(surface.size) + 0.5) / factor).astype(int).clip(0, count - 1)
-    bounds = np.searchsorted(columns, np.arange(count + 1))
-    out = np.full(count, np.nan)
-    for i, (a, b) in enumerate(pairwise(bounds)):
-        piece = surface[a:b]
-        piece = piece[np.isfinite(piece)]
-        if piece.size:
-            out[i] = (np.median(piece) + 0.5) / factor - 0.5
-    return out
+    found = pd.Series(surface).groupby(columns).median().to_numpy()
+    return (found + 0.5) / factor - 0.5
 
 
 def _repose_angle(
-    slopes: tuple[FlankLine, ...],
-    horizontal_sd: float,
-    doubts: tuple[str, ...],
-    heap: Heap,
+    slopes: tuple[FlankLine, ...], horizontal_sd: float, unlevel: tuple[str, ...]
 ) -> Quantity:
     """Mean of both flanks, in which the horizontal's error cancels, or the one flank
     there is."""
-    notes = [d for s in slopes for d in s.doubts] + list(doubts)
-    if len(slopes) == 1:
-        cut = [
-            f"{f.side} side: {f.problem}"
-            for f in heap.flanks
-            if f.problem and not f.problem.startswith("a wall")
-        ]
-        return _angle(
-            "repose_angle", slopes[0].angle_deg, slopes[0].angle_sd_deg, [*notes, *cut]
-        )
-    left, right = slopes
-    mean = (left.angle_deg + right.angle_deg) / 2
-    sd = float(np.hypot(left.line.angle_sd_deg, right.line.angle_sd_deg)) / 2
-    apart = abs(left.angle_deg - right.angle_deg)
-    if apart > max(3 * np.hypot(2 * sd, 2 * horizontal_sd), 4.0):
-        notes.append(
-            f"left and right differ by {apart:.1f}°: the camera or the plate is tilted,"
-            " or the heap is lopsided"
-        )
-    return _angle(
-        "repose_angle",
-        mean,
-        sd,
-        [n for n in notes if not n.startswith("no plate line")],
+    mean = float(np.mean([s.angle_deg for s in slopes]))
+    own = float(np.linalg.norm([s.line.angle_sd_deg for s in slopes])) / len(slopes)
+    if len(slopes) == 2:
+        return Quantity(MAIN, mean, own, "deg")
+    return Quantity(MAIN, mean, float(np.hypot(own, horizontal_sd)), "deg").doubt(
+        *unlevel
     )
 
 
 def _side_angles(
-    slopes: tuple[FlankLine, ...], doubts: tuple[str, ...], heap: Heap
-) -> list[Quantity]:
+    slopes: tuple[FlankLine, ...], heap: Heap, unlevel: tuple[str, ...]
+) -> Iterator[Quantity]:
     """The angle of each flank; none for a side with a wall."""
     fitted = {s.side: s for s in slopes}
-    found = []
     for flank in heap.flanks:
-        name = f"repose_angle_{flank.side}"
+        name = f"{MAIN}_{flank.side}"
         if slope := fitted.get(flank.side):
-            found.append(
-                _angle(
-                    name, slope.angle_deg, slope.angle_sd_deg, (*slope.doubts, *doubts)
-                )
-            )
+            q = Quantity(name, slope.angle_deg, slope.angle_sd_deg, "deg")
+            yield q.doubt(*unlevel)
         elif not flank.problem.startswith("a wall"):
-            found.append(failed(name, "deg", flank.problem or NO_LINE))
-    return found
+            yield failed(name, "deg", flank.problem or NO_LINE)
 
 
 def _height_over_radius(
-    heap: Heap,
-    slopes: tuple[FlankLine, ...],
-    toes,
-    crest_x: float,
-    factor: float,
-    doubts,
+    heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float
 ) -> Quantity:
     """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one
     flank), both at the toe's height TOE · h. It is the angle of a straight-sided pile;
@@ -402,12 +498,8 @@ def _height_over_radius(
     rms = float(np.mean([s.line.rms for s in slopes]))
     blunt = 1.5 * factor  # px that a running median of 5 takes off a sharp crest
     up = max(rms, blunt) / height
-    aside = max(rms / ratio, factor) / radius / np.sqrt(len(known))
-    sd_ratio = np.hypot(up, aside) * ratio
-    angle = float(np.degrees(np.arctan(ratio)))
-    sd = float(np.degrees(sd_ratio / (1 + ratio**2)))
-    return _angle(name, angle, sd, doubts)
-
-
-def _angle(name: str, value: float, sd: float, doubts: Iterable[str]) -> Quantity:
-    return Quantity(name, float(value), float(sd), "deg").doubt(*dict.fromkeys(doubts))
+    # where the crest of a pile with one flank is; of two, both ends count alike
+    flat = heap.crest_width * factor / np.sqrt(12) if len(known) == 1 else 0.0
+    aside = np.hypot(max(rms / ratio, factor), flat) / radius / np.sqrt(len(known))
+    sd = float(np.degrees(np.hypot(up, aside) * ratio / (1 + ratio**2)))
+    return Quantity(name, float(np.degrees(np.arctan(ratio))), sd, "deg")

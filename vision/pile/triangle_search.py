@@ -14,6 +14,7 @@ SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
 # of the best score: another triangle with more beside it may as well be the heap
 RIVAL = 0.9
 TRIES, ROUNDS, KEPT = 6000, 5, 24
+NO_SIDE = 0.5  # px: the width to a side on which the heap leans on a wall
 
 
 def best_triangle(
@@ -38,7 +39,7 @@ def best_triangle(
     foot = rng.uniform(0.3, 1.0, TRIES) * height
     left, right = (rise / rng.uniform(*SLOPES, TRIES) for _ in "lr")
     wall = rng.integers(0, 6, TRIES)  # a third lean on a wall
-    left[wall == 0], right[wall == 1] = 0.5, 0.5
+    left[wall == 0], right[wall == 1] = NO_SIDE, NO_SIDE
     triangles = np.c_[
         rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right
     ]
@@ -68,9 +69,9 @@ def _refine_best(
             rng.normal(0, step, (40, len(best), 5))
             * np.c_[size[:, 0], size[:, 1], size[:, 1], size[:, 0], size[:, 0]]
         )
-        moves[:, :, 3:][:, best[:, 3:] <= 0.5] = 0
+        moves[:, :, 3:][:, best[:, 3:] <= NO_SIDE] = 0
         triangles = np.concatenate([best[None], best + moves]).reshape(-1, 5)
-        triangles[:, 3:] = np.maximum(triangles[:, 3:], 0.5)
+        triangles[:, 3:] = np.maximum(triangles[:, 3:], NO_SIDE)
         score = _score(sums, triangles, texture)
     return triangles[int(score.argmax())], float(score.max())
 
@@ -82,7 +83,7 @@ def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.n
     x, top, foot, left, right = triangles.T
     rise = foot - top
     slopes = [
-        np.where(side <= 0.5, 9.0, rise / np.maximum(side, 1e-3))
+        np.where(side <= NO_SIDE, 9.0, rise / np.maximum(side, 1e-3))
         for side in (left, right)
     ]
     steep = np.minimum(*slopes)

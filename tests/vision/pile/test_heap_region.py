@@ -1,10 +1,14 @@
 """Heaps of drawn seeds before cloth, wood, a horizon and clutter, drawn here by code of
 its own: each seed a shaded disc."""
 
+from itertools import combinations
+
 import cv2
 import numpy as np
 import pytest
-from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
+from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from benchtwin.vision.pile.heap_region import CUTS, find_region
+from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import Camera
 
@@ -196,6 +200,64 @@ def test_a_wall_that_the_heap_leans_on_does_not_cost_the_sharper_reading():
         3 * found["repose_angle"].sd, 1.0
     )
     assert found["centroid_angle"].quality == GOOD
+
+
+def test_other_crops_of_a_photo_agree_within_what_the_cuts_differ_by():
+    """Three frames about one heap whose colours its background shares: each quantity
+    differs by at most three of the sds, which the cuts' spread is in."""
+    picture = heap_of_seeds("cloth", 31.0, seed=11)
+    frames = ((60, 40, 780, 560), (110, 90, 690, 460), (20, 90, 830, 490))
+    found = [
+        {q.name: q for q in angle(picture, roi=frame).quantities} for frame in frames
+    ]
+    for name in ("repose_angle", "centroid_angle", "height_over_radius_angle"):
+        for one, other in combinations([each[name] for each in found], 2):
+            assert abs(one.value - other.value) <= 3 * np.hypot(one.sd, other.sd)
+        assert all(abs(each[name].value - 31) < 8 for each in found)
+
+
+def test_what_the_cuts_differ_by_is_in_every_sd(monkeypatch):
+    """Two of five cuts with a wedge out of the right flank: what is read off that flank
+    is known less well, the left flank as before."""
+    picture = heap_of_seeds("cloth", 32.0, seed=3)
+    region = find_region(picture)
+    plain = [region.first] * CUTS
+    down, across = np.indices(region.first.shape)
+    top = region.first.argmax(axis=0)
+    crest = int(np.where(top > 0, top, np.inf).argmin())
+    lower = top + 0.12 * np.clip(across[0] - crest, 0, None)
+    bitten = region.first & (down >= lower)
+    sds = {}
+    for name, cuts in (("alike", plain), ("apart", [*plain[2:], bitten, bitten])):
+        region.__dict__["cuts"] = tuple(cuts)
+        found = measure_repose(picture, find=lambda _: region)
+        sds[name] = {q.name: q.sd for q in found.quantities}
+    assert sds["apart"]["repose_angle_left"] < 1.5 * sds["alike"]["repose_angle_left"]
+    for name in ("repose_angle", "repose_angle_right", "centroid_angle"):
+        assert sds["apart"][name] > 1.3 * sds["alike"][name]
+
+
+def test_a_picture_that_cuts_the_foot_is_doubted_in_every_quantity():
+    found = angle(heap_of_seeds("cloth", 33.0, seed=1)[: FOOT - 25])
+    assert {q.quality for q in found.quantities} <= {DOUBTFUL, FAILED}
+    assert "bottom border" in found.quantities[0].reason
+
+
+@pytest.mark.parametrize(("alpha", "pitch"), [(30, 5), (33, 10), (40, 15)])
+def test_a_cone_seen_from_above_is_corrected_by_its_outline(alpha, pitch):
+    """tan²α = (tan²α′ + sin²p) / cos²p where the whole window lies on the tangents; a
+    form that is not known leaves the value, with the difference in its sd."""
+    tan, p = np.tan(np.radians(alpha)), np.radians(pitch)
+    seen = np.degrees(np.arctan(np.sqrt((tan * np.cos(p)) ** 2 - np.sin(p) ** 2)))
+    window = (0.3, 0.8)
+    value, off = level_angle("repose_angle", seen, pitch, CONE, window)
+    assert value == pytest.approx(alpha, abs=0.02) and off == 0
+    value, off = level_angle("repose_angle", seen, pitch, "", window)
+    assert value == seen and off == pytest.approx((alpha - seen) / 2, abs=0.02)
+    slab = np.degrees(np.arctan(tan * np.cos(p)))
+    assert level_angle("centroid_angle", slab, pitch, SLAB, window)[0] == (
+        pytest.approx(alpha)
+    )
 
 
 @pytest.mark.parametrize("kind", ["cloth", "wood", "clutter"])
