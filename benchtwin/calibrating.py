@@ -12,8 +12,8 @@ from plotly.graph_objects import Figure
 from benchtwin import shown
 from benchtwin.bench.numbers import with_interval
 from benchtwin.blas import on_one_blas_thread
-from benchtwin.calibrate.calibrate_command import Asked, calibrate_into
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.calibrate_command import Asked, calibrate_into
 from benchtwin.measuring import Bench, recordings_of
 from benchtwin.report import draw
 

@@ -12,8 +12,8 @@ from plotly.graph_objects import Figure
 from benchtwin import shown
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.diagnose.bench import Diagnosis, diagnose_bench
-from benchtwin.diagnose.diagnose_command import RIG_NAMES, Asked, diagnose_into
 from benchtwin.diagnose.words import lines
+from benchtwin.diagnose_command import RIG_NAMES, Asked, diagnose_into
 from benchtwin.measuring import Bench, recordings_of
 from benchtwin.report.draw import BLUE, RED
 

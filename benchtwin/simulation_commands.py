@@ -163,7 +163,7 @@ def calibrate(
     Run again, a stopped calibration goes on where it was. Exit code 0: done; 1:
     stopped, or nothing could be calibrated; 2: the command was misused."""
     asked = locals() | {"ranges": dict(ranges), "priors": dict(priors)}
-    from benchtwin.calibrate.calibrate_command import Asked, calibrate_command
+    from benchtwin.calibrate_command import Asked, calibrate_command
 
     raise Exit(calibrate_command(Asked(**asked)))
 
@@ -272,7 +272,7 @@ def diagnose(
 
     Exit code 0: done; 1: nothing could be diagnosed, or stopped; 2: the command was
     misused."""
-    from benchtwin.diagnose.diagnose_command import Asked, diagnose_command
+    from benchtwin.diagnose_command import Asked, diagnose_command
 
     raise Exit(
         diagnose_command(

@@ -15,8 +15,8 @@ ROOT = Path(__file__).parents[1]
 BESIDE = {"tests", "benchmarks", "samples", "scripts", "docs", "build", "demo-out"}
 DECIDING = ("vision", "diagnose", "infer", "rigs", "bench", "measure")
 ORDER = (
-    *["bench", "infer", "vision", "sim", "rigs", "measure"],
-    *["twin", "calibrate", "diagnose", "report", "page"],
+    *["bench", "infer", "vision", "sim", "measure", "twin"],
+    *["calibrate", "diagnose", "rigs", "report", "page"],
 )
 RIGS = ("drop", "slide", "roll", "pile", "drum")
 

@@ -8,6 +8,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from rich.console import Console
+from rich.table import Table
+
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
@@ -43,8 +46,6 @@ from benchtwin.twin.command import (
     result_console,
 )
 from benchtwin.twin.engine import Engine
-from rich.console import Console
-from rich.table import Table
 
 Pairs = Mapping[str, tuple[float, float]]
 # in result.json
