@@ -11,6 +11,6 @@ RIG = Rig(
     main=("flowing_angle", "deg"),
     printed=(("flowing_angle",),),
     readings={"flowing_angle_deg": ("flowing_angle", "deg")},
-    observe="benchtwin.vision.motion.drum:observe_drum",
+    observe=".observe:observe_drum",
     setup=".simulate:SETUP",
 )

@@ -25,6 +25,7 @@ from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
 from benchtwin.rigs.roll.diagnose import baseline
+from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.model import (
     OWN,
     as_read,
@@ -38,6 +39,7 @@ from benchtwin.rigs.roll.model import (
 from benchtwin.rigs.roll.motion import travel
 from benchtwin.rigs.roll.problem import FREE_SCALE_SD, OWN_STEP, roll_problem
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
+from benchtwin.rigs.roll.roll_path import ends_on_incline, stays_on_incline
 from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
 from benchtwin.rigs.roll.session import (
     FEW_ROWS,
@@ -53,13 +55,11 @@ from benchtwin.vision.measurement import (
     all_failed,
     failed,
 )
-from benchtwin.vision.motion.inertia import inertia_of_recording
 from benchtwin.vision.motion.least_squares import (
     correlated_mean,
     propagate,
     variance_factor,
 )
-from benchtwin.vision.motion.roll_path import ends_on_incline, stays_on_incline
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 from scipy.stats import t as student

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from benchtwin.rigs.roll.measure import RunOut, measure_roll
+from benchtwin.rigs.roll.roll_path import roll_path
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.of_recording import (
     TABLES,
@@ -15,7 +16,6 @@ from benchtwin.vision.motion.of_recording import (
     table_track,
     to_mm,
 )
-from benchtwin.vision.motion.roll_path import roll_path
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.track import on_picture
 from benchtwin.vision.overlay.travel import caption, plot_travel

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from benchtwin.rigs.roll.inertia import inertia_of_recording
+from benchtwin.rigs.roll.roll_path import stays_on_incline
 from benchtwin.twin.curve import Curve
 from benchtwin.twin.seen import Observed, entries_of, sections_of, track_of
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.inertia import inertia_of_recording
-from benchtwin.vision.motion.roll_path import stays_on_incline
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 

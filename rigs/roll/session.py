@@ -11,13 +11,13 @@ from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S
+from benchtwin.rigs.roll.inertia import inertia_told
 from benchtwin.rigs.roll.initial_path import (
     Path,
     fit_path,
     path_of_few,
     path_on_incline,
 )
-from benchtwin.vision.motion.inertia import inertia_told
 from scipy.ndimage import median_filter
 
 MOST_ROWS = 280  # more rows add time, not information

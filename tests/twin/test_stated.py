@@ -9,9 +9,9 @@ from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.read import read_drops
 from benchtwin.rigs.pile.read import read_piles
 from benchtwin.rigs.roll.read import FEW_ROWS, LEAST_ROWS, read_rolls
+from benchtwin.rigs.roll.roll_path import ends_on_incline
 from benchtwin.rigs.slide.read import read_slides
 from benchtwin.vision.measurement import FAILED, MeasurementError
-from benchtwin.vision.motion.roll_path import ends_on_incline
 from benchtwin.vision.recording import read_recording
 
 READERS = {

@@ -4,7 +4,7 @@ stated."""
 import pytest
 from benchtwin.bench.keys import Seed
 from benchtwin.measure.observe import seed_questions
-from benchtwin.vision.motion.inertia import inertia_of
+from benchtwin.rigs.roll.inertia import inertia_of
 
 
 @pytest.mark.parametrize(

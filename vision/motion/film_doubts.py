@@ -92,17 +92,17 @@ def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] |
     return (float(middle[0]), float(middle[1])) if moved else None
 
 
-def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
+def size_doubt(tracked: TrackedSeed, recording: Recording, falling: bool) -> str:
     """Why what was tracked may not be the seed alone; "" where nothing speaks against
     it. Areas are compared with the stated seed where axes and scale are stated, and
-    those at rest with those in motion."""
+    those at rest with those in motion. falling: the seed falls and bounces."""
     track, area = tracked.track, tracked.areas
     moving = np.hypot(np.gradient(track.x), np.gradient(track.y)) > RESTING_PX
     if moving.sum() < LEAST_ROWS:
         return ""
     hidden = float(track.outlier[moving].mean())
-    # a drop's places are compared with parabolas
-    if hidden > MOST_HIDDEN and recording.rig == "roll":
+    # places of a fall are compared with parabolas
+    if hidden > MOST_HIDDEN and not falling:
         return (
             f"the seed is partly hidden or merged with something in {100 * hidden:.0f}"
             " % of the frames in which it moves"
@@ -121,7 +121,7 @@ def size_doubt(tracked: TrackedSeed, recording: Recording) -> str:
     resting = ~moving & clear & (np.arange(len(area)) > np.flatnonzero(moving)[-1])
     # an oblong seed may show another side at rest
     turns = most / least if least > 0 else math.inf
-    if resting.sum() >= LEAST_ROWS and recording.rig == "roll":
+    if resting.sum() >= LEAST_ROWS and not falling:
         ratio = float(np.median(area[resting])) / typical
         if not 1 / (turns * (1 + AREA_MARGIN)) < ratio < turns * (1 + AREA_MARGIN):
             return (

@@ -63,6 +63,7 @@ class Followed:
     source: FrameSource
     tracked: TrackedSeed
     notes: tuple[str, ...]
+    falling: bool = False
 
     @property
     def height_px(self) -> int:
@@ -99,7 +100,7 @@ class Followed:
 
     def doubted(self, found: Observation) -> Observation:
         """The observation with the doubts about the film."""
-        found = doubted(found, size_doubt(self.tracked, self.recording))
+        found = doubted(found, size_doubt(self.tracked, self.recording, self.falling))
         return doubted(found, camera_moved(self.source))
 
 
@@ -117,7 +118,7 @@ def follow_seed(
         places=places_of(recording.track),
         only_places=bool(recording.track.only_places),
     )
-    return followed(recording, source, tracked)
+    return replace(followed(recording, source, tracked), falling=falling)
 
 
 def followed(

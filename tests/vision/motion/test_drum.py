@@ -6,8 +6,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from benchtwin.rigs.drum.observe import observe_drum
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
-from benchtwin.vision.motion.drum import observe_drum
 from benchtwin.vision.recording import read_recording
 
 SIDE, RADIUS, GRAIN = 320, 140, 7.0  # px
