@@ -92,7 +92,9 @@ def common_shift(before: np.ndarray, after: np.ndarray) -> tuple[float, float] |
     return (float(middle[0]), float(middle[1])) if moved else None
 
 
-def size_doubt(tracked: TrackedSeed, recording: Recording, falling: bool) -> str:
+def size_doubt(
+    tracked: TrackedSeed, recording: Recording, falling: bool = False
+) -> str:
     """Why what was tracked may not be the seed alone; "" where nothing speaks against
     it. Areas are compared with the stated seed where axes and scale are stated, and
     those at rest with those in motion. falling: the seed falls and bounces."""
