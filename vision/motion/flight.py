@@ -353,9 +353,9 @@ def _impact_after(
         if not flights.free > 0:
             return None
         meets, landing = flights.ends()
-        (low, fast), rises = flights.contact_states()[0], flights.speed(1, meets)
+        (low, falls), rises = flights.contact_states()[0], flights.speed(1, meets)
         inside = time[j] - slack <= meets <= time[j + 1] + slack
-        if not inside or fast >= 0 or rises <= 0 or time[end - 1] > landing:
+        if not inside or falls >= 0 or rises <= 0 or time[end - 1] > landing:
             return None
         if end < len(time) and time[end] < landing:
             continue

@@ -72,7 +72,8 @@ def test_every_bounce_has_its_row():
         max_bounces=4,
     )
     track = film_track(motion, np.random.default_rng(3), angle_noise_deg=1.0)
-    known = replace(drop(), camera=Camera(**CAMERA, plumb_deg=0, plumb_sd_deg=0.01))
+    told = CAMERA | {"distance_mm": 3000}
+    known = replace(drop(), camera=Camera(**told, plumb_deg=0, plumb_sd_deg=0.01))
     table = measure_drop(track, known).bounces
     assert len(table) >= 3
     for row, truth in zip(table.itertuples(), motion.truth["bounces"]):
