@@ -139,7 +139,8 @@ PRIORS = {
         "deg",
         0.1,
         0.02,
-        "tables that people call level; a stated slope is read off an engineer's level",
+        "tables that people call level: two public ones lean by 0.08 and 0.2°"
+        " (benchmarks/learn_priors.py); a stated slope is read off an engineer's level",
     ),
     "level-both-ways": Prior(
         "deg",

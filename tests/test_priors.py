@@ -1,11 +1,16 @@
 """What is believed of what a recording does not state: complete, and the same for both
 that read it."""
 
+from pathlib import Path
+
+import pandas as pd
 import pytest
 from benchtwin.bench.keys import Camera
 from benchtwin.bench.priors import PRIORS, stated_sd, unstated_sd
 from benchtwin.rigs.slide import problem
 from benchtwin.rigs.slide.tilt import stated_tilt
+
+TABLES = Path(__file__).parents[1] / "benchmarks" / "tables"
 
 
 def test_every_prior_has_a_unit_a_source_and_an_sd():
@@ -30,3 +35,17 @@ def test_an_error_of_the_rate_moves_the_angle_since_t_0():
     """1 % of 2 °/s for 10 s: 0.2°, beside the 0.5° of the angle at t = 0."""
     tilt = stated_tilt(2.0, 5.0, 0.5, 10.0)
     assert 57.29578 * tilt.level_sd == pytest.approx((0.5**2 + 0.2**2) ** 0.5, rel=1e-4)
+
+
+LEARNT = pd.read_csv(TABLES / "learnt_priors.csv").set_index("prior")
+LEAST = {"friction-scatter", "friction-within-run", "bounce-scatter"}
+
+
+@pytest.mark.parametrize("name", LEARNT.index)
+def test_what_public_recordings_tell_agrees(name):
+    """`benchmarks/learn_priors.py` made the table. Of the scatter of a lot the prior is
+    the least that there is, since each bench tells its own."""
+    prior, learnt = PRIORS[name], LEARNT.loc[name]
+    believed = prior.stated if prior.unstated is None else prior.unstated
+    assert believed == learnt.believed
+    assert believed < learnt.high95 and (name in LEAST or believed > learnt.low95)
