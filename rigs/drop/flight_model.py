@@ -13,6 +13,7 @@ import numpy as np
 from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
+from benchtwin.infer.rivals import INSIDE_SDS
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View
 from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
@@ -24,6 +25,7 @@ from benchtwin.rigs.drop.trajectories import (
     speed_basis,
     speeds_at_nodes,
 )
+from scipy.stats import t as student
 
 IN_FLIGHT = {
     n: e
@@ -474,12 +476,15 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
     """Rows for motion along the line of sight: v_y² of usual size, y continuous at
     contacts."""
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
+    begins = len(np.unique(s.recording))
+    counts = np.where(flights == flights[0], begins, len(s.recording) - begins)
+    wider = student.ppf(0.975, np.maximum(counts, 1)) / INSIDE_SDS
     for f in flights:
         sd = ASIDE_SD * model.aside_square[f]
         yield ((f, 4),), 1 / sd, (model.aside_square[f] - starts[f, 4]) / sd
     joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
-    for f in flights:
-        sd = math.sqrt(model.aside_square[f])
+    for f, times in zip(flights, wider, strict=True):  # told by so many flights
+        sd = times * math.sqrt(model.aside_square[f])
         yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
         j = joints.get(int(f))
         if j is None:

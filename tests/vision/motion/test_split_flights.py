@@ -165,9 +165,9 @@ def test_a_hand_that_moves_before_it_lets_go_costs_no_bounce(amount):
 
 @pytest.mark.parametrize("fps", [25, 60])
 def test_a_seed_that_lies_for_long_after_few_frames_of_bounces_is_measured(fps):
-    """30 drops of 100 to 500 mm, of which a second of lying still is filmed: each is
+    """12 drops of 100 to 500 mm, of which a second of lying still is filmed: each is
     measured, a good one to 3 sd or .004."""
-    for seed in range(30):
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         e, height = float(rng.uniform(0.3, 0.85)), float(rng.uniform(100, 500))
         rest = float(rng.uniform(0, 0.5))
