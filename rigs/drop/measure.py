@@ -15,7 +15,7 @@ effect of `effects/`, were true."""
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
@@ -421,7 +421,9 @@ def _fitted(told: Evidence) -> Fit:
 
 def _again(of: Fitted, session: Session) -> Fit:
     """The same rows with the same noise in another session."""
-    noise, before = of.fit.problem.reduce.args[1], of.model.session
+    reduce, before = of.fit.problem.reduce, of.model.session
+    assert isinstance(reduce, partial)
+    noise = reduce.args[1]
     times = np.ptp(session.places[:, 1]) / np.ptp(before.places[:, 1])
     made = problem_of(build(session), replace(noise, sigma=times * noise.sigma))
     near = times == 1.0
@@ -726,11 +728,11 @@ def _said(told: Evidence) -> list[str]:
     """What the numbers are based on."""
     track, flights, notes = told.track, told.flights, []
     if not track.physical:
-        missing = (["scale"] if track.unit == "px" else []) + (
+        unknown = (["scale"] if track.unit == "px" else []) + (
             [] if track.timed else ["frame rate"]
         )
         notes.append(
-            f"{' and '.join(missing)} unknown: lengths in {track.unit}, times in"
+            f"{' and '.join(unknown)} unknown: lengths in {track.unit}, times in"
             f" {track.time_unit}; ratios do not need them"
         )
     air = told.session.air[0]
