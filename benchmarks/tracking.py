@@ -239,7 +239,7 @@ def bounces(known: Recording, fall_m: float, e: float, rng: np.random.Generator)
     def ground(t, state):
         return state[2] if state[5] < 0 else 1.0
 
-    ground.terminal = True
+    ground.terminal = True  # type: ignore[attr-defined]
     state = np.array([0.0, 0.0, fall_m, 0.02 * rng.normal(), 0.02 * rng.normal(), 0.0])
     pieces, times, table = [], [0.0], []
     for _ in range(4):

@@ -129,6 +129,7 @@ def test_snr_is_the_spread_of_the_best_estimate():
     )  # 400 fits know a spread to 3.5 %
 
 
+@pytest.mark.slow
 def test_a_clock_error_is_no_more_visible_than_its_twin_of_scale_lets_it_be():
     """Without a stated height only the fall's curvature tells a clock, and twice its
     error is an error of scale."""

@@ -136,6 +136,7 @@ def test_benches_are_read_by_the_measuring_code(rig, tmp_path):
     assert all(isinstance(r, Recording) and r.rig == rig for r in found), found
 
 
+@pytest.mark.slow
 def test_the_tracker_finds_the_drawn_seed(tmp_path):
     scene = RIGS["drop"].draw(Request(rendered=True), np.random.default_rng(12))
     bench = RIGS["drop"].bench(replace(scene, runs=scene.runs[:1]), {})
