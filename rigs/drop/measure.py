@@ -558,6 +558,8 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
         ratios = ("restitution_normal", *(() if stated else ("restitution",)))
+        if told.late is not None and not told.readout_sd:  # its readout may be wrong
+            ratios = ()
         known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}
     e = known["restitution_normal"].value
     return tuple(_doubtful(q, found, e) for q in known.values())
@@ -650,6 +652,8 @@ def _bounce_table(found: Fitted) -> pd.DataFrame:
         rows.append(row)
     order = ["recording", "drop", "bounce", f"t_{time}", f"t_sd_{time}"]
     table = pd.DataFrame(rows)
+    if not np.ptp(track.x):  # places across were not measured
+        table.loc[:, [c for c in table if c.startswith("lateral")]] = np.nan
     kinds = ("speed", "lateral", "spin", "contact", "height", "restitution", "quality")
     order += [c for kind in kinds for c in table if c.startswith(kind)]
     return table[order]

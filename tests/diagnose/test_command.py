@@ -235,9 +235,7 @@ def test_a_drop_without_a_usable_flight_is_left_out(airless, tmp_path):
     rows = pd.read_csv(bench / "drop-1" / "track.csv")
     (bench / "drop-0").mkdir()
     shutil.copy(bench / "drop-1" / "recording.toml", bench / "drop-0")
-    rows.iloc[::32].to_csv(
-        bench / "drop-0" / "track.csv", index=False
-    )  # too slow a film: 8 rows a flight, contacts included
+    rows.iloc[:3].to_csv(bench / "drop-0" / "track.csv", index=False)  # no flight
     result = diagnose(bench, tmp_path / "out", "--quick", "--quiet")
     assert (result.exit_code, result.output) == (0, "")
     drop = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["rigs"]["drop"]

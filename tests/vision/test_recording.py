@@ -44,7 +44,8 @@ def test_scale_and_plumb_without_a_stated_sd_are_not_trusted():
         update={"mm_per_px": 0.25}
     )
     assert camera.scale_sd == 0.01
-    assert camera.plumb_sd == 0.5
+    assert camera.plumb_sd == 1.0
+    assert camera.model_copy(update={"plumb_deg": 0.0}).plumb_sd == 0.5
     assert camera.model_copy(update={"mm_per_px_sd": 0.0005}).scale_sd == pytest.approx(
         0.002
     )
