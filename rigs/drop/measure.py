@@ -148,7 +148,7 @@ class Evidence:
     @cached_property
     def session(self) -> Session:
         """Its rows; no height is stated."""
-        made = assemble((self.seen,), UNKNOWN_DISTANCE_M)
+        made = assemble((self.seen,), UNKNOWN_DISTANCE_M, as_found=True)
         made = replace(made, release=np.array([np.nan]))
         if self.axis is None:
             return made

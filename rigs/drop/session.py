@@ -73,9 +73,16 @@ class Session:
         return self.spin_seen and bool(np.any(self.spin))
 
 
-def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Session:
-    """A session from tracks; unstated_m: distance of a camera whose own is not
-    stated."""
+def assemble(
+    tracks,
+    unstated_m: float = np.inf,
+    block_s: float = BLOCK_S,
+    *,
+    as_found: bool = False,
+) -> Session:
+    """A session from tracks; unstated_m: distance of a camera whose own is not stated;
+    as_found: flights that look touched again in mid-flight are kept, too: one recording
+    alone does not tell how rough they usually are."""
     tracks = [t for t in tracks if not t.trouble]
     parts, notes, joints, fallen = [], [], [], []
     count = 0
@@ -95,7 +102,7 @@ def assemble(tracks, unstated_m: float = np.inf, block_s: float = BLOCK_S) -> Se
         kept = [
             (k, free)
             for k, part in found
-            if (free := _free_part(part, usual)) is not None
+            if (free := part if as_found else _free_part(part, usual)) is not None
         ]
         if len(kept) < len(found):
             notes.append(
