@@ -28,9 +28,6 @@ from benchtwin.vision.motion.split_flights import free_flights, splits
 # with fewer rows none are left out about a contact, and outliers are not detected
 FEW_ROWS = 16
 # frames left out on either side of a contact; fewer only where a flight has hardly any
-# of the reach: by how much air, a lens or a rolling shutter bend a parabola, so that a
-# flight which they bend is not given up for the others' sake
-BENT = 3e-3
 GUARDS = (2.0, 1.0, 0.5)
 # of the time between two rows, by which noise may move the impact out of that interval
 SLACK = 0.05
@@ -201,7 +198,7 @@ def _explained(residual: np.ndarray, unknowns: int, reach: float) -> float:
     if freedom < 1:
         return 0.0
     sd = robust_sd(residual) * math.sqrt(len(residual) / freedom)
-    sd = max(sd, BENT * reach)
+    sd = max(sd, 1e-6 * reach)
     density = np.exp(-0.5 * (residual / sd) ** 2) / (math.sqrt(2 * math.pi) * sd)
     told = float(np.log1p(reach * density).sum())
     return told - unknowns * math.log1p(reach / sd)
