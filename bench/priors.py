@@ -1,6 +1,7 @@
 """What is believed of whatever a recording does not state: one table, which measuring
 and diagnosing both read."""
 
+import math
 from dataclasses import dataclass
 
 
@@ -170,6 +171,14 @@ PRIORS = {
     "ruler-zero": Prior("mm", 0.2, None, "of a ruler, the same in all readings"),
     "step-climb": Prior("of ln t", 1.0, None, "ratchets climb a step in 0.03 to 0.2 s"),
 }
+
+
+# of a camera whose distance is not stated: any between these, log-uniform
+NEAREST_M, FARTHEST_M = 0.3, 20.0
+# its inverse is the root mean square of inverse distances, with which perspective goes
+UNKNOWN_DISTANCE_M = math.sqrt(
+    2 * math.log(FARTHEST_M / NEAREST_M) / (NEAREST_M**-2 - FARTHEST_M**-2)
+)
 
 
 def unstated_sd(name: str) -> float:

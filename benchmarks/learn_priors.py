@@ -6,9 +6,10 @@
         CLONES/LabI-Dynamics-Thermodynamics
     python benchmarks/learn_priors.py CLONES        → tables/learnt_priors.csv
 
-Each set, or each thing set up anew within one, is a draw with an error of its own;
-the sd between the draws about 0 is estimated by restricted likelihood over a prior that
-is even in its logarithm. Nothing of the recordings is kept."""
+What one set of recordings has in common (one table, one ruler) is one draw with an
+error of its own; slides and bounces are a draw each. The sd between the draws about 0
+is estimated by restricted likelihood over a prior that is even in its logarithm.
+Nothing of the recordings is kept."""
 
 import argparse
 import pickle
@@ -154,8 +155,9 @@ def robust_line(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def of_gates(clones: Path) -> Iterator[Draw]:
-    """The table's slope, from both directions; rolling friction from run to run."""
+    """The table's slope, from both directions of two balls."""
     folder = clones / "AppStat2022" / "Project" / "data" / "Project" / "incline_data"
+    slopes = []
     for name, diameter in BALLS_M.items():
         found = defaultdict(list)
         for file in sorted(folder.glob("*.csv")):
@@ -164,15 +166,10 @@ def of_gates(clones: Path) -> Iterator[Draw]:
                 found[told[1].upper()].append(a)
         arm = (diameter / 2) ** 2 - (RAILS_M / 2) ** 2
         inertia = 1 + 0.4 * (diameter / 2) ** 2 / arm
-        one, other = (np.array(found[way]) for way in ("LR", "RL"))
-        slope = (one.mean() - other.mean()) / 2 * inertia / G
-        sd = np.hypot(one.std() / len(one) ** 0.5, other.std() / len(other) ** 0.5) / 2
-        yield Draw(
-            "level-plate",
-            f"AppStat2022, {name} ball",
-            np.degrees(slope),
-            np.degrees(sd * inertia / G),
-        )
+        apart = np.mean(found["LR"]) - np.mean(found["RL"])
+        slopes.append(np.degrees(apart / 2 * inertia / G))
+    sd = np.ptp(slopes) / 2
+    yield Draw("level-plate", "AppStat2022", float(np.mean(slopes)), float(sd))
 
 
 def acceleration(file: Path) -> float | None:
@@ -190,7 +187,7 @@ def acceleration(file: Path) -> float | None:
 
 
 def of_sounds(clones: Path) -> Iterator[Draw]:
-    """How far each stated height is off by the bounces behind the first, and by how
+    """How far stated heights are off by the bounces behind the first, and by how
     much restitution scatters from bounce to bounce."""
     folder = clones / "LabI-Dynamics-Thermodynamics" / "Coefficient_of_restitution"
     heights, scatter = defaultdict(list), list[float]()
@@ -207,10 +204,9 @@ def of_sounds(clones: Path) -> Iterator[Draw]:
             off = 1e3 * fall_of(before) - 10 * int(told[1])
             heights[told[1]].append(off)
             scatter.extend(kept - np.median(kept))
-    for height, offs in heights.items():
-        sd = max(np.std(offs, ddof=1) / len(offs) ** 0.5, 1.0)
-        where = f"LabI, stated {height} cm"
-        yield Draw("release-height", where, float(np.mean(offs)), sd)
+    each = [np.mean(offs) for offs in heights.values()]
+    sd = float(np.std(each, ddof=1) / len(each) ** 0.5)
+    yield Draw("release-height", "LabI", float(np.mean(each)), sd)
     for k, off in enumerate(scatter):
         yield Draw("bounce-scatter", f"LabI {k}", off, 0.001)
 

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.bench.air import drag_at
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
 from benchtwin.infer.evidence import student_ln_likelihood
 from benchtwin.infer.linear import ridge, stacked
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
@@ -71,10 +71,6 @@ QUANTITIES = (
     ("restitution_normal", "1"),
 )
 UNKNOWN_FALL_M = 0.6  # of a fall in unknown units: rms of heights up to 1 m
-NEAREST_M, FARTHEST_M = 0.3, 20.0  # of a camera at unknown distance; log-uniform
-UNKNOWN_DISTANCE_M = math.sqrt(
-    2 * math.log(FARTHEST_M / NEAREST_M) / (NEAREST_M**-2 - FARTHEST_M**-2)
-)  # its inverse is the root mean square of inverse distances
 WHITE = Noise(0.0, 0.0, 1.0)
 CONTRADICTION_SDS = 3.0  # of what is stated
 LEAST_FRAMES = 5  # of a flight whose speed is good

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, stated_sd, unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S
@@ -28,8 +28,6 @@ REST_SHARE = 0.25  # of the duration: rest used at either end
 SPIKE_SD = 8.0
 NEIGHBOURS = 9
 USUAL_RADIUS_M = 3.5e-3
-# of a camera of which none is stated: (mean of 1/D²)^−½ of 0.3 to 20 m, log-uniform
-ANY_DISTANCE_M = 0.87
 OF_DRAG = (
     "length_mm",
     "width_mm",
@@ -202,7 +200,7 @@ def stated_slope_deg(told: dict) -> float:
 def _distance_m(description: dict) -> float:
     """Of the camera."""
     stated = description["camera"].get("distance_mm")
-    return stated / 1000 if stated else ANY_DISTANCE_M
+    return stated / 1000 if stated else UNKNOWN_DISTANCE_M
 
 
 def _stopped(time: np.ndarray, x: np.ndarray) -> int:

@@ -231,13 +231,15 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
 
 def with_scatter(prepared: Prepared, problem: Problem) -> Prepared:
     """The session with the scatter of friction along each slide, as all of them show
-    it. What an effect that bends explains is no scatter: the least beside any of these
-    counts."""
+    it. An effect that is not linear where it vanishes would pass for scatter, so each
+    such effect is fitted in full, and the least scatter beside any of them counts."""
     base, usual = fit(problem), unstated_sd("friction-within-run")
     sizes = [_scatter_beside(prepared, base, usual)]
     if sizes[0] > usual:
-        bent = [n for n, e in problem.effects.items() if e.nonlinear and not e.group]
-        fits = (fit(problem, free=(n,), start=base) for n in bent)
+        nonlinear = [
+            n for n, e in problem.effects.items() if e.nonlinear and not e.group
+        ]
+        fits = (fit(problem, free=(n,), start=base) for n in nonlinear)
         sizes += [_scatter_beside(prepared, one, usual) for one in fits]
     return replace(prepared, within=min(sizes))
 
