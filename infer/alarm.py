@@ -46,14 +46,14 @@ def left_over_p(
     rng: np.random.Generator,
     *,
     sector: str | None = None,
-    fits: dict[str, float] | None = None,
+    fits: dict[str, np.ndarray] | None = None,
     more: Iterable[float] = (),
 ) -> float:
     """How often noise alone leaves as much beside an explanation, in one sector or all.
 
-    fits: by how much effects lower χ² when they are fitted in full; more: p values of
-    tests of their own."""
-    table, fits, own = e.table, fits or {}, list(more)
+    fits: by how much (S,) effects lower χ² when they are fitted in full; more: p values
+    of tests of their own."""
+    table, fits, more = e.table, fits or {}, list(more)
     asked = {
         n: c
         for n, c in table.components.items()
@@ -62,12 +62,12 @@ def left_over_p(
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
     doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
     bent = [n for n in fits if n in asked and e.fit.problem.effects[n].nonlinear]
-    own += [chance(fits[n], len(asked[n].sd), doubt) for n in bent]
     draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
     for weight, s in _scatter_weights(e):
+        own = [chance(fits[n][s], len(asked[n].sd), doubt) for n in bent] + more
         falls, ranks, drawn = _falls(table, s, e.names, list(asked), rng, draws)
         seen = np.maximum(
-            falls, [0.0 if n in bent else fits.get(n, 0.0) for n in asked]
+            falls, [fits[n][s] if n in fits and n not in bent else 0.0 for n in asked]
         )
         least = min([1.0, *(chance(*one, doubt) for one in zip(seen, ranks) if one[1])])
         least = min([least, *own])
@@ -129,10 +129,13 @@ def _falls(
     return falls, ranks, drawn
 
 
-def _falls_of_fits(posterior: Posterior, base: Explanation) -> dict[str, float]:
-    """By how much single effects lower χ² when they are fitted in full."""
+def _falls_of_fits(posterior: Posterior, base: Explanation) -> dict[str, np.ndarray]:
+    """By how much (S,) single effects lower χ² when they are fitted in full, for each
+    size of scatter."""
     return {
-        e.names[0]: max(base.fit.chi2 - e.fit.chi2, 0.0) / base.power
+        e.names[0]: np.maximum(
+            2 * (e.table.by_scatter(e.names)[1] - base.table.by_scatter(())[1]), 0.0
+        )
         for e in posterior.explanations
         if e.alternative == base.alternative
         and len(e.names) == 1
