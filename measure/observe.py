@@ -44,7 +44,11 @@ def observe(
         quantities=tuple(
             q.doubt(exact_by_mistake(q.value, q.sd)) for q in observation.quantities
         ),
-        notes=(*observation.notes, *seed_questions(recording.seed)),
+        notes=(
+            *observation.notes,
+            *seed_questions(recording.seed),
+            *recording.sds_beyond_belief(),
+        ),
     )
 
 
