@@ -9,7 +9,8 @@ missing, however many components there are and however alike. Sources: Rao (1948
 Proc. Cambridge Philos. Soc. 44, 50; Westfall & Young (1993), Resampling-Based Multiple
 Testing."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.infer.evidence import EvidenceTable
@@ -26,6 +27,15 @@ DRAWS = 20_000
 DRAWS_BESIDE = 1_000  # beside an explanation that holds something
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """An effect fitted in full: falls (S,) of χ² and ln weight (S,) for each size of
+    scatter."""
+
+    falls: np.ndarray
+    ln_weight: np.ndarray
+
+
 def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
     """p of nothing missing, averaged over the baselines by their weight."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
@@ -35,7 +45,7 @@ def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
         if a.effects
     ]
     ps = [
-        left_over_p(base, rng, fits=_falls_of_fits(posterior, base), more=named)
+        left_over_p(base, rng, fits=_fitted(posterior, base), more=named)
         for base in posterior.bases
     ]
     return float(weight / weight.sum() @ ps)
@@ -46,14 +56,15 @@ def left_over_p(
     rng: np.random.Generator,
     *,
     sector: str | None = None,
-    fits: dict[str, np.ndarray] | None = None,
+    fits: Mapping[str, Fitted] | None = None,
     more: Iterable[float] = (),
 ) -> float:
     """How often noise alone leaves as much beside an explanation, in one sector or all.
 
-    fits: by how much (S,) effects lower χ² when they are fitted in full; more: p values
-    of tests of their own."""
-    table, fits, more = e.table, fits or {}, list(more)
+    A component's p is averaged over the sizes of scatter by their weight with that
+    component free, as Student's t takes its variance from what a slope leaves. fits:
+    effects fitted in full; more: p values of tests of their own."""
+    table, fits, own = e.table, fits or {}, list(more)
     asked = {
         n: c
         for n, c in table.components.items()
@@ -61,21 +72,32 @@ def left_over_p(
     }
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
     doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
-    bent = [n for n in fits if n in asked and e.fit.problem.effects[n].nonlinear]
+    scores = [_scores(table, s, e.names, list(asked)) for s in range(len(table.odds))]
+    least = 1.0
+    for k, n in enumerate(asked):
+        weights = _weights(table.by_scatter((*e.names, n))[0])
+        tested = [(w, scores[s].falls[k], scores[s].ranks[k]) for w, s in weights]
+        if all(rank for *_, rank in tested):
+            p = sum(w * chance(fall, rank, doubt) for w, fall, rank in tested)
+            least = min(least, p)
+    for n in fits.keys() & asked.keys():
+        fit, freedom = fits[n], len(asked[n].sd)
+        weights = _weights(fit.ln_weight)
+        p = sum(w * chance(fit.falls[s], freedom, doubt) for w, s in weights)
+        if e.fit.problem.effects[n].nonlinear:
+            own.append(p)  # its score does not tell how far a fit in full may fall
+        else:
+            least = min(least, p)
+    least = min([least, *own])
     draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
-    for weight, s in _scatter_weights(e):
-        own = [chance(fits[n][s], len(asked[n].sd), doubt) for n in bent] + more
-        falls, ranks, drawn = _falls(table, s, e.names, list(asked), rng, draws)
-        seen = np.maximum(
-            falls, [fits[n][s] if n in fits and n not in bent else 0.0 for n in asked]
+    for weight, s in _weights(table.by_scatter(e.names)[0]):
+        at_least = _least_p(
+            _drawn(scores[s], table, rng, draws), scores[s].ranks, doubt
         )
-        least = min([1.0, *(chance(*one, doubt) for one in zip(seen, ranks) if one[1])])
-        least = min([least, *own])
-        at_least = _least_p(drawn, ranks, doubt)
-        scores = float((1 + (at_least <= least).sum()) / (1 + draws))
-        scores = min(scores, max(len(asked), 1) * least)  # beyond the draws: a bound
+        chosen = float((1 + (at_least <= least).sum()) / (1 + draws))
+        chosen = min(chosen, max(len(asked), 1) * least)  # beyond the draws: a bound
         with np.errstate(divide="ignore"):
-            none = np.log1p([-min(scores, 1.0), *len(own) * [-least]]).sum()
+            none = np.log1p([-min(chosen, 1.0), *len(own) * [-least]]).sum()
         total -= weight * float(np.expm1(none))
     return float(min(total, 1.0))
 
@@ -91,16 +113,20 @@ def _least_p(drawn: np.ndarray, ranks: np.ndarray, doubt: np.ndarray) -> np.ndar
     return out
 
 
-def _falls(
-    table: EvidenceTable,
-    s: int,
-    names: tuple[str, ...],
-    asked: list[str],
-    rng: np.random.Generator,
-    draws: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The fall of χ² (C,) by each component beside `names`, its rank, and draws of the
-    falls (D, C) that noise makes."""
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """falls (C,): of χ² by each component; their ranks (C,); root (R, R): of the
+    covariance of all their scores."""
+
+    falls: np.ndarray
+    ranks: np.ndarray
+    root: np.ndarray
+
+
+def _scores(
+    table: EvidenceTable, s: int, names: tuple[str, ...], asked: list[str]
+) -> Scores:
+    """Of components beside `names`, for one size of scatter."""
     information, right = table.information[s], table.right[s]
     held = np.concatenate([np.zeros(0, int), *(table.index[n] for n in names)])
     solved = np.linalg.solve(
@@ -120,22 +146,31 @@ def _falls(
         columns.append(one)
     mixed = np.hstack([np.zeros((len(score), 0)), *columns])
     values, vectors = np.linalg.eigh(mixed.T @ beside @ mixed)
-    root = vectors * np.sqrt(np.maximum(values, 0))
+    return Scores(falls, ranks, vectors * np.sqrt(np.maximum(values, 0)))
+
+
+def _drawn(
+    of: Scores, table: EvidenceTable, rng: np.random.Generator, draws: int
+) -> np.ndarray:
+    """Falls (D, C) of χ² that noise makes."""
     level = np.exp(table.level_sd * rng.standard_normal(draws))
-    squares = (rng.standard_normal((draws, len(values))) @ root.T) ** 2
-    drawn = np.zeros((draws, len(asked)))
-    for k, end in enumerate(np.cumsum(ranks)):
-        drawn[:, k] = squares[:, end - ranks[k] : end].sum(axis=1) * level
-    return falls, ranks, drawn
+    squares = (rng.standard_normal((draws, len(of.root))) @ of.root.T) ** 2
+    out = np.zeros((draws, len(of.ranks)))
+    for k, end in enumerate(np.cumsum(of.ranks)):
+        out[:, k] = squares[:, end - of.ranks[k] : end].sum(axis=1) * level
+    return out
 
 
-def _falls_of_fits(posterior: Posterior, base: Explanation) -> dict[str, np.ndarray]:
-    """By how much (S,) single effects lower χ² when they are fitted in full, for each
-    size of scatter."""
+def _fitted(posterior: Posterior, base: Explanation) -> dict[str, Fitted]:
+    """The single effects that were fitted in full."""
+    nothing = base.table.by_scatter(())[1]
+
+    def of(e: Explanation) -> Fitted:
+        ln_weight, misfit = e.table.by_scatter(e.names)
+        return Fitted(np.maximum(2 * (misfit - nothing), 0.0), ln_weight)
+
     return {
-        e.names[0]: np.maximum(
-            2 * (e.table.by_scatter(e.names)[1] - base.table.by_scatter(())[1]), 0.0
-        )
+        e.names[0]: of(e)
         for e in posterior.explanations
         if e.alternative == base.alternative
         and len(e.names) == 1
@@ -158,10 +193,8 @@ def _p_named(posterior: Posterior, number: int) -> float:
     return 1.0
 
 
-def _scatter_weights(e: Explanation) -> list[tuple[float, int]]:
-    """Weight of each size of scatter with the explanation, without the unlikely
-    ones."""
-    ln_weight = e.table.by_scatter(e.names)[0]
+def _weights(ln_weight: np.ndarray) -> list[tuple[float, int]]:
+    """Weight of each size of scatter, without the unlikely ones."""
     weight = np.exp(ln_weight - ln_weight.max())
     weight = np.where(weight > UNLIKELY * weight.sum(), weight, 0.0)
     return [(float(w / weight.sum()), s) for s, w in enumerate(weight) if w]
