@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.infer.evidence import EvidenceTable
+from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
@@ -61,39 +61,38 @@ def left_over_p(
 ) -> float:
     """How often noise alone leaves as much beside an explanation, in one sector or all.
 
-    A component's p is averaged over the sizes of scatter by their weight with that
-    component free, as Student's t takes its variance from what a slope leaves. fits:
-    effects fitted in full; more: p values of tests of their own."""
+    A component's p, one-sided where it has one sign only, is averaged over the sizes of
+    scatter by their weight with that component free, as Student's t takes its variance
+    from what a slope leaves. fits: effects fitted in full; more: p values of tests of
+    their own."""
     table, fits, own = e.table, fits or {}, list(more)
-    asked = {
+    beside = {
         n: c
         for n, c in table.components.items()
         if n not in e.names and len(c.sd) and sector in (None, c.sector)
     }
+    # of these the score at 0 does not tell what a fit in full finds
+    bent = [n for n in fits if n in beside and e.fit.problem.effects[n].nonlinear]
+    asked = {n: c for n, c in beside.items() if n not in bent}
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
     doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
-    scores = [_scores(table, s, e.names, list(asked)) for s in range(len(table.odds))]
+    scores = [_scores(table, s, e.names, asked) for s in range(len(table.odds))]
     least = 1.0
     for k, n in enumerate(asked):
         weights = _weights(table.by_scatter((*e.names, n))[0])
-        tested = [(w, scores[s].falls[k], scores[s].ranks[k]) for w, s in weights]
-        if all(rank for *_, rank in tested):
-            p = sum(w * chance(fall, rank, doubt) for w, fall, rank in tested)
-            least = min(least, p)
-    for n in fits.keys() & asked.keys():
-        fit, freedom = fits[n], len(asked[n].sd)
+        least = min(least, sum(w * scores[s].p(k, doubt) for w, s in weights))
+    for n in fits.keys() & beside.keys():
+        fit, freedom = fits[n], len(beside[n].sd)
         weights = _weights(fit.ln_weight)
         p = sum(w * chance(fit.falls[s], freedom, doubt) for w, s in weights)
-        if e.fit.problem.effects[n].nonlinear:
-            own.append(p)  # its score does not tell how far a fit in full may fall
+        if n in bent:
+            own.append(p)
         else:
             least = min(least, p)
     least = min([least, *own])
     draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
     for weight, s in _weights(table.by_scatter(e.names)[0]):
-        at_least = _least_p(
-            _drawn(scores[s], table, rng, draws), scores[s].ranks, doubt
-        )
+        at_least = _least_p(scores[s], table.level_sd, doubt, rng, draws)
         chosen = float((1 + (at_least <= least).sum()) / (1 + draws))
         chosen = min(chosen, max(len(asked), 1) * least)  # beyond the draws: a bound
         with np.errstate(divide="ignore"):
@@ -102,29 +101,28 @@ def left_over_p(
     return float(min(total, 1.0))
 
 
-def _least_p(drawn: np.ndarray, ranks: np.ndarray, doubt: np.ndarray) -> np.ndarray:
-    """The least p (D,) of falls (D, C) with these ranks."""
-    out = np.ones(len(drawn))
-    for rank in set(ranks[ranks > 0]):
-        greatest = drawn[:, ranks == rank].max(axis=1)
-        grid = np.linspace(0, greatest.max(), 400)
-        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
-        out = np.minimum(out, np.interp(greatest, grid, p))
-    return out
-
-
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """falls (C,): of χ² by each component; their ranks (C,); root (R, R): of the
-    covariance of all their scores."""
+    """Of C components. falls (C,): of χ² by each, 0 where an effect that has one sign
+    only would need the other; ranks (C,), 0 of what is not seen; signs (C,): ±1 of
+    effects with one sign, else 0; root (R, R): of the covariance of all their scores.
+    """
 
     falls: np.ndarray
     ranks: np.ndarray
+    signs: np.ndarray
     root: np.ndarray
+
+    def p(self, k: int, doubt: np.ndarray) -> float:
+        """How often noise alone lowers χ² as much by component k."""
+        if not self.ranks[k] or (self.signs[k] and not self.falls[k]):
+            return 1.0
+        p = chance(self.falls[k], self.ranks[k], doubt)
+        return p / 2 if self.signs[k] else p
 
 
 def _scores(
-    table: EvidenceTable, s: int, names: tuple[str, ...], asked: list[str]
+    table: EvidenceTable, s: int, names: tuple[str, ...], asked: dict[str, Component]
 ) -> Scores:
     """Of components beside `names`, for one size of scatter."""
     information, right = table.information[s], table.right[s]
@@ -137,27 +135,49 @@ def _scores(
     beside = information - across @ solved[:, :-1]
     score = right - across @ solved[:, -1]
     falls, ranks, columns = np.zeros(len(asked)), np.zeros(len(asked), int), []
-    for k, at in enumerate(table.index[n] for n in asked):
+    signs = np.zeros(len(asked))
+    for k, (name, component) in enumerate(asked.items()):
+        at = table.index[name]
         values, vectors = np.linalg.eigh(beside[np.ix_(at, at)])
         kept = values > HIDDEN_POWER * max(np.diag(information)[at].max(), 1e-300)
         one = np.zeros((len(score), int(kept.sum())))
         one[at] = vectors[:, kept] / np.sqrt(values[kept])
-        falls[k], ranks[k] = float(((one.T @ score) ** 2).sum()), one.shape[1]
+        if len(at) == 1:
+            one = np.abs(one)
+            signs[k] = float(component.low >= 0) - float(component.high <= 0)
+        seen = one.T @ score
+        falls[k] = float((seen[signs[k] * seen >= 0] ** 2).sum())
+        ranks[k] = one.shape[1]
         columns.append(one)
     mixed = np.hstack([np.zeros((len(score), 0)), *columns])
     values, vectors = np.linalg.eigh(mixed.T @ beside @ mixed)
-    return Scores(falls, ranks, vectors * np.sqrt(np.maximum(values, 0)))
+    return Scores(falls, ranks, signs, vectors * np.sqrt(np.maximum(values, 0)))
 
 
-def _drawn(
-    of: Scores, table: EvidenceTable, rng: np.random.Generator, draws: int
+def _least_p(
+    of: Scores,
+    level_sd: float,
+    doubt: np.ndarray,
+    rng: np.random.Generator,
+    draws: int,
 ) -> np.ndarray:
-    """Falls (D, C) of χ² that noise makes."""
-    level = np.exp(table.level_sd * rng.standard_normal(draws))
-    squares = (rng.standard_normal((draws, len(of.root))) @ of.root.T) ** 2
-    out = np.zeros((draws, len(of.ranks)))
-    for k, end in enumerate(np.cumsum(of.ranks)):
-        out[:, k] = squares[:, end - of.ranks[k] : end].sum(axis=1) * level
+    """The least p (D,) of draws in which there is only noise."""
+    level = np.exp(level_sd * rng.standard_normal(draws))
+    drawn = rng.standard_normal((draws, len(of.root))) @ of.root.T
+    greatest: dict[tuple[int, bool], np.ndarray] = {}
+    for rank, sign, end in zip(of.ranks, of.signs, np.cumsum(of.ranks), strict=True):
+        own = drawn[:, end - rank : end]
+        fall = (np.where(sign * own >= 0, own, 0.0) ** 2).sum(axis=1) * level
+        alike = int(rank), bool(sign)
+        greatest[alike] = np.maximum(greatest.get(alike, 0.0), fall)
+    out = np.ones(draws)
+    for (rank, one_sided), fall in greatest.items():
+        if not rank:
+            continue
+        grid = np.linspace(0, fall.max(), 400)
+        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
+        p = np.where(grid > 0, p / 2, 1.0) if one_sided else p
+        out = np.minimum(out, np.interp(fall, grid, p))
     return out
 
 
