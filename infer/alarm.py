@@ -79,7 +79,7 @@ def left_over_p(
     scores = [_scores(table, s, e.names, asked) for s in range(len(table.odds))]
     least = 1.0
     for k, n in enumerate(asked):
-        weights = _weights(table.by_scatter((*e.names, n))[0])
+        weights = _weights(table.ln_weight((*e.names, n)))
         least = min(least, sum(w * scores[s].p(k, doubt) for w, s in weights))
     for n in fits.keys() & beside.keys():
         fit, freedom = fits[n], len(beside[n].sd)
@@ -91,7 +91,7 @@ def left_over_p(
             least = min(least, p)
     least = min([least, *own])
     draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
-    for weight, s in _weights(table.by_scatter(e.names)[0]):
+    for weight, s in _weights(table.ln_weight(e.names)):
         at_least = _least_p(scores[s], table.level_sd, doubt, rng, draws)
         chosen = float((1 + (at_least <= least).sum()) / (1 + draws))
         chosen = min(chosen, max(len(asked), 1) * least)  # beyond the draws: a bound
@@ -186,8 +186,8 @@ def _fitted(posterior: Posterior, base: Explanation) -> dict[str, Fitted]:
     nothing = base.table.by_scatter(())[1]
 
     def of(e: Explanation) -> Fitted:
-        ln_weight, misfit = e.table.by_scatter(e.names)
-        return Fitted(np.maximum(2 * (misfit - nothing), 0.0), ln_weight)
+        fall = 2 * (e.table.by_scatter(e.names)[1] - nothing)
+        return Fitted(np.maximum(fall, 0.0), e.table.ln_weight(e.names))
 
     return {
         e.names[0]: of(e)
