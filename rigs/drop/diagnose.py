@@ -34,6 +34,7 @@ from benchtwin.rigs.drop.joint_problem import (
     prepare_sessions,
     session_fits,
     with_impacts,
+    with_own_forces,
 )
 from benchtwin.rigs.drop.nuisances import DISTANCES_M, HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
@@ -91,8 +92,10 @@ def _distances(
     camera."""
     stated = all(t.description["camera"].get("distance_mm") for t in filmed)
     sessions, notes = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])
+    plain = fit_flights(sessions)
+    sessions = with_own_forces(sessions, plain)
     if stated:
-        return [(sessions, fit_flights(sessions), 1.0)], notes
+        return [(sessions, fit_flights(sessions, plain), 1.0)], notes
     found: list[tuple[tuple[PreparedSession, ...], Fit, float]] = []
     level: list[float] = []
     for away in DISTANCES_M[::-1]:  # from far to near, until one is too near
@@ -100,7 +103,7 @@ def _distances(
         found.append(
             (
                 moved,
-                fit_flights(moved, found[-1][1] if found else None),
+                fit_flights(moved, found[-1][1] if found else plain),
                 1 / len(DISTANCES_M),
             )
         )

@@ -19,6 +19,7 @@ from benchtwin.rigs.drop.effects.hooks import Motion, View
 from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
+    POINTS,
     accelerations,
     changes,
     shift_basis,
@@ -66,6 +67,7 @@ class Model:
     # (2 J): the J contacts seen from the flight before, then from the flight after
     contacts: Places
     begins: Places  # (F): each flight at its first row
+    own_force: tuple[float, float] = (0.0, 0.0)  # [m/s²] sd, across and up
 
 
 STARTS = 7  # numbers of a start
@@ -76,8 +78,9 @@ SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [
 NEAREST = 0.5  # greatest share of the way to the camera
 
 
-def build(session: Session) -> Model:
-    """A model with all globals that this session can say something about."""
+def build(session: Session, own_force: tuple[float, float] = (0.0, 0.0)) -> Model:
+    """A model with all globals that this session can say something about; own_force:
+    sd [m/s²] of what acts on each flight beside all that they have in common."""
     names = tuple(
         n
         for n, law in LAWS.items()
@@ -93,7 +96,7 @@ def build(session: Session) -> Model:
     begins = points_at(
         session, np.arange(len(session.middle)), session.middle - session.half
     )
-    return Model(session, names, *_aside(session), rows, contacts, begins)
+    return Model(session, names, *_aside(session), rows, contacts, begins, own_force)
 
 
 def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
@@ -424,6 +427,14 @@ def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
     )
 
 
+def own_pushes(model: Model) -> np.ndarray:
+    """(K, F, POINTS, 2): one sd of what acts on each flight of its own, as far as that
+    is known."""
+    each = np.diag(model.own_force)[np.array(model.own_force) > 0]
+    flights = len(model.session.middle)
+    return np.tile(each[:, None, None], (1, flights, POINTS, 1))
+
+
 def touching(model: Model, push: np.ndarray) -> np.ndarray:
     """(2 J,) [m]: displacement across of seeds at their contacts by an acceleration."""
     return np.einsum(
@@ -438,18 +449,18 @@ def side_rows(
     sds: np.ndarray,
     side_columns: np.ndarray,
     side,
-    spun: np.ndarray,
+    own: np.ndarray,
 ):
-    """Rows of contacts, falls: (recording, {flight: entries by start}, by globals,
-    right side)."""
+    """Rows of contacts, falls: (recording, {flight: entries by x, z, v_x, v_z and by
+    its own pushes}, by globals, right side); own (K, 2 J): see `touching`."""
     s = model.session
     count, rows = len(s.joint), []
     for j, (before, after) in enumerate(s.joint):
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]
         entries = {
-            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
+            before: np.array([-1, 0, -taus[0], 0, *-own[:, j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, *own[:, count + j]]) / sd,
         }
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
@@ -464,7 +475,7 @@ def side_rows(
         rows.append(
             (
                 r,
-                {flight: np.array([0, 0, 0, slope, 0])},
+                {flight: np.array([0, 0, 0, slope, *np.zeros(len(own))])},
                 side_columns[count + r],
                 -side[count + r],
             )

@@ -19,6 +19,8 @@ from benchtwin.rigs.drop.effects.hooks import (
 )
 from benchtwin.rigs.drop.impact_quantities import (
     KICK_FLOOR,
+    KICK_PER_ELONGATION,
+    KICK_ROUGH,
     NEARLY_ROUND,
     Friction,
     ImpactQuantities,
@@ -29,8 +31,13 @@ from benchtwin.rigs.drop.impact_quantities import (
 )
 from benchtwin.rigs.drop.impacts import Impacts
 from benchtwin.rigs.drop.nuisances import HEIGHT
-from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
+from benchtwin.rigs.drop.variance_components import (
+    LEAST_FREEDOM,
+    Scatter,
+    scatter_of,
+)
 from benchtwin.vision.motion.first_bounce import first_flat_sd
+from scipy import stats
 
 E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
@@ -79,8 +86,27 @@ class ImpactModel:
 
 
 def elongation_of(impacts: Impacts) -> float:
-    """Median over the recordings of the seeds' elongation (a − c)/(a + c)."""
-    return float(np.median(impacts.seeds.elongation))
+    """Median over the recordings of the seeds' elongation (a − c)/(a + c); where no
+    size is stated at most what the scatter of their impacts lets it be."""
+    known = float(np.median(impacts.seeds.elongation))
+    if np.isfinite(impacts.seeds.radius).any():
+        return known
+    seen = impact_quantities(impacts, known)
+    law = _e_designs(seen, impacts.number)[-1]
+    e = _most_scatter(seen.e, seen.e_usable, law)
+    sure = np.diag(seen.kick_error) < KICK_ROUGH**2  # across was seen
+    kick = _most_scatter(seen.kick, sure, law[:, :1])
+    shown = np.sqrt(e / (2 * E_FLOOR_LONG)), kick / KICK_PER_ELONGATION
+    return float(np.nanmin([known, *shown]))
+
+
+def _most_scatter(y: np.ndarray, rows: np.ndarray, law: np.ndarray) -> float:
+    """The greatest sd of rows about a law that they leave at 95 %, NaN for too few."""
+    freedom = int(rows.sum()) - law.shape[1]
+    if freedom < LEAST_FREEDOM:
+        return np.nan
+    left = y[rows] - law[rows] @ np.linalg.lstsq(law[rows], y[rows], rcond=None)[0]
+    return float(np.sqrt(left @ left / stats.chi2.ppf(0.05, freedom)))
 
 
 def model_of(

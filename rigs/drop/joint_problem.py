@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.infer.evidence import UnknownScatter
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import block_mean_noise
+from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.drop import impact_problem
 from benchtwin.rigs.drop.flight_model import LAWS, STARTS, build
@@ -28,9 +30,13 @@ from benchtwin.rigs.drop.impacts import (
 )
 from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
-from benchtwin.rigs.drop.session import assemble, block_of
+from benchtwin.rigs.drop.session import Session, assemble, block_of
 from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise
+from benchtwin.rigs.drop.trajectories import POINTS
 from scipy.linalg import block_diag
+
+WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
+TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +86,62 @@ def prepare_sessions(
 def at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
     """The same session with another distance where none is stated."""
     seen = assemble(prepared.tracks, away_m)
-    return replace(prepared, problem=problem_of(build(seen), prepared.noise))
+    own = prepared.problem.model.own_force
+    return replace(prepared, problem=problem_of(build(seen, own), prepared.noise))
+
+
+def with_own_forces(
+    sessions: tuple[PreparedSession, ...], flights: Fit
+) -> tuple[PreparedSession, ...]:
+    """The same sessions, each flight with a force of its own as far as these recordings
+    show that flights have one; flights: as fitted without.
+
+    Free beside it is what flights of one number have in common (the falls, the first
+    rebounds), and so are effects, each within WIDEST times its usual size."""
+    joint: JointModel = flights.problem.model
+    pushes = [_by_number(part.model.session) for part in joint.parts]
+    reduced = flights.problem.reduce(flights.starts, flights.values, (pushes, None))[0]
+    width, count = len(flights.values), len(pushes[0])
+    wide = flights.baseline_sd
+    for k, n in enumerate(flights.names):
+        if n in flights.problem.effects:
+            wide[k] += WIDEST * flights.problem.effects[n].prior_sd
+
+    def sd(way: int) -> float:
+        mine = width + np.arange(way, count, 2)
+        made = [
+            replace(r, a=np.hstack([r.a[:, :width] * wide, r.a[:, mine], r.a[:, mine]]))
+            for r in reduced
+        ]
+        known = np.eye(width, width + 2 * len(mine))
+        made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
+        common = width + len(mine)
+        usual = np.full(len(mine), unstated_sd("own-force"))
+        return float(np.max(own_scatter(tuple(made), common, usual)))
+
+    own = sd(0), sd(1)
+    if not any(own):
+        return sessions
+    return tuple(
+        replace(s, problem=problem_of(replace(s.problem.model, own_force=own), s.noise))
+        for s in sessions
+    )
+
+
+def _by_number(session: Session) -> np.ndarray:
+    """(2 TOLD, F, POINTS, 2) [m/s²]: a unit force across, one up, on each recording's
+    flights of one number, of those numbers that are longest."""
+    number = np.array(
+        [
+            int((session.recording[:f] == r).sum())
+            for f, r in enumerate(session.recording)
+        ]
+    )
+    told = np.argsort(-np.bincount(number, session.half**4, minlength=TOLD))[:TOLD]
+    on = (number == told[:, None]).astype(float)
+    return np.einsum("kf,wc,p->kwfpc", on, np.eye(2), np.ones(POINTS)).reshape(
+        2 * TOLD, len(number), POINTS, 2
+    )
 
 
 @dataclass(frozen=True, eq=False)
