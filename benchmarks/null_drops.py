@@ -11,9 +11,9 @@ are 1.8 % short and the cube's drag. What is left, by which each flight differs,
 the point that is tracked lies 6 mm beside the centre of mass of a turning body.
 
 Keys: none, rough (scale ± 1 %, plumb ± 0.5°) or exact (scale ± 0.2 %, the camera 20 m
-away); scale and plumb line are off as much as these allow. Flights: real; white (parabolas from the same starts and noise); scatter (and to
-each its own force); force (and one in common, SHARED_M_S2). OUT/…csv holds each bench's
-alarm, p and verdict; printed are their sums."""
+away); scale and plumb line are off by as much. Flights: real; white (parabolas from the
+same starts, and noise); scatter (and to each its own force); force (and one upwards
+that all have). OUT/…csv holds each bench's alarm, p and verdict; printed are sums."""
 
 import argparse
 import tempfile
@@ -30,7 +30,7 @@ from scipy import stats
 LEAST_ROWS, GAP_M = 12, 0.004
 NOISE_M = 2e-5  # of a row of these tracks
 OWN_M_S2 = 0.08  # of a flight's own force, each way
-SHARED_M_S2 = 0.25  # of a force that all flights have: SNR 7 to 10 beside their own
+SHARED_M_S2 = 0.25  # of one that all flights have: SNR 7 to 10 beside their own
 KEYS = {  # what is stated, and by how much (sd) scale and plumb line are then off
     "none": ("", 0.01, 1.0),
     "rough": ("mm_per_px = 1.0\nplumb_deg = 0.0\n", 0.01, 0.5),
@@ -114,7 +114,7 @@ def flights_for(kind: str, places: np.ndarray, rng: np.random.Generator) -> np.n
     if kind == "real":
         return places
     own = OWN_M_S2 * rng.standard_normal(2) * (kind != "white")
-    shared = np.array([SHARED_M_S2, 0.0]) * (kind == "force")
+    shared = np.array([0.0, SHARED_M_S2]) * (kind == "force")
     return drawn(places, own + shared, rng)
 
 

@@ -67,7 +67,7 @@ class Model:
     # (2 J): the J contacts seen from the flight before, then from the flight after
     contacts: Places
     begins: Places  # (F): each flight at its first row
-    own_force: tuple[float, float] = (0.0, 0.0)  # [m/s²] sd, across and up
+    own_force: float = 0.0  # [m/s²] sd, each way
 
 
 STARTS = 7  # numbers of a start
@@ -78,7 +78,7 @@ SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [
 NEAREST = 0.5  # greatest share of the way to the camera
 
 
-def build(session: Session, own_force: tuple[float, float] = (0.0, 0.0)) -> Model:
+def build(session: Session, own_force: float = 0.0) -> Model:
     """A model with all globals that this session can say something about; own_force:
     sd [m/s²] of what acts on each flight beside all that they have in common."""
     names = tuple(
@@ -428,11 +428,10 @@ def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
 
 
 def own_pushes(model: Model) -> np.ndarray:
-    """(K, F, POINTS, 2): one sd of what acts on each flight of its own, as far as that
-    is known."""
-    each = np.diag(model.own_force)[np.array(model.own_force) > 0]
-    flights = len(model.session.middle)
-    return np.tile(each[:, None, None], (1, flights, POINTS, 1))
+    """(2, F, POINTS, 2): one sd of each flight's own force, across and up; (0, …)
+    where none was seen."""
+    ways = model.own_force * np.eye(2) if model.own_force else np.zeros((0, 2))
+    return np.tile(ways[:, None, None], (1, len(model.session.middle), POINTS, 1))
 
 
 def touching(model: Model, push: np.ndarray) -> np.ndarray:

@@ -107,24 +107,20 @@ def with_own_forces(
         if n in flights.problem.effects:
             wide[k] += WIDEST * flights.problem.effects[n].prior_sd
 
-    def sd(way: int) -> float:
-        mine = width + np.arange(way, count, 2)
-        made = [
-            replace(r, a=np.hstack([r.a[:, :width] * wide, r.a[:, mine], r.a[:, mine]]))
-            for r in reduced
-        ]
-        known = np.eye(width, width + 2 * len(mine))
-        made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
-        common = width + len(mine)
-        usual = np.full(len(mine), unstated_sd("own-force"))
-        return float(np.max(own_scatter(tuple(made), common, usual)))
-
-    own = sd(0), sd(1)
-    if not any(own):
+    made = [
+        replace(r, a=np.hstack([r.a[:, :width] * wide, r.a[:, width:], r.a[:, width:]]))
+        for r in reduced
+    ]
+    known = np.eye(width, width + 2 * count)
+    made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
+    usual = np.full(count, unstated_sd("own-force"))
+    own = float(np.max(own_scatter(tuple(made), width + count, usual)))
+    if not own:
         return sessions
+    models = [replace(s.problem.model, own_force=own) for s in sessions]
     return tuple(
-        replace(s, problem=problem_of(replace(s.problem.model, own_force=own), s.noise))
-        for s in sessions
+        replace(s, problem=problem_of(model, s.noise))
+        for s, model in zip(sessions, models, strict=True)
     )
 
 
