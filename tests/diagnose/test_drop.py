@@ -258,6 +258,7 @@ def _by_fall(track, scale: float):
 
 CASES = [
     ("drag", {"stated_air": 0.0}, None, "flight"),
+    ("tracked-point", {"beside_mm": 0.1, "spin": 60.0}, 0.1, "measurement"),
 ]
 MORE = [
     ("scale-error", {"scale": 0.02}, 0.02, "measurement"),

@@ -72,12 +72,12 @@ def distorted(places: np.ndarray, view: View, value: float) -> np.ndarray:
     )
 
 
-def wobbled(phase: int):
-    """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1:
-    (−sin 2θ, cos 2θ)."""
+def wobbled(phase: int, turns: int = 2):
+    """Adds `value` [mm] (cos kθ, sin kθ), θ the seed's angle in the picture, k =
+    `turns`: 2 for an outline, 1 for a point of the body; phase 1: (−sin kθ, cos kθ)."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-        c, s = np.cos(2 * view.angle), np.sin(2 * view.angle)
+        c, s = np.cos(turns * view.angle), np.sin(turns * view.angle)
         return places + 1e-3 * value * np.column_stack([-s, c] if phase else [c, s])
 
     return picture
