@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
 from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
-from benchtwin.infer.linear import Reduced
+from benchtwin.infer.linear import Reduced, ridge, stacked
 from benchtwin.infer.noise import block_mean_noise
 from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.drop import impact_problem
-from benchtwin.rigs.drop.flight_model import LAWS, STARTS, build
+from benchtwin.rigs.drop.flight_model import LAWS, STARTS, Model, build
 from benchtwin.rigs.drop.impact_problem import ImpactModel, updated
 from benchtwin.rigs.drop.impacts import (
     Impacts,
@@ -36,6 +36,8 @@ from benchtwin.rigs.drop.trajectories import POINTS
 from scipy.linalg import block_diag
 
 WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
+DISTANCES_M = np.geomspace(FARTHEST_M, NEAREST_M, 10)
+TOO_NEAR = 12.0  # ln of the likelihood below the greatest, as no greater one follows
 TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
@@ -83,11 +85,66 @@ def prepare_sessions(
     return tuple(found), tuple(notes)
 
 
-def at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
+def prepared_drops(
+    tracks,
+) -> tuple[tuple[PreparedSession, ...], Fit, tuple[str, ...]]:
+    """The sessions with what differs from flight to flight as great as they show it
+    (motion towards a camera whose distance is not stated, own forces); their flights,
+    fitted with nothing missing; notes."""
+    stated = all(t.description["camera"].get("distance_mm") for t in tracks)
+    sessions, notes = prepare_sessions(tracks, np.inf if stated else FARTHEST_M)
+    flights = fit_flights(sessions)
+    for more in (with_own_forces,) if stated else (with_distance, with_own_forces):
+        found = more(sessions, flights)
+        if found is not sessions:
+            sessions, flights = found, fit_flights(found, flights)
+    return sessions, flights, notes
+
+
+def with_distance(
+    sessions: tuple[PreparedSession, ...], flights: Fit
+) -> tuple[PreparedSession, ...]:
+    """The same sessions at the distance at which motion towards the camera is as
+    visible as these recordings show it, effects being free: the root of the mean square
+    of 1/distance, log-uniform beforehand; flights: as fitted at FARTHEST_M."""
+    ln: list[float] = []
+    for away in DISTANCES_M:  # from far to near, until one is too near
+        moved = tuple(_at_distance(s, away) for s in sessions)
+        ln.append(_ln_restricted(joint_flights(moved), flights))
+        if ln[-1] < max(ln) - TOO_NEAR:
+            break
+    weight = np.exp(np.array(ln) - max(ln))
+    away = float((weight @ DISTANCES_M[: len(ln)] ** -2 / weight.sum()) ** -0.5)
+    return tuple(_at_distance(s, away) for s in sessions)
+
+
+def _at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
     """The same session with another distance where none is stated."""
-    seen = assemble(prepared.tracks, away_m)
-    own = prepared.problem.model.own_force
-    return replace(prepared, problem=problem_of(build(seen, own), prepared.noise))
+    model: Model = prepared.problem.model
+    used = [t for t in prepared.tracks if not t.trouble]
+    stated = [bool(t.description["camera"].get("distance_mm")) for t in used]
+    away = np.where(stated, model.session.away, away_m)
+    moved = replace(model, session=replace(model.session, away=away))
+    return replace(prepared, problem=problem_of(moved, prepared.noise))
+
+
+def _ln_restricted(problem: Problem, near: Fit) -> float:
+    """ln of the likelihood, locals and globals integrated out, linearised at `near`."""
+    reduced = problem.reduce(near.starts, near.values)[0]
+    wide = _wide_sds(near)
+    left = ridge(*stacked(reduced), wide)
+    kept = wide > 0
+    scaled = left[1][np.ix_(kept, kept)] / np.outer(wide[kept], wide[kept])
+    own = sum(r.half_ln_det for r in reduced)
+    return -0.5 * left[2] + 0.5 * float(np.linalg.slogdet(scaled)[1]) - own
+
+
+def _wide_sds(of: Fit) -> np.ndarray:
+    """Prior sds (G,) of the globals where effects are free, too, each within WIDEST
+    times its usual size."""
+    effects = of.problem.effects
+    usual = [effects[n].prior_sd if n in effects else 0.0 for n in of.names]
+    return of.baseline_sd + WIDEST * np.array(usual)
 
 
 def with_own_forces(
@@ -102,10 +159,7 @@ def with_own_forces(
     pushes = [_by_number(part.model.session) for part in joint.parts]
     reduced = flights.problem.reduce(flights.starts, flights.values, (pushes, None))[0]
     width, count = len(flights.values), len(pushes[0])
-    wide = flights.baseline_sd
-    for k, n in enumerate(flights.names):
-        if n in flights.problem.effects:
-            wide[k] += WIDEST * flights.problem.effects[n].prior_sd
+    wide = _wide_sds(flights)
 
     made = [
         replace(r, a=np.hstack([r.a[:, :width] * wide, r.a[:, width:], r.a[:, width:]]))

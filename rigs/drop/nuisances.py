@@ -31,12 +31,6 @@ PRIORS = {  # sds where nothing is stated; what is stated is added or replaces t
     "air-slope": unstated_sd("drag-slope"),
     HEIGHT: stated_sd("release-height"),
 }
-DISTANCES_M = (
-    0.45,
-    1.2,
-    3.3,
-    9.0,
-)  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
 DEPTH_SD_M = 2e-3  # of the release beside the plane of the scale
 LOCK = "pixel-lock"
 

@@ -3,7 +3,7 @@ what all flights have in common found beside it."""
 
 import numpy as np
 import pytest
-from benchtwin.rigs.drop import diagnose
+from benchtwin.rigs.drop import joint_problem
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import (
     fit_flights,
@@ -68,7 +68,7 @@ def test_own_forces_raise_no_alarm_and_a_force_in_common_is_found(monkeypatch):
 
     assert not finding((0.0, 0.0)).alarm
     assert finding((0.0, 0.25)).alarm
-    monkeypatch.setattr(diagnose, "with_own_forces", lambda sessions, fit: sessions)
+    monkeypatch.setattr(joint_problem, "with_own_forces", lambda seen, fit: seen)
     assert finding((0.0, 0.0)).alarm
 
 
