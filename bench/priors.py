@@ -96,6 +96,12 @@ PRIORS = {
     "drag-slope": Prior(
         "d ln C_d/d ln v", 0.15, None, "-0.2 for a sphere, 0 for a bluff body"
     ),
+    "approach": Prior(
+        "m/s",
+        0.05,
+        None,
+        "towards the camera, common to a session's releases: 25 mm in half a second",
+    ),
     "own-force": Prior(
         "m/s²",
         0.05,

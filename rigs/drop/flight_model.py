@@ -482,26 +482,27 @@ def side_rows(
     return rows
 
 
-def unseen_rows(model: Model, starts: np.ndarray, r: int):
-    """Rows for motion along the line of sight: v_y² of usual size, y continuous at
-    contacts."""
+def unseen_rows(model: Model, starts: np.ndarray, r: int, approach: float):
+    """Rows for motion along the line of sight: v_y² of usual size, v_y about what all
+    flights have in common, y continuous at contacts: (entries' places, entries, entry
+    by APPROACH, right side)."""
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
     begins = len(np.unique(s.recording))
     counts = np.where(flights == flights[0], begins, len(s.recording) - begins)
     wider = student.ppf(0.975, np.maximum(counts, 1)) / INSIDE_SDS
     for f in flights:
         sd = ASIDE_SD * model.aside_square[f]
-        yield ((f, 4),), 1 / sd, (model.aside_square[f] - starts[f, 4]) / sd
+        yield ((f, 4),), 1 / sd, 0.0, (model.aside_square[f] - starts[f, 4]) / sd
     joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
     for f, times in zip(flights, wider, strict=True):  # told by so many flights
         sd = times * math.sqrt(model.aside_square[f])
-        yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
+        yield ((f, 6),), 1 / sd, -1 / sd, (approach - starts[f, 6]) / sd
         j = joints.get(int(f))
         if j is None:
             sd = (
                 DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd
             )  # after unseen flights
-            yield ((f, 5),), 1 / sd, -starts[f, 5] / sd
+            yield ((f, 5),), 1 / sd, 0.0, -starts[f, 5] / sd
             continue
         before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
         apart = (
@@ -514,4 +515,4 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
         if not s.elongation < ROUND:
             moved += min(s.rocking_m, TWICE_S * sd)
         entries = np.array([1, taus[1], -1, -taus[0]]) / moved
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / moved
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, 0.0, -apart / moved

@@ -28,6 +28,7 @@ from benchtwin.rigs.drop.impacts import (
     usable_rows,
     with_speeds,
 )
+from benchtwin.rigs.drop.nuisances import APPROACH
 from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
 from benchtwin.rigs.drop.session import Session, assemble, block_of
@@ -248,7 +249,7 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
         spot = []
         for n in parts[k].names:
             law = LAWS[n]
-            of_session = any((law.picture, law.clock, law.release))
+            of_session = n == APPROACH or any((law.picture, law.clock, law.release))
             own = f"{n}@{k + 1}" if rank and of_session else n
             if own not in names:
                 names.append(own)

@@ -39,6 +39,7 @@ from benchtwin.rigs.drop.flight_model import (
     velocities,
 )
 from benchtwin.rigs.drop.nuisances import (
+    APPROACH,
     HEIGHT,
     LOCK,
     NUISANCES,
@@ -77,7 +78,7 @@ def reduce(
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
     lower, change = _eliminate(
-        model, starts, blocks[:2], len(values) + len(pushes), blocks[2]
+        model, starts, values, blocks[:2], len(values) + len(pushes), blocks[2]
     )
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
@@ -248,13 +249,16 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
-def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, own: int):
+def _eliminate(
+    model: Model, starts: np.ndarray, values: np.ndarray, blocks, count: int, own: int
+):
     """Reduced of each recording, and a function from a change of θ to that of
     starts."""
     session = model.session
     triangles, sides = blocks
     extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
+    approach = values[model.names.index(APPROACH)]
     for r in range(len(session.names)):
         flights = np.flatnonzero(session.recording == r)
         if not len(flights):
@@ -289,8 +293,9 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, own: int):
             block[:, at : at + extra] = triangle[:, each + count + own : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
-        for at, entries, right in unseen_rows(model, starts, r):
+        for at, entries, common, right in unseen_rows(model, starts, r, approach):
             row = np.zeros((1, total))
+            row[0, local + model.names.index(APPROACH)] = common
             row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = (
                 entries,
                 right,
@@ -369,6 +374,8 @@ def known_sd(session: Session) -> dict[str, float]:
     known["plumb"] = session.plumb_sd_deg if across_seen else 0.0
     known[HEIGHT] = session.height_sd_mm
     known[READOUT] = session.readout_sd_s
+    if np.isinf(session.away).all():
+        known[APPROACH] = 0.0
     known["air"] = float(
         np.median([a.sd / a.share if a.share else 0.0 for a in session.air])
     )

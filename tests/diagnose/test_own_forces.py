@@ -1,15 +1,18 @@
 """Flights that differ by a force of their own, drawn: its size, no alarm for it, and
 what all flights have in common found beside it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from benchtwin.rigs.drop import joint_problem
+from benchtwin.rigs.drop import joint_problem, reduction
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import (
     fit_flights,
     prepare_sessions,
     with_own_forces,
 )
+from benchtwin.rigs.drop.nuisances import APPROACH
 from benchtwin.rigs.drop.read import SeenTrack
 
 G, FPS, NOISE_MM = 9.80665, 150.0, 0.02
@@ -77,3 +80,32 @@ def test_p_of_benches_with_own_forces_holds_its_level():
     seen = [flights(seed, 0.1, count=7) for seed in range(60)]
     p = np.array([diagnose_drop(s, np.random.default_rng(1)).p_global for s in seen])
     assert (p < 0.05).sum() <= 7  # of 3 expected
+
+
+@pytest.mark.parametrize("common", [True, False])
+def test_seeds_that_all_come_nearer_raise_no_alarm(common, monkeypatch):
+    """12 mm in half a second, 8 m away, which nobody stated; as a control, without
+    what approaches have in common."""
+    if not common:
+        monkeypatch.setitem(reduction.PRIORS, APPROACH, 1e-6)
+    rng, seen = np.random.default_rng(4), flights(4, count=10)
+    camera = {k: v for k, v in CAMERA.items() if k != "distance_mm"}
+    for k, one in enumerate(seen):
+        t = np.arange(250) / 500
+        nearer = 1 / (1 - t * rng.uniform(0.02, 0.03) / 8.0)
+        fallen = 1e3 * (0.6 - G * t**2 / 2) * nearer
+        across = 2.0 * rng.standard_normal() * t
+        x, y = np.array([across, fallen]) + 0.01 * rng.standard_normal((2, len(t)))
+        seen[k] = replace(
+            one,
+            frame=np.arange(len(t)),
+            time_s=t,
+            x_mm=x,
+            y_mm=y,
+            sd_mm=np.full(len(t), np.nan),
+            weight=np.ones(len(t)),
+            flight=np.zeros(len(t), dtype=int),
+            description=one.description | {"camera": camera},
+        )
+    found = diagnose_drop(seen, np.random.default_rng(0))
+    assert found.alarm != common
