@@ -19,7 +19,7 @@ from benchtwin.rigs.drop.effects.hooks import Motion, View
 from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
-    POINTS,
+    NODES,
     accelerations,
     changes,
     shift_basis,
@@ -74,6 +74,7 @@ STARTS = 7  # numbers of a start
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
 NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
 SPIN = "own spin"
+TURNING = 0.5  # by which a flight's own force changes to either end: half a radian
 SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
 NEAREST = 0.5  # greatest share of the way to the camera
 
@@ -427,11 +428,24 @@ def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
     )
 
 
+# accelerations (4, POINTS, 2) that a flight has of its own, in sds: steady across and
+# up, and from one end of the flight to the other, as of a body that turns meanwhile
+OWN = np.array(
+    [
+        shape[:, None] * way
+        for shape in (1 + 0 * NODES, TURNING * NODES)
+        for way in np.eye(2)
+    ]
+)
+
+
 def own_pushes(model: Model) -> np.ndarray:
-    """(2, F, POINTS, 2): one sd of each flight's own force, across and up; (0, …)
-    where none was seen."""
-    ways = model.own_force * np.eye(2) if model.own_force else np.zeros((0, 2))
-    return np.tile(ways[:, None, None], (1, len(model.session.middle), POINTS, 1))
+    """(K, F, POINTS, 2): one sd of each flight's own forces, OWN; (0, …) where none was
+    seen."""
+    flights = np.ones(len(model.session.middle))
+    return np.einsum(
+        "f,kpc->kfpc", model.own_force * flights, OWN[: 4 * (model.own_force > 0)]
+    )
 
 
 def touching(model: Model, push: np.ndarray) -> np.ndarray:

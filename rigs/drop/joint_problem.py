@@ -17,7 +17,7 @@ from benchtwin.infer.noise import block_mean_noise
 from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.drop import impact_problem
-from benchtwin.rigs.drop.flight_model import LAWS, STARTS, Model, build
+from benchtwin.rigs.drop.flight_model import LAWS, OWN, STARTS, Model, build
 from benchtwin.rigs.drop.impact_problem import ImpactModel, updated
 from benchtwin.rigs.drop.impacts import (
     Impacts,
@@ -33,7 +33,6 @@ from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
 from benchtwin.rigs.drop.session import Session, assemble, block_of
 from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise
-from benchtwin.rigs.drop.trajectories import POINTS
 from scipy.linalg import block_diag
 
 WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
@@ -180,19 +179,15 @@ def with_own_forces(
 
 
 def _by_number(session: Session) -> np.ndarray:
-    """(2 TOLD, F, POINTS, 2) [m/s²]: a unit force across, one up, on each recording's
-    flights of one number, of those numbers that are longest."""
-    number = np.array(
-        [
-            int((session.recording[:f] == r).sum())
-            for f, r in enumerate(session.recording)
-        ]
-    )
-    told = np.argsort(-np.bincount(number, session.half**4, minlength=TOLD))[:TOLD]
-    on = (number == told[:, None]).astype(float)
-    return np.einsum("kf,wc,p->kwfpc", on, np.eye(2), np.ones(POINTS)).reshape(
-        2 * TOLD, len(number), POINTS, 2
-    )
+    """(4 TOLD, F, POINTS, 2) [m/s²]: OWN on each recording's flights of one number, of
+    those numbers that are longest."""
+    before = [
+        int((session.recording[:f] == r).sum()) for f, r in enumerate(session.recording)
+    ]
+    lengths = np.bincount(before, session.half**4, minlength=TOLD)
+    told = np.argsort(-lengths)[:TOLD]
+    on = (np.array(before) == told[:, None]).astype(float)
+    return np.einsum("nf,kpc->nkfpc", on, OWN).reshape(-1, len(before), *OWN.shape[1:])
 
 
 @dataclass(frozen=True, eq=False)
