@@ -14,6 +14,7 @@ from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import (
     Hits,
     fallen_deeper,
+    slowed,
     tilted_kick,
     tilted_restitution,
 )
@@ -51,6 +52,7 @@ TURNING_M_S = (
 )
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed the effect of shape on e is constant
+AIR = "air"  # relative change of the stated drag, as in flights
 IN_IMPACTS = {n: e for n, e in EFFECTS.items() if e.restitution or e.kick}
 NUISANCES = {
     "e": unstated_sd("restitution"),
@@ -61,6 +63,7 @@ NUISANCES = {
     "turn.first": 1.0,
     "turn.later": 1.0,
     "upright": 1e-3,
+    AIR: unstated_sd("drag-coefficient"),
 }
 
 
@@ -174,8 +177,12 @@ def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, flo
         for n, e in IN_IMPACTS.items()
         if rows[e.kick is not None] and (not e.needs or e.needs(model.impacts))
     }
-    names = (*effects, *NUISANCES, *model.height_sd_mm)
-    return effects, names, known_sd(model) | model.height_sd_mm
+    known = known_sd(model) | model.height_sd_mm
+    return (
+        effects,
+        (*effects, *(n for n in NUISANCES if n in known), *model.height_sd_mm),
+        known,
+    )
 
 
 def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
@@ -340,6 +347,10 @@ def known_sd(model: ImpactModel) -> dict[str, float]:
         "shape.slow": 5e-4 + 0.25 * square,
         "upright": model.impacts.plumb_sd,
     }
+    timed = model.impacts.seeds.drag[model.impacts.recording[model.impacts.timed]]
+    if timed.any():
+        sd = model.impacts.seeds.drag_sd[model.impacts.recording[model.impacts.timed]]
+        known[AIR] = float(np.median(sd[timed > 0] / timed[timed > 0]))
     return known | {
         "stick": push.stick_sd,
         "grip": push.grip_sd,
@@ -358,6 +369,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         1 - (stick + values["grip"]) * seen.share,
         seen.drift,
         model.impacts.fell,
+        model.impacts.timed,
     )
     shape = later * (
         values["shape.later"]
@@ -366,6 +378,9 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
     e = model.middle + values["e"] + shape
     tilt = model.impacts.seeds.tilt[model.impacts.recording]
     e = tilted_restitution(hits, e, tilt)
+    if values.get(AIR):
+        drag = model.impacts.seeds.drag[model.impacts.recording]
+        e = slowed(hits, e, values[AIR] * drag)
     kick = (
         stick * np.nan_to_num(seen.slip)
         + values["upright"] * hits.lever

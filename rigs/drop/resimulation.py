@@ -43,8 +43,8 @@ def resimulate(
     from benchtwin.rigs.drop.impact_resimulation import strikes_again
     from benchtwin.rigs.drop.pictures import with_pictures
 
-    names = finding.modelled
-    in_flight = tuple(n for n in names if n in IN_FLIGHT)
+    names, filmed = finding.modelled, [t for t in tracks if len(t.frame)]
+    in_flight = tuple(n for n in names if n in IN_FLIGHT and filmed)
     again = Resimulation(
         "drop",
         names,
@@ -53,7 +53,6 @@ def resimulate(
         (),
         len(finding.recordings) > 1,
     )
-    filmed = [t for t in tracks if len(t.frame)]
     flights = session_flights(filmed, in_flight) if filmed else []
     if in_flight:
         say("drop: flying the old and the new twin")
