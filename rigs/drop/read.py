@@ -183,12 +183,16 @@ def readings_of(recording: Recording) -> list[SeenTrack]:
     for height_mm in heights[heights > 0]:
         lasts = float(hop_s(height_mm / 1000, drag))
         sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
-        one = SeenTrack(recording.id, recording.session or "", description=told)
-        times = {
-            "contacts_s": np.array([0.0, lasts]),
-            "contacts_sd_s": np.full(2, sd_s),
-        }
-        seen.append(replace(one, notes=table.notes, **times))
+        seen.append(
+            SeenTrack(
+                recording.id,
+                recording.session or "",
+                contacts_s=np.array([0.0, lasts]),
+                contacts_sd_s=np.full(2, sd_s),
+                description=told,
+                notes=table.notes,
+            )
+        )
     if not seen:
         raise MeasurementError(f"{recording.files[0]}: no rebound rose")
     return _numbered(seen)
