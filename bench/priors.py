@@ -107,6 +107,19 @@ PRIORS = {
     "drag-slope": Prior(
         "d ln C_d/d ln v", 0.15, None, "-0.2 for a sphere, 0 for a bluff body"
     ),
+    "approach": Prior(
+        "m/s",
+        0.05,
+        None,
+        "towards the camera, common to a session's releases: 25 mm in half a second",
+    ),
+    "own-force": Prior(
+        "m/s²",
+        0.05,
+        None,
+        "on one flight beside the others, where a bench shows it: 0.05 to 0.15 in"
+        " contact-nets' tosses, whose tracked point lies beside the centre of mass",
+    ),
     # a sliding block
     "friction-scatter": Prior(
         "1", 0.003, None, "between slides of one pair; larger scatter is summed over"

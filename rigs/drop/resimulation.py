@@ -15,7 +15,7 @@ from benchtwin.diagnose.rerun import (
 )
 from benchtwin.infer.finding import Finding
 from benchtwin.infer.linear import ridge, stacked
-from benchtwin.infer.problem import Fit, fit, ln_evidence
+from benchtwin.infer.problem import Fit, fit
 from benchtwin.rigs.drop.flight_model import (
     IN_FLIGHT,
     nearer,
@@ -28,10 +28,8 @@ from benchtwin.rigs.drop.flight_model import (
 from benchtwin.rigs.drop.flown import fly
 from benchtwin.rigs.drop.joint_problem import (
     PreparedSession,
-    at_distance,
-    prepare_sessions,
+    prepared_drops,
 )
-from benchtwin.rigs.drop.nuisances import DISTANCES_M
 from benchtwin.twin.lone_seed import drag_factor
 
 MAX_ITERATIONS = 3  # of Gauss–Newton for the starts
@@ -45,8 +43,8 @@ def resimulate(
     from benchtwin.rigs.drop.impact_resimulation import strikes_again
     from benchtwin.rigs.drop.pictures import with_pictures
 
-    names = finding.modelled
-    in_flight = tuple(n for n in names if n in IN_FLIGHT)
+    names, filmed = finding.modelled, [t for t in tracks if len(t.frame)]
+    in_flight = tuple(n for n in names if n in IN_FLIGHT and filmed)
     again = Resimulation(
         "drop",
         names,
@@ -55,7 +53,6 @@ def resimulate(
         (),
         len(finding.recordings) > 1,
     )
-    filmed = [t for t in tracks if len(t.frame)]
     flights = session_flights(filmed, in_flight) if filmed else []
     if in_flight:
         say("drop: flying the old and the new twin")
@@ -82,22 +79,8 @@ def resimulate(
 
 
 def session_flights(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
-    """The filmed drops of each session, at the likeliest distance where none is
-    stated."""
-    stated = all(t.description["camera"].get("distance_mm") for t in filmed)
-    far = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])[0]
-    at = [
-        far,
-        *(
-            ()
-            if stated
-            else (tuple(at_distance(s, away) for s in far) for away in DISTANCES_M[:-1])
-        ),
-    ]
-    return max(
-        ([Flights(s, names) for s in sessions] for sessions in at),
-        key=lambda f: sum(ln_evidence(one.fit) for one in f),
-    )
+    """The filmed drops of each session."""
+    return [Flights(session, names) for session in prepared_drops(filmed)[0]]
 
 
 class Flights:

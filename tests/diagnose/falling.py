@@ -50,6 +50,7 @@ class Bench:
         math.inf
     )  # distance of a pinhole from the plane in which the seed is let go
     wobble_mm: float = 0.0
+    beside_mm: float = 0.0  # a tracked point from the centre of mass, along 0°
     lock_mm: float = 0.0  # by which places are read too far towards whole pixels
     noise_mm: float = 0.05
     rho: float = 0.9
@@ -222,8 +223,8 @@ def film(bench: Bench, rng):
     smaller = bench.away / (bench.away + y) if bench.away < math.inf else 1.0
     x, z = x * smaller, bench.height / 3 + (z - bench.height / 3) * smaller
     x, z = (
-        1e3 * x + bench.wobble_mm * np.cos(2 * angle),
-        1e3 * z + bench.wobble_mm * np.sin(2 * angle),
+        1e3 * x + bench.wobble_mm * np.cos(2 * angle) + bench.beside_mm * np.cos(angle),
+        1e3 * z + bench.wobble_mm * np.sin(2 * angle) + bench.beside_mm * np.sin(angle),
     )
     middle = 500 * bench.height
     roll = math.radians(bench.roll_deg)
