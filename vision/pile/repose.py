@@ -13,7 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.measurement import FAILED, MeasurementError, Quantity, failed
+from benchtwin.vision.measurement import (
+    FAILED,
+    GOOD,
+    MeasurementError,
+    Quantity,
+    failed,
+)
 from benchtwin.vision.pile.base_line import (
     BASES,
     find_base_line,
@@ -134,8 +140,26 @@ def measure_repose(
             f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile"
             " needs at least 24 px each way"
         )
-    smooth = _on_smooth_background(photo)
     region = find(photo.crop)
+    try:
+        found = _measure(photo, region)
+    except MeasurementError as trouble:
+        if not (lies := _lies(region)):
+            raise
+        raise MeasurementError(f"{lies}; as it is: {trouble}") from trouble
+    main = found.quantities[0]
+    return found if main.quality == GOOD else found.doubted(_lies(region))
+
+
+def _lies(region: Region | None) -> str:
+    """That the picture is turned; "" where it is not."""
+    way = "" if region is None else region.seen.way_up
+    return way and f"the picture looks {way}: turn it"
+
+
+def _measure(photo: _Photo, region: Region | None) -> Repose:
+    """The pile by the more exact of two readings, if both show the same heap."""
+    options, smooth = photo.options, _on_smooth_background(photo)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:

@@ -74,14 +74,14 @@ def fit_illumination(
 def illumination_at(
     coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]
 ) -> np.ndarray:
-    """The fitted illumination (…, channels) at pixels x, y of a picture of `shape`
-    (height, width)."""
-    order = {1: 0, 3: 1, 6: 2}[coefficients.shape[0]]
-    x, y = np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
-    flat = _terms(
-        np.ravel(x) / shape[1], np.ravel(y) / shape[0], order
-    ) @ coefficients.astype(np.float32)
-    return flat.reshape(*x.shape, coefficients.shape[1])
+    """The fitted illumination (…, channels) at pixels x, y, of shapes that go together,
+    of a picture of `shape` (height, width)."""
+    shown = np.zeros((6, coefficients.shape[1]), np.float32)
+    shown[: len(coefficients)] = coefficients
+    one, by_x, by_y, by_xx, by_xy, by_yy = shown
+    x = (np.asarray(x, np.float32) / np.float32(shape[1]))[..., None]
+    y = (np.asarray(y, np.float32) / np.float32(shape[0]))[..., None]
+    return one + x * (by_x + x * by_xx) + y * (by_y + x * by_xy + y * by_yy)
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
@@ -174,7 +174,7 @@ def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.nd
 
 def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
     """Distance of the colours in the upper `rows` from the background's."""
-    y, x = np.mgrid[0:rows, 0 : small.shape[1]].astype(np.float32)
+    y, x = np.arange(rows)[:, None], np.arange(small.shape[1])
     off = small[:rows] - illumination_at(light, x, y, small.shape[:2])
     return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
