@@ -26,6 +26,7 @@ SEARCH_PX = 96
 FEATURES_PX = 480
 COARSE_PX = 240
 CUT_PX = 480
+ROUNDS = 2  # of a cut, each with colours learnt anew: a third moves 0.3 % of a heap
 CUTS = 5  # odd: most of them is a majority
 # of a triangle's sides, sd: as much as the triangle moves when the picture is cropped
 MOVED = 0.05
@@ -327,10 +328,10 @@ def _fine_cut(
     mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
     chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
-    return _graph_cut(picture, mask, rounds=3)
+    return _graph_cut(picture, mask)
 
 
-def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray:
+def _graph_cut(picture: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """Foreground of a graph cut that starts from `mask` (GC_FGD … GC_PR_BGD); empty
     where it has no seeds or no surroundings."""
     seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
@@ -344,7 +345,7 @@ def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray
         mask,
         (0, 0, 1, 1),
         *models,
-        rounds,
+        ROUNDS,
         cv2.GC_INIT_WITH_MASK,
     )
     return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
@@ -417,7 +418,7 @@ def _coarse_cut(
     low, high = np.percentile(along, [1, 99])
     height = 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1)
     picture = np.dstack([255 * odds, height, colour[..., 0] * 2.55])
-    return _graph_cut(picture, mask, rounds=2)
+    return _graph_cut(picture, mask)
 
 
 def _triangle_mask(

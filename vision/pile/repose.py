@@ -31,6 +31,7 @@ from benchtwin.vision.pile.base_line import (
 from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
+from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
@@ -364,6 +365,7 @@ def _at_base_line(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
     options = photo.options
+    surface, layered = without_layer(surface, base)
     heap = find_heap(
         _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
     )
@@ -420,9 +422,14 @@ def _at_base_line(
         options.window,
         photo.roi,
         quantities,
-        (definition,),
+        (definition, *_layer_note(layered)),
     )
     return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
+
+
+def _layer_note(sides: tuple[str, ...]) -> Iterator[str]:
+    if sides:
+        yield f"a layer of seeds beside the heap ({' and '.join(sides)}) is left out"
 
 
 def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:
