@@ -12,10 +12,10 @@ from scipy.ndimage import median_filter
 
 HIGH = 0.8  # of the crest's height: above it the surface is rounded
 TALLEST = 0.45  # of the crest's height
-LEAST_LONG = 2.5  # times its own height: a single seed is about as long as high
+LEAST_LONG = 5.0  # times its own height: more than two seeds beside each other
 MOST_INCLINED = 0.2  # of the flank's slope
-# of the sum of squares that one line leaves; a flank of seeds without a layer keeps 0.6
-MOST_LEFT = 0.35
+# of the sum of squares that one line leaves
+MOST_LEFT = 0.6
 
 
 def without_layer(
@@ -28,45 +28,56 @@ def without_layer(
     if not there.any():
         return profile, ()
     sharp = median_filter(np.where(there, height, 0.0), 5, mode="nearest")
-    crest = int(sharp.argmax())
+    crest, rim = int(sharp.argmax()), _far_rim(sharp, base.pitch_deg)
     led, sides = height.copy(), []
     for side, outwards in (
         ("left", np.arange(crest, -1, -1)),
         ("right", np.arange(crest, sharp.size)),
     ):
-        found = _knee(sharp[outwards], sharp[crest])
+        found = _knee(sharp[outwards], rim[outwards], sharp[crest])
         if found is not None:
-            knee, level, slope = found
+            knee, at, slope = found
             hidden = outwards[knee:]
-            flank = np.clip(level - slope * np.arange(hidden.size), 0.0, None)
+            flank = np.clip(at - slope * np.arange(hidden.size), 0.0, None)
             led[hidden] = np.minimum(height[hidden], flank)  # NaN stays
             sides.append(side)
     return base.at(np.arange(profile.size)) - led, tuple(sides)
 
 
-def _knee(height: np.ndarray, top: float) -> tuple[int, float, float] | None:
+def _far_rim(height: np.ndarray, pitch_deg: float) -> np.ndarray:
+    """How high a camera that looks down sees the far rim of all that lies on the plate
+    above its middle: the far half of the ellipse whose near half is the foot."""
+    above = np.flatnonzero(height > TOE * height.max())
+    middle, half = (above[0] + above[-1]) / 2, max((above[-1] - above[0]) / 2, 1.0)
+    u = (np.arange(height.size) - middle) / half
+    return half * np.sin(np.radians(pitch_deg)) * np.sqrt(np.clip(1 - u**2, 0, None))
+
+
+def _knee(
+    height: np.ndarray, rim: np.ndarray, top: float
+) -> tuple[int, float, float] | None:
     """Where the flank (from the crest outwards) meets a layer, how high it is there,
     and its slope; None where there is no layer."""
     low = np.flatnonzero(height < TOE * top)
     end = int(low[0]) if low.size else height.size
     start = int(np.argmax(height < HIGH * top))
-    h = height[start:end]
+    h, level = height[start:end], (height - rim)[start:end]
     if h.size < 16:
         return None
     x = np.arange(h.size, dtype=float)
-    inner, outer = _lines(x, h), _lines(x[::-1], h[::-1])
+    flank, layer = _lines(x, h), _lines(x[::-1], level[::-1])
     knees = np.arange(4, h.size - 4)
-    left_over = inner[knees, 2] + outer[h.size - 1 - knees, 3]
+    left_over = flank[knees, 2] + layer[h.size - 1 - knees, 3]
     k = int(knees[left_over.argmin()])
-    slope, at = -inner[k, 0], inner[k, 1] + inner[k, 0] * k
-    level, inclined = float(h[k:].mean()), abs(outer[h.size - 1 - k, 0])
+    slope, at = -flank[k, 0], flank[k, 1] + flank[k, 0] * k
+    thick, inclined = float(level[k:].mean()), abs(layer[h.size - 1 - k, 0])
     is_layer = (
         slope > 0
-        and level < TALLEST * top
-        and h.size - k > LEAST_LONG * level
+        and 0 < thick < TALLEST * top
+        and h.size - k > LEAST_LONG * thick
         and inclined < MOST_INCLINED * slope
-        and left_over.min() < MOST_LEFT * inner[-1, 2]
-        and abs(at - level) < level
+        and left_over.min() < MOST_LEFT * flank[-1, 2]
+        and abs(at - h[k:].max()) < thick
     )
     return (start + k, float(at), float(slope)) if is_layer else None
 
