@@ -44,6 +44,7 @@ TURNED = {  # by quarter turns anticlockwise that put it right
     3: "turned to the left by 90°",
 }
 CLEARLY = 1.1  # times the score: of path-traced heaps, the right way up has 1.14 to 1.8
+HALF = np.array([0.5, 0.5, 0.5, 0.0, 0.0])  # of a px, of places in a reduced picture
 LEAST_OVERLAP = 0.55  # of mask and triangle, intersection over union: less is no heap
 # of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds
 # in focus 2 to 5)
@@ -221,11 +222,11 @@ def find_region(image: np.ndarray) -> Region | None:
     triangle, rival = seen.upright.triangle, seen.upright.rival
     if triangle is None:
         return None
-    start = _start(image, (triangle + 0.5) * factor, CUT_PX / 2)
+    start = _start(small, triangle, CUT_PX / 2)
     first = start.cut(0)[0]
     if _overlap(first, start.triangle) > LEAST_OVERLAP:
         start = replace(start, triangle=_triangle_of(first, start.triangle))
-    start = _start(image, start.in_picture, CUT_PX)
+    start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
     mask, grown = start.cut(0)
     elsewhere = None if rival is None else rival * factor
     return Region(mask, grown, _confidence(mask, start), elsewhere, start, seen)

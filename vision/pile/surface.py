@@ -32,12 +32,16 @@ def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray,
 def as_float(image: np.ndarray) -> np.ndarray:
     """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
     channels)."""
-    if np.issubdtype(image.dtype, np.integer):
-        scale = 255.0 / np.iinfo(image.dtype).max
-    else:
-        scale = 1.0
-    pixels = image.astype(np.float32) * np.float32(scale)
+    pixels = in_float(image)
     return pixels if pixels.ndim == 3 else pixels[..., None]
+
+
+def in_float(values: np.ndarray) -> np.ndarray:
+    """Values of any shape as float32 on the scale 0–255, whatever their depth."""
+    pixels = values.astype(np.float32)
+    if np.issubdtype(values.dtype, np.integer) and values.dtype != np.uint8:
+        pixels *= np.float32(255.0 / np.iinfo(values.dtype).max)
+    return pixels
 
 
 def denoise(image: np.ndarray, aperture_px: int = 5) -> np.ndarray:
@@ -257,10 +261,11 @@ def subpixel_edge(
     start = np.rint((coarse[nearest] + 0.5) * factor - 0.5).astype(int)
     rows = start + inward * np.arange(-reach, reach + inside + 1)[:, None]
     first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
-    band = as_float(denoise(np.ascontiguousarray(image[first:last])))
+    band = denoise(np.ascontiguousarray(image[first:last]))
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
-    strip = band[visible - first, columns] - _colour_at(background, visible, columns)
+    strip = in_float(band[visible - first, columns])
+    strip -= _colour_at(background, visible, columns)
     # what the fitted illumination leaves
     strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)
     face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)

@@ -6,6 +6,7 @@ refined by small random moves. A triangle is (apex x, apex y, foot y, width to t
 width to the right) [px]."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -32,11 +33,16 @@ class Found:
 @dataclass(frozen=True)
 class _Layers:
     """sums (h + 1, columns, clusters): pixels of each cluster above each row, in some
-    of a picture's `width` columns, whose middles are x."""
+    of a picture's `width` columns, whose middles are x; left (h + 1, columns + 1,
+    clusters): those in all columns to the left."""
 
     sums: np.ndarray
     x: np.ndarray
     width: int
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        return np.pad(np.cumsum(self.sums, axis=1), ((0, 0), (1, 0), (0, 0)))
 
     @property
     def height(self) -> int:
@@ -173,12 +179,12 @@ def _pixels_inside(layers: _Layers, x, top, foot, left, right) -> np.ndarray:
     upper = np.clip(
         np.rint(foot[:, None] - (foot - top)[:, None] * share), 0, layers.height
     ).astype(int)
-    lower = np.broadcast_to(
-        np.clip(np.rint(foot), 0, layers.height).astype(int)[:, None], upper.shape
-    )
-    upper = np.minimum(upper, lower)
-    at = np.arange(layers.x.size)
-    return (layers.sums[lower, at] - layers.sums[upper, at]).sum(axis=1)
+    lower = np.clip(np.rint(foot), 0, layers.height).astype(int)
+    inside = share > 0
+    first, count = inside.argmax(axis=1), inside.sum(axis=1)
+    upper = np.where(inside, np.minimum(upper, lower[:, None]), 0)
+    above = layers.sums[upper, np.arange(layers.x.size)].sum(axis=1)
+    return layers.left[lower, first + count] - layers.left[lower, first] - above
 
 
 def _jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
