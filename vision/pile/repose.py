@@ -169,7 +169,8 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
         # the more exact one: its edges are read off the full picture
         first = _of_mask(photo, region, region.first)
         if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
-            return smooth
+            # a wall hides some of it from either reading
+            return _widened(smooth, [first]) if len(smooth.slopes) == 1 else smooth
     segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(

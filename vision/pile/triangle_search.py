@@ -184,7 +184,8 @@ def _pixels_inside(layers: _Layers, x, top, foot, left, right) -> np.ndarray:
     first, count = inside.argmax(axis=1), inside.sum(axis=1)
     upper = np.where(inside, np.minimum(upper, lower[:, None]), 0)
     above = layers.sums[upper, np.arange(layers.x.size)].sum(axis=1)
-    return layers.left[lower, first + count] - layers.left[lower, first] - above
+    below = layers.left[lower, first + count] - layers.left[lower, first]
+    return np.maximum(below - above, 0.0)  # of sums that are rounded
 
 
 def _jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
