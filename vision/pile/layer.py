@@ -24,10 +24,10 @@ def without_layer(
     """The profile (n,) with both flanks led on to the plate where a layer of seeds
     hides them, and the sides on which one does."""
     height = base.at(np.arange(profile.size)) - profile
-    there = np.isfinite(height)
-    if not there.any():
+    above = np.where(np.isfinite(height), height, 0.0)
+    sharp = median_filter(above, 5, mode="nearest")
+    if not sharp.max() > 0:
         return profile, ()
-    sharp = median_filter(np.where(there, height, 0.0), 5, mode="nearest")
     crest, rim = int(sharp.argmax()), _far_rim(sharp, base.pitch_deg)
     led, sides = height.copy(), []
     for side, outwards in (
