@@ -102,9 +102,10 @@ def by_curve() -> dict[str, ByCurve]:
     return {told.name: told for told in _told() if isinstance(told, ByCurve)}
 
 
-def by_surface() -> BySurface:
-    """The rig that tells of seed on seed: the first there is."""
-    return next(told for told in _told() if isinstance(told, BySurface))
+def by_surface() -> dict[str, BySurface]:
+    """Rigs that tell of seed on seed, by name, in their order: along the first one's
+    reading the design is laid, the others are simulated over the same design."""
+    return {told.name: told for told in _told() if isinstance(told, BySurface)}
 
 
 def _told() -> Iterator[Reading]:

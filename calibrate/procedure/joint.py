@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables, joined
 from benchtwin.calibrate.procedure.rigs import ON_SEED, PILE
 from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.box import Box
@@ -60,6 +61,7 @@ class Joint:
 def fit_joint(
     steel: dict[str, SteelFit],
     pile: PileFit | None,
+    beside: tuple[PileObservables, ...] = (),
     *,
     rng: np.random.Generator,
     priors: dict[str, tuple[float, float]] | None = None,
@@ -68,16 +70,16 @@ def fit_joint(
     """Posterior over all fitted parameters; None where nothing was fitted.
 
     The piles stand in it by what they showed (`PileFit.seen`), else by the angle's
-    surface over the seed–seed parameters alone. priors: {parameter: (mean, sd)} of
-    normal ones, else uniform over what was simulated; ess: effective draws. Narrowing
-    weighs what else the piles show, and drop, slide and roll of seed on seed, measured
-    as well as on steel."""
+    surface over the seed–seed parameters alone; beside: what further rigs say of seed
+    on seed. priors: {parameter: (mean, sd)} of normal ones, else uniform over what was
+    simulated; ess: effective draws. Narrowing weighs what else the piles show, and
+    drop, slide and roll of seed on seed, measured as well as on steel."""
     observables = [
         Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench)
         for n, f in steel.items()
     ]
-    of_pile, correlation = _of_pile(pile)
-    observables += of_pile
+    of_seeds, correlation = joined((*_of_pile(pile), *beside))
+    observables += of_seeds
     if not observables:
         return None
     sequential = {name: value for name, (value, _) in together(steel.values()).items()}
@@ -97,16 +99,20 @@ def fit_joint(
     return Joint(posterior, table, directions(seeds), further, notes)
 
 
-def _of_pile(
-    pile: PileFit | None,
-) -> tuple[tuple[Observable, ...], pd.DataFrame | None]:
-    """What the piles say in the posterior, and how its errors are correlated."""
+def _of_pile(pile: PileFit | None) -> tuple[PileObservables, ...]:
+    """What the piles say in the posterior."""
     if pile is None:
-        return (), None
+        return ()
     if pile.seen is not None:
-        return pile.seen.observables, pile.seen.correlation
-    surface = shrink(pile.surface)
-    return (Observable(f"{PILE.name}: {PILE.response}", surface, pile.bench),), None
+        return (pile.seen,)
+    name = f"{PILE.name}: {PILE.response}"
+    angle = Observable(name, shrink(pile.surface), pile.bench)
+    alone = pd.DataFrame([[1.0]], index=[name], columns=[name])
+    return (
+        PileObservables(
+            observables=(angle,), correlation=alone, used=(PILE.response,), notes=()
+        ),
+    )
 
 
 def _shared_range(name: str, observables: list[Observable]) -> tuple[float, float]:

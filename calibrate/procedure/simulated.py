@@ -2,12 +2,13 @@
 ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.beside_piles import simulate_beside
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import FULL, Effort
 from benchtwin.calibrate.procedure.pile_runs import simulate_pile
@@ -15,6 +16,7 @@ from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import steel_box
 from benchtwin.calibrate.procedure.rigs import (
     ASSUMED,
+    BESIDE,
     PILE,
     RANGES,
     SEED_LIMITS,
@@ -90,6 +92,9 @@ def calibrate_simulated(
     if PILE.name in bench.rigs:
         say(f"{PILE.name}: seed on seed")
         found = pile_rig(found, way, rng)
+    for name in (n for n in BESIDE if n in bench.rigs):
+        say(f"{name}: seed on seed")
+        found = rig_beside(found, name, way)
     if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
         say("does the seeds' shape matter?")
         found = compare_shapes(found, way)
@@ -164,6 +169,27 @@ def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibrat
     stage = pile_stage(found, way)
     found = found.saying(*stage.notes)
     return found.trying(PILE.name, lambda: simulate_pile(stage, rng))
+
+
+def rig_beside(found: Calibration, name: str, way: Way) -> Calibration:
+    """A further rig that tells of seed on seed, simulated over the piles' design."""
+    if found.pile is None:
+        why = "its runs are laid over the heaps' design, and no heap was calibrated"
+        return found.without(name, ValueError(why))
+    rig, pile, readings = BESIDE[name], found.pile, found.bench.rigs[name]
+    slab, fill = way.effort.slab, way.effort.fill_mm
+    stated = readings.description
+    section, notes = rig.simulated(stated.get(name, {}), slab, fill)
+    stage = replace(
+        pile_stage(found, way),
+        rig=rig,
+        readings=readings,
+        description=_described(found, {**stated, name: section}),
+        notes=notes,
+    )
+    before = (pile.seen,) if pile.seen is not None else ()
+    known = (*before, *found.beside.values())
+    return found.trying(name, lambda: simulate_beside(stage, pile.box, known))
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:

@@ -1,0 +1,142 @@
+"""A photo of what a draw-down left → the slope above, the heap below; and what was
+weighed and timed.
+
+Both outlines are found and fitted as a pile's (`vision/pile/repose.py`), each in its
+own part of the picture."""
+
+import numpy as np
+from benchtwin.sim.rigs.drawdown import TIMED
+from benchtwin.vision.evidence.photo import read_photo
+from benchtwin.vision.measurement import (
+    FAILED,
+    MeasurementError,
+    Observation,
+    Quantity,
+    failed,
+)
+from benchtwin.vision.motion.of_recording import Progress
+from benchtwin.vision.overlay.pile import draw_repose
+from benchtwin.vision.pile.pitch import SLAB
+from benchtwin.vision.pile.repose import MAIN, PileOptions, Repose, measure_repose
+from benchtwin.vision.recording import Recording
+
+# what weighings of one run may be off by together: a kitchen scale reads whole grams,
+# and a seed or two jump off the bench
+SCALE_SD_G = 0.5
+TIMED_SD_S = 0.01  # a frame of a slow-motion film at either end
+# seeds that a slot must be wide for it to run freely: narrower ones are bridged (Janda
+# et al. 2008, EPL 84, 44002: discs jam with more than even odds below about 4)
+FREE_WIDTHS = 3.0
+JAMMED = (
+    "an arch over the slot ended the flow: it tells of jamming, not of slope and time"
+)
+
+
+def observe_drawdown(
+    recording: Recording,
+    options: PileOptions | None = None,
+    progress: Progress | None = None,
+) -> Observation:
+    """Measure the first photo: shear_angle above, heap_angle below [deg]; flow_time
+    [s], mass_flow [g/s] as far as they are stated. MeasurementError where neither the
+    slope nor the heap can be measured, or the flow jammed."""
+    if recording.evidence != "photos":
+        raise MeasurementError(
+            f"{recording.path}: a draw-down is measured on a photo of what is at rest,"
+            f" or read off into readings.csv, not on {recording.evidence}"
+        )
+    stated = recording.drawdown
+    if stated.jammed:
+        raise MeasurementError(f"{recording.path}: {JAMMED}")
+    if stated.upper_px is None or stated.lower_px is None:
+        raise MeasurementError(
+            f"{recording.toml}: [drawdown] upper_px and lower_px are missing: where in"
+            " the photo the slope above and the heap below are (left, top, width,"
+            " height)"
+        )
+    image = read_photo(recording.files[0])
+    parts = {
+        "shear_angle": PileOptions(
+            roi=stated.upper_px, baseline=stated.shelf_px, side="right", form=SLAB
+        ),
+        "heap_angle": PileOptions(
+            roi=stated.lower_px, baseline=stated.tray_px, form=SLAB
+        ),
+    }
+    found: dict[str, Repose | str] = {}
+    for name, how in parts.items():
+        try:
+            found[name] = measure_repose(image, recording.camera, how)
+        except MeasurementError as error:
+            found[name] = f"{recording.files[0]}: {error}"
+    if all(isinstance(one, str) for one in found.values()):
+        raise MeasurementError("; ".join(map(str, found.values())))
+    doubts = doubts_of(recording)
+    angles = tuple(_angle(name, one).doubt(*doubts) for name, one in found.items())
+    notes = [n for one in found.values() if isinstance(one, Repose) for n in one.notes]
+    pictures = {
+        name.removesuffix("_angle"): draw_repose(image, one)
+        for name, one in found.items()
+        if isinstance(one, Repose)
+    }
+    return Observation(
+        recording.id,
+        "drawdown",
+        (*angles, *_flow(recording, doubts)),
+        tuple(dict.fromkeys(notes)),
+        pictures,
+    )
+
+
+def _angle(name: str, found: Repose | str) -> Quantity:
+    """The angle of repose of an outline under the name that it has here."""
+    if isinstance(found, str):
+        return failed(name, "deg", found)
+    q = next(q for q in found.quantities if q.name == MAIN)
+    return Quantity(name, q.value, q.sd, q.unit, q.quality, q.reason, q.sd_common)
+
+
+def _flow(recording: Recording, doubts: tuple[str, ...]) -> tuple[Quantity, ...]:
+    """flow_time, and mass_flow = (9/10 − 1/10)(filled − retained)/flow_time."""
+    stated = recording.drawdown
+    if stated.flow_time_s is None:
+        return ()
+    time = Quantity("flow_time", stated.flow_time_s, TIMED_SD_S, "s").doubt(*doubts)
+    if stated.filled_mass_g is None or stated.retained_mass_g is None:
+        return (time,)
+    timed = (TIMED[1] - TIMED[0]) * (stated.filled_mass_g - stated.retained_mass_g)
+    flow, off = timed / time.value, np.sqrt(2) * SCALE_SD_G
+    sd = float(np.hypot(flow * time.sd / time.value, off / time.value))
+    return time, Quantity("mass_flow", flow, sd, "g/s").doubt(*doubts)
+
+
+def doubts_of(recording: Recording) -> tuple[str, ...]:
+    """What speaks against a run: grams that are missing, a slot that seeds bridge."""
+    stated, seed = recording.drawdown, recording.seed
+    told = []
+    out = (stated.tray_mass_g, stated.spilt_mass_g)
+    masses = (stated.filled_mass_g, stated.retained_mass_g, *out)
+    if None not in masses:
+        filled, *parts = masses
+        lost = filled - sum(parts)
+        if abs(lost) > 3 * np.sqrt(len(masses)) * SCALE_SD_G:
+            word = "missing" if lost > 0 else "too many"
+            told.append(
+                f"{abs(lost):.1f} g are {word}: {filled:g} g were filled in,"
+                f" {sum(parts):g} g were found again"
+            )
+    if (
+        stated.slot_mm
+        and seed.width_mm
+        and stated.slot_mm < FREE_WIDTHS * seed.width_mm
+    ):
+        told.append(
+            f"the slot is {stated.slot_mm / seed.width_mm:.1f} seeds wide: such a slot"
+            f" jams; {FREE_WIDTHS:g} and more run"
+        )
+    return tuple(told)
+
+
+def measurable(observation: Observation) -> bool:
+    """Whether anything was measured on it."""
+    return any(q.quality != FAILED for q in observation.quantities)
