@@ -3,8 +3,9 @@
     P(jam) = 1 / (1 + exp((w − w½)/b)),   b > 0
 
 Of w½ [mm] the maximum of the likelihood, and as its 95 % interval all widths that a
-likelihood-ratio test at 5 % keeps (b at its own maximum for each); where that has no
-end, no width is given. Of one width's share the 95 % interval of Wilson (1927)."""
+likelihood-ratio test at 5 % keeps (b at its own maximum for each). Where that has no
+end, or the runs do not show that the width matters (the same test), no width is given.
+Of one width's share the 95 % interval of Wilson (1927)."""
 
 from collections.abc import Iterable
 
@@ -78,6 +79,10 @@ def half_width(
     likely = special.log_expit(-runs_on) * jammed[:, None, None]
     likely += special.log_expit(runs_on) * (runs - jammed)[:, None, None]
     profile = likely.sum(axis=0).max(axis=1)
+    share = jammed.sum() / runs.sum()
+    alike = special.xlogy(jammed, share) + special.xlog1py(runs - jammed, -share)
+    if profile.max() - alike.sum() < KEPT:
+        return None
     kept = np.flatnonzero(profile >= profile.max() - KEPT)
     if kept[0] == 0 or kept[-1] == WIDTHS - 1:
         return None

@@ -1,20 +1,21 @@
-"""A photo of what a draw-down left → the slope above, the heap below; and what was
-weighed and timed.
+"""A photo or a film of a draw-down → the slope above, the heap below, the time of the
+flow; and what was weighed.
 
 Both outlines are found and fitted as a pile's (`vision/pile/repose.py`), each in its
 own part of the picture."""
 
 import numpy as np
+from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.sim.rigs.drawdown import TIMED
+from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import (
-    FAILED,
     MeasurementError,
     Observation,
     Quantity,
     failed,
 )
-from benchtwin.vision.motion.of_recording import Progress
+from benchtwin.vision.motion.of_recording import PICTURES, Progress
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.pitch import SLAB
 from benchtwin.vision.pile.repose import MAIN, PileOptions, Repose, measure_repose
@@ -37,13 +38,14 @@ def observe_drawdown(
     options: PileOptions | None = None,
     progress: Progress | None = None,
 ) -> Observation:
-    """Measure the first photo: shear_angle above, heap_angle below [deg]; flow_time
-    [s], mass_flow [g/s] as far as they are stated. MeasurementError where neither the
-    slope nor the heap can be measured, or the flow jammed."""
-    if recording.evidence != "photos":
+    """Measure the first photo, or the film's last picture: shear_angle above,
+    heap_angle below [deg]; flow_time [s] of the film, else as stated; mass_flow [g/s]
+    where masses are stated. MeasurementError where neither the slope nor the heap can
+    be measured, or the flow jammed."""
+    if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
-            f"{recording.path}: a draw-down is measured on a photo of what is at rest,"
-            f" or read off into readings.csv, not on {recording.evidence}"
+            f"{recording.path}: a draw-down is measured on a film, or on a photo of"
+            f" what is at rest, not on {recording.evidence}"
         )
     stated = recording.drawdown
     if stated.jammed:
@@ -54,7 +56,12 @@ def observe_drawdown(
             " the photo the slope above and the heap below are (left, top, width,"
             " height)"
         )
-    image = read_photo(recording.files[0])
+    if recording.evidence == "photos":
+        image, time = read_photo(recording.files[0]), _stated_time(recording)
+    else:
+        source = open_frames(recording)
+        flow = flow_of(source.iterate(), stated.upper_px, str(recording.path))
+        image, time = flow.last, Quantity("flow_time", flow.time_s, flow.sd_s, "s")
     parts = {
         "shear_angle": PileOptions(
             roi=stated.upper_px, baseline=stated.shelf_px, side="right", form=SLAB
@@ -82,7 +89,7 @@ def observe_drawdown(
     return Observation(
         recording.id,
         "drawdown",
-        (*angles, *_flow(recording, doubts)),
+        (*angles, *_flow(recording, time, doubts)),
         tuple(dict.fromkeys(notes)),
         pictures,
     )
@@ -96,12 +103,18 @@ def _angle(name: str, found: Repose | str) -> Quantity:
     return Quantity(name, q.value, q.sd, q.unit, q.quality, q.reason, q.sd_common)
 
 
-def _flow(recording: Recording, doubts: tuple[str, ...]) -> tuple[Quantity, ...]:
+def _stated_time(recording: Recording) -> Quantity | None:
+    time = recording.drawdown.flow_time_s
+    return None if time is None else Quantity("flow_time", time, TIMED_SD_S, "s")
+
+
+def _flow(
+    recording: Recording, time: Quantity | None, doubts: tuple[str, ...]
+) -> tuple[Quantity, ...]:
     """flow_time, and mass_flow = (9/10 − 1/10)(filled − retained)/flow_time."""
-    stated = recording.drawdown
-    if stated.flow_time_s is None:
+    if time is None:
         return ()
-    time = Quantity("flow_time", stated.flow_time_s, TIMED_SD_S, "s").doubt(*doubts)
+    stated, time = recording.drawdown, time.doubt(*doubts)
     if stated.filled_mass_g is None or stated.retained_mass_g is None:
         return (time,)
     timed = (TIMED[1] - TIMED[0]) * (stated.filled_mass_g - stated.retained_mass_g)
@@ -135,8 +148,3 @@ def doubts_of(recording: Recording) -> tuple[str, ...]:
             f" jams; {FREE_WIDTHS:g} and more run"
         )
     return tuple(told)
-
-
-def measurable(observation: Observation) -> bool:
-    """Whether anything was measured on it."""
-    return any(q.quality != FAILED for q in observation.quantities)
