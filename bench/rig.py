@@ -23,8 +23,8 @@ class Rig:
     order: its place in lists and reports. main: the quantity that fails where a
     recording cannot be measured; printed: quantities in groups, of each of which the
     first measured one is printed. readings: columns of readings.csv → quantity, the
-    column that a calibration answers first. told_by: evidence that only this rig
-    leaves → why. gate_place: column of gates.csv that says where a gate stands. wanted:
+    column that a calibration answers first; zeros: those that may be 0. told_by:
+    evidence that only this rig leaves → why. gate_place: column of gates.csv that says where a gate stands. wanted:
     keys without which a number is missing or in doubt; asked: keys that no other tool's
     file states → the question. corrected_in: further sections of keys in which its
     measuring is corrected. variants: names by which `simulate` knows it with other
@@ -52,6 +52,7 @@ class Rig:
     order: int = 100
     printed: tuple[tuple[str, ...], ...] = ()
     readings: Mapping[str, Quantity] = field(default_factory=dict, hash=False)
+    zeros: tuple[str, ...] = ()
     told_by: Mapping[str, str] = field(default_factory=dict, hash=False)
     gate_place: str = ""
     wanted: tuple[KeyPlace, ...] = ()

@@ -12,6 +12,7 @@ RIG = Rig(
     main=("bed_rebound", "mm"),
     printed=(("bed_rebound",), ("apparent_restitution",)),
     readings={"bed_rebound_mm": ("bed_rebound", "mm")},
+    zeros=("bed_rebound_mm",),
     wanted=(("camera", "mm_per_px"), ("bed", "height_mm")),
     asked=(
         (
