@@ -24,13 +24,13 @@ class Rig:
     recording cannot be measured; printed: quantities in groups, of each of which the
     first measured one is printed. readings: columns of readings.csv → quantity, the
     column that a calibration answers first; zeros: those that may be 0. told_by:
-    evidence that only this rig leaves → why. gate_place: column of gates.csv that says where a gate stands. wanted:
-    keys without which a number is missing or in doubt; asked: keys that no other tool's
-    file states → the question. corrected_in: further sections of keys in which its
-    measuring is corrected. variants: names by which `simulate` knows it with other
-    keys; by_turns: keys that its runs have by turns where none is stated;
-    per_recording: keys of a recording, not of how the rig is built; weighed: such keys
-    that say what was weighed.
+    evidence that only this rig leaves → why. gate_place: column of gates.csv that says
+    where a gate stands. wanted: keys without which a number is missing or in doubt;
+    asked: keys that no other tool's file states → the question. corrected_in: further
+    sections of keys in which its measuring is corrected. variants: names by which
+    `simulate` knows it with other keys; by_turns: keys that its runs have by turns
+    where none is stated; per_recording: keys of a recording, not of how the rig is
+    built; weighed: such keys that say what was weighed.
     own_parameters: whether each recording can have a parameter of its own.
 
     The parts are named "module:function", modules from the rig's folder on where they

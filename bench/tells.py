@@ -90,11 +90,12 @@ class BySurface(Reading):
     simulated(section, width_mm, fill_mm): the section of what is simulated in its
     place, and a note where that is another; shown(section): the camera of the picture
     that is shown beside the bench's; not_seen: columns of a simulated run that no bench
-    can show."""
+    can show; minutes: that what one simulated run shows takes at a bench."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
     not_seen: tuple[str, ...] = ()
+    minutes: float = 5.0
 
 
 def by_curve() -> dict[str, ByCurve]:

@@ -122,7 +122,9 @@ def observed(
         if source not in piles or piles[source].nunique() < LEAST_DIFFERENT:
             continue
         there = piles[piles[source].notna()]
-        least_squares, note = _surface(there, source, wide, len(box.names), packing)
+        least_squares, note = surface_through(
+            there, source, wide, len(box.names), packing
+        )
         surface, own = shrink(least_squares), column == rig.response
         angle = least_squares if own else angle
         try:
@@ -144,7 +146,7 @@ def observed(
         used.append(source)
     return PileObservables(
         observables=tuple(found),
-        correlation=_correlation(errors),
+        correlation=correlation_of(errors),
         used=tuple(used),
         notes=tuple(dict.fromkeys(notes)),
         angle=angle,
@@ -166,7 +168,7 @@ def _there(piles: pd.DataFrame, column: str) -> bool:
     return column in piles and bool(piles[column].notna().any())
 
 
-def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
+def correlation_of(errors: dict[str, pd.Series]) -> pd.DataFrame:
     """Correlation of the surfaces' residuals, a hundredth short of what would make two
     observables one."""
     names = list(errors)
@@ -176,7 +178,7 @@ def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
     )
 
 
-def _surface(
+def surface_through(
     piles: pd.DataFrame, column: str, wide: Box, quadratic: int, packing: str | None
 ) -> tuple[Surface, list[str]]:
     """Quadratic in the first factors, linear in the others as far as there are runs

@@ -24,4 +24,5 @@ TELLS = BySurface(
     simulated=as_described,
     shown=lambda stated: {},
     not_seen=("true_stayed", "true_sd_mm", "true_first_rebound_mm"),
+    minutes=4.0,  # ten drops
 )

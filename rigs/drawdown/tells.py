@@ -28,4 +28,5 @@ TELLS = BySurface(
     simulated=slice_of,
     shown=lambda stated: {},
     not_seen=("true_photo_s", "true_lies_still", "true_jammed", "true_tray_mass_g"),
+    minutes=4.0,
 )

@@ -12,7 +12,14 @@ from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
 from benchtwin.sim.rigs.filling import Filled
-from benchtwin.sim.rigs.heap import Vessel, fill, grams, let_go, weights
+from benchtwin.sim.rigs.heap import (
+    RAIN_OVERLAP,
+    Vessel,
+    fill,
+    grams,
+    let_go,
+    weights,
+)
 from benchtwin.sim.rigs.parts import slab
 from benchtwin.sim.rigs.pile import GLASS, THICKNESS_M
 from benchtwin.sim.rigs.profile import balls, slope_angle, upper_edge
@@ -125,6 +132,7 @@ def vessel(rig: Drawdown, bench: Bench) -> Vessel:
         parts=_parts(rig),
         contacts=_on_panes(rig, bench),
         clear_m=rig.slot_m,
+        overlap=RAIN_OVERLAP,
     )
 
 

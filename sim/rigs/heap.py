@@ -15,7 +15,9 @@ from benchtwin.sim.rigs.engine import Engine, Lift
 from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
-# of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
+# of a radius: else a run is stopped (`World.most_overlap`)
+MOST_OVERLAP = 0.1
+# for an instant where rain meets the floor: forgotten once the seeds lie
 RAIN_OVERLAP = 0.25
 CLEAR_M = 0.01  # so far above the seeds, what was lifted is out of them
 
@@ -29,7 +31,7 @@ class Vessel:
     domain: what leaves it is gone. opening_m: the narrowest way out. parts: what the
     camera sees at the end. wall_m: where the wall stands (x) that the heap leans on,
     None: it has two slopes. clear_m: how far the part moves until it is out of the
-    seeds, None: over the filling."""
+    seeds, None: over the filling. overlap: of a radius, allowed in the flow."""
 
     low: Vector
     high: Vector
@@ -45,6 +47,7 @@ class Vessel:
     contacts: tuple[Contact, ...] = ()
     wall_m: float | None = None
     clear_m: float | None = None
+    overlap: float = MOST_OVERLAP
 
     @property
     def out_m(self) -> float:
@@ -132,6 +135,7 @@ def let_go(
             vessel.walls(0.0, vessel.lift(begin_s)),
             domain=vessel.domain,
             contacts=vessel.contacts,
+            most_overlap=vessel.overlap,
             sleep=bench.sleep,
         )
 
