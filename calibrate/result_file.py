@@ -157,6 +157,7 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         out["posterior"] = joint.posterior.draws
         out["posterior_summary"] = joint.table
         out["tension"] = joint.posterior.tension
+        out |= {"next_tests": joint.next_tests} if len(joint.next_tests) else {}
         if len(joint.directions):
             out |= {"directions": joint.directions, "narrowing": joint.narrowing}
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}

@@ -132,8 +132,7 @@ class Calibration:
             why = "; ".join(f"{rig}: {reason}" for rig, reason in self.refused.items())
             folder = self.bench.folder
             raise ValueError(f"{folder}: nothing could be calibrated: {why}")
-        beside = tuple(self.beside.values())
-        joint = fit_joint(self.steel, self.pile, beside, rng=rng, **options)
+        joint = fit_joint(self.steel, self.pile, self.beside, rng=rng, **options)
         return replace(self, joint=joint, finished=True)
 
     @property

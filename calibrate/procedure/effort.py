@@ -20,7 +20,9 @@ class Effort:
     most: largest number of replicates a design point gets; more: most piles beyond the
     design; piles: verification piles; power: with which main effects are to be found;
     slab, fill_mm: width and filling of the slice that stands for the bench's pile, None
-    for the pile as described; draws: effective ones from the posterior."""
+    for the pile as described; draws: effective ones from the posterior; unrecorded:
+    whether rigs that the bench has not recorded are simulated too, to tell what they
+    would add."""
 
     name: str
     levels: int = 6
@@ -37,6 +39,7 @@ class Effort:
     slab: float | None = SLAB_MM
     fill_mm: float = FILL_MM
     draws: int = 1000
+    unrecorded: bool = False
 
     def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
