@@ -160,8 +160,8 @@ def joined(
     rigs, which share no run."""
     observables = tuple(o for part in parts for o in part.observables)
     names = [o.name for o in observables]
-    blocks = block_diag(*(part.correlation.to_numpy() for part in parts))
-    return observables, pd.DataFrame(blocks, index=names, columns=names)
+    blocks = block_diag(*(part.correlation for part in parts)) if names else None
+    return observables, pd.DataFrame(blocks, index=names, columns=names, dtype=float)
 
 
 def _there(piles: pd.DataFrame, column: str) -> bool:

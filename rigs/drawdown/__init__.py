@@ -13,7 +13,9 @@ RIG = Rig(
     printed=(("shear_angle",), ("heap_angle",), ("flow_time",), ("mass_flow",)),
     readings={
         "shear_angle_deg": ("shear_angle", "deg"),
+        "shear_centroid_deg": ("shear_centroid", "deg"),
         "heap_angle_deg": ("heap_angle", "deg"),
+        "heap_centroid_deg": ("heap_centroid", "deg"),
         "flow_time_s": ("flow_time", "s"),
     },
     corrected_in=(),

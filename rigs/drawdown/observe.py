@@ -4,6 +4,8 @@ flow; and what was weighed.
 Both outlines are found and fitted as a pile's (`vision/pile/repose.py`), each in its
 own part of the picture."""
 
+from dataclasses import replace
+
 import numpy as np
 from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.sim.rigs.drawdown import TIMED
@@ -38,8 +40,8 @@ def observe_drawdown(
     options: PileOptions | None = None,
     progress: Progress | None = None,
 ) -> Observation:
-    """Measure the first photo, or the film's last picture: shear_angle above,
-    heap_angle below [deg]; flow_time [s] of the film, else as stated; mass_flow [g/s]
+    """Measure the first photo, or the film's last picture: shear_angle, shear_centroid
+    above, heap_angle, heap_centroid below [deg]; flow_time [s] of the film, else as stated; mass_flow [g/s]
     where masses are stated. MeasurementError where neither the slope nor the heap can
     be measured, or the flow jammed."""
     if recording.evidence not in ("photos", *PICTURES):
@@ -63,12 +65,10 @@ def observe_drawdown(
         flow = flow_of(source.iterate(), stated.upper_px, str(recording.path))
         image, time = flow.last, Quantity("flow_time", flow.time_s, flow.sd_s, "s")
     parts = {
-        "shear_angle": PileOptions(
+        "shear": PileOptions(
             roi=stated.upper_px, baseline=stated.shelf_px, side="right", form=SLAB
         ),
-        "heap_angle": PileOptions(
-            roi=stated.lower_px, baseline=stated.tray_px, form=SLAB
-        ),
+        "heap": PileOptions(roi=stated.lower_px, baseline=stated.tray_px, form=SLAB),
     }
     found: dict[str, Repose | str] = {}
     for name, how in parts.items():
@@ -79,10 +79,14 @@ def observe_drawdown(
     if all(isinstance(one, str) for one in found.values()):
         raise MeasurementError("; ".join(map(str, found.values())))
     doubts = doubts_of(recording)
-    angles = tuple(_angle(name, one).doubt(*doubts) for name, one in found.items())
+    angles = tuple(
+        _angle(f"{part}_{what}", of, one).doubt(*doubts)
+        for part, one in found.items()
+        for what, of in (("angle", MAIN), ("centroid", "centroid_angle"))
+    )
     notes = [n for one in found.values() if isinstance(one, Repose) for n in one.notes]
     pictures = {
-        name.removesuffix("_angle"): draw_repose(image, one)
+        name: draw_repose(image, one)
         for name, one in found.items()
         if isinstance(one, Repose)
     }
@@ -95,12 +99,11 @@ def observe_drawdown(
     )
 
 
-def _angle(name: str, found: Repose | str) -> Quantity:
-    """The angle of repose of an outline under the name that it has here."""
+def _angle(name: str, of: str, found: Repose | str) -> Quantity:
+    """A quantity of an outline under the name that it has here."""
     if isinstance(found, str):
         return failed(name, "deg", found)
-    q = next(q for q in found.quantities if q.name == MAIN)
-    return Quantity(name, q.value, q.sd, q.unit, q.quality, q.reason, q.sd_common)
+    return replace(next(q for q in found.quantities if q.name == of), name=name)
 
 
 def _stated_time(recording: Recording) -> Quantity | None:

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, Look, project
-from benchtwin.sim.rigs.drawdown import Drawdown, run_drawdown
+from benchtwin.sim.rigs.drawdown import OF_A_FLOW, Drawdown, run_drawdown
 from benchtwin.twin.setup import Setup
 
-BESIDE_M, BELOW_M = 4e-3, 6e-3  # shown of what stands beside and below a heap
+BESIDE_M, BELOW_M = 12e-3, 6e-3  # shown of what stands beside and below a heap
 
 
 def told(rig: Drawdown, camera: Camera, motion: Motion) -> dict[str, Any]:
@@ -64,6 +64,6 @@ SETUP = Setup(
     step=0.3,
     many=True,
     photographed=True,
-    truth=("shear_angle_deg", "heap_angle_deg", "flow_time_s"),
+    truth=OF_A_FLOW,
     told=told,
 )

@@ -22,11 +22,15 @@ from benchtwin.sim.rigs.heap import (
 )
 from benchtwin.sim.rigs.parts import slab
 from benchtwin.sim.rigs.pile import GLASS, THICKNESS_M
-from benchtwin.sim.rigs.profile import balls, slope_angle, upper_edge
+from benchtwin.sim.rigs.profile import balls, centroid_angle, slope_angle, upper_edge
 
 # shares of the mass that comes out, between which the flow is timed: before it the
 # slide still opens, after it the slope above runs out seed by seed
 TIMED = (0.1, 0.9)
+OF_A_FLOW = (
+    *("shear_angle_deg", "shear_centroid_deg", "heap_angle_deg", "heap_centroid_deg"),
+    "flow_time_s",
+)
 FLOW_FPS = 100.0  # looks at the flow, for its time
 STEP_M = 1e-4  # between columns of an outline
 
@@ -93,9 +97,9 @@ def run_drawdown(
     """Fill, draw the slide, wait, look; fps, filled: as `run_pile`.
 
     Truth: jammed (1: at the end a seed lies above the open slot, which nothing but an
-    arch can hold); shear_angle_deg above, heap_angle_deg below, flow_time_s (`TIMED` of
-    the mass that comes out), NaN where it jammed; filled_mass_g, retained_mass_g in the
-    box, tray_mass_g."""
+    arch can hold); `OF_A_FLOW`, NaN where it jammed: angle and centroid's angle of the
+    slope above and of the heap below, time in which `TIMED` of the mass that comes out
+    is through; filled_mass_g, retained_mass_g in the box, tray_mass_g."""
     box = vessel(rig, bench)
     filled = filled or fill(box, bench, rng, engine, watch)
     motion = let_go(box, bench, filled, rng, fps or FLOW_FPS, watch, engine)
@@ -211,19 +215,20 @@ def _truth(rig: Drawdown, motion: Motion) -> dict[str, float]:
     told = weights(motion, above)
     told["tray_mass_g"] = float(grams(motion)[below].sum())
     if arched.any():
-        angles = {"shear_angle_deg": nan, "heap_angle_deg": nan, "flow_time_s": nan}
-        return told | angles | {"jammed": 1.0}
+        return told | dict.fromkeys(OF_A_FLOW, nan) | {"jammed": 1.0}
     first, last = rig.tray_ends_m
     slope = _outline(motion, 0.0, rig.box_m[0], 0.0)
     heap = _outline(motion, first, last, -rig.fall_m)
     flanks = (slope_angle(*heap), slope_angle(-heap[0][::-1], heap[1][::-1]))
     there = [angle for angle in flanks if np.isfinite(angle)]
-    return told | {
-        "shear_angle_deg": slope_angle(*slope),
-        "heap_angle_deg": float(np.mean(there)) if there else nan,
-        "flow_time_s": flow_time(motion),
-        "jammed": 0.0,
-    }
+    found = (
+        slope_angle(*slope),
+        centroid_angle(*slope, wall_m=0.0),
+        float(np.mean(there)) if there else nan,
+        centroid_angle(*heap),
+        flow_time(motion),
+    )
+    return told | dict(zip(OF_A_FLOW, found, strict=True)) | {"jammed": 0.0}
 
 
 def _outline(
