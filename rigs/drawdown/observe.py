@@ -41,9 +41,9 @@ def observe_drawdown(
     progress: Progress | None = None,
 ) -> Observation:
     """Measure the first photo, or the film's last picture: shear_angle, shear_centroid
-    above, heap_angle, heap_centroid below [deg]; flow_time [s] of the film, else as stated; mass_flow [g/s]
-    where masses are stated. MeasurementError where neither the slope nor the heap can
-    be measured, or the flow jammed."""
+    above, heap_angle, heap_centroid below [deg]; flow_time [s] of the film, else as
+    stated; mass_flow [g/s] where masses are stated. MeasurementError where neither the
+    slope nor the heap can be measured, or the flow jammed."""
     if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
             f"{recording.path}: a draw-down is measured on a film, or on a photo of"

@@ -118,9 +118,9 @@ class Fall:
         return max(self.high_m - self.low_m, 0.0) if self.high_m > -np.inf else 0.0
 
     def __call__(self, world: World, state: State) -> bool:
-        at = int(np.flatnonzero(state.ids == self.which)[0])
-        height = float(state.positions[at, 2])
-        speed = float(state.velocities[at, 2])
+        # rows of the state are in the order of the seeds; none is lost from a box
+        height = float(state.positions[self.which, 2])
+        speed = float(state.velocities[self.which, 2])
         if self.touched_s is None:
             if speed > self._before:
                 self.touched_s = state.time_s
