@@ -8,7 +8,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
@@ -16,6 +15,7 @@ from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
+from benchtwin.calibrate.procedure.next_tests import in_words
 from benchtwin.calibrate.procedure.pairs import pairs
 from benchtwin.calibrate.procedure.pile_runs import DESIGNS
 from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE
@@ -249,18 +249,9 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
         for r in c.not_following.itertuples()
     ]
     if c.joint is not None:
-        lines += next_in_words(c.joint.next_tests)
+        lines += in_words(c.joint.next_tests)
     left = f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
-
-
-def next_in_words(tests: pd.DataFrame) -> list[str]:
-    """A sentence on each test that may be run next, best first."""
-    return [
-        f"next: {row.runs} {row.test} more ({row.runs * row.minutes:.0f} min) would"
-        f" leave {row.variance_left:.0%} of the variance of seed on seed"
-        for row in tests.itertuples()
-    ]
 
 
 def show_parameters(console: Console, rows: list[dict]) -> None:

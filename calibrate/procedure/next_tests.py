@@ -73,3 +73,12 @@ def next_tests(
         if test is not None and all(set(s.box.names) <= known for s in test.surrogates)
     ]
     return after_minutes(posterior, tests, of, MINUTES) if tests else pd.DataFrame()
+
+
+def in_words(tests: pd.DataFrame) -> list[str]:
+    """A sentence on each test that may be run next, best first."""
+    return [
+        f"next: {row.runs} more {row.test} ({row.runs * row.minutes:.0f} min) would"
+        f" leave {row.variance_left:.0%} of the variance of the seed–seed parameters"
+        for row in tests.itertuples()
+    ]

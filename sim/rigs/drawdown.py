@@ -96,8 +96,9 @@ def run_drawdown(
 ) -> Motion:
     """Fill, draw the slide, wait, look; fps, filled: as `run_pile`.
 
-    Truth: jammed (1: at the end a seed lies above the open slot, which nothing but an
-    arch can hold); `OF_A_FLOW`, NaN where it jammed: angle and centroid's angle of the
+    Truth: jammed (1: at the end a seed's middle lies over the outer half of the open
+    slot: the slope's last seeds overhang its edge by less, and nothing but an arch to
+    the end wall can hold one there); `OF_A_FLOW`, NaN where it jammed: angle and centroid's angle of the
     slope above and of the heap below, time in which `TIMED` of the mass that comes out
     is through; filled_mass_g, retained_mass_g in the box, tray_mass_g."""
     box = vessel(rig, bench)
@@ -210,7 +211,7 @@ def _parts(rig: Drawdown):
 def _truth(rig: Drawdown, motion: Motion) -> dict[str, float]:
     at, nan = motion.positions_m[-1], float("nan")
     above = at[:, 2] > 0  # NaN, of a seed that is gone: neither above nor below
-    arched = above & (at[:, 0] > rig.shelf_m)
+    arched = above & (at[:, 0] > rig.shelf_m + rig.slot_m / 2)
     below = at[:, 2] < 0
     told = weights(motion, above)
     told["tray_mass_g"] = float(grams(motion)[below].sum())

@@ -2,6 +2,7 @@
 a draw-down whose slope rises with static friction and falls with rolling friction,
 where a heap's angle rises with both."""
 
+import json
 from dataclasses import replace
 from functools import partial
 
@@ -12,6 +13,8 @@ from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.simulated import calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run
+from benchtwin.calibrate.result_file import write_result
+from benchtwin.report.page import write_report
 from stand_in import TRUE, StandIn, write_bench
 
 FRICTIONS = ["seed_static_friction", "seed_rolling_friction"]
@@ -108,6 +111,19 @@ def test_which_test_next_is_told_before_it_is_recorded(alone):
     left = "sd_left_seed_static_friction"
     assert told.loc["draw-downs", left] < 0.7 < told.loc["heaps", left]
     assert told.loc["draw-downs", "runs"] == 5
+
+
+def test_files_and_report_hold_them(both, tmp_path):
+    write_result(both, tmp_path)
+    write_report(both, tmp_path)
+    text = (tmp_path / "report.html").read_text()
+    assert "more draw-downs (20 min) would leave" in text
+    runs = pd.read_csv(tmp_path / "tables" / "drawdown_runs.csv")
+    assert len(runs) >= 15 and {"shear_angle_deg", *FRICTIONS} <= set(runs)
+    held = json.loads((tmp_path / "result.json").read_text())["pile"]["observables"]
+    assert {"drawdown: flow_time_s", "bed: bed_rebound_mm"} <= {
+        row["observable"] for row in held
+    }
 
 
 def test_a_rig_that_gives_nothing_is_named_and_costs_the_others_nothing(tmp_path):
