@@ -98,9 +98,10 @@ def run_drawdown(
 
     Truth: jammed (1: at the end a seed's middle lies over the outer half of the open
     slot: the slope's last seeds overhang its edge by less, and nothing but an arch to
-    the end wall can hold one there); `OF_A_FLOW`, NaN where it jammed: angle and centroid's angle of the
-    slope above and of the heap below, time in which `TIMED` of the mass that comes out
-    is through; filled_mass_g, retained_mass_g in the box, tray_mass_g."""
+    the end wall can hold one there); `OF_A_FLOW`, NaN where it jammed: angle and
+    centroid's angle of the slope above and of the heap below, time in which `TIMED` of
+    the mass that comes out is through; filled_mass_g, retained_mass_g in the box,
+    tray_mass_g."""
     box = vessel(rig, bench)
     filled = filled or fill(box, bench, rng, engine, watch)
     motion = let_go(box, bench, filled, rng, fps or FLOW_FPS, watch, engine)
