@@ -142,7 +142,9 @@ def observed(
             continue
         notes += note
         found.append(Observable(f"{rig.name}: {column}", surface, mean))
-        errors[f"{rig.name}: {column}"] = pd.Series(surface.residuals)
+        errors[f"{rig.name}: {column}"] = pd.Series(
+            surface.residuals, index=there.index
+        )
         used.append(source)
     return PileObservables(
         observables=tuple(found),
