@@ -19,7 +19,6 @@ RIG = Rig(
         "flow_time_s": ("flow_time", "s"),
     },
     corrected_in=(),
-    wanted=(("drawdown", "slot_mm"), ("drawdown", "pane_friction")),
     asked=(("[drawdown] slot_mm", "how far does the shelf end before the end wall?"),),
     per_recording=(
         *("upper_px", "lower_px", "shelf_px", "tray_px", "photo_s", "flow_time_s"),

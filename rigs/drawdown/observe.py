@@ -27,9 +27,13 @@ from benchtwin.vision.recording import Recording
 # and a seed or two jump off the bench
 SCALE_SD_G = 0.5
 TIMED_SD_S = 0.01  # a frame of a slow-motion film at either end
-# seeds that a slot must be wide for it to run freely: narrower ones are bridged (Janda
-# et al. 2008, EPL 84, 44002: discs jam with more than even odds below about 4)
+# seeds that a slot must be wide to run freely as a rule: narrower ones are bridged
+# (Janda et al. 2008, EPL 84, 44002, for discs)
 FREE_WIDTHS = 3.0
+PANES = (
+    "[drawdown] pane_friction is not stated: a simulation takes the panes to rub as the"
+    " plate does"
+)
 JAMMED = (
     "an arch over the slot ended the flow: it tells of jamming, not of slope and time"
 )
@@ -60,10 +64,12 @@ def observe_drawdown(
         )
     if recording.evidence == "photos":
         image, time = read_photo(recording.files[0]), _stated_time(recording)
+        notes = []
     else:
         source = open_frames(recording)
         flow = flow_of(source.iterate(), stated.upper_px, str(recording.path))
         image, time = flow.last, Quantity("flow_time", flow.time_s, flow.sd_s, "s")
+        notes = list(source.notes)
     parts = {
         "shear": PileOptions(
             roi=stated.upper_px, baseline=stated.shelf_px, side="right", form=SLAB
@@ -84,7 +90,8 @@ def observe_drawdown(
         for part, one in found.items()
         for what, of in (("angle", MAIN), ("centroid", "centroid_angle"))
     )
-    notes = [n for one in found.values() if isinstance(one, Repose) for n in one.notes]
+    notes += [n for one in found.values() if isinstance(one, Repose) for n in one.notes]
+    notes += [PANES] if stated.pane_friction is None and not stated.slab else []
     pictures = {
         name: draw_repose(image, one)
         for name, one in found.items()
