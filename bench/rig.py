@@ -36,6 +36,7 @@ class Rig:
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
+    refuse(recording) → why its keys say that there is nothing to measure, "";
     derive(recording, summary, common sd) → what follows from the mean of its readings;
     together(recordings with observations) → observations of several together; setup:
     how it is simulated; read(folder) → its recordings as plain arrays; curve(read,
@@ -64,6 +65,7 @@ class Rig:
     weighed: tuple[str, ...] = ()
     own_parameters: bool = False
     observe: str = ""
+    refuse: str = ""
     derive: str = ""
     together: str = ""
     setup: str = ""

@@ -26,6 +26,7 @@ RIG = Rig(
     ),
     weighed=("filled_mass_g", "retained_mass_g"),
     observe=".observe:observe_drawdown",
+    refuse=".jamming:jammed",
     together=".jamming:jamming",
     setup=".simulate:SETUP",
     tells=".tells:TELLS",

@@ -14,11 +14,19 @@ from benchtwin.vision.measurement import Observation, Quantity
 from benchtwin.vision.recording import Recording
 from scipy import special, stats
 
+JAMMED = (
+    "an arch over the slot ended the flow: it tells of jamming, not of slope and time"
+)
 NORMAL_95 = float(stats.norm.ppf(0.975))
 KEPT = float(stats.chi2.ppf(0.95, 1)) / 2  # of a log likelihood below its maximum
 WIDTHS, STEEPNESSES = 2001, 60  # places of a grid: finer than any interval of a bench
 # b in widths: from steeper than any series of openings shows to no dependence on width
 STEEP, FLAT = 1e-3, 1.0
+
+
+def jammed(recording: Recording) -> str:
+    """Why a jammed run has no slope and no time; "" for a run that flowed."""
+    return JAMMED if recording.drawdown.jammed else ""
 
 
 def jamming(

@@ -34,9 +34,6 @@ PANES = (
     "[drawdown] pane_friction is not stated: a simulation takes the panes to rub as the"
     " plate does"
 )
-JAMMED = (
-    "an arch over the slot ended the flow: it tells of jamming, not of slope and time"
-)
 
 
 def observe_drawdown(
@@ -47,15 +44,13 @@ def observe_drawdown(
     """Measure the first photo, or the film's last picture: shear_angle, shear_centroid
     above, heap_angle, heap_centroid below [deg]; flow_time [s] of the film, else as
     stated; mass_flow [g/s] where masses are stated. MeasurementError where neither the
-    slope nor the heap can be measured, or the flow jammed."""
+    slope nor the heap can be measured."""
     if recording.evidence not in ("photos", *PICTURES):
         raise MeasurementError(
             f"{recording.path}: a draw-down is measured on a film, or on a photo of"
             f" what is at rest, not on {recording.evidence}"
         )
     stated = recording.drawdown
-    if stated.jammed:
-        raise MeasurementError(f"{recording.path}: {JAMMED}")
     if stated.upper_px is None or stated.lower_px is None:
         raise MeasurementError(
             f"{recording.toml}: [drawdown] upper_px and lower_px are missing: where in"
