@@ -3,7 +3,7 @@ the bench's."""
 
 from dataclasses import dataclass
 
-from benchtwin.calibrate.procedure.rigs import PILE
+from benchtwin.bench.tells import BySurface
 
 # some 500 seeds in place of thousands (docs/engine.md says what a run costs); what it
 # does to the intervals: benchmarks/slices.py
@@ -45,10 +45,10 @@ class Effort:
         """What a reader of the report must know of it."""
         return (QUICKLY,) if self.name == "quick" else ()
 
-    def pile(self, stated: dict) -> tuple[dict, tuple[str, ...]]:
-        """The section of the pile that is simulated where the bench states this one,
-        and a note where it is another."""
-        return PILE.simulated(stated, self.slab, self.fill_mm)
+    def simulated(self, rig: BySurface, stated: dict) -> tuple[dict, tuple[str, ...]]:
+        """The rig's section that is simulated where the bench states this one, and a
+        note where it is another."""
+        return rig.simulated(stated, self.slab, self.fill_mm)
 
 
 FULL = Effort("full")

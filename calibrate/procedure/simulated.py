@@ -211,8 +211,7 @@ def _stage_beside(found: Calibration, name: str, way: Way) -> PileStage:
     itself is."""
     rig, readings = BESIDE[name], found.bench.rigs.get(name)
     stated = readings.description if readings is not None else {}
-    slab, fill = way.effort.slab, way.effort.fill_mm
-    section, notes = rig.simulated(stated.get(name, {}), slab, fill)
+    section, notes = way.effort.simulated(rig, stated.get(name, {}))
     described = _described(found, {**stated, name: section})
     stage = pile_stage(found, way)
     return replace(stage, rig=rig, description=described, notes=notes)
@@ -259,7 +258,7 @@ def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str
     """Sections of the pile that is simulated, and notes where it is not the bench's
     own."""
     stated = found.bench.rigs[PILE.name].description
-    section, notes = effort.pile(stated.get(PILE.name, {}))
+    section, notes = effort.simulated(PILE, stated.get(PILE.name, {}))
     return _described(found, {**stated, PILE.name: section}), notes
 
 
