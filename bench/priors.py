@@ -26,9 +26,6 @@ PRIORS = {
         None,
         "data sheets of goniometers and inclinometers; common to a whole session",
     ),
-    "standing-plate": Prior(
-        "deg", None, 0.05, "a plate that stands is set with the same instruments"
-    ),
     "column-step": Prior(
         "of the step",
         12**-0.5,
@@ -105,6 +102,21 @@ PRIORS = {
         0.0005,
         None,
         "of friction along one slide beside a steady one; what a bench shows counts",
+    ),
+    "friction-along-shared": Prior(
+        "of own",
+        3.0,
+        None,
+        "what slides of a bench have in common of the first wave of friction along"
+        " them; of wave k 1/k. Friction of contact-nets' cube rises by 0.016 per ln v",
+    ),
+    "settling-shared": Prior("of own", 0.5, None, "the same at their start"),
+    "friction-settling": Prior(
+        "1",
+        1.0,
+        None,
+        "of what was set in motion, in its first hundredths of a second, beside that"
+        " of a steady slide; what a bench shows counts",
     ),
     "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
     "drag-beside-plate": Prior(
