@@ -103,20 +103,19 @@ PRIORS = {
         None,
         "of friction along one slide beside a steady one; what a bench shows counts",
     ),
-    "friction-along-shared": Prior(
-        "of own",
-        3.0,
-        None,
-        "what slides of a bench have in common of the first wave of friction along"
-        " them; of wave k 1/k. Friction of contact-nets' cube rises by 0.016 per ln v",
-    ),
-    "settling-shared": Prior("of own", 0.5, None, "the same at their start"),
     "friction-settling": Prior(
         "1",
-        1.0,
+        0.3,
         None,
-        "of what was set in motion, in its first hundredths of a second, beside that"
-        " of a steady slide; what a bench shows counts",
+        "of what was set in motion, in its first hundredth of a second, beside that of"
+        " a steady slide; what a bench shows counts: 0.9 where contact-nets' cube lands",
+    ),
+    "friction-shared": Prior(
+        "of own",
+        2.0,
+        None,
+        "what all slides of a bench have in common of these, beside what each has of"
+        " its own: contact-nets' cube's friction rises by 0.016 per ln v",
     ),
     "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
     "drag-beside-plate": Prior(

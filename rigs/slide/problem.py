@@ -52,19 +52,11 @@ PRIORS = {
     "reader": unstated_sd("reader-zero"),
 }
 RUN_SD = unstated_sd("friction-scatter")
-# Each friction of a slide's own: steady; waves along it, of the spectrum of white
-# noise; pulses at its start. Usual sd, and what all slides have in common, of own sds.
-DEGREES, PULSES = np.arange(WAVES + 1), len(SETTLES_S) - 2
-WHITE = np.maximum(np.sqrt((2 * DEGREES + 1) / 3), 1.0)
+# sd of each friction of a slide's own: steady, waves along it, pulses at its start
+PULSES = len(SETTLES_S) - 2
 USUAL = np.repeat(
     [RUN_SD, unstated_sd("friction-within-run"), unstated_sd("friction-settling")],
     [1, WAVES, PULSES],
-)
-SHARED = np.concatenate(
-    [
-        unstated_sd("friction-along-shared") / (DEGREES * WHITE)[1:],
-        np.full(PULSES, unstated_sd("settling-shared")),
-    ]
 )
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
@@ -281,15 +273,16 @@ def scatter_beside(prepared: Prepared, found: Fit) -> np.ndarray:
 
 
 def wander_of(run: Run, longest_s: float) -> np.ndarray:
-    """Travel (n, K) [mm] by frictions of size 1: a steady one, WAVES by the time from
-    the moment it rests (longest_s: of all), and pulses at its start where it was set in
-    motion."""
+    """Travel (n, K) [mm] by frictions of size 1: a steady one, WAVES of mean 0 by the
+    time from the moment it rests (longest_s: of all), and pulses at its start where it
+    was set in motion."""
     out = np.zeros((len(run.time), len(USUAL)))
     time = run.time[run.moving]
     from_rest = time[-1] - time if run.in_motion else time - time[0]
     along = 2 * from_rest / longest_s - 1
     pull = -G_M_S2 * math.cos(float(run.tilt.coefficients[0]))
-    shapes = [WHITE[k] * legendre.Legendre.basis(k)(along) for k in DEGREES]
+    waves = legendre.legvander(along, WAVES).T
+    shapes = [waves[0], *(waves[1:] - waves[1:].mean(1, keepdims=True))]
     for low, at, high in zip(SETTLES_S, SETTLES_S[1:], SETTLES_S[2:]):
         size = math.exp(-at / SETTLING_S)
         shape = np.interp(time - time[0], [low, at, high], [0.0, size, 0.0])
@@ -325,7 +318,7 @@ def _known(session: Session, model: Model) -> dict[str, float]:
     names |= {"climb"} if model.stair_deg else set()
     known = {n: PRIORS[n] for n in PRIORS if n in names}
     if any(run.wander.size for run in session.runs):
-        known |= dict(zip(SHAPES, SHARED, strict=True))
+        known |= dict.fromkeys(SHAPES, unstated_sd("friction-shared"))
     if session.runs:
         known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
         column = float(np.median([r.tilt.grid_deg for r in session.runs]))
