@@ -108,7 +108,7 @@ PRIORS = {
         0.3,
         None,
         "of what was set in motion, in its first hundredth of a second, beside that of"
-        " a steady slide; what a bench shows counts: 0.9 where contact-nets' cube lands",
+        " a steady slide; what a bench shows counts: 0.9 where a cube lands",
     ),
     "friction-shared": Prior(
         "of own",
