@@ -28,9 +28,6 @@ PRIORS = {
         None,
         "data sheets of goniometers and inclinometers; common to a whole session",
     ),
-    "standing-plate": Prior(
-        "deg", None, 0.05, "a plate that stands is set with the same instruments"
-    ),
     "column-step": Prior(
         "of the step",
         12**-0.5,
@@ -129,6 +126,20 @@ PRIORS = {
         0.0005,
         None,
         "of friction along one slide beside a steady one; what a bench shows counts",
+    ),
+    "friction-settling": Prior(
+        "1",
+        0.3,
+        None,
+        "of what was set in motion, in its first hundredth of a second, beside that of"
+        " a steady slide; what a bench shows counts: 0.9 where a cube lands",
+    ),
+    "friction-shared": Prior(
+        "of own",
+        2.0,
+        None,
+        "what all slides of a bench have in common of these, beside what each has of"
+        " its own: contact-nets' cube's friction rises by 0.016 per ln v",
     ),
     "hinge": Prior("m", 0.15, None, "of rigs with a plate of 30 cm; θ̇² r is 1e-4 g"),
     "drag-beside-plate": Prior(

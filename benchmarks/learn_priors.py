@@ -127,8 +127,12 @@ def of_tosses(clones: Path) -> Iterator[Draw]:
     middle = np.median(each)
     for k in map(int, np.flatnonzero(np.abs(each - middle) < 0.1)):
         yield Draw("friction-scatter", f"contact-nets {k}", each[k] - middle, 0.003)
-    for k, off in enumerate(np.concatenate([w for w in within if w is not None])):
+    thirds = np.array([w for w in within if w is not None])
+    for k, off in enumerate(thirds.ravel()):
         yield Draw("friction-within-run", f"contact-nets {k}", off, 0.005)
+    late = thirds[:, 2] - thirds[:, 1]  # behind an unsteady start
+    shared = np.median(late) / (1.4826 * np.median(np.abs(late - np.median(late))))
+    yield Draw("friction-shared", "contact-nets", shared, len(late) ** -0.5)
 
 
 def _thirds(t: np.ndarray, x: np.ndarray) -> np.ndarray | None:

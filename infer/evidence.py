@@ -20,8 +20,8 @@ from scipy.special import log_ndtr, logsumexp
 
 PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
 UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics
-SCATTER_SIZES = (1.0, 2.0, 4.0, 8.0)  # times the usual scatter between recordings
-SCATTER_SIZE_ODDS = (0.8, 0.15, 0.04, 0.01)
+SCATTER_SIZES = (0.5, 1.0, 2.0, 4.0, 8.0)  # times the usual scatter between recordings
+SCATTER_SIZE_ODDS = (0.2, 0.6, 0.15, 0.04, 0.01)
 NOISE_LEVELS = (
     -2.0,
     -1.0,

@@ -14,29 +14,38 @@ from benchtwin.infer.linear import Reduced
 
 SIZES = np.geomspace(0.03, 60.0, 22)  # times the usual one
 DOUBT = 1.5  # sd of ln of a usual size
+TURNS = 2  # in which each kind is estimated beside the others
 SHOWN = 1.92  # rise of ln L at the end of a 95 % interval that holds 0
 
 
-def own_scatter(reduced: tuple[Reduced, ...], common: int, usual: float) -> float:
-    """σ, the root of its mean square; 0 where recordings do not show any. Columns
-    behind the first `common` of each recording are its own."""
+def own_scatter(
+    reduced: tuple[Reduced, ...], common: int, usual: np.ndarray | float
+) -> np.ndarray:
+    """σ (K,) of each recording's own columns, which stand behind the first `common`:
+    the root of its mean square; 0 where recordings do not show any. usual (K,): what
+    it usually is; columns of one usual size have one size."""
     y = [r.b for r in reduced]
     size = np.sqrt(sum((r.a[:, :common] ** 2).sum(0) for r in reduced))
     kept = size > 0
     x = [r.a[:, :common][:, kept] / size[kept] for r in reduced]
     own = [r.a[:, common:] for r in reduced]
-    ln = np.array([_ln_likelihood(usual * s, x, own, y) for s in SIZES])
-    if ln.max() < _ln_likelihood(0.0, x, own, y) + SHOWN:
-        return 0.0
-    ln -= 0.5 * (np.log(SIZES) / DOUBT) ** 2
-    weight = np.exp(ln - ln.max())
-    return usual * float(np.sqrt((weight * SIZES**2).sum() / weight.sum()))
+    usual = usual * np.ones(own[0].shape[1])
+    found = np.zeros(len(usual))
+    for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
+        tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
+        nothing, *ln = (_ln_likelihood(sd, x, own, y) for sd in tried)
+        found = found * ~kind
+        if max(ln) > nothing + SHOWN:
+            ln = np.array(ln) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
+            weight = np.exp(ln - ln.max())
+            found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
+    return found
 
 
 def _ln_likelihood(
-    sd: float, x: list[np.ndarray], own: list[np.ndarray], y: list[np.ndarray]
+    sd: np.ndarray, x: list[np.ndarray], own: list[np.ndarray], y: list[np.ndarray]
 ) -> float:
-    """Restricted, up to a constant."""
+    """Restricted, up to a constant; sd (K,)."""
     width = x[0].shape[1]
     gram, ln_det = np.zeros((width + 1, width + 1)), 0.0
     for a, d, b in zip(x, own, y, strict=True):

@@ -1,5 +1,6 @@
 """Slides, from recordings to a finding: alternatives of the baseline."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from benchtwin.infer.conditions import (
     with_conditions,
 )
 from benchtwin.infer.effect import separating_recordings
+from benchtwin.infer.evidence import SCATTER_SIZES
 from benchtwin.infer.explanation import (
     Alternative,
     Explanation,
@@ -24,6 +26,7 @@ from benchtwin.rigs.slide.effects.load_and_plate import SHAKEN, STEPPED
 from benchtwin.rigs.slide.effects.tilt_reading import RATE
 from benchtwin.rigs.slide.model import Model, predict
 from benchtwin.rigs.slide.problem import (
+    RUN_SD,
     Prepared,
     effects_of,
     initial_onsets,
@@ -194,14 +197,22 @@ def _at(problem, name: str, value: float) -> np.ndarray:
 
 
 def friction_of(e: Explanation) -> tuple[float, float]:
-    """Of the pair, at rest where slides tell that."""
+    """Of the pair, at rest where slides tell that; its sd by what the slides show of
+    their scatter."""
     at, model = e.fit.by_name, e.fit.problem.model
     more = sum(
         effect.rest(at[n])
         for n, effect in model.effects.items()
         if effect.rest and n in e.names and lets_go(model.session)
     )
-    return model.friction + at["friction"] + more, e.fit.sd("friction")
+    ln_weight = e.table.by_scatter(e.names)[0]
+    weight = np.exp(ln_weight - ln_weight.max())
+    beyond = 0.0
+    if len(weight) == len(SCATTER_SIZES):
+        beyond = max(float(weight @ np.square(SCATTER_SIZES) / weight.sum()) - 1, 0.0)
+    runs = max(len(model.session.runs), 1)
+    sd = math.hypot(e.fit.sd("friction"), RUN_SD * math.sqrt(beyond / runs))
+    return model.friction + at["friction"] + more, sd
 
 
 def curves_of(base: Fit, model: Fit) -> tuple[Curve, ...]:

@@ -247,13 +247,13 @@ def _plate(
         )
     own = [Nuisance(n, 1.0, True) for n in ("level", "rate")]
     if not rate:
-        tilt, sd = standing_tilt(start, time[first]), stated_sd("standing-plate")
+        tilt, sd = standing_tilt(start, time[first]), stated_sd("level-plate")
         said = f"the plate is taken to stand at {start:g}°, ± {sd:g}°"
         if rate is None:
             said += ": no tilt_rate_deg_s is stated"
         return tilt, [*own, *others], [said]
     # the clock of light gates starts with the tilting, a film somewhat before it
-    sd = stated_sd("standing-plate" if gates else "start-angle")
+    sd = stated_sd("level-plate" if gates else "start-angle")
     tilt = stated_tilt(rate, start, sd, time[first])
     said = (
         f"the plate's angle is as stated: {start:g}° at t = 0, ± {sd:g}°, and {rate:g}"

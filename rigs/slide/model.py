@@ -6,8 +6,9 @@ of its tilt [sd], phase of a shaken plate or place on a step at which it lets go
 two waves of pixel lock [px]. Its friction follows from its onset; that it is near the
 pair's is one more row. A run that is in motion from its first row on has its speed
 there [m/s] in the place of the onset, and its friction less the pair's [OWN] in that of
-the phase. Behind them, where slides show it: how friction differs along each
-(`Run.wander`). A reading is a recording with idle locals."""
+the phase. Behind them, where slides show it [sd]: how friction differs along each
+(`Run.wander`), and among the globals what of that all have (SHAPES). A reading is a
+recording with idle locals."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,12 +18,14 @@ from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.slide.motion import Laws, friction_at, travel
-from benchtwin.rigs.slide.session import Read, Run, Session
+from benchtwin.rigs.slide.session import SETTLES_S, WAVES, Read, Run, Session
 
 HINGE_M = unstated_sd("hinge")  # it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
 LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
+# frictions along the slide that all slides have
+SHAPES = tuple(f"shape-{k}" for k in range(WAVES + len(SETTLES_S) - 2))
 # globals that do not change the motion
-PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader"})
+PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader", *SHAPES})
 MOTIONS = 64  # cached
 OWN = 0.1  # of friction
 LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
@@ -138,7 +141,8 @@ def predict(
         + run.lock @ own[ACTING.stop : LOCALS]
     )
     if len(own) > LOCALS:
-        seen = seen + run.wander @ own[LOCALS:]
+        shared = [values.get(n, 0.0) for n in SHAPES]
+        seen = seen + run.wander @ (own[LOCALS:] + shared)
     return np.append(seen, friction - model.friction - values.get("friction", 0.0))
 
 

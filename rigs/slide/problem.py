@@ -24,11 +24,13 @@ from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.infer.series import Locals, Series
 from benchtwin.infer.series import problem_of as series_problem
 from benchtwin.rigs.slide.effects import EFFECTS
-from benchtwin.rigs.slide.model import LOCALS, OWN, Model, predict, run_motion
+from benchtwin.rigs.slide.model import LOCALS, OWN, SHAPES, Model, predict, run_motion
 from benchtwin.rigs.slide.modes import MOVING, Motion, in_motion, likeliest
 from benchtwin.rigs.slide.session import (
     LEAST_REST,
     LEAST_SLIDING,
+    SETTLES_S,
+    SETTLING_S,
     WAVES,
     Read,
     Run,
@@ -40,7 +42,7 @@ from numpy.polynomial import legendre
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {
     "friction": 1.0,  # of the pair: flat, since it is measured
-    "plate": stated_sd("standing-plate"),  # [deg], beside its stated angle
+    "plate": stated_sd("level-plate"),  # [deg], beside its stated angle
     "scale": unstated_sd("scale"),
     "lens": unstated_sd("lens"),
     "perspective": unstated_sd("perspective"),
@@ -50,6 +52,12 @@ PRIORS = {
     "reader": unstated_sd("reader-zero"),
 }
 RUN_SD = unstated_sd("friction-scatter")
+# sd of each friction of a slide's own: steady, waves along it, pulses at its start
+PULSES = len(SETTLES_S) - 2
+USUAL = np.repeat(
+    [RUN_SD, unstated_sd("friction-within-run"), unstated_sd("friction-settling")],
+    [1, WAVES, PULSES],
+)
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
 # of runs of few rows: degree of the curve; sd where it cannot be estimated
@@ -76,7 +84,6 @@ class Prepared:
     session: Session
     noise: Noise
     sigma: tuple[np.ndarray, ...]
-    within: float = 0.0  # sd of friction along a slide, beside a steady one
 
 
 def prepare(session: Session) -> Prepared:
@@ -100,7 +107,6 @@ def prepare(session: Session) -> Prepared:
         clean = rows_of(run, good)
         kept.append(clean)
         sigma.append(_sigma(clean, noise))
-    kept = [replace(run, wander=wander_of(run)) for run in kept]
     return Prepared(replace(session, runs=tuple(kept)), noise, tuple(sigma))
 
 
@@ -170,6 +176,9 @@ def stretches(run: Run) -> list[Stretch]:
         # waves finer than the curve
         if crossed and run.lock.any() and not has_few_rows(run):
             design = np.column_stack([design, run.lock[part]])
+        if run.in_motion and degree and not has_few_rows(run):
+            pulses = wander_of(run, 1.0)[part, 1 + WAVES :]
+            design = np.column_stack([design, pulses])
         out.append(Stretch(design, run.travel[part], frame_lag(run.frame[part])))
     return out
 
@@ -201,13 +210,14 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     series += [_reading(read, prepared, model.stair_deg) for read in session.reads]
     sds = [FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]
     steps = [1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]
-    if prepared.within:
-        sds, steps = sds + WAVES * [prepared.within], steps + WAVES * [1e-4]
-        starts = np.column_stack([starts, np.zeros((len(starts), WAVES))])
+    count = max((run.wander.shape[1] for run in session.runs), default=0)
+    sds, steps = sds + count * [1.0], steps + count * [1.0]
+    starts = np.column_stack([starts, np.zeros((len(starts), count))])
     middle = starts * (np.arange(len(sds)) < 2)
     own = Locals(middle, np.array(steps), np.array(sds))
     known = _known(session, model)
     sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
+    sizes |= {n: 1.0 for n in SHAPES if n in known}
     problem = series_problem(
         "slide",
         tuple(series),
@@ -231,37 +241,54 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
 
 def with_scatter(prepared: Prepared, problem: Problem) -> Prepared:
     """The session with the scatter of friction along each slide, as all of them show
-    it. An effect that is not linear where it vanishes would pass for scatter, so each
-    such effect is fitted in full, and the least scatter beside any of them counts."""
-    base, usual = fit(problem), unstated_sd("friction-within-run")
-    sizes = [_scatter_beside(prepared, base, usual)]
-    if sizes[0] > usual:
-        nonlinear = [
-            n for n, e in problem.effects.items() if e.nonlinear and not e.group
-        ]
-        fits = (fit(problem, free=(n,), start=base) for n in nonlinear)
-        sizes += [_scatter_beside(prepared, one, usual) for one in fits]
-    return replace(prepared, within=min(sizes))
+    it, and what of it they may have in common."""
+    sd = scatter_beside(prepared, fit(problem))
+    if not sd[1:].any():  # that of a steady one is summed over
+        return prepared
+    runs = tuple(
+        replace(run, wander=(own * sd)[:, 1:])
+        for run, own in zip(prepared.session.runs, wanders(prepared), strict=True)
+    )
+    return replace(prepared, session=replace(prepared.session, runs=runs))
 
 
-def _scatter_beside(prepared: Prepared, found: Fit, usual: float) -> float:
-    """sd of friction along the slides, beside a fit."""
+def wanders(prepared: Prepared) -> list[np.ndarray]:
+    """`wander_of` each run."""
+    runs = prepared.session.runs
+    longest = max(float(np.ptp(run.time[run.moving])) for run in runs)
+    return [wander_of(run, longest) for run in runs]
+
+
+def scatter_beside(prepared: Prepared, found: Fit) -> np.ndarray:
+    """sd (K,) of frictions along the slides, beside a fit and all that is common."""
     problem, session = found.problem, prepared.session
-    extra = [np.vstack([run.wander, np.zeros(WAVES)]) for run in session.runs]
-    extra += [np.zeros((len(r.angles), WAVES)) for r in session.reads]
+    extra = []
+    for own in wanders(prepared):
+        own = np.vstack([own, np.zeros(own.shape[1])])
+        extra.append(np.column_stack([own[:, : WAVES + 1], own]))
+    width = WAVES + 1 + len(USUAL)
+    extra += [np.zeros((len(r.angles), width)) for r in session.reads]
     reduced = problem.reduce(found.starts, found.values, extra)[0]
-    return own_scatter(reduced, len(problem.names), usual)
+    return own_scatter(reduced, len(problem.names) + WAVES + 1, USUAL)
 
 
-def wander_of(run: Run) -> np.ndarray:
-    """Travel (n, WAVES) [mm] by frictions of size 1 along the slide, of mean 0."""
-    out = np.zeros((len(run.time), WAVES))
+def wander_of(run: Run, longest_s: float) -> np.ndarray:
+    """Travel (n, K) [mm] by frictions of size 1: a steady one, WAVES of mean 0 by the
+    time from the moment it rests (longest_s: of all), and pulses at its start where it
+    was set in motion."""
+    out = np.zeros((len(run.time), len(USUAL)))
     time = run.time[run.moving]
-    along = 2 * (time - time[0]) / (time[-1] - time[0]) - 1
+    from_rest = time[-1] - time if run.in_motion else time - time[0]
+    along = 2 * from_rest / longest_s - 1
     pull = -G_M_S2 * math.cos(float(run.tilt.coefficients[0]))
-    for k in range(WAVES):
-        push = pull * legendre.Legendre.basis(k + 1)(along)
-        out[run.moving, k] = travelled_mm(time, push)
+    waves = legendre.legvander(along, WAVES).T
+    shapes = [waves[0], *(waves[1:] - waves[1:].mean(1, keepdims=True))]
+    for low, at, high in zip(SETTLES_S, SETTLES_S[1:], SETTLES_S[2:]):
+        size = math.exp(-at / SETTLING_S)
+        shape = np.interp(time - time[0], [low, at, high], [0.0, size, 0.0])
+        shapes.append(shape * run.in_motion)
+    for k, shape in enumerate(shapes):
+        out[run.moving, k] = travelled_mm(time, pull * shape)
     out[run.moving.stop :] = out[run.moving.stop - 1]
     return out
 
@@ -290,6 +317,8 @@ def _known(session: Session, model: Model) -> dict[str, float]:
         names |= {"air-shade"} if any(r.air.count > 1 for r in session.runs) else set()
     names |= {"climb"} if model.stair_deg else set()
     known = {n: PRIORS[n] for n in PRIORS if n in names}
+    if any(run.wander.size for run in session.runs):
+        known |= dict.fromkeys(SHAPES, unstated_sd("friction-shared"))
     if session.runs:
         known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
         column = float(np.median([r.tilt.grid_deg for r in session.runs]))

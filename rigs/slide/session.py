@@ -26,7 +26,12 @@ LATEST = 0.25
 # grid search for the onset, refined to 1e-3 of the duration
 ONSETS = 9
 MAX_ITERATIONS = 3
-WAVES = 5  # of the friction along a slide: Legendre polynomials of degree 1 to 5
+WAVES = 8  # of the friction along a slide: Legendre polynomials of degree 1 to 8
+# pulses of friction before what was set in motion slides evenly: each rises from one
+# of these times after the first row to the next, and falls to the one behind
+SETTLES_S = (-0.01, 0.0, 0.01, 0.02, 0.035, 0.055, 0.08)
+PUSHED = 0.1  # of its greatest speed, which something else than the plate gave it
+SETTLING_S = 0.015  # in which they fall by e
 ENOUGH = 200  # rows used for the onset
 
 
@@ -58,7 +63,7 @@ class Run:
     lock: np.ndarray  # (n, 2) [mm]: see `lock`
     in_motion: bool = False  # from the first row on, along a plate that stands
     ended: int = 0  # rows at rest after the slide
-    # (n, WAVES) [mm]: by a friction that changes along the slide, of size 1
+    # (n, K) [mm]: by one sd of each friction of its own that changes along the slide
     wander: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
@@ -118,6 +123,12 @@ def assemble(recordings) -> Session:
                 reads.append(_read(seen))
             else:
                 runs.append(_run(seen))
+                begun = float(runs[-1].time[0] - seen.time_s[0])
+                if runs[-1].in_motion and begun > 0:
+                    notes.append(
+                        f"{seen.recording}: its first {begun:.2g} s, in which it rests"
+                        " or is pushed, are left out"
+                    )
         except ValueError as error:
             notes.append(f"{seen.recording}: left out: {error}")
     if not runs and not reads:
@@ -259,6 +270,7 @@ def _in_motion(
     """A run on a plate that stands: from where the block is seen to move on."""
     first = first_in_motion(travel, noise)
     first = first if first >= LEAST_REST else 0
+    first = max(first, pushed_until(time, travel, noise))
     least = LEAST_OF_FEW if len(time) - first < LEAST_SLIDING else LEAST_SLIDING
     if float(np.ptp(travel)) < max(20 * noise, LEAST_TRAVEL_MM):
         size = float(np.ptp(travel))
@@ -337,14 +349,36 @@ def rest_and_size(travel: np.ndarray) -> tuple[float, float]:
 def slide_end(time: np.ndarray, travel: np.ndarray, noise: float) -> int:
     """Row at which the block meets something: its speed has fallen well below the
     greatest."""
-    width = max(3, len(travel) // 100)
-    if len(travel) < 3 * width + 4:
+    speed, error = _speeds(time, travel, noise)
+    if not len(speed):
         return len(travel)
-    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
     peak = int(np.argmax(speed))
-    error = 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12)
     slower = np.flatnonzero(speed[peak:] < 0.75 * speed[peak] - error)
     return peak + 1 if len(slower) else len(travel)
+
+
+def pushed_until(time: np.ndarray, travel: np.ndarray, noise: float) -> int:
+    """Row until which something pushes a block on a plate that stands, 0 for none: left
+    alone it gains speed all the way or loses it all the way."""
+    speed, error = _speeds(time, travel, noise)
+    if not len(speed):
+        return 0
+    peak = int(np.argmax(speed))
+    much = (1 - PUSHED) * speed[peak] - error
+    slower = np.flatnonzero(speed[peak:] < much)  # at once where it meets something
+    gained, loses = speed[: peak + 1].min() < much, len(slower) > LEAST_SLIDING // 2
+    return peak + 1 if gained and loses and slower[0] > 2 else 0
+
+
+def _speeds(
+    time: np.ndarray, travel: np.ndarray, noise: float
+) -> tuple[np.ndarray, float]:
+    """Speeds (m,) [mm/s] over some rows, none of few rows, and three sds of one."""
+    width = max(3, len(travel) // 100)
+    if len(travel) < 3 * width + 4:
+        return np.zeros(0), 0.0
+    speed = (travel[width:] - travel[:-width]) / (time[width:] - time[:-width])
+    return speed, 3 * noise / max(float(np.median(np.diff(time))) * width, 1e-12)
 
 
 def first_in_motion(travel: np.ndarray, noise: float) -> int:

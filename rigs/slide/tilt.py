@@ -49,7 +49,7 @@ def stated_tilt(
 def standing_tilt(angle_deg: float, origin: float) -> Tilt:
     """A plate that stands at a stated angle."""
     angle = np.array([math.radians(angle_deg), 0.0, 0.0, 0.0])
-    sd = math.radians(stated_sd("standing-plate"))
+    sd = math.radians(stated_sd("level-plate"))
     return Tilt(origin, angle, sd, 0.0, 0.0, False)
 
 
