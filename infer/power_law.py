@@ -68,7 +68,7 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
     chosen: list[int] = []
     found: list[tuple[Family, float, str, tuple[str, ...]]] = []
     reached, left = 0.0, dict(enumerate(families))
-    while len(chosen) < len(NAMES):
+    while left and len(chosen) < len(NAMES):
         falls = {
             k: _falls(columns, chosen, range(ends[k], ends[k + 1]), project, b)
             for k in left
