@@ -105,8 +105,8 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
     covariance = np.linalg.inv(own.T @ project(own))
     size, sds = covariance @ (own.T @ project(b)), np.sqrt(np.diag(covariance))
     return tuple(
-        Term(f.say(a > 0, words), _effect(f, name, power, a), float(a), float(s), also)
-        for name, (f, power, words, also), a, s in zip(NAMES, found, size, sds)
+        _term(name, *about, float(a), float(s))
+        for name, about, a, s in zip(NAMES, found, size, sds)
     )
 
 
@@ -136,9 +136,18 @@ def _predicts(
     return errors[1] < errors[0]
 
 
-def _effect(family: Family, name: str, power: float, size: float) -> Effect:
+def _term(
+    name: str,
+    family: Family,
+    power: float,
+    in_power: str,
+    also: tuple[str, ...],
+    size: float,
+    sd: float,
+) -> Term:
     unit, of = family.size
-    return Effect(
+    words = family.say(size > 0, in_power)
+    effect = Effect(
         name,
         family.sector,
         unit,
@@ -147,10 +156,11 @@ def _effect(family: Family, name: str, power: float, size: float) -> Effect:
         -np.inf,
         np.inf,
         "regression on what the listed effects leave",
-        wording=("", of),
+        wording=(words, of),
         not_simulated=family.not_simulated,
         **(family.acts(name, power) if family.acts else {}),
     )
+    return Term(words, effect, size, sd, also)
 
 
 def fitted(
