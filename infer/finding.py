@@ -314,12 +314,12 @@ def _with_law(
     free = tuple(n for n in chosen.listed if n in problem.effects)
     terms = able = ()
     for _ in range(ROUNDS):
-        said = [t.words for t in able]
+        before = [t.effect.counterpart.what for t in able]
         terms = task.law(found)
         able = tuple(t for t in terms if t.effect.counterpart)
         if not terms or terms[0] not in able:
             return chosen, terms
-        if said == [t.words for t in able]:
+        if before == [t.effect.counterpart.what for t in able]:
             break
         found = fitted(problem, free, able, found)
     names = tuple(t.effect.name for t in able)

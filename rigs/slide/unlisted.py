@@ -97,7 +97,7 @@ def _friction(where: str, axis: str, acts=None) -> Family:
 
     return Family(
         say,
-        ("1", f"beside the friction at rest {where}"),
+        ("1", where),
         "sliding",
         POWERS,
         WORDS[axis],
