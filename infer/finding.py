@@ -310,8 +310,8 @@ def _with_law(
 ) -> tuple[Explanation, tuple[Term, ...]]:
     """The explanation with a law in the place of what is unlisted, and its terms with
     the sizes that it gives; what a model cannot follow stays as it was found."""
-    k, problem, found = chosen.alternative, chosen.fit.problem, chosen.fit
-    free = tuple(n for n in chosen.listed if n in problem.effects)
+    k, found = chosen.alternative, chosen.fit
+    free = tuple(n for n in chosen.listed if n in found.problem.effects)
     terms = able = ()
     for _ in range(ROUNDS):
         before = [t.effect.counterpart.what for t in able]
@@ -321,7 +321,7 @@ def _with_law(
             return chosen, terms
         if before == [t.effect.counterpart.what for t in able]:
             break
-        found = fitted(problem, free, able, found)
+        found = fitted(chosen.fit, free, able)
     names = tuple(t.effect.name for t in able)
     noise = chosen.power, chosen.table.level_sd
     windows = task.windows(found)

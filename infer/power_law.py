@@ -14,7 +14,7 @@ from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.held_out import squared_errors
 from benchtwin.infer.linear import Reduced, beside_globals, fall_of_chi2
-from benchtwin.infer.problem import Fit, Problem, fit
+from benchtwin.infer.problem import Fit, fit
 
 NAMES = ("law", "second-law")  # of the effects that stand for the terms
 ROUNDS = 3  # at most: a law is looked for again about the motion that it makes
@@ -163,19 +163,17 @@ def _term(
     return Term(words, effect, size, sd, also)
 
 
-def fitted(
-    problem: Problem, free: tuple[str, ...], terms: tuple[Term, ...], start: Fit
-) -> Fit:
-    """A problem with effects that stand for the terms, fitted with them and `free`,
-    from the fit in which they were found."""
+def fitted(base: Fit, free: tuple[str, ...], terms: tuple[Term, ...]) -> Fit:
+    """The problem with effects that stand for the terms, fitted with them and `free`
+    from a fit without them."""
+    problem = base.problem
     for term in terms:
         assert problem.with_effect is not None
         problem = problem.with_effect(term.effect)
-    at = start.by_name | {t.effect.name: t.size for t in terms}
-    values = np.array([at.get(n, 0.0) for n in problem.names])
+    values = np.array([base.by_name.get(n, 0.0) for n in problem.names])
     names = tuple(t.effect.name for t in terms)
-    about = replace(start, problem=problem, values=values, cache={})
-    return fit(problem, free=(*free, *names), start=about)
+    start = replace(base, problem=problem, values=values, cache={})
+    return fit(problem, free=(*free, *names), start=start)
 
 
 def raised(over: np.ndarray, power: float) -> np.ndarray:

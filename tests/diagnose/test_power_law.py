@@ -101,7 +101,7 @@ def test_a_law_found_is_fitted_as_an_effect():
     the same."""
     curves = drawn(1, 0.2)
     base, terms = found(curves, acts=acts)
-    own = fitted(base.problem, (), terms, base)
+    own = fitted(base, (), terms)
     assert own.by_name["law"] == pytest.approx(terms[0].size, rel=0.02)
     assert own.chi2 < base.chi2 - 100
 
