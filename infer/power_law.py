@@ -23,6 +23,7 @@ LEAST_FALL = 12.0  # of χ², for a term to be reported
 LEAST_OVER = 0.05  # of the reference, below which a power < 0 is constant
 WIDE = 3.0  # prior sd of a size over what was found: so that it decides nothing
 SDS_95 = 1.96
+FINEST = 0.01  # step of the powers that are told apart
 SIMPLE = (1.0, 2.0, 0.5, 3.0, 1.5, -1.0, -0.5, -2.0, -1.5)  # the simplest first
 
 
@@ -95,10 +96,9 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
             for j in left
             if j != k and falls[j].max() > top - WITHIN_CHI2
         )
-        words = in_words(*_range(np.array(families[k].powers), own))
+        power, *inside = _range(np.array(families[k].powers), own)
         others = tuple(q for q in also if q not in ("", families[k].quantity))
-        power = families[k].powers[at - ends[k]]
-        found.append((left.pop(k), power, words, others))
+        found.append((left.pop(k), power, in_words(power, *inside), others))
     if not chosen:
         return ()
     own = columns[:, chosen]
@@ -214,14 +214,20 @@ def in_words(power: float, low: float, high: float) -> str:
 
 
 def _range(powers: np.ndarray, falls: np.ndarray) -> tuple[float, float, float]:
-    """The best power, and those with χ² within WITHIN_CHI2 of it; ∓inf where χ² does
-    not rise enough."""
+    """The best power, and the ends of those with χ² within WITHIN_CHI2 of it; ∓inf
+    where χ² does not rise enough. A parabola through the best three, else linear."""
     # includes the best power itself
-    fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)
-    inside = fine[np.interp(fine, powers, falls) > falls.max() - WITHIN_CHI2]
+    fine = np.union1d(np.arange(powers[0], powers[-1], FINEST), powers)
+    smooth, at = np.interp(fine, powers, falls), int(np.argmax(falls))
+    if 0 < at < len(powers) - 1:
+        three = slice(at - 1, at + 2)
+        near = (fine >= powers[at - 1]) & (fine <= powers[at + 1])
+        parabola = np.polyfit(powers[three], falls[three], 2)
+        smooth[near] = np.polyval(parabola, fine[near])
+    inside = fine[smooth > smooth.max() - WITHIN_CHI2]
     low, high = float(inside.min()), float(inside.max())
     return (
-        float(powers[np.argmax(falls)]),
+        float(fine[np.argmax(smooth)]),
         -np.inf if low <= powers[0] else low,
         np.inf if high >= powers[-1] else high,
     )

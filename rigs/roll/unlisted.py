@@ -18,8 +18,8 @@ from benchtwin.rigs.roll.session import Run, Seed
 
 BINS = 6
 POINTS = 400
-RISING = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
-POWERS = (-1.0, -0.5, *RISING)
+RISING = tuple(np.arange(0.5, 4.01, 0.5))  # of way and time
+POWERS = (-1.0, -0.5, *np.arange(0.25, 4.01, 0.25))  # of speed
 PARTS = 10  # of the run-out, for what acts on one part of the plate
 LONGEST_PART = 0.65  # of the run-out, from which a part is hardly one
 RADII = 0.82, 1.18  # of the stated radius: sizes in one lot, and the axis of rolling

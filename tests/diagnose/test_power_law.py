@@ -19,7 +19,7 @@ from benchtwin.infer.series import Locals, Series, problem_of
 from benchtwin.sim.laws import LAWS
 
 ROWS, SIGMA = 80, 0.01
-POWERS = (0.5, 1.0, 2.0, 3.0, 4.0)
+POWERS = tuple(np.arange(1.25, 4.01, 0.25))
 
 
 def places(r: int) -> np.ndarray:
