@@ -110,10 +110,10 @@ def simulation_settings(
     laws: those that were found.
 
     "laws": numbers of force laws, by name ("fall" of a restitution: e(0.5 m/s) − e(2
-    m/s)); "air": drag over weight beyond what is stated ("share") at a speed
-    ("at_m_s"), wind_x [m/s], Magnus' C ("lift"); "push": numbers of the law
-    "push_power", its force over weight ("weights"); "rig": added to the rig's numbers.
-    Effects of the camera have their own law."""
+    m/s); "weights" of a push: along the motion, over the weight); "air": drag over
+    weight beyond what is stated ("share") at a speed ("at_m_s"), wind_x [m/s], Magnus'
+    C ("lift"); "rig": added to the rig's numbers. Effects of the camera have their own
+    law."""
     named = {n: laws.get(n) or effect_named(rig, n) for n in values}
     effects = {n: e for n, e in named.items() if e is not None}
     shown = {

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.infer.effect import Effect
+from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
 from benchtwin.infer.linear import Reduced, beside_globals, fall_of_chi2
 from benchtwin.infer.problem import Fit, fit
@@ -174,6 +174,18 @@ def fitted(base: Fit, free: tuple[str, ...], terms: tuple[Term, ...]) -> Fit:
     names = tuple(t.effect.name for t in terms)
     start = replace(base, problem=problem, values=values, cache={})
     return fit(problem, free=(*free, *names), start=start)
+
+
+def counterpart(
+    what: str, law: str, size: str, name: str, speed: float, power: float
+) -> Counterpart:
+    """The effect `name` as the law of the twin, whose number `size` it is at a
+    speed."""
+
+    def change(values: dict[str, float]) -> dict:
+        return {"laws": {law: {size: values[name], "speed": speed, "power": power}}}
+
+    return Counterpart(f"{what} {{value}} · (v / {speed:g} m/s)^{power:g}", change)
 
 
 def raised(over: np.ndarray, power: float) -> np.ndarray:

@@ -156,9 +156,9 @@ class Flights:
         change = simulation_settings("drop", values, self.laws)
         told, speed = self.tracks[r].description, TYPICAL * fastest
         laws = laws_of(told, s.air[r], change.get("air", {}), speed)
-        if push := change.get("push"):
+        if push := change.get("laws", {}).get("push_power"):
             _, seed = bench_of("drop", told, {}, Parameters())
-            force = push.pop("weights") * seed.mass_kg * G_M_S2
+            force = -push.pop("weights") * seed.mass_kg * G_M_S2
             laws["push_power"] = push | {"force": force}
         flown = fly(
             told,

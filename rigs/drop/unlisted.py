@@ -7,8 +7,14 @@ import numpy as np
 from benchtwin.bench.air import speed_through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law
-from benchtwin.infer.effect import Counterpart
-from benchtwin.infer.power_law import Family, Term, raised, reference, risen
+from benchtwin.infer.power_law import (
+    Family,
+    Term,
+    counterpart,
+    raised,
+    reference,
+    risen,
+)
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.drop.effects.hooks import Hits, Motion
@@ -217,16 +223,15 @@ def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
             size = value * motion.g * raised(speed / most, power)
             return size * motion.velocity / speed
 
-        def change(values: dict[str, float]) -> dict:
-            numbers = {"weights": -values[name], "speed": most, "power": power}
-            return {"push": numbers}
-
         return {
             "acceleration": acceleration,
-            "counterpart": Counterpart(
-                f"a force of {{value}} · (v / {most:g} m/s)^{power:g} of the weight"
-                " acts along the motion",
-                change,
+            "counterpart": counterpart(
+                "a force along the motion over the weight is",
+                "push_power",
+                "weights",
+                name,
+                most,
+                power,
             ),
         }
 
@@ -279,16 +284,15 @@ def _struck(kind: str, quantity: str, powers, usual: float | None, most: int) ->
         def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
             return e + value * risen(hits.speed / usual, power)
 
-        def change(values: dict[str, float]) -> dict:
-            numbers = {"slope": values[name], "speed": usual, "power": power}
-            return {"laws": {"restitution_power": numbers}}
-
         return {
             "restitution": restitution,
-            "counterpart": Counterpart(
-                f"restitution changes by {{value}} · (v / {usual:g} m/s)^{power:g}"
-                " with the logarithm of impact speed v",
-                change,
+            "counterpart": counterpart(
+                "restitution changes with the logarithm of impact speed v by",
+                "restitution_power",
+                "slope",
+                name,
+                usual,
+                power,
             ),
         }
 

@@ -5,9 +5,8 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from benchtwin.infer import power_law
-from benchtwin.infer.effect import Counterpart
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
-from benchtwin.infer.power_law import Family, Term, raised, reference
+from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.roll.model import run_motion, way_of
@@ -205,18 +204,13 @@ def _in_the_twin(top: float):
     """How a resistance as a power of speed over `top` [m/s] acts here and there."""
 
     def acts(name: str, power: float) -> dict:
-        def change(values: dict[str, float]) -> dict:
-            numbers = {"size": values[name], "speed": top, "power": power}
-            return {"laws": {"rolling_power": numbers}}
-
         def resist(speed: np.ndarray, value: float, seed, more) -> np.ndarray:
             return value * raised(speed / top, power)
 
         return {
             "resist": resist,
-            "counterpart": Counterpart(
-                f"rolling friction is {{value}} · (v / {top:g} m/s)^{power:g} more",
-                change,
+            "counterpart": counterpart(
+                "rolling friction is more by", "rolling_power", "size", name, top, power
             ),
         }
 

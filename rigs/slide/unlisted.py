@@ -6,8 +6,7 @@ from itertools import pairwise
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law
-from benchtwin.infer.effect import Counterpart
-from benchtwin.infer.power_law import Family, Term, raised, reference
+from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.slide.model import run_motion
@@ -110,16 +109,12 @@ def _in_the_twin(top: float):
     """How friction as a power of speed over `top` [m/s] acts here and there."""
 
     def acts(name: str, power: float) -> dict:
-        def change(values: dict[str, float]) -> dict:
-            numbers = {"size": values[name], "speed": top, "power": power}
-            return {"laws": {"friction_power": numbers}}
-
         return {
             "act": lambda laws, run, value: laws._replace(
                 steep=value, steep_speed=top, steep_power=power
             ),
-            "counterpart": Counterpart(
-                f"friction is {{value}} · (v / {top:g} m/s)^{power:g} more", change
+            "counterpart": counterpart(
+                "friction is more by", "friction_power", "size", name, top, power
             ),
         }
 
