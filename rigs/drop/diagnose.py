@@ -35,7 +35,7 @@ from benchtwin.rigs.drop.joint_problem import (
 )
 from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
-from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
+from benchtwin.rigs.drop.unlisted import law_of, windows_of
 
 RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
 FEW = "too few impacts were seen to tell an effect from their scatter"
@@ -68,7 +68,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         windows_of,
         curves_of,
         contact,
-        law_in_words,
+        law_of,
         partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
         remarks,

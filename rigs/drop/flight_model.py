@@ -6,13 +6,14 @@ by place only. Rows of prior knowledge stand beside the track: joined contacts, 
 falls, speeds along the line of sight."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
+from benchtwin.infer.power_law import NAMES
 from benchtwin.infer.rivals import INSIDE_SDS
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View
@@ -33,7 +34,12 @@ IN_FLIGHT = {
     for n, e in EFFECTS.items()
     if e.acceleration or e.picture or e.clock or e.release
 }
-LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES
+# what a law does that was found for unlisted physics is the model's own: Model.laws
+FOUND = {
+    n: Effect(n, "flight", "1", "", 0.01, -np.inf, np.inf, "", needs=lambda _: False)
+    for n in NAMES
+}
+LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES | FOUND
 ROUND_JOINT_SD_M = 2e-5  # sideways motion of the centre during a contact
 TWICE_S = 5e-3  # from the contact of a long seed's one end to that of the other
 LEAST_ASIDE_M_S = 0.01
@@ -68,6 +74,7 @@ class Model:
     contacts: Places
     begins: Places  # (F): each flight at its first row
     own_force: float = 0.0  # [m/s²] sd, each way
+    laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
 STARTS = 7  # numbers of a start
@@ -288,7 +295,9 @@ def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
     rate, dragged = rate_of(values), 1 + values.get("air", 0.0)
     room = room * max(dragged, 0.0)
     acting = [
-        (law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v
+        (law, v)
+        for n, v in values.items()
+        if (law := model.laws.get(n, LAWS[n]).acceleration) and v
     ]
 
     def force(velocity: np.ndarray) -> np.ndarray:

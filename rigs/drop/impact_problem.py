@@ -5,10 +5,11 @@ Rows have measuring errors and the bounces' own scatter (variance_components.py)
 grows with elongation. The mean effect of shape is a nuisance: a seed dropped flat
 bounces differently at first."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import (
@@ -86,6 +87,7 @@ class ImpactModel:
     friction: Friction
     level_sd: float  # of the logarithm of the scatter
     height_sd_mm: dict[str, float]  # of the stated heights of each session, by name
+    laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
 def elongation_of(impacts: Impacts) -> float:
@@ -391,7 +393,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         + (turn + np.where(later, values["turn.later"], values["turn.first"]))
         * seen.turn
     )
-    for name, effect in IN_IMPACTS.items():
+    for name, effect in (IN_IMPACTS | model.laws).items():
         value = values.get(name, 0.0)
         if value and effect.restitution:
             e = effect.restitution(hits, e, value)

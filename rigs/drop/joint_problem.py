@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
 from benchtwin.infer.linear import Reduced, ridge, stacked
 from benchtwin.infer.noise import block_mean_noise
@@ -367,7 +368,36 @@ def _problem(
         joint,
         MAX_ITERATIONS,
         unknown_scatter=unknown_scatter if joint.impacts is not None else None,
+        with_effect=partial(_with_effect, joint, names, effects, known),
     )
+
+
+def _with_effect(
+    joint: JointModel,
+    names: tuple[str, ...],
+    effects: dict[str, Effect],
+    known: dict[str, float],
+    effect: Effect,
+) -> Problem:
+    """With one more law of impacts, or of the flights of all sessions."""
+    own = effect.name
+    if effect.restitution:
+        assert joint.impacts is not None and joint.own_spot is not None
+        impacts = replace(joint.impacts, laws=joint.impacts.laws | {own: effect})
+        joint = replace(
+            joint,
+            impacts=impacts,
+            own_names=(*joint.own_names, own),
+            own_spot=np.append(joint.own_spot, len(names)),
+        )
+    else:
+        assert all(part.with_effect for part in joint.parts)
+        joint = replace(
+            joint,
+            parts=tuple(part.with_effect(effect) for part in joint.parts),
+            spots=tuple(np.append(spot, len(names)) for spot in joint.spots),
+        )
+    return _problem(joint, (*names, own), effects | {own: effect}, known)
 
 
 def _reduced(

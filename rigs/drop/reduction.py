@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import frame_lag, whiten
 from benchtwin.infer.problem import Problem
@@ -350,7 +351,12 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
     s = model.session
     noise = noise or estimate_noise(s)
     rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
-    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT}
+    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT} | model.laws
+
+    def with_effect(effect: Effect) -> Problem:
+        names, laws = (*model.names, effect.name), model.laws | {effect.name: effect}
+        return problem_of(replace(model, names=names, laws=laws), noise)
+
     return Problem(
         "drop",
         s.names,
@@ -363,6 +369,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
         noise.level_sd,
         model,
         MAX_ITERATIONS,
+        with_effect=with_effect,
     )
 
 

@@ -37,6 +37,8 @@ class Bench:
     lifted: float = (
         0.0  # 1/s: an upward pull that grows with the speed, which is on nobody's list
     )
+    # against the motion, over the weight, at a speed [m/s], and as which power of it
+    braked: tuple[float, float, float] = (0.0, 1.0, 1.0)
     spin: float = 0.0  # about the viewing axis at release
     tip_deg: float = 6.0  # sd of how far from flat a seed is let go
     bounces: int = 3
@@ -74,6 +76,9 @@ def pull(bench: Bench, v, w) -> tuple[float, float, float]:
             bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
         )
         drag = 0.5 * bench.air * coefficient * math.pi * radius**2 * speed / mass
+    if bench.braked[0]:
+        share, at, power = bench.braked
+        drag += share * G * (speed / at) ** power / speed
     lift = bench.lift * 1.2 * math.pi * radius**3 / (2 * mass)
     return (
         lift * (w[1] * v[2] - w[2] * v[1]) - drag * x,
