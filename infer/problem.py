@@ -48,6 +48,7 @@ class Problem:
     unknown_scatter: Callable | None = None
     further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()  # starts and values
     fast_chi2: FastChi2 | None = None
+    followed: tuple[str, ...] = ()  # globals by which a parameter follows conditions
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
         """The globals of one effect: its own and the further parameters of its
@@ -162,10 +163,9 @@ def _fit_from(
     begun = problem.reduce, starts.tobytes(), values.tobytes()
     if begun not in cache:
         cache[begun] = problem.reduce(starts, values)
-    fast = None if any(problem.effects[n].follows for n in free) else problem.fast_chi2
     end = minimise(
         problem.reduce,
-        fast,
+        problem.fast_chi2,
         Linearisation.of(starts, values, cache[begun], held),
         held,
         problem.max_iterations,

@@ -1,11 +1,10 @@
 """Drops, from tracks to a finding: flights and impacts as one problem, and its
 alternatives."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.conditions import Condition, Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import (
     Alternative,
@@ -64,8 +63,9 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     sounds = impacts_from_times(listened) if listened else None
     baselines, notes = _distances(filmed) if filmed else ([((), None, 1.0)], ())
     alternatives: list[Alternative] = []
+    conditions: tuple[Condition, ...] = ()
     for sessions, flights, odds in baselines:
-        made, said = _alternatives(sessions, flights, sounds, told, odds)
+        made, conditions, said = _alternatives(sessions, flights, sounds, told, odds)
         alternatives += made
         notes = (*notes, *(n for n in said if n not in notes))
     few = alternatives[0].problem.model.impacts is None
@@ -80,6 +80,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
         heights_in_words,
+        follows=(RESTITUTION, conditions),
     )
     return finding_of(asked, rng)
 
@@ -123,21 +124,19 @@ def _alternatives(
         sounds.names if sounds else ()
     )
     about = [told[n] for n in names]
-    follows, notes = conditions_of(
-        [t.description for t in about], [t.session for t in about]
+    conditions, notes = conditions_of(
+        names, [t.description for t in about], [t.session for t in about]
     )
-    z = np.hstack([c.z for c in follows]) if follows else None
+    z = np.hstack([c.columns(names) for c in conditions]) if conditions else None
     plain = with_impacts(flights, sessions, sounds, z)
     if plain is None:
         raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
-    kept = [names.index(n) for n in plain.recordings]
-    follows = tuple(replace(c, z=c.z[kept]) for c in follows)
-    out = [Alternative(with_conditions(plain, RESTITUTION, follows), odds)]
+    out = [Alternative(plain, odds)]
     joint: JointModel = plain.model
     if joint.impacts is None or all(
         (s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sessions
     ):
-        return out, notes  # places across were not seen
+        return out, conditions, notes  # places across were not seen
     impacts = joint.impacts.impacts
     stated = elongation_of(impacts)
     shape = elongation_test(impacts, impact_quantities(impacts, stated), stated)
@@ -146,7 +145,7 @@ def _alternatives(
         assert longer is not None  # as above
         out.append(
             Alternative(
-                with_conditions(longer, RESTITUTION, follows),
+                longer,
                 odds * LISTED_ODDS,
                 "contacts lie as far beside the centre as those of a seed of"
                 f" elongation {shape.elongation:.2g}",
@@ -157,7 +156,7 @@ def _alternatives(
                 shape.p,
             )
         )
-    return out, notes
+    return out, conditions, notes
 
 
 def _same(plain: Problem, longer: Problem) -> float:

@@ -13,7 +13,6 @@ from benchtwin.diagnose.rerun import (
     values_by_recording,
 )
 from benchtwin.infer.finding import Finding
-from benchtwin.rigs.drop.diagnose import RESTITUTION
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.fall_laws import viscoelastic, yielding
 from benchtwin.rigs.drop.flown import strike
@@ -56,7 +55,7 @@ def strikes_again(
     ]
     own = {r: {n: v[n] for n in names} for r, v in values_by_recording(finding).items()}
     whole = {n: float(np.mean([v[n] for v in own.values()])) for n in names}
-    more = condition_shifts(RESTITUTION, finding, tracks)
+    more = condition_shifts(finding)
     speeds = float(np.median(-seen.before[:, 1]))
     old, new = (calibrated(seen, told, speeds, values) for values in ({}, whole))
     before = outcome(seen, told, old, speeds, {})

@@ -1,7 +1,7 @@
 """Heaps, from photos to a finding."""
 
 import numpy as np
-from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
@@ -38,8 +38,10 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     """Finding of heaps (read.SeenPile); ValueError where no photo shows a
     flank."""
     photos, refused = photos_of(recordings)
-    follows, said = conditions_of(
-        [{"conditions": p.conditions} for p in photos], [p.session for p in photos]
+    conditions, said = conditions_of(
+        tuple(p.recording for p in photos),
+        [{"conditions": p.conditions} for p in photos],
+        [p.session for p in photos],
     )
     rising = [
         q
@@ -47,7 +49,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()
     ]
     if rising:
-        follows = tuple(c for c in follows if c.name != "order")
+        conditions = tuple(c for c in conditions if c.name != "order")
         said = (
             *said,
             (
@@ -59,9 +61,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     # no plumb: a later tilt shows nothing
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
     problems = [problem_of(photos, scatter, after=after) for after in orders]
-    alternatives = tuple(
-        Alternative(with_conditions(p, REPOSE, follows)) for p in problems
-    )
+    alternatives = tuple(Alternative(p) for p in problems)
     notes = (*refused, *_notes(photos), *said)
     asked = DiagnosisTask(
         "pile",
@@ -72,6 +72,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         law_of,
         lambda names: separating_recordings(EFFECTS, names) or AGAIN,
         notes,
+        follows=(REPOSE, conditions),
     )
     return finding_of(asked, rng)
 
@@ -110,20 +111,15 @@ def windows_of(fit: Fit) -> Windows:
 
 
 def law_of(fit: Fit) -> str | None:
-    """Where a flank breaks, or with what the angle drifts: whichever explains more."""
+    """Where a flank breaks."""
     windows = windows_of(fit)
     reduced, columns = window_columns(fit, windows)
     a, b = stacked(reduced)
     project = projector(a, fit.baseline_sd)
-    drifts = [n for n, e in fit.problem.effects.items() if e.unlisted and not e.group]
     tried = [
         (b.push, columns[:, [k]])
         for k, b in enumerate(windows.bins)
         if b.push.startswith("break")
-    ]
-    tried += [
-        (n, a[:, [fit.names.index(c) for c in fit.problem.columns_of(n)]])
-        for n in drifts
     ]
     falls = [fall_of_chi2(column, project, b)[0] for _, column in tried]
     where, column = tried[best := int(np.argmax(falls))]
@@ -132,12 +128,6 @@ def law_of(fit: Fit) -> str | None:
     value = float(column[:, 0] @ project(b)) / max(
         float(column[:, 0] @ project(column[:, 0])), 1e-300
     )
-    if where in drifts:
-        follows = fit.problem.effects[where].follows
-        return (
-            f"the angle of repose {'rises' if value > 0 else 'falls'} with the"
-            f" {follows} of the heaps"
-        )
     return (
         f"flanks {where} of their way: {abs(value):.1%} of the height off a straight"
         f" line, steeper {'below' if value > 0 else 'above'}"
