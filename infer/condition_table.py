@@ -34,7 +34,7 @@ GRID = 500  # shares between which p is interpolated
 # leverage of one recording beyond which a curve, or one of several columns, rests on it
 MOST_SHARE, MOST_SHARE_OF_SEVERAL = 0.6, 0.75
 BENDS = (3.0, 8.0)  # k of 1 − exp(−k u), u = 0 … 1 over the condition's range
-INNER = (0.3, 0.7)  # u at which a parabola has an end; outside, it is a bent curve
+INNER = (1 / 3, 2 / 3)  # u at which a parabola has an end; outside, it is a bent curve
 MOST_LEVELS = 6  # of a number that is tried as levels
 BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
 AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
@@ -152,7 +152,12 @@ def numbers_of(of: Fit, column: str) -> Numbers | None:
     covariance = np.linalg.pinv(columns.T @ project(columns), hermitian=True)
     values = covariance @ (columns.T @ project(b))
     names = np.array(of.problem.recordings, dtype=object)[told]
-    return Numbers(tuple(names), values, covariance)
+    # contrasts are all that is asked for: what is common has no sd of its own
+    count = len(values)
+    about = np.eye(count) - 1 / count
+    covariance = about @ covariance @ about
+    covariance += np.trace(covariance) / (count - 1) / count
+    return Numbers(tuple(names), values - values.mean(), covariance)
 
 
 def condition_table(
@@ -505,10 +510,7 @@ def _follow(
     shift = columns @ size
     out = contact.scale * shift
     out[test.kept] = contact.scale * (columns[test.kept] * without).sum(1)
-    own = np.eye(len(test.kept)) - 1 / len(test.kept)
-    about = own @ scatter.covariance[np.ix_(test.kept, test.kept)] @ own
-    sd = np.zeros(len(names))
-    sd[test.kept] = np.sqrt(np.diag(about))
+    sd = np.sqrt(np.diag(scatter.covariance))
     centred = numbers.values - numbers.values[test.kept].mean()
     return {
         "parameter": contact.name,
