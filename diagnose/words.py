@@ -230,7 +230,7 @@ def follow_in_words(follow: Follow, finding: Finding) -> str:
             for level, p in zip(follow.levels, follow.curve, strict=True)
         )
         return f"{parameter} follows {condition} (beside the mean of all: {each})"
-    if follow.shape == "line" and condition not in ONLY_WHEN:
+    if follow.shape == "line" and not follow.unlisted:
         what, _, unit = condition.rpartition("_")
         if what:
             of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"

@@ -39,6 +39,7 @@ MOST_LEVELS = 6  # of a number that is tried as levels
 BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
 AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
 POINTS = 25  # of a curve that is drawn
+UNTOLD = 1e-10  # relative information of a contrast that the rows do not tell
 HIDDEN = 1e-6  # relative power of a column that what stands beside it takes up
 
 
@@ -149,7 +150,9 @@ def numbers_of(of: Fit, column: str) -> Numbers | None:
     if told.sum() < 3:
         return None
     columns, project = columns[:, told], projector(a, prior)
-    covariance = np.linalg.pinv(columns.T @ project(columns), hermitian=True)
+    values, vectors = np.linalg.eigh(columns.T @ project(columns))
+    values = np.maximum(values, UNTOLD * values[-1])
+    covariance = (vectors / values) @ vectors.T
     values = covariance @ (columns.T @ project(b))
     names = np.array(of.problem.recordings, dtype=object)[told]
     # contrasts are all that is asked for: what is common has no sd of its own
@@ -183,11 +186,11 @@ def condition_table(
         if not tests:
             return _table(numbers, scatter, contact, chosen, first, None)
         least = _least_of_all(tests)
-        first = least if first is None else first
         best = min(tests, key=lambda t: t.p)
-        p = float(min(_adjusted([t.p for t in tests])))
+        p = min(least, *stats.false_discovery_control([t.p for t in tests]).tolist())
+        first = p if first is None else first
         if p >= FOUND_P:
-            return _table(numbers, scatter, contact, chosen, first, (best, least))
+            return _table(numbers, scatter, contact, chosen, first, (best, p))
         others = [
             t
             for t in tests
@@ -421,11 +424,6 @@ def _least_of_all(tests: list[_Test]) -> float:
     least = min(t.p for t in tests)
     share = float((1 + (drawn <= least).sum()) / (1 + DRAWS))
     return min(share, len(tests) * least, 1.0)
-
-
-def _adjusted(p: list[float]) -> list[float]:
-    """Benjamini & Hochberg's."""
-    return list(stats.false_discovery_control(p))
 
 
 def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:

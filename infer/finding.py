@@ -13,7 +13,12 @@ from benchtwin.infer.condition_table import (
     condition_table,
     numbers_of,
 )
-from benchtwin.infer.conditions import Condition, Contact, with_follows
+from benchtwin.infer.conditions import (
+    Condition,
+    Contact,
+    effect_name,
+    with_follows,
+)
 from benchtwin.infer.explanation import (
     UNSHAPED,
     Alternative,
@@ -243,7 +248,10 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     recordings = base.fit.problem.recordings
     for f in table.found:
         left_out[f.name] = tuple(f.left_out.get(r, 0.0) for r in recordings)
-    drifts = {f.name for f in table.found if f.unlisted}
+    drifts: set[str] = set()
+    if task.follows:
+        contact_of, conditions = task.follows
+        drifts = {effect_name(contact_of, c.name) for c in conditions if c.unlisted}
     return Finding(
         task.rig,
         recordings,
@@ -270,7 +278,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         explanations=tuple(ranked),
         effects=estimates,
         contact=contact,
-        curves=task.curves(bare.fit, chosen.fit if chosen is not base else bare.fit),
+        curves=task.curves(bare.fit, chosen.fit),
         notes=(*task.notes, *task.remarks(chosen.fit), *_notes(posterior)),
         left_out=left_out,
         unlisted=frozenset(posterior.unlisted() | drifts),
