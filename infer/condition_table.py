@@ -14,7 +14,7 @@ are controlled at FOUND_P (Benjamini & Hochberg 1995); after each finding the ot
 tested beside it. No curve is tried that rests on one recording."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -246,14 +246,11 @@ class _Scatter:
 
 @dataclass(frozen=True, eq=False)
 class _Curve:
-    """A shape with its columns over u (or levels): function (n,) → (n, k)."""
+    """A shape; columns: u (or places of levels) (n,) → (n, k)."""
 
     shape: str
-    columns: object
+    columns: Callable[[np.ndarray], np.ndarray]
     parameters: int
-
-    def __call__(self, u: np.ndarray) -> np.ndarray:
-        return self.columns(u)  # type: ignore[operator]
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,9 +261,8 @@ class _Test:
     kept: np.ndarray  # recordings (indices) that state it
     low: float
     reach: float
-    curves: tuple[_Curve, ...]
     p: float
-    drawn: np.ndarray  # (D,): p of draws, by rank
+    drawn: np.ndarray  # (D,): the same of draws
     best: _Curve
 
     def u(self, values: np.ndarray) -> np.ndarray:
@@ -275,7 +271,7 @@ class _Test:
     def shift(self, values: np.ndarray, curve: _Curve | None = None) -> np.ndarray:
         """(R, k): columns, of mean 0, and 0 where the condition is not stated."""
         seen = np.isfinite(values)
-        out = (curve or self.best)(np.where(seen, self.u(values), 0.0))
+        out = (curve or self.best).columns(np.where(seen, self.u(values), 0.0))
         return np.where(seen[:, None], out - out[seen].mean(0), 0.0)
 
 
@@ -319,7 +315,7 @@ def _tested(
     made = _whitened(scatter, kept, beside)
     curves, falls, drawn, ranks = [], [], [], []
     for curve in _curves(condition, u):
-        basis = made.basis(curve(u))
+        basis = made.basis(curve.columns(u))
         if basis is None:
             continue
         curves.append(curve)
@@ -340,14 +336,14 @@ def _tested(
     p = min(float(share), len(own) * min(own), 1.0)
     calibrated = np.searchsorted(ordered, each, side="right") / DRAWS
     best = _best(made, curves, u)
-    return _Test(condition, kept, low, reach, tuple(curves), p, calibrated, best)
+    return _Test(condition, kept, low, reach, p, calibrated, best)
 
 
 @dataclass(frozen=True, eq=False)
 class _Whitened:
     """Some recordings of a table, whitened, what stands beside taken out."""
 
-    white: object  # function of columns
+    white: Callable[[np.ndarray], np.ndarray]
     nuisance: np.ndarray
     y: np.ndarray
     drawn: np.ndarray  # (D, n)
@@ -357,7 +353,7 @@ class _Whitened:
     def basis(self, columns: np.ndarray) -> np.ndarray | None:
         """Orthonormal (n, k) of columns beside the nuisance; None where they are
         hidden, rest on one recording or leave too little."""
-        white = self.white(columns)  # type: ignore[operator]
+        white = self.white(columns)
         left = _beside(white, self.nuisance)
         u, size, _ = np.linalg.svd(left, full_matrices=False)
         whole = np.linalg.norm(_beside(white, self.nuisance[:, :1]))
@@ -408,7 +404,7 @@ def _best(made: _Whitened, curves: list[_Curve], u: np.ndarray) -> _Curve:
     """The curve that fits best, BETTER_CHI2 asked for each parameter more."""
 
     def cost(curve: _Curve) -> float:
-        basis = made.basis(curve(u))
+        basis = made.basis(curve.columns(u))
         assert basis is not None  # it was tried
         whole = float((made.y**2).sum()) + made.usual * USUAL_FREEDOM
         left = whole - float(((made.y @ basis) ** 2).sum())
@@ -466,12 +462,10 @@ def _follow(
 
     def fitted(curve: _Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coefficients, covariance, and coefficients without each recording."""
-        own = made.white(test.shift(values, curve)[test.kept])  # type: ignore[operator]
+        own = made.white(test.shift(values, curve)[test.kept])
         x, y = (
             np.hstack([made.nuisance, own]),
-            made.white(  # type: ignore[operator]
-                numbers.values[test.kept][:, None]
-            )[:, 0],
+            made.white(numbers.values[test.kept][:, None])[:, 0],
         )
         inverse = np.linalg.pinv(x.T @ x, hermitian=True)
         size = inverse @ (x.T @ y)
@@ -490,11 +484,11 @@ def _follow(
         return Interval(*map(float, each))
 
     size, covariance, without = fitted(test.best)
-    middle = test.best(test.u(values[test.kept])).mean(0)
+    middle = test.best.columns(test.u(values[test.kept])).mean(0)
     at = np.unique(values[test.kept])
     if test.best.shape != "levels":
         at = np.linspace(at[0], at[-1], POINTS)
-    rows = test.best(test.u(at)) - middle
+    rows = test.best.columns(test.u(at)) - middle
     curve = tuple(
         Point(float(x), sized(row, size, covariance))
         for x, row in zip(at, rows, strict=True)
