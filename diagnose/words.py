@@ -226,8 +226,9 @@ def follow_in_words(follow: Follow, finding: Finding) -> str:
     up = ends[-1] > ends[0]
     if follow.levels:
         each = ", ".join(
-            f"{level} {'+' if p.size.value > 0 else ''}{half_interval(p.size)}"
-            for level, p in zip(follow.levels, follow.curve, strict=True)
+            f"{follow.levels[int(p.at)]}"
+            f" {'+' if p.size.value > 0 else ''}{half_interval(p.size)}"
+            for p in follow.curve
         )
         return f"{parameter} follows {condition} (beside the mean of all: {each})"
     if follow.shape == "line" and not follow.unlisted:

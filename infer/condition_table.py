@@ -15,9 +15,10 @@ tested beside it. No curve is tried that rests on one recording."""
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.conditions import Condition, Contact, effect_name
 from benchtwin.infer.linear import projector, stacked
@@ -38,6 +39,8 @@ INNER = (1 / 3, 2 / 3)  # u at which a parabola has an end; outside, it is a ben
 MOST_LEVELS = 6  # of a number that is tried as levels
 BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
 AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
+FAR_SDS = 8.0  # robust ones, beyond which one recording is left out
+LEAST_BESIDE = 6  # others for that
 POINTS = 25  # of a curve that is drawn
 UNTOLD = 1e-10  # relative information of a contrast that the rows do not tell
 HIDDEN = 1e-6  # relative power of a column that what stands beside it takes up
@@ -117,11 +120,13 @@ class Follow:
 @dataclass(frozen=True)
 class ConditionTable:
     """found: what is followed; p: how often scatter alone makes as much of any
-    condition; next: the likeliest beside what was found, and its probability."""
+    condition; next: the likeliest beside what was found, and its probability; far: a
+    recording that was left out, and by how much it lies off, as reported."""
 
     found: tuple[Follow, ...] = ()
     p: float | None = None  # None where nothing could be tested
     next: tuple[str, float] | None = None
+    far: tuple[str, float] | None = None
 
 
 def numbers_of(of: Fit, column: str) -> Numbers | None:
@@ -172,6 +177,10 @@ def condition_table(
     """All conditions tested, the strongest first."""
     if numbers is None or not conditions:
         return ConditionTable()
+    numbers, far = _without_one_far_off(numbers)
+    if far is not None:
+        table = condition_table(numbers, contact, conditions, rng)
+        return replace(table, far=(far[0], contact.scale * far[1]))
     scatter = _Scatter.of(numbers, rng)
     chosen: list[tuple[_Test, float, tuple[str, ...]]] = []
     first: float | None = None
@@ -202,6 +211,21 @@ def condition_table(
         if best.condition.unlisted and stated:  # a cause that is stated, if there is
             best, *stated = sorted(stated, key=lambda t: t.p)
         chosen.append((best, p, tuple(t.condition.name for t in stated)))
+
+
+def _without_one_far_off(
+    numbers: Numbers,
+) -> tuple[Numbers, tuple[str, float] | None]:
+    """Without a recording that alone lies FAR_SDS robust sds off the median: nothing
+    may rest on it, and its scatter would hide the others'."""
+    off = numbers.values - np.median(numbers.values)
+    far = np.flatnonzero(np.abs(off) > FAR_SDS * robust_sd(off))
+    if len(off) < LEAST_BESIDE + 1 or len(far) != 1:
+        return numbers, None
+    kept = np.delete(np.arange(len(off)), far)
+    names = tuple(numbers.recordings[k] for k in kept)
+    less = Numbers(names, numbers.values[kept], numbers.covariance[np.ix_(kept, kept)])
+    return less, (numbers.recordings[far[0]], float(off[far[0]]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +282,7 @@ class _Test:
     """One condition: its curves, the p of the best, what was drawn."""
 
     condition: Condition
-    kept: np.ndarray  # recordings (indices) that state it
+    kept: np.ndarray  # recordings (indices) that are used
     low: float
     reach: float
     p: float
@@ -269,16 +293,18 @@ class _Test:
         return (values - self.low) / self.reach
 
     def shift(self, values: np.ndarray, curve: _Curve | None = None) -> np.ndarray:
-        """(R, k): columns, of mean 0, and 0 where the condition is not stated."""
-        seen = np.isfinite(values)
-        out = (curve or self.best).columns(np.where(seen, self.u(values), 0.0))
-        return np.where(seen[:, None], out - out[seen].mean(0), 0.0)
+        """(R, k): columns, of mean 0, and 0 where the condition was not used."""
+        used = self.u(values[self.kept])
+        out = (curve or self.best).columns(used)
+        whole = np.zeros((len(values), out.shape[1]))
+        whole[self.kept] = out - out.mean(0)
+        return whole
 
 
 def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
     """What is tried of a condition."""
     if condition.levels:
-        yield _levels(np.arange(len(condition.levels), dtype=float))
+        yield _levels(np.unique(u))
         return
     yield _Curve("line", lambda u: u[:, None], 1)
     values = np.unique(u)
@@ -306,6 +332,9 @@ def _tested(
     names = scatter.numbers.recordings
     values = condition.of(names)
     kept = np.flatnonzero(np.isfinite(values))
+    if condition.levels:  # a level of one recording tells nothing
+        each, count = np.unique(values[kept], return_counts=True)
+        kept = kept[np.isin(values[kept], each[count > 1])]
     if len(kept) < 3 or not np.ptp(values[kept]):
         return None
     low, reach = 0.0, 1.0

@@ -279,7 +279,12 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         effects=estimates,
         contact=contact,
         curves=task.curves(bare.fit, chosen.fit),
-        notes=(*task.notes, *task.remarks(chosen.fit), *_notes(posterior)),
+        notes=(
+            *task.notes,
+            *_far_off(table, task),
+            *task.remarks(chosen.fit),
+            *_notes(posterior),
+        ),
         left_out=left_out,
         unlisted=frozenset(posterior.unlisted() | drifts),
     )
@@ -353,6 +358,20 @@ def _with_followed_sets(
         ]
         sets = more + [(own, p * (1 - probability)) for own, p in sets]
     return sorted(sets, key=lambda one: -one[1])
+
+
+def _far_off(table: ConditionTable, task: DiagnosisTask) -> tuple[str, ...]:
+    """Of a recording that was left out of the table."""
+    if table.far is None or task.follows is None:
+        return ()
+    what = task.follows[0].name.replace("_", " ")
+    name, off = table.far
+    return (
+        (
+            f"{name}: its {what} lies {off:.2g} off the others'; it tells nothing of"
+            " conditions"
+        ),
+    )
 
 
 def _next_record(

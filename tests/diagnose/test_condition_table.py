@@ -133,6 +133,24 @@ def test_a_curve_that_rests_on_one_recording_is_not_tried():
     assert [f.condition for f in found] == ["moisture_pct"]
 
 
+def test_one_recording_far_off_hides_nothing():
+    """0.5 beside a line of 0.1 over the range; a level of one recording is left out."""
+    rng = np.random.default_rng(18)
+    u, _, stated = drawn(rng)
+    shift = 0.1 * u
+    shift[5] -= 0.5
+    table = table_of(shift, {"moisture_pct": stated["moisture_pct"]}, rng)
+    assert table.far is not None and table.far[0] == "drop-05"
+    assert [(f.condition, f.shape) for f in table.found] == [("moisture_pct", "line")]
+    plates = ["steel", "glass"] * 8
+    plates[5] = "rubber"
+    found = table_of(
+        0.1 * np.array([p == "glass" for p in plates]), {"plate": plates}, rng
+    )
+    assert [f.condition for f in found.found] == ["plate"]
+    assert len(found.found[0].curve) == 2 and "drop-05" not in found.found[0].at
+
+
 def test_sizes_are_those_of_the_truth():
     """Slope, curve and left-out values of a line of 0.02 per %, sd 0.01 each."""
     rng = np.random.default_rng(17)
