@@ -71,8 +71,8 @@ def posterior_of(folder: Path, rig: str):
     kept = []
     explain = finding.explain
 
-    def keep(alternatives, windows):
-        kept.append(explain(alternatives, windows))
+    def keep(alternatives, windows, bases):
+        kept.append(explain(alternatives, windows, bases))
         return kept[-1]
 
     with patch.object(finding, "explain", keep):

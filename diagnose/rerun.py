@@ -13,7 +13,6 @@ from benchtwin.diagnose.words import (
     fault_in_words,
     followed_condition,
 )
-from benchtwin.infer.conditions import Contact, conditions_of, effect_name
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
 from benchtwin.infer.power_law import NAMES as LAW_NAMES
@@ -137,22 +136,11 @@ def values_by_recording(finding: Finding) -> dict[str, dict[str, float]]:
     }
 
 
-def condition_shifts(
-    contact: Contact, finding: Finding, recordings: list
-) -> dict[str, float]:
-    """Each recording's contact parameter beside the mean, by the named conditions."""
-    by_name = {r.recording: r for r in recordings}
-    used = [by_name[n] for n in finding.recordings]
-    more = np.zeros(len(used))
-    for condition in conditions_of(
-        [r.description for r in used], [r.session for r in used]
-    )[0]:
-        name = effect_name(contact, condition)
-        if name in finding.left_out:
-            columns = [name, *(f"{name}.{level}" for level in condition.levels[1:])]
-            more += contact.scale * (
-                condition.z * np.array([finding.left_out[n] for n in columns]).T
-            ).sum(axis=1)
+def condition_shifts(finding: Finding) -> dict[str, float]:
+    """Each recording's contact parameter beside the mean, by the conditions that it
+    follows."""
+    each = [finding.left_out[f.name] for f in finding.follows]
+    more = np.sum([np.zeros(len(finding.recordings)), *map(np.array, each)], axis=0)
     return dict(zip(finding.recordings, more.tolist(), strict=True))
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.bench.rigs import RIGS
+from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding
@@ -131,11 +132,9 @@ def _unknown(finding: Finding) -> str:
         f" ({percent(finding.p_verdict)})"
     )
     law = finding.law
-    likeliest = next((names for names, _ in finding.explanations if names), ())
-    drifts = (followed_condition(n) for n in likeliest if n in finding.unlisted)
-    if not law and (drift := next(filter(None, drifts), None)):
-        when = ONLY_WHEN.get(drift[1], drift[1])
-        law = f"{drift[0]} changes with {when}, and nothing stated says why"
+    drift = next((f for f in finding.follows if f.unlisted), None)
+    if not law and drift:
+        law = f"{follow_in_words(drift, finding)}, and nothing stated says why"
     found = f"{known}, and beside it {what}" if known else what
     return _because(finding, f"{found}: {law}" if law else found)
 
@@ -205,10 +204,10 @@ def _moved(finding: Finding) -> str:
 
 def _with_slope(name: str, finding: Finding) -> str:
     """`missing`, of a condition with by how much."""
-    found = followed_condition(name)
-    if found is None or name in finding.unlisted:
+    follow = next((f for f in finding.follows if f.name == name), None)
+    if follow is None or follow.unlisted:
         return missing(name, finding.rig)
-    return _following(name, *found, finding)
+    return follow_in_words(follow, finding)
 
 
 def _size(name: str, finding: Finding) -> str:
@@ -224,27 +223,53 @@ def _size(name: str, finding: Finding) -> str:
     return f"{which}{half_interval(told.size)}{space}{unit}"
 
 
-def _following(name: str, parameter: str, condition: str, finding: Finding) -> str:
-    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"; of
-    words each level."""
-    told = finding.effects.get(name)
-    if told and told.levels:
+def follow_in_words(follow: Follow, finding: Finding) -> str:
+    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"; of a
+    curve its ends, of words each level."""
+    parameter, condition = follow.parameter.replace("_", " "), follow.condition
+    ends = [point.size.value for point in follow.curve]
+    up = ends[-1] > ends[0]
+    if follow.levels:
         each = ", ".join(
-            f"{level} {'+' if size.value > 0 else ''}{half_interval(size)}"
-            for level, size in told.levels.items()
+            f"{follow.levels[int(p.at)]}"
+            f" {'+' if p.size.value > 0 else ''}{half_interval(p.size)}"
+            for p in follow.curve
         )
         return f"{parameter} follows {condition} (beside the mean of all: {each})"
-    if told is None or told.unit == "1" or not math.isfinite(told.size.value):
-        return f"{parameter} follows {condition}"
-    what, _, unit = condition.rpartition("_")
-    if what:
-        of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
-    else:
-        of = f"unit of {condition}"
-    size = half_interval(told.size).lstrip("−")
-    return (
-        f"{parameter} {'falls' if told.size.value < 0 else 'rises'} by {size} per {of}"
-    )
+    if follow.shape == "line" and not follow.unlisted:
+        what, _, unit = condition.rpartition("_")
+        if what:
+            of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
+        else:
+            of = f"unit of {condition}"
+        size = half_interval(follow.slope).lstrip("−")
+        return f"{parameter} {'rises' if up else 'falls'} by {size} per {of}"
+    told = finding.contact.get(follow.parameter)
+    level = told.explained.value if told else 0.0
+    digits = half_interval(follow.curve[0].size).partition(" ")[0].partition(".")[2]
+
+    def at(k: int) -> str:
+        value = f"{level + ends[k]:.{len(digits)}f}".replace("-", "−")
+        if condition == "order":
+            return f"{value} at the {'last' if k else 'first'}"
+        return f"{value} at {follow.curve[k].at:g}"
+
+    beside = "" if told else " beside the mean"
+    with_what = ONLY_WHEN.get(condition, condition)
+    if follow.shape in ("highest", "lowest"):
+        end = ends.index(max(ends) if follow.shape == "highest" else min(ends))
+        place = follow.curve[end]
+        value = f"{level + ends[end]:.{len(digits)}f}".replace("-", "−")
+        return (
+            f"{parameter} is {follow.shape} in the middle of {with_what}: {at(0)},"
+            f" {value} near {place.at:.3g}, {at(-1)}{beside}"
+        )
+    if follow.shape == "levels":
+        each = ", ".join(at(k) for k in range(len(ends)))
+        return f"{parameter} follows {with_what}: {each}{beside}"
+    bend = "" if follow.shape == "line" else f", {follow.shape}"
+    how = f"{'rises' if up else 'falls'} with {with_what}{bend}"
+    return f"{parameter} {how}: {at(0)} to {at(-1)}{beside}"
 
 
 def missing(name: str, rig: str) -> str:
@@ -322,7 +347,10 @@ def lines(diagnosis) -> list[str]:
     for rig, finding in sorted(
         diagnosis.findings.items(), key=lambda entry: entry[1].verdict == "none"
     ):
-        out.append(f"{rig}: {verdict_in_words(finding)}")
+        sentence = verdict_in_words(finding)
+        out.append(f"{rig}: {sentence}")
+        each = ((follow_in_words(f, finding), f) for f in finding.follows)
+        out += [f"  {what} ({chance(f.p)})" for what, f in each if what not in sentence]
         if finding.matters and finding.next_record:
             out.append(f"  to settle it, record: {finding.next_record}")
         if (finding.matters or finding.laws) and rig in diagnosis.twins:

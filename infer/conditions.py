@@ -1,17 +1,11 @@
-"""Contact parameters that follow stated conditions, the order of recordings, or the
-session.
-
-A parameter p of recording r is p + β z_r, z the condition with mean 0 and sd 1 over the
-recordings that state it (0 in the others); for words one β a level. The column of β is
-z_r times that of p."""
+"""What differs between recordings: stated conditions, their order, the session; and a
+problem in which a contact parameter follows some of it."""
 
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from benchtwin.infer.effect import Effect
-from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Problem
 
@@ -25,24 +19,38 @@ class Contact:
 
     name: str  # as reported
     column: str  # its global
-    prior_sd: float  # of its change by one sd of a condition, in the global's unit
+    prior_sd: float  # of its change by a condition, in the global's unit
     scale: float  # from the global's unit to the reported one
     sector: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Condition:
     """What differs between recordings."""
 
     name: str
-    z: np.ndarray  # (R, k): standardised numbers (k = 1), or contrasts of levels
-    spread: float  # sd of the numbers, NaN for words
+    values: dict[str, float]  # number, or place in `levels`, of those that state it
     levels: tuple[str, ...] = ()  # of words
     unlisted: bool = False  # it says when, not why
 
+    def of(self, recordings: tuple[str, ...]) -> np.ndarray:
+        """(R,): of these recordings, NaN where not stated."""
+        return np.array([self.values.get(r, np.nan) for r in recordings])
+
+    def columns(self, recordings: tuple[str, ...]) -> np.ndarray:
+        """(R, k): numbers (k = 1) or membership of levels, standardised or of mean 0; 0
+        where not stated."""
+        values = self.of(recordings)
+        seen = np.isfinite(values)
+        out = values[:, None]
+        if self.levels:
+            out = (out == np.arange(len(self.levels))) * 1.0
+        out = np.where(seen[:, None], out - out[seen].mean(0), 0.0)
+        return out if self.levels else out / max(float(out[seen].std()), 1e-300)
+
 
 def conditions_of(
-    descriptions: list[dict], sessions: list[str]
+    recordings: tuple[str, ...], descriptions: list[dict], sessions: list[str]
 ) -> tuple[tuple[Condition, ...], tuple[str, ...]]:
     """What differs between recordings, and notes on what cannot be used or told
     apart."""
@@ -50,10 +58,7 @@ def conditions_of(
     found, notes = [], []
     for key in dict.fromkeys(k for s in stated for k in s):
         values = [s.get(key) for s in stated]
-        if any(isinstance(v, str) for v in values):
-            made = _of_words(key, values)
-        else:
-            made = _of_numbers(key, values)
+        made = condition(key, recordings, values)
         if made is None:
             said = "is the same in all recordings that state it: nothing can follow it"
             notes.append(f"[conditions] {key} {said}")
@@ -62,13 +67,10 @@ def conditions_of(
             if missing := sum(v is None for v in values):
                 said = f"is not stated in {missing} of {len(values)} recordings"
                 notes.append(f"[conditions] {key} {said}; it is used where it is")
-    if len(descriptions) > 3:
-        order = _of_numbers("order", list(range(len(descriptions))))
-    else:
-        order = None
+    order = condition("order", recordings, list(range(len(recordings))))
     kept = []
-    for extra in filter(None, (order, _of_words("session", list(sessions)))):
-        same = next((c for c in found if _confounded(c, extra)), None)
+    for extra in filter(None, (order, condition("session", recordings, sessions))):
+        same = next((c for c in found if _confounded(c, extra, recordings)), None)
         if same is None:
             kept.append(replace(extra, unlisted=True))
         else:
@@ -78,136 +80,83 @@ def conditions_of(
             )
             notes.append(f"[conditions] {same.name} {said}")
     for one, other in combinations(found, 2):
-        if _confounded(one, other):
+        if _confounded(one, other, recordings):
             said = "go together: the two cannot be told apart"
             notes.append(f"[conditions] {one.name} and {other.name} {said}")
     return (*found, *kept), tuple(notes)
 
 
-def _of_numbers(name: str, values: list) -> Condition | None:
-    numbers = np.array([np.nan if v is None else float(v) for v in values])
-    seen = np.isfinite(numbers)
-    if seen.sum() < 3 or np.ptp(numbers[seen]) <= 0:
+def condition(name: str, recordings: tuple[str, ...], values: list) -> Condition | None:
+    """From each recording's number or word, None where not stated; None where nothing
+    can follow it."""
+    pairs = [p for p in zip(recordings, values, strict=True) if p[1] is not None]
+    if any(isinstance(v, str) for _, v in pairs):
+        levels = tuple(dict.fromkeys(str(v) for _, v in pairs))
+        if not 2 <= len(levels) <= MOST_LEVELS:
+            return None
+        return Condition(name, {r: levels.index(str(v)) for r, v in pairs}, levels)
+    numbers = {r: float(v) for r, v in pairs}
+    if len(numbers) < 3 or len(set(numbers.values())) < 2:
         return None
-    spread = float(numbers[seen].std())
-    z = np.where(seen, (numbers - numbers[seen].mean()) / spread, 0.0)
-    return Condition(name, z[:, None], spread)
+    return Condition(name, numbers)
 
 
-def _of_words(name: str, values: list) -> Condition | None:
-    words = [None if v is None else str(v) for v in values]
-    levels = tuple(dict.fromkeys(w for w in words if w is not None))
-    if not 2 <= len(levels) <= MOST_LEVELS:
-        return None
-    member = np.array([[w == level for level in levels] for w in words], dtype=float)
-    seen = member.sum(1) > 0
-    mean = np.where(seen[:, None], member[seen].mean(0), 0.0)
-    return Condition(name, member - mean, float("nan"), levels)
-
-
-def _confounded(one: Condition, other: Condition) -> bool:
+def _confounded(one: Condition, other: Condition, recordings: tuple[str, ...]) -> bool:
     """Whether one condition is nearly a linear function of the other."""
-    basis = np.linalg.qr(np.hstack([np.ones((len(one.z), 1)), other.z]))[0]
-    about = one.z - one.z.mean(0)
+    both = np.isfinite(one.of(recordings)) & np.isfinite(other.of(recordings))
+    if both.sum() < 3:
+        return False
+    z, other_z = one.columns(recordings)[both], other.columns(recordings)[both]
+    basis = np.linalg.qr(np.hstack([np.ones((len(z), 1)), other_z]))[0]
+    about = z - z.mean(0)
     left = about - basis @ (basis.T @ about)
     return float((left**2).sum()) < (1 - CONFOUNDED_CORRELATION**2) * float(
         (about**2).sum()
     )
 
 
-def effect_name(contact: Contact, condition: Condition) -> str:
+def effect_name(contact: Contact, name: str) -> str:
     """Name of the effect that a contact parameter follows a condition."""
-    return f"{contact.name}-follows-{condition.name}"
+    return f"{contact.name}-follows-{name}"
 
 
-def with_conditions(
-    problem: Problem, contact: Contact, conditions: tuple[Condition, ...]
+def with_follows(
+    problem: Problem, contact: Contact, shifts: dict[str, np.ndarray]
 ) -> Problem:
-    """The problem with one effect a condition, linear: β is 0 where a prediction is
-    made."""
-    if not conditions or contact.column not in problem.names:
+    """The problem with one global β more for each of `shifts`, (R,) by name: recording
+    r's contact parameter is shifted by β shift_r. β is 0 where a prediction is made:
+    recordings' own parameters take it up."""
+    if not shifts:
         return problem
-    new = {effect.name: effect for c in conditions for effect in _effects(contact, c)}
-    z, base = np.hstack([c.z for c in conditions]), len(problem.names)
+    z, base = np.column_stack(list(shifts.values())), len(problem.names)
     column = problem.names.index(contact.column)
 
-    def widened(made: tuple[Reduced, ...], there: bool) -> tuple[Reduced, ...]:
-        out = []
-        for r, one in enumerate(made):
-            a = np.hstack([one.a[:, :base], one.a[:, [column]] * z[r], one.a[:, base:]])
-            # χ² there is without β
-            out.append(replace(one, a=a, chi2=None if there else one.chi2))
-        return tuple(out)
+    def reduce(starts: np.ndarray, values: np.ndarray, extra=None, **how):
+        made, change = problem.reduce(starts, values[:base], extra, **how)
+        there = bool(values[base:].any())  # χ² there is without β
+        widened = tuple(_widened(m, z[r], there) for r, m in enumerate(made))
+        return widened, lambda moved: change(moved[..., :base])
 
-    def reduce(starts: np.ndarray, values: np.ndarray, extra=None):
-        made, change = problem.reduce(starts, values[:base], extra)
+    def _widened(one: Reduced, own: np.ndarray, there: bool) -> Reduced:
+        a = np.hstack([one.a[:, :base], one.a[:, [column]] * own, one.a[:, base:]])
+        return replace(one, a=a, chi2=None if there else one.chi2)
 
-        def changed(moved: np.ndarray) -> np.ndarray:
-            shift = np.tile(moved[:base], (len(made), 1))
-            shift[:, column] += z @ (values + moved)[base:]
-            return change(shift)
-
-        return widened(made, bool(values[base:].any())), changed
-
-    inner: Any = problem.fast_chi2  # for fits in which nothing follows a condition
-
-    def reduce_free(starts, values, wanted):
-        made, change = inner.reduce_free(starts, values[:base], wanted[:base])
-        return widened(made, False), lambda moved: change(moved[:base])
-
-    fast = inner and FastChi2(
-        lambda starts, at: inner.chi2(starts, at[:base]), reduce_free
-    )
     further = tuple(
-        (s, np.append(v, np.zeros(z.shape[1]))) for s, v in problem.further_starts
+        (s, np.append(v, np.zeros(len(shifts)))) for s, v in problem.further_starts
     )
-    further_effect: Any = problem.with_effect
+    one_more = problem.with_effect
 
     def with_effect(effect: Effect) -> Problem:
-        return with_conditions(further_effect(effect), contact, conditions)
+        assert one_more is not None
+        return with_follows(one_more(effect), contact, shifts)
 
     return replace(
         problem,
-        effects=problem.effects | new,
-        names=(*problem.names, *new),
+        names=(*problem.names, *shifts),
+        known_sd=problem.known_sd | dict.fromkeys(shifts, contact.prior_sd),
         with_effect=with_effect,
         reduce=reduce,
-        fast_chi2=fast,
+        fast_chi2=None,
+        followed=tuple(shifts),
         further_starts=further,
     )
-
-
-def _effects(contact: Contact, c: Condition) -> list[Effect]:
-    name = effect_name(contact, c)
-    unit = f"1/{c.name.rsplit('_', 1)[-1]}" if "_" in c.name else f"1/{c.name}"
-
-    def shown(value: float) -> float:
-        return value * contact.scale / c.spread
-
-    about: dict[str, Any] = {
-        "sector": contact.sector,
-        "prior_sd": contact.prior_sd,
-        "low": -np.inf,
-        "high": np.inf,
-        "follows": c.name,
-        "unlisted": c.unlisted,
-        "source": "by rule: whatever the recordings state may matter",
-    }
-    if not c.levels:
-        return [
-            Effect(
-                name, unit=unit, meaning=f"slope on {c.name}", reported=shown, **about
-            )
-        ]
-    return [
-        Effect(
-            f"{name}.{level}" if k else name,
-            unit="1",
-            meaning=f"at {level}, beside the mean",
-            group=name if k else "",
-            reported=lambda value: value * contact.scale,
-            level=level,
-            **about,
-        )
-        for k, level in enumerate(c.levels)
-    ]

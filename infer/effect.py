@@ -37,8 +37,6 @@ class Effect:
     scaled_prior: bool = True  # whether its prior scales with the effect's size
     # not linear about 0: fitted in full whatever its slope there
     nonlinear: bool = False
-    follows: str = ""  # the condition that a contact parameter follows
-    level: str = ""  # of a condition in words
     unlisted: bool = False  # it says when or how, not why
     counterpart: Counterpart | None = None
     not_simulated: str = ""  # why there is no counterpart

@@ -34,11 +34,9 @@ NOISE_LEVELS = (
 
 
 class Kind(Enum):
-    """A listed effect, a parameter that follows a stated condition, or unlisted
-    physics."""
+    """A listed effect, or unlisted physics."""
 
     EFFECT = "effect"
-    CONDITION = "condition"
     UNLISTED = "unlisted"
 
 

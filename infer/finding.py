@@ -7,6 +7,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from benchtwin.infer.alarm import ALARM_P, left_over_p
+from benchtwin.infer.condition_table import (
+    ConditionTable,
+    Follow,
+    condition_table,
+    numbers_of,
+)
+from benchtwin.infer.conditions import (
+    Condition,
+    Contact,
+    effect_name,
+    with_follows,
+)
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import Kind
 from benchtwin.infer.explanation import (
@@ -18,10 +30,11 @@ from benchtwin.infer.explanation import (
 from benchtwin.infer.held_out import HeldOut, held_out, left_out_values
 from benchtwin.infer.posterior import PRIOR, explain, explanation_of
 from benchtwin.infer.power_law import NAMES, ROUNDS, Term, fitted
-from benchtwin.infer.problem import Fit
+from benchtwin.infer.problem import Fit, fit, ln_evidence
 from benchtwin.infer.unlisted import Window, Windows, strongest_window
 from benchtwin.infer.verdict import (
     MATTERS_SDS,
+    NAME_PROBABILITY,
     EffectEstimate,
     ParameterShift,
     Verdict,
@@ -115,6 +128,7 @@ class Finding:
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
     unlisted: frozenset[str] = frozenset({UNSHAPED})  # of the explanations' parts
     laws: dict[str, Effect] = field(default_factory=dict)  # found for what is unlisted
+    follows: tuple[Follow, ...] = ()  # parameters that follow conditions
 
     @property
     def modelled(self) -> tuple[str, ...]:
@@ -134,24 +148,14 @@ class Finding:
                     and {k: v for k, v in vars(self.window).items() if k != "p"}
                 ),
                 "parameters": {name: vars(p) for name, p in self.parameters.items()},
+                "follows": [f.to_json() for f in self.follows],
                 "explanations": [
                     {"effects": names, "probability": p}
                     for names, p in self.explanations[:MOST_EXPLANATIONS]
                 ],
                 "effects": {
                     name: (
-                        {"probability": e.probability, "unit": e.unit}
-                        | vars(e.size)
-                        | (
-                            {
-                                "levels": {
-                                    level: vars(size)
-                                    for level, size in e.levels.items()
-                                }
-                            }
-                            if e.levels
-                            else {}
-                        )
+                        {"probability": e.probability, "unit": e.unit} | vars(e.size)
                     )
                     for name, e in self.effects.items()
                 },
@@ -200,16 +204,25 @@ class DiagnosisTask:
     advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()
     remarks: Callable[[Fit], tuple[str, ...]] = lambda fit: ()  # notes on what was fit
+    # what may follow which conditions
+    follows: tuple[Contact, tuple[Condition, ...]] | None = None
 
 
 def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
-    posterior = weighed_with_noise(explain(task.alternatives, task.windows), rng)
-    base, verdict = posterior.base, verdict_of(posterior)
-    chosen = model = _chosen(posterior, verdict)
+    fits = tuple(fit(a.problem) for a in task.alternatives)
+    table, alternatives, bases = _with_conditions(task, fits, rng)
+    # the table is another test of the same bench, though its p is told beside
+    beside = () if table.p is None else (1.0,)
+    posterior = weighed_with_noise(
+        explain(alternatives, task.windows, bases), rng, beside
+    )
+    base, of_motions = posterior.base, verdict_of(posterior)
+    chosen = model = _chosen(posterior, of_motions)
     terms: tuple[Term, ...] = ()
-    if verdict.verdict == "unknown":
-        model, terms, verdict = _lawful(posterior, verdict, chosen, task)
+    if of_motions.verdict == "unknown":
+        model, terms, of_motions = _lawful(posterior, of_motions, chosen, task)
+    verdict = with_followed(of_motions, table)
     window, best_axis = strongest_window(
         base.reduced,
         base.fit.baseline_sd,
@@ -221,22 +234,40 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     listed = {n for e in posterior.explanations for n in e.listed}
     likely = [n for n, q in posterior.presence().items() if n in listed and q > 0.01]
     estimates = {n: effect_estimate(posterior, n) for n in likely}
-    contact = {
-        n: parameter_shift(posterior, value) for n, value in task.contact.items()
+    estimates |= {
+        f.name: EffectEstimate(f.probability / len(f.names), f.unit, f.slope)
+        for f in table.found
     }
-    estimates |= {t.effect.name: _size(t, verdict.probability) for t in terms}
-    alarm = posterior.p_noise < ALARM_P
-    nothing, ranked = posterior.probability(()), posterior.by_set()
-    some = [q for names, q in ranked if names and names != chosen.names]
+    estimates |= {t.effect.name: _size(t, of_motions.probability) for t in terms}
+    bare = replace(base, fit=fits[base.alternative])
+    contact = {
+        n: parameter_shift(posterior, bare, value) for n, value in task.contact.items()
+    }
+    p = posterior.p_noise
+    if table.p is not None:
+        p = min(p, 1 - (1 - table.p) ** 2)
+    alarm = p < ALARM_P or bool(table.found)
+    ranked = _with_followed_sets(posterior.by_set(), table)
+    nothing = posterior.probability(())
+    some = [q for names, q in posterior.by_set() if names and names != chosen.names]
     ours = posterior.probability(chosen.names)
     named = verdict.names if verdict.verdict == "name" else ()
     sizes = {n: estimates[n] for n in named if n in estimates and estimates[n].unit}
+    followed = tuple(f.name for f in table.found)
+    left_out = left_out_values(model) if posterior.p_noise < ALARM_P else {}
+    recordings = base.fit.problem.recordings
+    for f in table.found:
+        left_out[f.name] = tuple(f.left_out.get(r, 0.0) for r in recordings)
+    drifts: set[str] = set()
+    if task.follows:
+        contact_of, conditions = task.follows
+        drifts = {effect_name(contact_of, c.name) for c in conditions if c.unlisted}
     return Finding(
         task.rig,
-        base.fit.problem.recordings,
+        recordings,
         alarm,
-        posterior.p_noise,
-        _sectors(posterior, alarm, rng),
+        p,
+        _sectors(posterior, table, task, rng),
         window,
         best_axis,
         verdict.verdict,
@@ -249,19 +280,123 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
             n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()
         },
         law=" and ".join(t.in_words() for t in terms) or None,
-        held_out=held_out(model, base) if alarm else None,
-        next_record=task.advice(verdict.names) if verdict.verdict != "name" else None,
+        held_out=held_out(model, base, followed) if alarm else None,
+        next_record=_next_record(task, verdict, table),
         p_verdict=verdict.probability,
-        matters=alarm and _matters(contact, verdict.names),
+        matters=alarm and _matters(contact, table),
+        follows=table.found,
         explanations=tuple(ranked),
         effects=estimates,
         contact=contact,
-        curves=task.curves(base.fit, model.fit),
-        notes=(*task.notes, *task.remarks(model.fit), *_notes(posterior)),
-        left_out=left_out_values(model) if alarm else {},
+        curves=task.curves(bare.fit, model.fit),
+        notes=(
+            *task.notes,
+            *_far_off(table, task),
+            *task.remarks(model.fit),
+            *_notes(posterior),
+        ),
+        left_out=left_out,
         laws={t.effect.name: t.effect for t in terms},
-        unlisted=frozenset(posterior.unlisted()),
+        unlisted=frozenset(posterior.unlisted() | drifts),
     )
+
+
+def _with_conditions(
+    task: DiagnosisTask, fits: tuple[Fit, ...], rng: np.random.Generator
+) -> tuple[ConditionTable, tuple[Alternative, ...], tuple[Fit, ...]]:
+    """What the contact parameter follows, in the likeliest baseline; all alternatives
+    with it, and their fits with nothing missing."""
+    if task.follows is None:
+        return ConditionTable(), task.alternatives, fits
+    contact, conditions = task.follows
+    plain = [k for k, a in enumerate(task.alternatives) if not a.effects]
+    likeliest = max(
+        plain, key=lambda k: ln_evidence(fits[k]) + math.log(task.alternatives[k].odds)
+    )
+    seen, table = fits[likeliest], ConditionTable()
+    for _ in range(2):  # the fit without what was found is bent by it
+        numbers = numbers_of(seen, contact.column)
+        table = condition_table(numbers, contact, conditions, rng)
+        if not table.found:
+            return table, task.alternatives, fits
+        seen = _following(fits[likeliest], contact, table)
+    bases = tuple(_following(one, contact, table) for one in fits)
+    pairs = zip(task.alternatives, bases, strict=True)
+    return table, tuple(replace(a, problem=f.problem) for a, f in pairs), bases
+
+
+def _following(of: Fit, contact: Contact, table: ConditionTable) -> Fit:
+    """A fit again, with globals by which the parameter follows what was found."""
+    names = of.problem.recordings
+    shifts = {
+        f.name: np.array([f.shift.get(r, 0.0) for r in names]) for f in table.found
+    }
+    problem = with_follows(of.problem, contact, shifts)
+    values = np.append(of.values, np.ones(len(shifts)))
+    return fit(problem, start=replace(of, problem=problem, values=values, cache={}))
+
+
+def with_followed(of_motions: Verdict, table: ConditionTable) -> Verdict:
+    """The verdict on all but conditions, with what a parameter was found to follow:
+    named where it is as probable as a name must be, and by one condition; with a drift
+    that has no stated cause something unlisted is missing."""
+    probability = of_motions.probability * (1 - table.next[1] if table.next else 1.0)
+    if not table.found:
+        return replace(of_motions, probability=probability)
+    listed = [f for f in table.found if not f.unlisted]
+    sure = all(f.probability >= NAME_PROBABILITY and not f.as_well for f in listed)
+    names = tuple(n for f in listed for n in f.names)
+    kind = of_motions.verdict
+    known = of_motions.names
+    if len(listed) < len(table.found):
+        kind, known = "unknown", known if kind in ("name", "unknown") else ()
+    elif kind in ("none", "name"):
+        kind = "name" if sure else "class"
+    for f in table.found:
+        probability *= f.probability
+    return Verdict(kind, (*known, *names), probability)
+
+
+def _with_followed_sets(
+    sets: list[tuple[tuple[str, ...], float]], table: ConditionTable
+) -> list[tuple[tuple[str, ...], float]]:
+    """Sets of what is missing, each with and without what may be followed."""
+    shares = [(f.names, f.probability) for f in table.found]
+    shares += [((table.next[0],), table.next[1])] if table.next else []
+    for names, probability in shares:
+        more = [
+            ((*own, n), p * probability / len(names)) for own, p in sets for n in names
+        ]
+        sets = more + [(own, p * (1 - probability)) for own, p in sets]
+    return sorted(sets, key=lambda one: -one[1])
+
+
+def _far_off(table: ConditionTable, task: DiagnosisTask) -> tuple[str, ...]:
+    """Of a recording that was left out of the table."""
+    if table.far is None or task.follows is None:
+        return ()
+    what = task.follows[0].name.replace("_", " ")
+    name, off = table.far
+    return (
+        (
+            f"{name}: its {what} lies {off:.2g} off the others'; it tells nothing of"
+            " conditions"
+        ),
+    )
+
+
+def _next_record(
+    task: DiagnosisTask, verdict: Verdict, table: ConditionTable
+) -> str | None:
+    """What would settle a verdict that is no name."""
+    if verdict.verdict == "name":
+        return None
+    for f in table.found:
+        if f.as_well:
+            these = " and ".join((f.condition, *f.as_well))
+            return f"recordings in which {these} do not go together"
+    followed = {n for f in table.found for n in f.names}
+    return task.advice(tuple(n for n in verdict.names if n not in followed))
 
 
 def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
@@ -342,21 +477,25 @@ def _ln_odds(p: float, q: float) -> float:
     return math.log(max(p, 1e-300)) - math.log(max(q, 1e-300))
 
 
-def _matters(contact: dict[str, ParameterShift], names: tuple[str, ...]) -> bool:
+def _matters(contact: dict[str, ParameterShift], table: ConditionTable) -> bool:
     """Whether a contact parameter shifts or follows a condition; true for rigs without
     any."""
     return (
         not contact
-        or any("-follows-" in n for n in names)
+        or bool(table.found)
         or any(abs(m.shift_sds) >= MATTERS_SDS for m in contact.values())
     )
 
 
 def _sectors(
-    posterior: Posterior, alarm: bool, rng: np.random.Generator
+    posterior: Posterior,
+    table: ConditionTable,
+    task: DiagnosisTask,
+    rng: np.random.Generator,
 ) -> tuple[Sector, ...]:
-    """Each sector; what has no shape that was tried acts where noise explains least."""
-    base = posterior.base
+    """Each sector; what has no shape that was tried acts where noise explains least. A
+    condition that is followed acts where the parameter does."""
+    base, alarm = posterior.base, posterior.p_noise < ALARM_P
     names = dict.fromkeys(c.sector for c in base.table.components.values())
     p = {n: left_over_p(base, rng, sector=n) for n in names}
     shares = sector_shares(posterior)
@@ -366,10 +505,15 @@ def _sectors(
         rest = 1 - posterior.probability(()) - shapeless
         shares = {n: rest * share for n, share in shares.items()}
         shares[least] = shares.get(least, 0.0) + shapeless
+    shares = shares if alarm else {}
+    if table.found and task.follows is not None:
+        where = task.follows[0].sector
+        part = sum(f.probability for f in table.found)
+        p[where] = min(p.get(where, 1.0), table.found[0].p)
+        shares[where] = shares.get(where, 0.0) + part
     whole = sum(shares.values())
     out = [
-        Sector(n, shares.get(n, 0.0) / whole if alarm and whole else math.nan, p[n])
-        for n in names
+        Sector(n, shares.get(n, 0.0) / whole if whole else math.nan, p[n]) for n in p
     ]
     return tuple(sorted(out, key=lambda s: (-np.nan_to_num(s.explained), s.p)))
 

@@ -28,13 +28,17 @@ class HeldOut:
     removed_fraction: float
 
 
-def held_out(e: Explanation, base: Explanation) -> HeldOut | None:
-    """Each recording predicted from the others; None for a single recording."""
+def held_out(
+    e: Explanation, base: Explanation, followed: tuple[str, ...] = ()
+) -> HeldOut | None:
+    """Each recording predicted from the others, without what is found and the globals
+    `followed`, and with them; None for a single recording."""
     mine, sd = with_components(e)
     if len(mine) < 2:
         return None
     sse_fit = sum(squared_errors(mine, sd))
-    sse_base = sum(squared_errors(base.reduced, base.fit.baseline_sd))
+    bare = np.where(np.isin(e.fit.names, followed), 0.0, base.fit.baseline_sd)
+    sse_base = sum(squared_errors(base.reduced, bare))
     noise, spread = _noise(mine, sd)
     gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, 0.0)
     if others := [c.columns for n, c in e.table.components.items() if n not in e.names]:

@@ -55,12 +55,14 @@ WIDE_PRIOR = 5.0
 
 
 def explain(
-    alternatives: tuple[Alternative, ...], windows_of: Callable[[Fit], Windows]
+    alternatives: tuple[Alternative, ...],
+    windows_of: Callable[[Fit], Windows],
+    bases: tuple[Fit, ...],
 ) -> Posterior:
-    """The posterior; windows_of(fit) → windows, which together model unlisted
-    physics."""
-    search = _Search(alternatives, windows_of)
-    for k in range(len(alternatives)):
+    """The posterior; windows_of(fit) → windows, which together model unlisted physics;
+    bases: each alternative fitted with nothing missing."""
+    search = _Search(alternatives, windows_of, bases)
+    for k in range(len(bases)):
         search.add(k, ())
     while (next_fit := search.next_fit()) is not None:
         search.add(*next_fit)
@@ -76,8 +78,10 @@ class _Search:
         self,
         alternatives: tuple[Alternative, ...],
         windows_of: Callable[[Fit], Windows],
+        bases: tuple[Fit, ...],
     ):
         self.alternatives, self.windows_of = alternatives, windows_of
+        self.bases = bases
         self.tables: list[dict[tuple[str, ...], Explanation]] = [
             {} for _ in alternatives
         ]
@@ -92,9 +96,11 @@ class _Search:
         problem, here = self.alternatives[k].problem, self.tables[k]
         parts = [e.fit for names, e in here.items() if set(names) < set(listed)]
         start = start or min(parts, key=lambda f: f.chi2, default=None)
-        found = fit(
-            problem, free=tuple(n for n in listed if n in problem.effects), start=start
-        )
+        if start is None:
+            found = self.bases[k]
+        else:
+            free = tuple(n for n in listed if n in problem.effects)
+            found = fit(problem, free=free, start=start)
         own = self.alternatives[k]
         noise = self.noise[k] if listed else None
         e = explanation_of(found, listed, k, own, self.windows_of(found), noise)
@@ -314,13 +320,7 @@ def _of_effects(problem: Problem, reduced: tuple[Reduced, ...]) -> list[Componen
         own = problem.columns_of(name)
         parts = [problem.effects[n] for n in own]
         at = [problem.names.index(n) for n in own]
-        kind = (
-            Kind.UNLISTED
-            if effect.unlisted
-            else Kind.CONDITION
-            if effect.follows
-            else Kind.EFFECT
-        )
+        kind = Kind.UNLISTED if effect.unlisted else Kind.EFFECT
         sd = np.array([p.prior_sd for p in parts])
         scaled_prior = np.array([p.scaled_prior for p in parts])
         ends = (effect.low, effect.high)

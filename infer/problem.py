@@ -50,6 +50,7 @@ class Problem:
     fast_chi2: FastChi2 | None = None
     # (effect) → the same problem with one more candidate
     with_effect: Callable[[Effect], "Problem"] | None = None
+    followed: tuple[str, ...] = ()  # globals by which a parameter follows conditions
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
         """The globals of one effect: its own and the further parameters of its
@@ -164,10 +165,9 @@ def _fit_from(
     begun = problem.reduce, starts.tobytes(), values.tobytes()
     if begun not in cache:
         cache[begun] = problem.reduce(starts, values)
-    fast = None if any(problem.effects[n].follows for n in free) else problem.fast_chi2
     end = minimise(
         problem.reduce,
-        fast,
+        problem.fast_chi2,
         Linearisation.of(starts, values, cache[begun], held),
         held,
         problem.max_iterations,

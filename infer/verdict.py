@@ -3,7 +3,7 @@ parameter."""
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -37,8 +37,6 @@ class EffectEstimate:
     probability: float
     unit: str
     size: Interval
-    # of a condition, beside their mean
-    levels: dict[str, Interval] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -83,14 +81,17 @@ def against_noise(p: float) -> float:
 UNSHAPED_ODDS = 1 / against_noise(ALARM_P)
 
 
-def weighed_with_noise(posterior: Posterior, rng: np.random.Generator) -> Posterior:
-    """The posterior with what noise alone would do as evidence.
+def weighed_with_noise(
+    posterior: Posterior, rng: np.random.Generator, more: tuple[float, ...] = ()
+) -> Posterior:
+    """The posterior with what noise alone would do as evidence; more: p of other tests
+    of the same bench.
 
     What is missing by an explanation is all, or there is something of no shape that was
     tried beside it, whose odds are UNSHAPED_ODDS times what the p of all that the
     explanation leaves says (alarm.left_over_p): an explanation that does not hold the
     alarm is one with something unlisted. See `bounded` for nothing missing."""
-    p = p_global(posterior, rng)
+    p = p_global(posterior, rng, more)
     missing = sum(e.probability for e in posterior.explanations if e.names)
 
     def and_more(e: Explanation) -> float:
@@ -185,15 +186,13 @@ def _cover(sets: dict[tuple[str, ...], float]) -> list[str]:
 
 def size_is_told(posterior: Posterior, name: str) -> bool:
     """Whether a 95 % interval of an effect, over all explanations that hold it, leaves
-    0 out: that of its size, of a further parameter, or of one level of a condition."""
+    0 out: that of its size, or of a further parameter."""
     holding = [e for e in posterior.explanations if name in e.names]
     if name in posterior.alternatives[holding[0].alternative].effects:
         return True  # it is there or not
     problem = holding[0].fit.problem
     parts: list[Callable] = [partial(estimate, name=name)]
-    if problem.effects[name].level:
-        parts = list(_levels(holding[0], name).values())
-    elif (count := len(problem.columns_of(name))) > 1:
+    if (count := len(problem.columns_of(name))) > 1:
         parts += [partial(_linear_combination, name=name, of=k) for k in np.eye(count)]
     sizes = [_averaged(holding, part) for part in parts]
     return any(size.low95 > 0 or size.high95 < 0 for size in sizes)
@@ -242,12 +241,10 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
             show(size.value), *sorted((show(size.low95), show(size.high95)))
         )
 
-    levels = _levels(holding[0], name) if effect.level else {}
-    each = {level: shown(of) for level, of in levels.items()}
     # a summary is no fitted parameter, of which the physical range is
     within = () if effect.summary else (effect.low, effect.high)
     size = shown(partial(estimate, name=name), *within)
-    return EffectEstimate(present, effect.unit, size, each)
+    return EffectEstimate(present, effect.unit, size)
 
 
 def _averaged(
@@ -259,16 +256,6 @@ def _averaged(
     weighty = [e for e in holding if e.held >= 1e-4 * holding[0].held]
     parts = [(e.held, *of(e)) for e in weighty]
     return mixture_interval(parts, within) if within else mixture_interval(parts)
-
-
-def _levels(e: Explanation, name: str) -> dict[str, Callable]:
-    """Of a condition in words: mean and sd of each level beside the mean of all."""
-    own = e.fit.problem.columns_of(name)
-    beside_mean = np.eye(len(own)) - 1 / len(own)
-    return {
-        e.fit.problem.effects[n].level: partial(_linear_combination, name=name, of=of)
-        for n, of in zip(own, beside_mean, strict=True)
-    }
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:
@@ -293,15 +280,18 @@ def _linear_combination(
 
 
 def parameter_shift(
-    posterior: Posterior, value: Callable[[Explanation], tuple[float, float]]
+    posterior: Posterior,
+    bare: Explanation,
+    value: Callable[[Explanation], tuple[float, float]],
 ) -> ParameterShift:
-    """A contact parameter; value(explanation) → its mean and sd there."""
+    """A contact parameter; bare: nothing missing, no condition followed;
+    value(explanation) → its mean and sd there."""
 
     def weighted(e: Explanation, weight: float) -> tuple[float, float, float]:
         mean, sd = value(e)
         return weight, mean, sd * float(np.sqrt(e.power))
 
-    nothing = [weighted(posterior.base, 1.0)]
+    nothing = [weighted(bare, 1.0)]
     likely = [e for e in posterior.explanations if e.held > 1e-3]
     every = [weighted(e, e.held) for e in likely] or nothing
     return ParameterShift(mixture_interval(nothing), mixture_interval(every))

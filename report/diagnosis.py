@@ -12,7 +12,13 @@ from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.finding import Finding
 from benchtwin.report.numbers import capitalised, cells
-from benchtwin.report.residuals import AXES, before_and_after, points, recorded
+from benchtwin.report.residuals import (
+    AXES,
+    before_and_after,
+    followed,
+    points,
+    recorded,
+)
 from benchtwin.report.template import fill
 from benchtwin.twin.command import write_whole
 
@@ -72,6 +78,10 @@ def _rig(rig: str, f: Finding, again) -> dict:
         "contact": _contact(f),
         "sectors": _sectors(f),
         "held_out": _held_out(f),
+        "follows": [
+            f"{words.follow_in_words(follow, f)} ({words.chance(follow.p)})"
+            for follow in f.follows
+        ],
         "quantities": quantities(f),
         "model": _model(f),
         "again": again,
@@ -233,6 +243,10 @@ def quantities(f: Finding) -> list[tuple[str, str]]:
 
 def _figures(rig: str, f: Finding) -> dict[str, dict]:
     out = {}
+    for k, follow in enumerate(f.follows):
+        told = f.contact.get(follow.parameter)
+        level = told.explained.value if told else 0.0
+        out[f"{rig}-follows-{k}"] = followed(follow, level)
     for key, quantity in quantities(f):
         these = [c for c in f.curves if c.quantity == quantity]
         out[f"{rig}-left-{key}"] = before_and_after(these, _model(f))

@@ -3,6 +3,7 @@ recordings. Plain Plotly JSON."""
 
 import numpy as np
 import pandas as pd
+from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.finding import Curve
 from benchtwin.report import draw
 
@@ -55,6 +56,31 @@ def recorded(curves: list[Curve]) -> dict:
     ]
     y = f"{curves[0].quantity} ({curves[0].unit})"
     layout = draw.layout(_axis(curves[0]), y) | {"showlegend": False}
+    return {"data": data, "layout": layout}
+
+
+def followed(follow: Follow, level: float) -> dict:
+    """Each recording's own value over the condition that it follows, with its sd, and
+    the curve; level: mean value."""
+    names = list(follow.at)
+    x, seen = [follow.at[n] for n in names], [follow.seen[n] for n in names]
+    own = draw.points(x, [level + value for value, _ in seen], color=draw.BLUE, size=7)
+    errors = {"type": "data", "array": draw.listed(sd for _, sd in seen)}
+    at = np.array([p.at for p in follow.curve])
+    value, low, high = (
+        np.array([level + getattr(p.size, part) for p in follow.curve])
+        for part in ("value", "low95", "high95")
+    )
+    data = [
+        draw.band(at, low, high, draw.ORANGE),
+        draw.line(at, value, draw.ORANGE, ""),
+        own | {"hovertext": names, "error_y": errors, "showlegend": False},
+    ]
+    layout = draw.layout(follow.condition, draw.name(follow.parameter).split(",")[0])
+    layout["height"] = 280
+    if follow.levels:
+        places = list(range(len(follow.levels)))
+        layout["xaxis"] |= {"tickvals": places, "ticktext": list(follow.levels)}
     return {"data": data, "layout": layout}
 
 

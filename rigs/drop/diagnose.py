@@ -1,12 +1,11 @@
 """Drops, from tracks to a finding: flights and impacts as one problem, and its
 alternatives."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import (
     Alternative,
@@ -58,7 +57,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
     told = {t.recording: t for t in usable}
     sounds = impacts_from_times(listened) if listened else None
     sessions, flights, notes = prepared_drops(filmed) if filmed else ((), None, ())
-    alternatives, said = _alternatives(sessions, flights, sounds, told)
+    alternatives, conditions, said = _alternatives(sessions, flights, sounds, told)
     notes = (*notes, *said)
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
@@ -72,6 +71,7 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
         remarks,
+        follows=(RESTITUTION, conditions),
     )
     return finding_of(asked, rng)
 
@@ -83,21 +83,19 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
         sounds.names if sounds else ()
     )
     about = [told[n] for n in names]
-    follows, notes = conditions_of(
-        [t.description for t in about], [t.session for t in about]
+    conditions, notes = conditions_of(
+        names, [t.description for t in about], [t.session for t in about]
     )
-    z = np.hstack([c.z for c in follows]) if follows else None
+    z = np.hstack([c.columns(names) for c in conditions]) if conditions else None
     plain = with_impacts(flights, sessions, sounds, z)
     if plain is None:
         raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
-    kept = [names.index(n) for n in plain.recordings]
-    follows = tuple(replace(c, z=c.z[kept]) for c in follows)
-    out = [Alternative(with_conditions(plain, RESTITUTION, follows))]
+    out = [Alternative(plain)]
     joint: JointModel = plain.model
     if joint.impacts is None or all(
         (s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sessions
     ):
-        return out, notes  # places across were not seen
+        return out, conditions, notes  # places across were not seen
     impacts = joint.impacts.impacts
     stated = elongation_of(impacts)
     shape = elongation_test(impacts, impact_quantities(impacts, stated), stated)
@@ -106,7 +104,7 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
         assert longer is not None  # as above
         out.append(
             Alternative(
-                with_conditions(longer, RESTITUTION, follows),
+                longer,
                 LISTED_ODDS,
                 "contacts lie as far beside the centre as those of a seed of"
                 f" elongation {shape.elongation:.2g}",
@@ -117,7 +115,7 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
                 shape.p,
             )
         )
-    return out, notes
+    return out, conditions, notes
 
 
 def _same(plain: Problem, longer: Problem) -> float:

@@ -13,7 +13,6 @@ from benchtwin.diagnose.rerun import (
     values_by_recording,
 )
 from benchtwin.infer.finding import Finding
-from benchtwin.rigs.drop.diagnose import RESTITUTION
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.fall_laws import viscoelastic, yielding
 from benchtwin.rigs.drop.flown import strike
@@ -70,7 +69,7 @@ def strikes_again(
     ]
     own = {r: {n: v[n] for n in names} for r, v in values_by_recording(finding).items()}
     whole = {n: float(np.mean([v[n] for v in own.values()])) for n in names}
-    more = condition_shifts(RESTITUTION, finding, tracks)
+    more = condition_shifts(finding)
     speeds = float(np.median(-seen.before[:, 1]))
     changes = ({}, simulation_settings("drop", whole, finding.laws))
     old, new = (calibrated(seen, told, speeds, change) for change in changes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from benchtwin.infer import power_law
-from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
@@ -38,8 +38,10 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     """Finding of heaps (read.SeenPile); ValueError where no photo shows a
     flank."""
     photos, refused = photos_of(recordings)
-    follows, said = conditions_of(
-        [{"conditions": p.conditions} for p in photos], [p.session for p in photos]
+    conditions, said = conditions_of(
+        tuple(p.recording for p in photos),
+        [{"conditions": p.conditions} for p in photos],
+        [p.session for p in photos],
     )
     rising = [
         q
@@ -47,7 +49,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         if (np.diff(v) >= 0).all() or (np.diff(v) <= 0).all()
     ]
     if rising:
-        follows = tuple(c for c in follows if c.name != "order")
+        conditions = tuple(c for c in conditions if c.name != "order")
         said = (
             *said,
             (
@@ -59,9 +61,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
     # no plumb: a later tilt shows nothing
     orders = (False, True) if any(p.reference == "plumb" for p in photos) else (False,)
     problems = [problem_of(photos, scatter, after=after) for after in orders]
-    alternatives = tuple(
-        Alternative(with_conditions(p, REPOSE, follows)) for p in problems
-    )
+    alternatives = tuple(Alternative(p) for p in problems)
     notes = (*refused, *_notes(photos), *said)
     asked = DiagnosisTask(
         "pile",
@@ -72,6 +72,7 @@ def diagnose_pile(recordings, rng: np.random.Generator) -> Finding:
         law_of,
         lambda names: separating_recordings(EFFECTS, names) or AGAIN,
         notes,
+        follows=(REPOSE, conditions),
     )
     return finding_of(asked, rng)
 

@@ -1,7 +1,7 @@
 """Rolls, from recordings to a finding."""
 
 import numpy as np
-from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
+from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
@@ -50,8 +50,8 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     notes = (*notes, *said_of_shape)
     told = {r.recording: r for r in usable}
     about = [told[run.recording] for run in runs]
-    follows, said = conditions_of(
-        [r.description for r in about], [r.session for r in about]
+    conditions, said = conditions_of(
+        problem.recordings, [r.description for r in about], [r.session for r in about]
     )
     friction = Contact("rolling_friction", "mu", 0.3, base.problem.model.mu, "run-out")
     one_way = len({run.sign for run in runs}) < 2
@@ -67,13 +67,14 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
 
     asked = DiagnosisTask(
         "roll",
-        (Alternative(with_conditions(problem, friction, follows)),),
+        (Alternative(problem),),
         windows_of,
         curves_of,
         {friction.name: rolling_friction},
         law_of,
         advice,
         (*notes, *said, *corner_notes(base)),
+        follows=(friction, conditions),
     )
     return finding_of(asked, rng)
 
@@ -142,13 +143,14 @@ def rolling_friction(e: Explanation) -> tuple[float, float]:
 def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
     """Finding of run-outs that were read off; ValueError where they tell nothing."""
     rulers, notes = rulers_of(recordings)
-    follows, said = conditions_of(
-        [one.description for one in rulers], [one.session for one in rulers]
-    )
     problem = ruler_problem(rulers)
+    conditions, said = conditions_of(
+        problem.recordings,
+        [one.description for one in rulers],
+        [one.session for one in rulers],
+    )
     friction = Contact("rolling_friction", "mu", 0.3, problem.model.mu, "run-out")
-    problem = with_conditions(problem, friction, follows)
-    if not problem.effects:
+    if not problem.effects and not conditions:
         raise ValueError(
             "run-outs alone tell nothing of what is missing;"
             f" {LEAST_READINGS} readings in either direction would tell a slope:"
@@ -162,5 +164,6 @@ def diagnose_readings(recordings, rng: np.random.Generator) -> Finding:
         {friction.name: rolling_friction},
         advice=lambda names: "a film of the roll, which shows more than its run-out",
         notes=(*notes, *said),
+        follows=(friction, conditions),
     )
     return finding_of(asked, rng)

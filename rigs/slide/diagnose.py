@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 from benchtwin.bench.resolution import STEPS
 from benchtwin.infer.conditions import (
-    Condition,
     Contact,
+    condition,
     conditions_of,
-    with_conditions,
 )
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.evidence import SCATTER_SIZES
@@ -20,7 +19,7 @@ from benchtwin.infer.explanation import (
 )
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
 from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.problem import Fit
+from benchtwin.infer.problem import Fit, Problem
 from benchtwin.rigs.slide.effects import EFFECTS
 from benchtwin.rigs.slide.effects.load_and_plate import SHAKEN, STEPPED
 from benchtwin.rigs.slide.effects.tilt_reading import RATE
@@ -62,20 +61,19 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     be used."""
     prepared = prepare(assemble(recordings))
     session = prepared.session
-    sessions = [*(r.session for r in session.runs), *(r.session for r in session.reads)]
-    follows, said = conditions_of(list(session.stated), sessions)
+    parts = (*session.runs, *session.reads)
+    names = tuple(one.recording for one in parts)
+    conditions, said = conditions_of(
+        names, list(session.stated), [one.session for one in parts]
+    )
     rates = [r.tilt.rate_deg_s for r in session.runs] + [
         r.rate_deg_s for r in session.reads
     ]
     # friction may age at rest
     raised = np.isfinite(rates).all() and min(rates) > 0
     if raised and np.ptp(np.log(rates)) >= 0.1:
-        z = np.log(rates) - np.log(rates).mean()
-        spread = float(z.std())
-        follows = (
-            *follows,
-            Condition("ln_tilt_rate", z[:, None] / spread, spread, unlisted=True),
-        )
+        raising = condition("ln_tilt_rate", names, np.log(rates).tolist())
+        conditions += (replace(raising, unlisted=True),) if raising else ()
     heard = vibration(prepared)
     notes = (*session.notes, *said)
     notes += (
@@ -83,34 +81,35 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     )
     asked = DiagnosisTask(
         "slide",
-        alternatives(prepared, follows, heard),
+        alternatives(prepared, heard),
         windows_of,
         curves_of,
         {contact_of(session).name: friction_of},
         law_of,
         lambda names: separating_recordings(EFFECTS, names) if names else RATE,
         notes,
+        follows=(contact_of(session), conditions),
     )
     return finding_of(asked, rng)
 
 
 def alternatives(
-    prepared: Prepared, follows: tuple[Condition, ...], heard: Vibration | None
+    prepared: Prepared, heard: Vibration | None
 ) -> tuple[Alternative, ...]:
     """Rotating or fixed plate (no hinge stated), even or stepped tilt, vibration."""
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not lets_go(session) or any(run.from_hinge for run in session.runs)
-    problem = _problem(prepared, model, follows)
+    problem = _problem(prepared, model)
     if session.runs:
         prepared = with_scatter(prepared, problem)
-        problem = _problem(prepared, model, follows)
+        problem = _problem(prepared, model)
     out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
-        fixed = _problem(prepared, replace(model, turning=0.0), follows)
+        fixed = _problem(prepared, replace(model, turning=0.0))
         out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
-        stepped = _problem(prepared, replace(model, stair_deg=height), follows)
+        stepped = _problem(prepared, replace(model, stair_deg=height))
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
         effects = (STEPPED.name,)
         out.append(
@@ -126,7 +125,6 @@ def alternatives(
         shaken = _problem(
             prepared,
             replace(model, effects=others, shaking=(heard.amplitude, heard.hertz)),
-            follows,
         )
         out.append(
             Alternative(
@@ -166,7 +164,7 @@ def stairs_of(session: Session) -> tuple[float, ...]:
     )
 
 
-def _problem(prepared: Prepared, model: Model, follows: tuple[Condition, ...]):
+def _problem(prepared: Prepared, model: Model) -> Problem:
     """With further starting points for a block that loses friction at its onset."""
     model, starts = initial_onsets(prepared, model)
     problem = problem_of(prepared, model, starts)
@@ -179,8 +177,8 @@ def _problem(prepared: Prepared, model: Model, follows: tuple[Condition, ...]):
             for n, e in model.effects.items()
             if e.rest and e.nonlinear
         )
-        problem = replace(problem, further_starts=points)
-    return with_conditions(problem, contact_of(prepared.session), follows)
+        return replace(problem, further_starts=points)
+    return problem
 
 
 def contact_of(session: Session) -> Contact:

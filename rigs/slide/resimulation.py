@@ -24,7 +24,6 @@ from benchtwin.diagnose.rerun import (
 from benchtwin.diagnose.words import followed_condition
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
-from benchtwin.rigs.slide.diagnose import FRICTION
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, like, run_path
 
@@ -66,7 +65,7 @@ def resimulate(
         )
         again = compared(replace(again, how=how + more), twins, folder, pictures, say)
     if any(followed_condition(n) for n in names):
-        beside = condition_shifts(FRICTION, finding, recordings)
+        beside = condition_shifts(finding)
         again = _let_go(again, twins, beside, {r.recording: r for r in seen}, more)
     return again
 

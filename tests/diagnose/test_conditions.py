@@ -38,20 +38,17 @@ def test_each_level_of_a_condition_in_words_has_its_value(tmp_path):
     )
     found = diagnosis.findings["slide"]
     assert found.verdict == "name" and found.names == ("static_friction-follows-plate",)
-    levels = found.effects["static_friction-follows-plate"].levels
+    follow = found.follows[0]
     mean = np.mean(list(PLATES.values()))
-    assert list(levels) == list(PLATES)
-    for plate, size in levels.items():
+    assert follow.levels == tuple(PLATES) and follow.shape == "levels"
+    for plate, point in zip(follow.levels, follow.curve, strict=True):
+        size = point.size
         assert size.value == pytest.approx(
             PLATES[plate] - mean, abs=0.006
         )  # half a degree is 0.010 of friction; ten readings
         assert size.low95 < size.value < size.high95
-    assert (
-        found.to_json()["effects"]["static_friction-follows-plate"]["levels"]["glass"][
-            "value"
-        ]
-        < 0
-    )
+    glass = found.to_json()["follows"][0]["curve"][1]
+    assert glass["at"] == "glass" and glass["value"] < 0
     assert any("beside the mean of all: steel" in line for line in lines(diagnosis))
 
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
+from benchtwin.infer.condition_table import Follow, Point
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding, Parameter, Sector
 from benchtwin.infer.held_out import HeldOut
@@ -165,47 +166,80 @@ def test_what_no_known_effect_explains_says_its_law_or_when():
     }
     line = "something is missing in flight that no known effect explains (97 %)"
     assert said(**strange, law="a force along +x") == f"{line}: a force along +x{NEVER}"
-    drift = "restitution-follows-order"
-    told = said(
-        **strange
-        | {
-            "explanations": (((drift,), 0.97), ((), 0.03)),
-            "unlisted": frozenset({drift, UNSHAPED}),
-        }
-    )
-    assert told == (
-        f"{line}: restitution changes with the order of the recordings, and nothing"
-        f" stated says why{NEVER}"
+    drift = following("restitution", "order", "line", (0.02, -0.02), (0, 9))
+    told = said(**strange | {"contact": {"restitution": E}}, follows=(drift,))
+    assert told.endswith(
+        f"{line}: restitution falls with the order of the recordings: 0.5240 at the"
+        f" first to 0.4840 at the last, and nothing stated says why{NEVER}"
     )
     sets = ((("drag", gp), 0.97), (("drag",), 0.03))
     beside = said(**strange | {"names": ("drag",), "explanations": sets})
     assert beside == f"air drag is missing, and beside it {line}{NEVER}"
 
 
+def following(parameter, condition, shape, sizes, at, levels=()) -> Follow:
+    """Sizes ± 0.002; a straight line's slope is −0.0080 ± 0.0012."""
+    curve = tuple(
+        Point(x, Interval(s, s - 0.002, s + 0.002))
+        for x, s in zip(at, sizes, strict=True)
+    )
+    slope = Interval(-0.0080, -0.0092, -0.0068)
+    return Follow(
+        parameter,
+        condition,
+        shape,
+        1e-6,
+        0.997,
+        slope,
+        curve,
+        levels,
+        {},
+        {},
+        {},
+        {},
+        condition == "order",
+    )
+
+
 def test_a_parameter_that_follows_a_condition_says_by_how_much():
-    slope = EffectEstimate(0.9971, "per pct", Interval(-0.0080, -0.0092, -0.0068))
+    slope = following("static_friction", "moisture_pct", "line", (0.02, -0.02), (8, 13))
     sets = (((FOLLOWS,), 0.96), ((), 0.04))
     of = {"rig": "slide", "names": (FOLLOWS,), "contact": {}, "explanations": sets}
     line = (
         "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"
         " (96 %), and nothing else (96 %)"
     )
-    assert said(**of, effects={FOLLOWS: slope}) == line + NEVER
-    assert "rises by 0.0080 ± 0.0012 per %" in said(
-        **of, effects={FOLLOWS: replace(slope, size=Interval(0.0080, 0.0068, 0.0092))}
+    assert said(**of, follows=(slope,)) == line + NEVER
+    plate = following(
+        "static_friction", "plate", "levels", (0.02, -0.02), (0, 1), ("steel", "glass")
     )
-    levels = {
-        "steel": Interval(0.02, 0.018, 0.022),
-        "glass": Interval(-0.02, -0.022, -0.018),
-    }
-    plate = EffectEstimate(0.999, "1", levels["steel"], levels)
-    name = "static_friction-follows-plate"
-    sets = (((name,), 0.96), ((), 0.04))
-    line = said(**of | {"names": (name,), "explanations": sets}, effects={name: plate})
+    sets = (((plate.name,), 0.96), ((), 0.04))
+    line = said(**of | {"names": (plate.name,), "explanations": sets}, follows=(plate,))
     each = "steel +0.0200 ± 0.0020, glass −0.0200 ± 0.0020"
     assert line == (
         f"static friction follows plate (beside the mean of all: {each}) (96 %), and"
         f" nothing else (96 %){NEVER}"
+    )
+
+
+def test_a_curve_is_told_by_its_ends_on_a_line_of_its_own():
+    """Beside a flight misfit that is no name."""
+    shares = {"names": (), "verdict": "unknown", "contact": {"restitution": E}}
+    bent = following(
+        "restitution", "pressure_kpa", "levelling off", (-0.19, 0.1, 0.14), (20, 50, 90)
+    )
+    bench = {"drop": replace(USUAL, **shares, follows=(bent,))}
+    told = words.lines(Diagnosis(Path(), bench, {}, {}, ()))
+    assert told[1] == (
+        "  restitution rises with pressure_kpa, levelling off: 0.3140 at 20 to 0.6440"
+        " at 90 (p < 0.0001)"
+    )
+    ends = following(
+        "restitution", "pressure_kpa", "lowest", (0.1, -0.1, 0.1), (20, 50, 90)
+    )
+    assert words.follow_in_words(ends, bench["drop"]) == (
+        "restitution is lowest in the middle of pressure_kpa: 0.6040 at 20, 0.4040 near"
+        " 50, 0.6040 at 90"
     )
 
 

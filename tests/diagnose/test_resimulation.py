@@ -3,7 +3,6 @@ with closed forms, a fit that improves."""
 
 import json
 from pathlib import Path
-from types import SimpleNamespace
 
 import benchtwin.rigs.drop.effects as drop
 import benchtwin.rigs.pile.effects as pile
@@ -18,8 +17,9 @@ from benchtwin.diagnose.rerun import (
     reason_not_simulated,
     simulation_settings,
 )
-from benchtwin.infer.conditions import Contact, conditions_of
+from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.finding import Finding
+from benchtwin.infer.verdict import Interval
 from benchtwin.rigs.drop.flown import fly, strike
 from benchtwin.rigs.drop.impact_resimulation import NUMBERS_OF_FALL
 from benchtwin.rigs.drop.resimulation import laws_of, session_flights
@@ -91,40 +91,18 @@ def test_the_twin_gets_reported_values_and_several_effects_at_once():
     }
 
 
-def test_a_parameter_that_follows_a_condition_is_each_recordings_own():
-    """Slope of −0.01 per % in numbers; of words each level's own."""
-    contact = Contact("restitution", "e", 0.1, 1.0, "impact")
-    moisture, plates = [9.0, 11.0, 13.0, 15.0], ["steel", "glass", "glass", "steel"]
-    tracks = [
-        falling_track(f"drop-{k}", {"moisture_pct": m, "plate": p})
-        for k, (m, p) in enumerate(zip(moisture, plates, strict=True))
-    ]
-    spread = conditions_of([t.description for t in tracks], [""] * 4)[0][0].spread
-    slope = {"restitution-follows-moisture_pct": (-0.01 * spread,) * 4}
-    more = condition_shifts(contact, found(slope, tracks), tracks)
-    assert list(more.values()) == pytest.approx([0.03, 0.01, -0.01, -0.03])
-    levels = {
-        "restitution-follows-plate": (0.02,) * 4,
-        "restitution-follows-plate.glass": (-0.02,) * 4,
+def test_a_parameter_that_follows_conditions_is_each_recordings_own():
+    names = tuple(f"drop-{k}" for k in range(4))
+    nil = Interval(0.0, 0.0, 0.0)
+    follows = tuple(
+        Follow("restitution", c, "line", 0.0, 1.0, nil, (), (), {}, {}, {}, {})
+        for c in ("moisture_pct", "plate")
+    )
+    left_out = {
+        follows[0].name: (0.03, 0.01, -0.01, -0.03),
+        follows[1].name: (0.02, -0.02, -0.02, 0.02),
     }
-    assert list(
-        condition_shifts(contact, found(levels, tracks), tracks).values()
-    ) == pytest.approx([0.02, -0.02, -0.02, 0.02])
-    assert reason_not_simulated("drop", "restitution-follows-plate") == ""
-    assert "one rolling friction" in reason_not_simulated(
-        "roll", "rolling_friction-follows-x"
-    )
-
-
-def falling_track(name: str, conditions: dict):
-    return SimpleNamespace(
-        recording=name, session="", description={"conditions": conditions}
-    )
-
-
-def found(left_out: dict, tracks: list) -> Finding:
-    names = tuple(t.recording for t in tracks)
-    return Finding(
+    found = Finding(
         "drop",
         names,
         True,
@@ -140,7 +118,14 @@ def found(left_out: dict, tracks: list) -> Finding:
         None,
         None,
         None,
+        follows=follows,
         left_out=left_out,
+    )
+    more = condition_shifts(found)
+    assert list(more.values()) == pytest.approx([0.05, -0.01, -0.03, -0.01])
+    assert reason_not_simulated("drop", "restitution-follows-plate") == ""
+    assert "one rolling friction" in reason_not_simulated(
+        "roll", "rolling_friction-follows-x"
     )
 
 

@@ -247,6 +247,36 @@ def test_a_small_slope_is_found_beside_scattering_friction():
     assert not diagnosed(replace(steady, slope_deg=0.0), count=6).alarm
 
 
+@pytest.mark.parametrize("levels_off", [False, True])
+def test_a_condition_is_found_beside_a_slope(levels_off):
+    """Friction that grows by three tenths with moisture, on a plate that is not level:
+    both are named, and neither is taken for the other."""
+    moisture = (8.0, 16.0, 11.0, 13.0, 9.0, 15.0, 10.0, 12.0, 14.0, 8.5)
+    seen = []
+    for k, m in enumerate(moisture):
+        u = (m - 8) / 8
+        share = (1 - np.exp(-6 * u)) if levels_off else u
+        steady = Bench(
+            stated=BALL,
+            common_incline=True,
+            slope_deg=0.15,
+            mu=0.04 * (1 + 0.3 * share),
+            noise_mm=0.05,
+        )
+        made = rolls(steady, k + 1, np.random.default_rng(4))[k]
+        told = made.description | {"conditions": {"moisture_pct": m}}
+        seen.append(replace(made, description=told))
+    found = diagnose_roll(seen, np.random.default_rng(0))
+    follows = "rolling_friction-follows-moisture_pct"
+    assert found.verdict == "name" and set(found.names) == {"slope", follows}
+    assert found.follows[0].shape == ("levelling off" if levels_off else "line")
+    slope = found.effects["slope"].size
+    assert slope.low95 < 0.15 < slope.high95
+    ends = found.follows[0].curve
+    grown = ends[-1].size.value - ends[0].size.value
+    assert grown == pytest.approx(0.3 * 0.04, rel=0.3)  # 3 % of scatter each
+
+
 def test_slip_on_a_steep_incline_is_not_taken_for_a_loss_at_the_corner():
     """Fitted in full: its slope at nothing says little of 0.15 m/s of 0.4."""
     steep = Bench(stated=BALL, radius_mm=3.5, incline_deg=28.0, slip=0.15, mu=0.03)

@@ -1,0 +1,567 @@
+"""Which conditions a contact parameter follows, and by what curve: tested in the table
+of each recording's own value.
+
+Recording r's value is y_r = m + f(x_r) + scatter, with the covariance φ (C + λ 1) of y:
+C from the rows of all recordings, everything common and every listed effect left free;
+λ by moments (Paule & Mandel 1982); φ from the table, where the usual scatter is worth
+USUAL_FREEDOM recordings. Whatever the recordings hold besides is common to them or in
+their scatter, so it neither makes a condition nor hides one.
+
+f is tried as a line, a curve that levels off or steepens, a parabola, and levels, each
+by its F test. The least of these p is compared with its own distribution, drawn with
+normal scatter: p is exact for few recordings. False discoveries among all conditions
+are controlled at FOUND_P (Benjamini & Hochberg 1995); after each finding the others are
+tested beside it. No curve is tried that rests on one recording."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from benchtwin.bench.robust import robust_sd
+from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.conditions import Condition, Contact, effect_name
+from benchtwin.infer.linear import projector, stacked
+from benchtwin.infer.problem import Fit
+from benchtwin.infer.verdict import ENDS, UNSHAPED_ODDS, Interval, against_noise
+from scipy import stats
+from scipy.linalg import solve_triangular
+
+USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
+FOUND_P = ALARM_P / 2  # a bench has two tests: this, and that of all else
+LEAST_FREEDOM = 2  # of what is left beside a curve
+DRAWS = 10_000
+GRID = 500  # shares between which p is interpolated
+# leverage of one recording beyond which a curve, or one of several columns, rests on it
+MOST_SHARE, MOST_SHARE_OF_SEVERAL = 0.6, 0.75
+BENDS = (3.0, 8.0)  # k of 1 − exp(−k u), u = 0 … 1 over the condition's range
+INNER = (1 / 3, 2 / 3)  # u at which a parabola has an end; outside, it is a bent curve
+MOST_LEVELS = 6  # of a number that is tried as levels
+BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
+AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
+FAR_SDS = 8.0  # robust ones, beyond which one recording is left out
+LEAST_BESIDE = 6  # others for that
+POINTS = 25  # of a curve that is drawn
+UNTOLD = 1e-10  # relative information of a contrast that the rows do not tell
+HIDDEN = 1e-6  # relative power of a column that what stands beside it takes up
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """Each recording's own value of a contact parameter, less the common one."""
+
+    recordings: tuple[str, ...]
+    values: np.ndarray  # (R,), in the global's unit
+    covariance: np.ndarray  # (R, R), usual scatter included
+
+
+@dataclass(frozen=True)
+class Point:
+    """Of a curve: condition (number, or a level's place) and parameter beside its
+    mean."""
+
+    at: float
+    size: Interval
+
+
+@dataclass(frozen=True, eq=False)
+class Follow:
+    """A contact parameter that follows a condition. Sizes are as reported."""
+
+    parameter: str
+    condition: str
+    shape: str  # line | levelling off | steepening | highest | lowest | levels
+    p: float  # over all conditions
+    probability: float
+    slope: Interval  # of a straight line, per unit of the condition; NaN for words
+    curve: tuple[Point, ...]
+    levels: tuple[str, ...]
+    at: dict[str, float]  # the condition, by recording
+    seen: dict[str, tuple[float, float]]  # own value beside the mean, and its sd
+    shift: dict[str, float]  # by recording, in the global's unit, mean 0
+    left_out: dict[str, float]  # the same as the other recordings have it, as reported
+    unlisted: bool = False  # it says when, not why
+    as_well: tuple[str, ...] = field(default=())  # conditions that explain as much
+
+    @property
+    def name(self) -> str:
+        return f"{self.parameter}-follows-{self.condition}"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects of which one is there."""
+        more = (f"{self.parameter}-follows-{c}" for c in self.as_well)
+        return (self.name, *more)
+
+    @property
+    def unit(self) -> str:
+        """Of `slope`."""
+        if self.levels:
+            return "1"
+        return f"1/{self.condition.rpartition('_')[2]}"
+
+    def to_json(self) -> dict:
+        """Its entry under "follows" of diagnosis.json."""
+        return {
+            "parameter": self.parameter,
+            "condition": self.condition,
+            "shape": self.shape,
+            "p": self.p,
+            "probability": self.probability,
+            "as_well": list(self.as_well),
+            "slope": vars(self.slope) | {"unit": self.unit},
+            "curve": [
+                {"at": self.levels[int(p.at)] if self.levels else p.at} | vars(p.size)
+                for p in self.curve
+            ],
+        }
+
+
+@dataclass(frozen=True)
+class ConditionTable:
+    """found: what is followed; p: how often scatter alone makes as much of any
+    condition; next: the likeliest beside what was found, and its probability; far: a
+    recording that was left out, and by how much it lies off, as reported."""
+
+    found: tuple[Follow, ...] = ()
+    p: float | None = None  # None where nothing could be tested
+    next: tuple[str, float] | None = None
+    far: tuple[str, float] | None = None
+
+
+def numbers_of(of: Fit, column: str) -> Numbers | None:
+    """Each recording's own value of a global, all others and the listed effects free,
+    with whatever it follows in the fit.
+
+    Of b = A θ + Σ β_r c_r, c_r the global's column in recording r's rows: β = J⁻¹ h,
+    J = Cᵀ P C, h = Cᵀ P b. None where fewer than three recordings tell it."""
+    if column not in of.names:
+        return None
+    a, b = stacked(of.reduced)
+    own = of.names.index(column)
+    prior = of.baseline_sd.copy()
+    for k, n in enumerate(of.names):
+        if n in of.problem.effects:
+            prior[k] = of.problem.effects[n].prior_sd
+        if n in of.problem.followed:
+            prior[k] = 0.0
+    prior[own] = 0.0
+    columns, first = np.zeros((len(b), len(of.reduced))), 0
+    for r, one in enumerate(of.reduced):
+        rows = slice(first, first := first + len(one.b))
+        columns[rows, r] = one.a[:, own]
+    power = (columns**2).sum(0)
+    told = power > HIDDEN * power.max(initial=1e-300)
+    if told.sum() < 3:
+        return None
+    columns, project = columns[:, told], projector(a, prior)
+    values, vectors = np.linalg.eigh(columns.T @ project(columns))
+    values = np.maximum(values, UNTOLD * values[-1])
+    covariance = (vectors / values) @ vectors.T
+    values = covariance @ (columns.T @ project(b))
+    names = np.array(of.problem.recordings, dtype=object)[told]
+    # contrasts are all that is asked for: what is common has no sd of its own
+    count = len(values)
+    about = np.eye(count) - 1 / count
+    covariance = about @ covariance @ about
+    covariance += np.trace(covariance) / (count - 1) / count
+    return Numbers(tuple(names), values - values.mean(), covariance)
+
+
+def condition_table(
+    numbers: Numbers | None,
+    contact: Contact,
+    conditions: tuple[Condition, ...],
+    rng: np.random.Generator,
+) -> ConditionTable:
+    """All conditions tested, the strongest first."""
+    if numbers is None or not conditions:
+        return ConditionTable()
+    numbers, far = _without_one_far_off(numbers)
+    if far is not None:
+        table = condition_table(numbers, contact, conditions, rng)
+        return replace(table, far=(far[0], contact.scale * far[1]))
+    scatter = _Scatter.of(numbers, rng)
+    chosen: list[tuple[_Test, float, tuple[str, ...]]] = []
+    first: float | None = None
+    while True:
+        beside = [t for t, *_ in chosen]
+        taken = {n for t, _, more in chosen for n in (t.condition.name, *more)}
+        tests = [
+            test
+            for c in conditions
+            if c.name not in taken and (test := _tested(scatter, c, beside))
+        ]
+        if not tests:
+            return _table(numbers, scatter, contact, chosen, first, None)
+        least = _least_of_all(tests)
+        best = min(tests, key=lambda t: t.p)
+        p = min(least, *stats.false_discovery_control([t.p for t in tests]).tolist())
+        first = p if first is None else first
+        if p >= FOUND_P:
+            return _table(numbers, scatter, contact, chosen, first, (best, p))
+        others = [
+            t
+            for t in tests
+            if t is not best
+            and t.p < AS_WELL_P
+            and _p_beside(scatter, best, [*beside, t]) > AS_WELL_P
+        ]
+        stated = [t for t in others if not t.condition.unlisted]
+        if best.condition.unlisted and stated:  # a cause that is stated, if there is
+            best, *stated = sorted(stated, key=lambda t: t.p)
+        chosen.append((best, p, tuple(t.condition.name for t in stated)))
+
+
+def _without_one_far_off(
+    numbers: Numbers,
+) -> tuple[Numbers, tuple[str, float] | None]:
+    """Without a recording that alone lies FAR_SDS robust sds off the median: nothing
+    may rest on it, and its scatter would hide the others'."""
+    off = numbers.values - np.median(numbers.values)
+    far = np.flatnonzero(np.abs(off) > FAR_SDS * robust_sd(off))
+    if len(off) < LEAST_BESIDE + 1 or len(far) != 1:
+        return numbers, None
+    kept = np.delete(np.arange(len(off)), far)
+    names = tuple(numbers.recordings[k] for k in kept)
+    less = Numbers(names, numbers.values[kept], numbers.covariance[np.ix_(kept, kept)])
+    return less, (numbers.recordings[far[0]], float(off[far[0]]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Scatter:
+    """The table with its scatter, and draws of it."""
+
+    numbers: Numbers
+    covariance: np.ndarray  # C + λ 1
+    usual: float  # of C over it
+    draws: np.ndarray  # (D, R): of the scatter
+
+    @classmethod
+    def of(cls, numbers: Numbers, rng: np.random.Generator) -> "_Scatter":
+        c = numbers.covariance
+        y, one = numbers.values, np.ones((len(c), 1))
+        unit = float(np.trace(c)) / len(c)
+
+        def square(more: float) -> float:
+            white = _whitener(c + more * np.eye(len(c)))
+            return float((_beside(white(y[:, None]), white(one)) ** 2).sum())
+
+        low, high = 0.0, 0.0
+        if square(0.0) > len(c) - 1:
+            high = unit
+            while square(high) > len(c) - 1 and high < 1e12 * unit:
+                low, high = high, 4 * high
+            for _ in range(30):
+                middle = 0.5 * (low + high)
+                if square(middle) > len(c) - 1:
+                    low = middle
+                else:
+                    high = middle
+        whole = c + high * np.eye(len(c))
+        normal = rng.standard_normal((DRAWS, len(c)))
+        return cls(
+            numbers,
+            whole,
+            float(np.trace(np.linalg.solve(whole, c))) / len(c),
+            normal @ np.linalg.cholesky(whole).T,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    """A shape; columns: u (or places of levels) (n,) → (n, k)."""
+
+    shape: str
+    columns: Callable[[np.ndarray], np.ndarray]
+    parameters: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Test:
+    """One condition: its curves, the p of the best, what was drawn."""
+
+    condition: Condition
+    kept: np.ndarray  # recordings (indices) that are used
+    low: float
+    reach: float
+    p: float
+    drawn: np.ndarray  # (D,): the same of draws
+    best: _Curve
+
+    def u(self, values: np.ndarray) -> np.ndarray:
+        return (values - self.low) / self.reach
+
+    def shift(self, values: np.ndarray, curve: _Curve | None = None) -> np.ndarray:
+        """(R, k): columns, of mean 0, and 0 where the condition was not used."""
+        used = self.u(values[self.kept])
+        out = (curve or self.best).columns(used)
+        whole = np.zeros((len(values), out.shape[1]))
+        whole[self.kept] = out - out.mean(0)
+        return whole
+
+
+def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
+    """What is tried of a condition."""
+    if condition.levels:
+        yield _levels(np.unique(u))
+        return
+    yield _Curve("line", lambda u: u[:, None], 1)
+    values = np.unique(u)
+    if len(values) < 3:
+        return
+    for k in BENDS:
+        yield _Curve("early", lambda u, k=k: 1 - np.exp(-k * u)[:, None], 2)
+        yield _Curve("late", lambda u, k=k: np.exp(-k * (1 - u))[:, None], 2)
+    yield _Curve("parabola", lambda u: np.column_stack([u, u**2]), 2)
+    if 3 < len(values) <= min(MOST_LEVELS, len(u) / 2):
+        yield _levels(values)
+
+
+def _levels(values: np.ndarray) -> _Curve:
+    def columns(u: np.ndarray) -> np.ndarray:
+        return (np.abs(u[:, None] - values[1:]) < 1e-9) * 1.0
+
+    return _Curve("levels", columns, len(values) - 1)
+
+
+def _tested(
+    scatter: _Scatter, condition: Condition, beside: list[_Test]
+) -> _Test | None:
+    """A condition beside those found; None where no curve can be told."""
+    names = scatter.numbers.recordings
+    values = condition.of(names)
+    kept = np.flatnonzero(np.isfinite(values))
+    if condition.levels:  # a level of one recording tells nothing
+        each, count = np.unique(values[kept], return_counts=True)
+        kept = kept[np.isin(values[kept], each[count > 1])]
+    if len(kept) < 3 or not np.ptp(values[kept]):
+        return None
+    low, reach = 0.0, 1.0
+    if not condition.levels:
+        low, reach = float(values[kept].min()), float(np.ptp(values[kept]))
+    u = (values[kept] - low) / reach
+    made = _whitened(scatter, kept, beside)
+    curves, falls, drawn, ranks = [], [], [], []
+    for curve in _curves(condition, u):
+        basis = made.basis(curve.columns(u))
+        if basis is None:
+            continue
+        curves.append(curve)
+        ranks.append(basis.shape[1])
+        falls.append(made.share(basis, made.y[None])[0])
+        drawn.append(made.share(basis, made.drawn))
+    if not curves:
+        return None
+    own = [float(made.p(s, k)) for s, k in zip(falls, ranks, strict=True)]
+    each = np.ones(DRAWS)
+    for rank in set(ranks):  # the greatest share of each rank has its least p
+        same = [s for s, k in zip(drawn, ranks, strict=True) if k == rank]
+        most = np.max(same, axis=0)
+        grid = np.linspace(0.0, most.max(), GRID)
+        each = np.minimum(each, np.interp(most, grid, made.p(grid, rank)))
+    ordered = np.sort(each)
+    share = (1 + np.searchsorted(ordered, min(own), side="right")) / (1 + DRAWS)
+    p = min(float(share), len(own) * min(own), 1.0)
+    calibrated = np.searchsorted(ordered, each, side="right") / DRAWS
+    best = _best(made, curves, u)
+    return _Test(condition, kept, low, reach, p, calibrated, best)
+
+
+@dataclass(frozen=True, eq=False)
+class _Whitened:
+    """Some recordings of a table, whitened, what stands beside taken out."""
+
+    white: Callable[[np.ndarray], np.ndarray]
+    nuisance: np.ndarray
+    y: np.ndarray
+    drawn: np.ndarray  # (D, n)
+    freedom: int  # of y beside the nuisance
+    usual: float
+
+    def basis(self, columns: np.ndarray) -> np.ndarray | None:
+        """Orthonormal (n, k) of columns beside the nuisance; None where they are
+        hidden, rest on one recording or leave too little."""
+        white = self.white(columns)
+        left = _beside(white, self.nuisance)
+        u, size, _ = np.linalg.svd(left, full_matrices=False)
+        whole = np.linalg.norm(_beside(white, self.nuisance[:, :1]))
+        u = u[:, size > math.sqrt(HIDDEN) * max(float(whole), 1e-300)]
+        if not u.shape[1] or self.freedom - u.shape[1] < LEAST_FREEDOM:
+            return None
+        most = MOST_SHARE if u.shape[1] == 1 else MOST_SHARE_OF_SEVERAL
+        if float((u**2).sum(1).max()) > most:
+            return None
+        return u
+
+    def share(self, basis: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """(D,): of the square of y (D, n) and the usual scatter's that the basis
+        takes."""
+        whole = (y**2).sum(1) + self.usual * USUAL_FREEDOM
+        return ((y @ basis) ** 2).sum(1) / whole
+
+    def p(self, share: np.ndarray, rank: int) -> np.ndarray:
+        """Of the F test."""
+        left = 0.5 * (self.freedom + USUAL_FREEDOM - rank)
+        return stats.beta.sf(share, 0.5 * rank, left)
+
+
+def _whitened(scatter: _Scatter, kept: np.ndarray, beside: list[_Test]) -> _Whitened:
+    white = _whitener(scatter.covariance[np.ix_(kept, kept)])
+    names = scatter.numbers.recordings
+    columns = [t.shift(t.condition.of(names))[kept] for t in beside]
+    nuisance = white(np.column_stack([np.ones(len(kept)), *columns]))
+    rank = int(np.linalg.matrix_rank(nuisance, rtol=math.sqrt(HIDDEN)))
+    y = _beside(white(scatter.numbers.values[kept][:, None]), nuisance)[:, 0]
+    drawn = _beside(white(scatter.draws[:, kept].T), nuisance).T
+    return _Whitened(white, nuisance, y, drawn, len(kept) - rank, scatter.usual)
+
+
+def _whitener(covariance: np.ndarray):
+    root = np.linalg.cholesky(covariance)
+    return lambda columns: solve_triangular(root, columns, lower=True)
+
+
+def _beside(columns: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
+    """Columns less their projection on the nuisance."""
+    u, size, _ = np.linalg.svd(nuisance, full_matrices=False)
+    u = u[:, size > math.sqrt(HIDDEN) * size[0]]
+    return columns - u @ (u.T @ columns)
+
+
+def _best(made: _Whitened, curves: list[_Curve], u: np.ndarray) -> _Curve:
+    """The curve that fits best, BETTER_CHI2 asked for each parameter more."""
+
+    def cost(curve: _Curve) -> float:
+        basis = made.basis(curve.columns(u))
+        assert basis is not None  # it was tried
+        whole = float((made.y**2).sum()) + made.usual * USUAL_FREEDOM
+        left = whole - float(((made.y @ basis) ** 2).sum())
+        freedom = made.freedom + USUAL_FREEDOM
+        return freedom * math.log(left) + BETTER_CHI2 * curve.parameters
+
+    return min(curves, key=cost)
+
+
+def _least_of_all(tests: list[_Test]) -> float:
+    """How often the least p of all conditions would be as small by chance."""
+    drawn = np.min([t.drawn for t in tests], axis=0)
+    least = min(t.p for t in tests)
+    share = float((1 + (drawn <= least).sum()) / (1 + DRAWS))
+    return min(share, len(tests) * least, 1.0)
+
+
+def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:
+    again = _tested(scatter, test.condition, beside)
+    return 1.0 if again is None else again.p
+
+
+def probability_of(p: float) -> float:
+    """That something is followed, by its p; as likely as not at the alarm's level."""
+    odds = UNSHAPED_ODDS * against_noise(p)
+    return odds / (1 + odds)
+
+
+def _table(numbers, scatter, contact, chosen, p, left) -> ConditionTable:
+    every = [t for t, *_ in chosen]
+    found = [
+        _follow(numbers, scatter, contact, test, [t for t in every if t is not test])
+        | {"p": p_own, "as_well": more, "probability": probability_of(p_own)}
+        for test, p_own, more in chosen
+    ]
+    following = None
+    if left is not None:
+        name = effect_name(contact, left[0].condition.name)
+        following = (name, probability_of(left[1]))
+    return ConditionTable(tuple(Follow(**f) for f in found), p, following)
+
+
+def _follow(
+    numbers: Numbers,
+    scatter: _Scatter,
+    contact: Contact,
+    test: _Test,
+    beside: list[_Test],
+) -> dict:
+    """The size of a curve beside the others."""
+    names, c = numbers.recordings, test.condition
+    values = c.of(names)
+    made = _whitened(scatter, test.kept, beside)
+    others = made.nuisance.shape[1]
+
+    def fitted(curve: _Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coefficients, covariance, and coefficients without each recording."""
+        own = made.white(test.shift(values, curve)[test.kept])
+        x, y = (
+            np.hstack([made.nuisance, own]),
+            made.white(numbers.values[test.kept][:, None])[:, 0],
+        )
+        inverse = np.linalg.pinv(x.T @ x, hermitian=True)
+        size = inverse @ (x.T @ y)
+        left = y - x @ size
+        square = float((left**2).sum()) + made.usual * USUAL_FREEDOM
+        freedom = made.freedom + USUAL_FREEDOM - own.shape[1]
+        lever = np.einsum("ij,jk,ik->i", x, inverse, x)
+        off = left / np.maximum(1 - lever, 1e-6)
+        without = size - (x @ inverse) * off[:, None]
+        wide = square / freedom * (stats.t.ppf(ENDS[1], freedom)) ** 2
+        return size[others:], wide * inverse[others:, others:], without[:, others:]
+
+    def sized(row: np.ndarray, size, covariance) -> Interval:
+        value, half = row @ size, math.sqrt(max(row @ covariance @ row, 0.0))
+        each = contact.scale * np.array([value, value - half, value + half])
+        return Interval(*map(float, each))
+
+    size, covariance, without = fitted(test.best)
+    middle = test.best.columns(test.u(values[test.kept])).mean(0)
+    at = np.unique(values[test.kept])
+    if test.best.shape != "levels":
+        at = np.linspace(at[0], at[-1], POINTS)
+    rows = test.best.columns(test.u(at)) - middle
+    curve = tuple(
+        Point(float(x), sized(row, size, covariance))
+        for x, row in zip(at, rows, strict=True)
+    )
+    slope = Interval(math.nan, math.nan, math.nan)
+    if not c.levels:
+        line = _Curve("line", lambda u: u[:, None], 1)
+        own, wide, _ = fitted(line)
+        slope = sized(np.array([1 / test.reach]), own, wide)
+    columns = test.shift(values)
+    shift = columns @ size
+    out = contact.scale * shift
+    out[test.kept] = contact.scale * (columns[test.kept] * without).sum(1)
+    sd = np.sqrt(np.diag(scatter.covariance))
+    centred = numbers.values - numbers.values[test.kept].mean()
+    return {
+        "parameter": contact.name,
+        "condition": c.name,
+        "shape": _shape(test.best, curve),
+        "slope": slope,
+        "curve": curve,
+        "levels": c.levels,
+        "at": {names[k]: float(values[k]) for k in test.kept},
+        "seen": {
+            names[k]: (contact.scale * float(centred[k]), contact.scale * float(sd[k]))
+            for k in test.kept
+        },
+        "shift": dict(zip(names, shift.tolist(), strict=True)),
+        "left_out": dict(zip(names, out.tolist(), strict=True)),
+        "unlisted": c.unlisted,
+    }
+
+
+def _shape(curve: _Curve, points: tuple[Point, ...]) -> str:
+    """In words; a parabola whose end lies outside is a curve."""
+    if curve.shape in ("line", "levels"):
+        return curve.shape
+    if curve.shape == "parabola":
+        sizes = np.array([p.size.value for p in points])
+        u = np.linspace(0, 1, len(points))
+        for end, name in ((sizes.argmax(), "highest"), (sizes.argmin(), "lowest")):
+            if INNER[0] < u[end] < INNER[1]:
+                return name
+        early = abs(sizes[len(sizes) // 2] - sizes[0]) > 0.5 * abs(sizes[-1] - sizes[0])
+    else:
+        early = curve.shape == "early"
+    return "levelling off" if early else "steepening"
