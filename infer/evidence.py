@@ -247,6 +247,9 @@ class UnknownScatter:
         if self.direction is None or len(parts) < 3:
             return [plain], [0.0]
         own = [self.direction[low:high] for low, high in pairwise(cuts)]
+        # rows that hold the usual scatter change by 1 at most; their noise power is
+        # refined apart
+        own = [v / max(float(np.linalg.norm(v)), 1.0) for v in own]
         along = np.array([p.T @ v for p, v in zip(parts, own, strict=True)])
         power = np.array([v @ v for v in own])
         grams, volumes = [], []
