@@ -37,7 +37,7 @@ def held_out(
     if len(mine) < 2:
         return None
     sse_fit = sum(squared_errors(mine, sd))
-    bare = np.where(np.isin(e.fit.names, followed), 0.0, base.fit.baseline_sd)
+    bare = np.where(np.isin(base.fit.names, followed), 0.0, base.fit.baseline_sd)
     sse_base = sum(squared_errors(base.reduced, bare))
     noise, spread = _noise(mine, sd)
     gain, left = sse_base - sse_fit, max(sse_fit - noise - CHANCE_SDS * spread, 0.0)

@@ -21,7 +21,7 @@ def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():
     seen = slides(LIGHT, 4, np.random.default_rng(3))
     finding = diagnose_slide(seen, np.random.default_rng(0))
     assert finding.verdict == "none" and not finding.alarm
-    base = fit(alternatives(prepare(assemble(seen)), (), None)[0].problem)
+    base = fit(alternatives(prepare(assemble(seen)), None)[0].problem)
     assert base.chi2 / base.problem.freedom == pytest.approx(
         1, abs=0.15
     )  # about 1,000 rows of correlated noise

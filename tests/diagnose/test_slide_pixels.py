@@ -25,7 +25,7 @@ SHARP = replace(
 
 
 def fit_of(seen):
-    return fit(alternatives(prepare(assemble(seen)), (), None)[0].problem)
+    return fit(alternatives(prepare(assemble(seen)), None)[0].problem)
 
 
 @pytest.mark.parametrize("sign", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
