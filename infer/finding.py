@@ -315,7 +315,8 @@ def _with_conditions(
     )
     seen, table = fits[likeliest], ConditionTable()
     for _ in range(2):  # the fit without what was found is bent by it
-        numbers = numbers_of(seen, contact.column)
+        free = tuple(n for n, e in seen.problem.effects.items() if not e.group)
+        numbers = numbers_of(fit(seen.problem, free=free, start=seen), contact.column)
         table = condition_table(numbers, contact, conditions, rng)
         if not table.found:
             return table, task.alternatives, fits

@@ -134,7 +134,7 @@ def test_weak_viscous_friction_is_in_the_class_of_scaled_acceleration():
 
 
 def test_friction_that_grows_with_the_way_is_unknown():
-    finding = found(replace(LIGHT, friction=lambda v, x: 0.1 * x), 1, count=4)
+    finding = found(replace(LIGHT, friction=lambda v, x: 0.2 * x), 1, count=4)
     assert finding.verdict == "unknown" and finding.names == ()
     assert finding.sectors[0].name == "sliding"
     assert "grows with" in finding.law and finding.next_record
