@@ -16,6 +16,7 @@ tested beside it. No curve is tried that rests on one recording."""
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from benchtwin.bench.robust import robust_sd
@@ -311,11 +312,16 @@ def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
     if len(values) < 3:
         return
     for k in BENDS:
-        yield _Curve("early", lambda u, k=k: 1 - np.exp(-k * u)[:, None], 2)
-        yield _Curve("late", lambda u, k=k: np.exp(-k * (1 - u))[:, None], 2)
+        yield _Curve("early", partial(_bent, k=k), 2)
+        yield _Curve("late", partial(_bent, k=-k), 2)
     yield _Curve("parabola", lambda u: np.column_stack([u, u**2]), 2)
     if 3 < len(values) <= min(MOST_LEVELS, len(u) / 2):
         yield _levels(values)
+
+
+def _bent(u: np.ndarray, k: float) -> np.ndarray:
+    """(n, 1): 1 − exp(−k u), steepest at u = 0; with k below 0 at u = 1."""
+    return (1 - np.exp(-k * u))[:, None] * math.exp(min(k, 0.0))
 
 
 def _levels(values: np.ndarray) -> _Curve:
