@@ -26,13 +26,10 @@ DRAWS = 20_000
 DRAWS_BESIDE = 1_000  # beside an explanation that holds something
 
 
-def p_global(
-    posterior: Posterior, rng: np.random.Generator, more: tuple[float, ...] = ()
-) -> float:
-    """p of nothing missing, averaged over the baselines by their weight; more: p of
-    other tests."""
+def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
+    """p of nothing missing, averaged over the baselines by their weight."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
-    named = list(more) + [
+    named = [
         _p_named(posterior, k)
         for k, a in enumerate(posterior.alternatives)
         if a.effects

@@ -31,6 +31,8 @@ from scipy.linalg import solve_triangular
 USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
 FOUND_P = ALARM_P / 2  # a bench has two tests: this, and that of all else
 LEAST_FREEDOM = 2  # of what is left beside a curve
+# prior odds of a drift over those of a condition, which is stated because it may matter
+DRIFT = 0.5
 DRAWS = 10_000
 GRID = 500  # shares between which p is interpolated
 # leverage of one recording beyond which a curve, or one of several columns, rests on it
@@ -462,9 +464,10 @@ def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:
     return 1.0 if again is None else again.p
 
 
-def probability_of(p: float) -> float:
-    """That something is followed, by its p; as likely as not at the alarm's level."""
-    odds = UNSHAPED_ODDS * against_noise(p)
+def probability_of(p: float, condition: Condition) -> float:
+    """That a condition is followed, by its p: if it is stated, as likely as not at the
+    alarm's level."""
+    odds = UNSHAPED_ODDS * against_noise(p) * (DRIFT if condition.unlisted else 1.0)
     return odds / (1 + odds)
 
 
@@ -472,13 +475,17 @@ def _table(numbers, scatter, contact, chosen, p, left) -> ConditionTable:
     every = [t for t, *_ in chosen]
     found = [
         _follow(numbers, scatter, contact, test, [t for t in every if t is not test])
-        | {"p": p_own, "as_well": more, "probability": probability_of(p_own)}
+        | {
+            "p": p_own,
+            "as_well": more,
+            "probability": probability_of(p_own, test.condition),
+        }
         for test, p_own, more in chosen
     ]
     following = None
     if left is not None:
         name = effect_name(contact, left[0].condition.name)
-        following = (name, probability_of(left[1]))
+        following = (name, probability_of(left[1], left[0].condition))
     return ConditionTable(tuple(Follow(**f) for f in found), p, following)
 
 
