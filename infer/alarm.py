@@ -36,13 +36,10 @@ class Fitted:
     ln_weight: np.ndarray
 
 
-def p_global(
-    posterior: Posterior, rng: np.random.Generator, more: tuple[float, ...] = ()
-) -> float:
-    """p of nothing missing, averaged over the baselines by their weight; more: p of
-    other tests."""
+def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
+    """p of nothing missing, averaged over the baselines by their weight."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
-    named = list(more) + [
+    named = [
         _p_named(posterior, k)
         for k, a in enumerate(posterior.alternatives)
         if a.effects

@@ -3,9 +3,10 @@ of each recording's own value.
 
 Recording r's value is y_r = m + f(x_r) + scatter, with the covariance φ (C + λ 1) of y:
 C from the rows of all recordings, everything common and every listed effect left free;
-λ by moments (Paule & Mandel 1982); φ from the table, where the usual scatter is worth
-USUAL_FREEDOM recordings. Whatever the recordings hold besides is common to them or in
-their scatter, so it neither makes a condition nor hides one.
+λ by moments (Paule & Mandel 1982) beside the curve that fits best; φ from the table and
+a prior, by which the usual scatter is worth USUAL_FREEDOM recordings (Smyth 2004, Stat.
+Appl. Genet. Mol. Biol. 3, 3). Whatever the recordings hold besides is common to them or
+in their scatter, so it neither makes a condition nor hides one.
 
 f is tried as a line, a curve that levels off or steepens, a parabola, and levels, each
 by its F test. The least of these p is compared with its own distribution, drawn with
@@ -16,6 +17,7 @@ tested beside it. No curve is tried that rests on one recording."""
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from benchtwin.bench.robust import robust_sd
@@ -30,6 +32,8 @@ from scipy.linalg import solve_triangular
 USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
 FOUND_P = ALARM_P / 2  # a bench has two tests: this, and that of all else
 LEAST_FREEDOM = 2  # of what is left beside a curve
+# prior odds of a drift over those of a condition, which is stated because it may matter
+DRIFT = 0.5
 DRAWS = 10_000
 GRID = 500  # shares between which p is interpolated
 # leverage of one recording beyond which a curve, or one of several columns, rests on it
@@ -42,6 +46,7 @@ AS_WELL_P = 0.05  # of a condition beside another, above which either explains b
 FAR_SDS = 8.0  # robust ones, beyond which one recording is left out
 LEAST_BESIDE = 6  # others for that
 POINTS = 25  # of a curve that is drawn
+MOST_SCATTER = 1e12  # times the rows'
 UNTOLD = 1e-10  # relative information of a contrast that the rows do not tell
 HIDDEN = 1e-6  # relative power of a column that what stands beside it takes up
 
@@ -181,7 +186,7 @@ def condition_table(
     if far is not None:
         table = condition_table(numbers, contact, conditions, rng)
         return replace(table, far=(far[0], contact.scale * far[1]))
-    scatter = _Scatter.of(numbers, rng)
+    scatter = _Scatter.of(numbers, conditions, rng)
     chosen: list[tuple[_Test, float, tuple[str, ...]]] = []
     first: float | None = None
     while True:
@@ -236,28 +241,39 @@ class _Scatter:
     covariance: np.ndarray  # C + λ 1
     usual: float  # of C over it
     draws: np.ndarray  # (D, R): of the scatter
+    doubt: np.ndarray  # (D,): of what the usual scatter is worth
 
     @classmethod
-    def of(cls, numbers: Numbers, rng: np.random.Generator) -> "_Scatter":
-        c = numbers.covariance
-        y, one = numbers.values, np.ones((len(c), 1))
+    def of(
+        cls,
+        numbers: Numbers,
+        conditions: tuple[Condition, ...],
+        rng: np.random.Generator,
+    ) -> "_Scatter":
+        """λ is what is left beside the curve that fits best: what is followed is no
+        scatter."""
+        c, y = numbers.covariance, numbers.values[:, None]
+        bare = cls(numbers, c, 1.0, np.zeros((0, len(c))), np.zeros(0))
+        tries = [one for n in conditions for one in _tried(bare, n, [])]
+        best = min(tries, key=lambda one: one.p, default=None)
+        law = np.ones((len(c), 1))
+        if best is not None:
+            law = np.hstack([law, best.use.shift(best.use.values, best.curve)])
+        freedom = len(c) - law.shape[1]
         unit = float(np.trace(c)) / len(c)
 
-        def square(more: float) -> float:
+        def left(more: float) -> float:
             white = _whitener(c + more * np.eye(len(c)))
-            return float((_beside(white(y[:, None]), white(one)) ** 2).sum())
+            return float((_beside(white(y), white(law)) ** 2).sum()) - freedom
 
         low, high = 0.0, 0.0
-        if square(0.0) > len(c) - 1:
+        if left(0.0) > 0:
             high = unit
-            while square(high) > len(c) - 1 and high < 1e12 * unit:
+            while left(high) > 0 and high < MOST_SCATTER * unit:
                 low, high = high, 4 * high
             for _ in range(30):
                 middle = 0.5 * (low + high)
-                if square(middle) > len(c) - 1:
-                    low = middle
-                else:
-                    high = middle
+                low, high = (middle, high) if left(middle) > 0 else (low, middle)
         whole = c + high * np.eye(len(c))
         normal = rng.standard_normal((DRAWS, len(c)))
         return cls(
@@ -265,6 +281,7 @@ class _Scatter:
             whole,
             float(np.trace(np.linalg.solve(whole, c))) / len(c),
             normal @ np.linalg.cholesky(whole).T,
+            rng.chisquare(USUAL_FREEDOM, DRAWS),
         )
 
 
@@ -278,27 +295,55 @@ class _Curve:
 
 
 @dataclass(frozen=True, eq=False)
-class _Test:
-    """One condition: its curves, the p of the best, what was drawn."""
+class _Use:
+    """A condition as it is used: of the recordings (indices) `kept`, u = (value − low)
+    / reach."""
 
     condition: Condition
-    kept: np.ndarray  # recordings (indices) that are used
+    values: np.ndarray  # (R,), NaN where not stated
+    kept: np.ndarray
     low: float
     reach: float
-    p: float
-    drawn: np.ndarray  # (D,): the same of draws
-    best: _Curve
 
     def u(self, values: np.ndarray) -> np.ndarray:
         return (values - self.low) / self.reach
 
-    def shift(self, values: np.ndarray, curve: _Curve | None = None) -> np.ndarray:
+    def shift(self, values: np.ndarray, curve: _Curve) -> np.ndarray:
         """(R, k): columns, of mean 0, and 0 where the condition was not used."""
-        used = self.u(values[self.kept])
-        out = (curve or self.best).columns(used)
+        out = curve.columns(self.u(values[self.kept]))
         whole = np.zeros((len(values), out.shape[1]))
         whole[self.kept] = out - out.mean(0)
         return whole
+
+
+@dataclass(frozen=True, eq=False)
+class _Try:
+    """One curve of a condition: its orthonormal columns and the p of its F test."""
+
+    use: _Use
+    made: "_Whitened"
+    curve: _Curve
+    basis: np.ndarray
+    p: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Test:
+    """One condition: its best curve, the p of the least, the same of draws (D,)."""
+
+    use: _Use
+    best: _Curve
+    p: float
+    drawn: np.ndarray
+
+    @property
+    def condition(self) -> Condition:
+        return self.use.condition
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(R, k)."""
+        return self.use.shift(self.use.values, self.best)
 
 
 def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
@@ -311,11 +356,16 @@ def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
     if len(values) < 3:
         return
     for k in BENDS:
-        yield _Curve("early", lambda u, k=k: 1 - np.exp(-k * u)[:, None], 2)
-        yield _Curve("late", lambda u, k=k: np.exp(-k * (1 - u))[:, None], 2)
+        yield _Curve("early", partial(_bent, k=k), 2)
+        yield _Curve("late", partial(_bent, k=-k), 2)
     yield _Curve("parabola", lambda u: np.column_stack([u, u**2]), 2)
     if 3 < len(values) <= min(MOST_LEVELS, len(u) / 2):
         yield _levels(values)
+
+
+def _bent(u: np.ndarray, k: float) -> np.ndarray:
+    """(n, 1): 1 − exp(−k u), steepest at u = 0; with k below 0 at u = 1."""
+    return (1 - np.exp(-k * u))[:, None] * math.exp(min(k, 0.0))
 
 
 def _levels(values: np.ndarray) -> _Curve:
@@ -325,11 +375,8 @@ def _levels(values: np.ndarray) -> _Curve:
     return _Curve("levels", columns, len(values) - 1)
 
 
-def _tested(
-    scatter: _Scatter, condition: Condition, beside: list[_Test]
-) -> _Test | None:
-    """A condition beside those found; None where no curve can be told."""
-    names = scatter.numbers.recordings
+def _used(names: tuple[str, ...], condition: Condition) -> _Use | None:
+    """None where nothing differs."""
     values = condition.of(names)
     kept = np.flatnonzero(np.isfinite(values))
     if condition.levels:  # a level of one recording tells nothing
@@ -337,35 +384,57 @@ def _tested(
         kept = kept[np.isin(values[kept], each[count > 1])]
     if len(kept) < 3 or not np.ptp(values[kept]):
         return None
-    low, reach = 0.0, 1.0
-    if not condition.levels:
-        low, reach = float(values[kept].min()), float(np.ptp(values[kept]))
-    u = (values[kept] - low) / reach
-    made = _whitened(scatter, kept, beside)
-    curves, falls, drawn, ranks = [], [], [], []
+    if condition.levels:
+        return _Use(condition, values, kept, 0.0, 1.0)
+    low, reach = float(values[kept].min()), float(np.ptp(values[kept]))
+    return _Use(condition, values, kept, low, reach)
+
+
+def _tried(scatter: _Scatter, condition: Condition, beside: list[_Test]) -> list[_Try]:
+    """All curves of a condition that can be told beside those found."""
+    use = _used(scatter.numbers.recordings, condition)
+    if use is None:
+        return []
+    u, made, out = use.u(use.values[use.kept]), _whitened(scatter, use, beside), []
     for curve in _curves(condition, u):
         basis = made.basis(curve.columns(u))
-        if basis is None:
-            continue
-        curves.append(curve)
-        ranks.append(basis.shape[1])
-        falls.append(made.share(basis, made.y[None])[0])
-        drawn.append(made.share(basis, made.drawn))
-    if not curves:
+        if basis is not None:
+            share = made.share(basis, made.y[None], USUAL_FREEDOM)[0]
+            p = float(made.p(share, basis.shape[1]))
+            out.append(_Try(use, made, curve, basis, p))
+    return out
+
+
+def _tested(
+    scatter: _Scatter, condition: Condition, beside: list[_Test]
+) -> _Test | None:
+    """A condition beside those found; None where no curve can be told."""
+    tries = _tried(scatter, condition, beside)
+    if not tries:
         return None
-    own = [float(made.p(s, k)) for s, k in zip(falls, ranks, strict=True)]
-    each = np.ones(DRAWS)
-    for rank in set(ranks):  # the greatest share of each rank has its least p
-        same = [s for s, k in zip(drawn, ranks, strict=True) if k == rank]
-        most = np.max(same, axis=0)
+    made, each = tries[0].made, np.ones(DRAWS)
+    for rank in {one.basis.shape[1] for one in tries}:  # greatest share: least p
+        same = [one.basis for one in tries if one.basis.shape[1] == rank]
+        most = np.max(
+            [made.share(basis, made.drawn, scatter.doubt) for basis in same], axis=0
+        )
         grid = np.linspace(0.0, most.max(), GRID)
         each = np.minimum(each, np.interp(most, grid, made.p(grid, rank)))
-    ordered = np.sort(each)
-    share = (1 + np.searchsorted(ordered, min(own), side="right")) / (1 + DRAWS)
-    p = min(float(share), len(own) * min(own), 1.0)
+    least, ordered = min(one.p for one in tries), np.sort(each)
+    share = (1 + np.searchsorted(ordered, least, side="right")) / (1 + DRAWS)
+    p = min(float(share), len(tries) * least, 1.0)
     calibrated = np.searchsorted(ordered, each, side="right") / DRAWS
-    best = _best(made, curves, u)
-    return _Test(condition, kept, low, reach, p, calibrated, best)
+    best = min(tries, key=_cost).curve
+    return _Test(tries[0].use, best, p, calibrated)
+
+
+def _cost(one: _Try) -> float:
+    """−2 ln of the likelihood, and BETTER_CHI2 for each parameter."""
+    made = one.made
+    whole = float((made.y**2).sum()) + made.usual * USUAL_FREEDOM
+    left = whole - float(((made.y @ one.basis) ** 2).sum())
+    freedom = made.freedom + USUAL_FREEDOM
+    return freedom * math.log(left) + BETTER_CHI2 * one.curve.parameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -394,10 +463,12 @@ class _Whitened:
             return None
         return u
 
-    def share(self, basis: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def share(
+        self, basis: np.ndarray, y: np.ndarray, usual: np.ndarray | float
+    ) -> np.ndarray:
         """(D,): of the square of y (D, n) and the usual scatter's that the basis
         takes."""
-        whole = (y**2).sum(1) + self.usual * USUAL_FREEDOM
+        whole = (y**2).sum(1) + self.usual * usual
         return ((y @ basis) ** 2).sum(1) / whole
 
     def p(self, share: np.ndarray, rank: int) -> np.ndarray:
@@ -406,10 +477,10 @@ class _Whitened:
         return stats.beta.sf(share, 0.5 * rank, left)
 
 
-def _whitened(scatter: _Scatter, kept: np.ndarray, beside: list[_Test]) -> _Whitened:
+def _whitened(scatter: _Scatter, use: _Use, beside: list[_Test]) -> _Whitened:
+    kept = use.kept
     white = _whitener(scatter.covariance[np.ix_(kept, kept)])
-    names = scatter.numbers.recordings
-    columns = [t.shift(t.condition.of(names))[kept] for t in beside]
+    columns = [one.columns[kept] for one in beside]
     nuisance = white(np.column_stack([np.ones(len(kept)), *columns]))
     rank = int(np.linalg.matrix_rank(nuisance, rtol=math.sqrt(HIDDEN)))
     y = _beside(white(scatter.numbers.values[kept][:, None]), nuisance)[:, 0]
@@ -429,20 +500,6 @@ def _beside(columns: np.ndarray, nuisance: np.ndarray) -> np.ndarray:
     return columns - u @ (u.T @ columns)
 
 
-def _best(made: _Whitened, curves: list[_Curve], u: np.ndarray) -> _Curve:
-    """The curve that fits best, BETTER_CHI2 asked for each parameter more."""
-
-    def cost(curve: _Curve) -> float:
-        basis = made.basis(curve.columns(u))
-        assert basis is not None  # it was tried
-        whole = float((made.y**2).sum()) + made.usual * USUAL_FREEDOM
-        left = whole - float(((made.y @ basis) ** 2).sum())
-        freedom = made.freedom + USUAL_FREEDOM
-        return freedom * math.log(left) + BETTER_CHI2 * curve.parameters
-
-    return min(curves, key=cost)
-
-
 def _least_of_all(tests: list[_Test]) -> float:
     """How often the least p of all conditions would be as small by chance."""
     drawn = np.min([t.drawn for t in tests], axis=0)
@@ -456,9 +513,10 @@ def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:
     return 1.0 if again is None else again.p
 
 
-def probability_of(p: float) -> float:
-    """That something is followed, by its p; as likely as not at the alarm's level."""
-    odds = UNSHAPED_ODDS * against_noise(p)
+def probability_of(p: float, condition: Condition) -> float:
+    """That a condition is followed, by its p: if it is stated, as likely as not at the
+    alarm's level."""
+    odds = UNSHAPED_ODDS * against_noise(p) * (DRIFT if condition.unlisted else 1.0)
     return odds / (1 + odds)
 
 
@@ -466,13 +524,17 @@ def _table(numbers, scatter, contact, chosen, p, left) -> ConditionTable:
     every = [t for t, *_ in chosen]
     found = [
         _follow(numbers, scatter, contact, test, [t for t in every if t is not test])
-        | {"p": p_own, "as_well": more, "probability": probability_of(p_own)}
+        | {
+            "p": p_own,
+            "as_well": more,
+            "probability": probability_of(p_own, test.condition),
+        }
         for test, p_own, more in chosen
     ]
     following = None
     if left is not None:
         name = effect_name(contact, left[0].condition.name)
-        following = (name, probability_of(left[1]))
+        following = (name, probability_of(left[1], left[0].condition))
     return ConditionTable(tuple(Follow(**f) for f in found), p, following)
 
 
@@ -484,17 +546,17 @@ def _follow(
     beside: list[_Test],
 ) -> dict:
     """The size of a curve beside the others."""
-    names, c = numbers.recordings, test.condition
-    values = c.of(names)
-    made = _whitened(scatter, test.kept, beside)
+    names, c, use = numbers.recordings, test.condition, test.use
+    values, kept = use.values, use.kept
+    made = _whitened(scatter, use, beside)
     others = made.nuisance.shape[1]
 
     def fitted(curve: _Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coefficients, covariance, and coefficients without each recording."""
-        own = made.white(test.shift(values, curve)[test.kept])
+        own = made.white(use.shift(values, curve)[kept])
         x, y = (
             np.hstack([made.nuisance, own]),
-            made.white(numbers.values[test.kept][:, None])[:, 0],
+            made.white(numbers.values[kept][:, None])[:, 0],
         )
         inverse = np.linalg.pinv(x.T @ x, hermitian=True)
         size = inverse @ (x.T @ y)
@@ -513,11 +575,11 @@ def _follow(
         return Interval(*map(float, each))
 
     size, covariance, without = fitted(test.best)
-    middle = test.best.columns(test.u(values[test.kept])).mean(0)
-    at = np.unique(values[test.kept])
+    middle = test.best.columns(use.u(values[kept])).mean(0)
+    at = np.unique(values[kept])
     if test.best.shape != "levels":
         at = np.linspace(at[0], at[-1], POINTS)
-    rows = test.best.columns(test.u(at)) - middle
+    rows = test.best.columns(use.u(at)) - middle
     curve = tuple(
         Point(float(x), sized(row, size, covariance))
         for x, row in zip(at, rows, strict=True)
@@ -526,13 +588,13 @@ def _follow(
     if not c.levels:
         line = _Curve("line", lambda u: u[:, None], 1)
         own, wide, _ = fitted(line)
-        slope = sized(np.array([1 / test.reach]), own, wide)
-    columns = test.shift(values)
+        slope = sized(np.array([1 / use.reach]), own, wide)
+    columns = test.columns
     shift = columns @ size
     out = contact.scale * shift
-    out[test.kept] = contact.scale * (columns[test.kept] * without).sum(1)
+    out[kept] = contact.scale * (columns[kept] * without).sum(1)
     sd = np.sqrt(np.diag(scatter.covariance))
-    centred = numbers.values - numbers.values[test.kept].mean()
+    centred = numbers.values - numbers.values[kept].mean()
     return {
         "parameter": contact.name,
         "condition": c.name,
@@ -540,10 +602,10 @@ def _follow(
         "slope": slope,
         "curve": curve,
         "levels": c.levels,
-        "at": {names[k]: float(values[k]) for k in test.kept},
+        "at": {names[k]: float(values[k]) for k in kept},
         "seen": {
             names[k]: (contact.scale * float(centred[k]), contact.scale * float(sd[k]))
-            for k in test.kept
+            for k in kept
         },
         "shift": dict(zip(names, shift.tolist(), strict=True)),
         "left_out": dict(zip(names, out.tolist(), strict=True)),

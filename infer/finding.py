@@ -40,6 +40,7 @@ from benchtwin.infer.verdict import (
     Verdict,
     effect_estimate,
     estimate,
+    least_of,
     mixture_interval,
     parameter_shift,
     sector_shares,
@@ -212,10 +213,9 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
     fits = tuple(fit(a.problem) for a in task.alternatives)
     table, alternatives, bases = _with_conditions(task, fits, rng)
-    # the table is another test of the same bench, though its p is told beside
-    beside = () if table.p is None else (1.0,)
+    tests = 1 if table.p is None else 2
     posterior = weighed_with_noise(
-        explain(alternatives, task.windows, bases), rng, beside
+        explain(alternatives, task.windows, bases), rng, tests
     )
     base, of_motions = posterior.base, verdict_of(posterior)
     chosen = model = _chosen(posterior, of_motions)
@@ -245,7 +245,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     }
     p = posterior.p_noise
     if table.p is not None:
-        p = min(p, 1 - (1 - table.p) ** 2)
+        p = min(p, least_of(tests, table.p))
     alarm = p < ALARM_P or bool(table.found)
     ranked = _with_followed_sets(posterior.by_set(), table)
     nothing = posterior.probability(())

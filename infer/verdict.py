@@ -76,22 +76,27 @@ def against_noise(p: float) -> float:
     return float((1 - p + p * np.log(p)) / (p * np.log(p) ** 2))
 
 
+def least_of(tests: int, p: float) -> float:
+    """How often the least p of so many independent tests is as small."""
+    return -math.expm1(tests * math.log1p(-min(p, 1 - 1e-12)))
+
+
 # Prior odds of something of no shape that was tried, beside what is missing: at the
 # alarm's level it is then as probable as that there is no more.
 UNSHAPED_ODDS = 1 / against_noise(ALARM_P)
 
 
 def weighed_with_noise(
-    posterior: Posterior, rng: np.random.Generator, more: tuple[float, ...] = ()
+    posterior: Posterior, rng: np.random.Generator, tests: int = 1
 ) -> Posterior:
-    """The posterior with what noise alone would do as evidence; more: p of other tests
-    of the same bench.
+    """The posterior with what noise alone would do as evidence; tests: of the same
+    bench, of which this is one.
 
     What is missing by an explanation is all, or there is something of no shape that was
     tried beside it, whose odds are UNSHAPED_ODDS times what the p of all that the
     explanation leaves says (alarm.left_over_p): an explanation that does not hold the
     alarm is one with something unlisted. See `bounded` for nothing missing."""
-    p = p_global(posterior, rng, more)
+    p = least_of(tests, p_global(posterior, rng))
     missing = sum(e.probability for e in posterior.explanations if e.names)
 
     def and_more(e: Explanation) -> float:

@@ -205,7 +205,7 @@ def test_what_each_explanation_leaves_is_asked_of_the_alarm(monkeypatch):
         return 0.4 if "drag" in e.names else 1e-9
 
     monkeypatch.setattr(engine, "left_over_p", left_over)
-    monkeypatch.setattr(engine, "p_global", lambda posterior, rng, more: 1e-9)
+    monkeypatch.setattr(engine, "p_global", lambda posterior, rng: 1e-9)
     sets = {("drag",): 0.5, ("plate-tilt",): 0.5, (): 1e-6, (NAMES[3],): 0.2}
     whole = weighed_with_noise(beliefs.posterior(sets, 1.0), SimpleNamespace())
     assert sorted(asked) == [("drag",), ("plate-tilt",)]

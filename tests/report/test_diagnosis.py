@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.diagnose.rerun import Comparison, Resimulation
+from benchtwin.infer.condition_table import Follow, Point
 from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.unlisted import Window
@@ -111,11 +112,31 @@ APART = {
 }
 
 
+# restitution that grows from 0.4 to 0.6 over three pressures
+FOLLOW = Follow(
+    "restitution",
+    "pressure_kpa",
+    "levelling off",
+    1e-6,
+    0.99,
+    Interval(0.003, 0.002, 0.004),
+    tuple(
+        Point(x, Interval(e, e - 0.01, e + 0.01))
+        for x, e in ((20.0, -0.116), (50.0, 0.05), (90.0, 0.084))
+    ),
+    (),
+    {"drop-0": 20.0, "drop-1": 90.0},
+    {"drop-0": (-0.12, 0.01), "drop-1": (0.09, 0.01)},
+    {},
+    {},
+)
+
+
 @pytest.fixture(scope="module")
 def page() -> str:
     return render(
         diagnosis(
-            drop=finding(),
+            drop=finding(follows=(FOLLOW,)),
             roll=finding(
                 "roll",
                 verdict="class",
@@ -161,6 +182,10 @@ def test_the_verdicts_stand_first(page):
         "3.1 of its sds",
         "96 % of what the baseline misses",
         "A note.",
+        (
+            "Restitution rises with pressure_kpa, levelling off: 0.400 at 20 to 0.600"
+            " at 90 (p &lt; 0.0001)."
+        ),
     ):
         assert piece in text, piece
 
@@ -174,8 +199,11 @@ def test_every_figure_has_its_place_and_before_and_after_one_scale(page):
     assert (
         set(drawn)
         == set(re.findall(r'id="fig-([\w-]+)"', page))
-        >= {"drop-left-0", "drop-seen-0", "drop-twins", "roll-left-0"}
+        >= {"drop-left-0", "drop-seen-0", "drop-twins", "roll-left-0", "drop-follows-0"}
     )
+    curve, own = drawn["drop-follows-0"]["data"][1:]
+    assert curve["y"] == pytest.approx([0.4, 0.566, 0.6])
+    assert own["x"] == [20, 90] and own["error_y"]["array"] == [0.01, 0.01]
     layout = drawn["drop-left-0"]["layout"]
     assert layout["yaxis"]["range"] == layout["yaxis2"]["range"]
     above, below = (
