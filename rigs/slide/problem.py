@@ -350,6 +350,7 @@ def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownSc
 def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
     """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
     lag = np.append(frame_lag(run.frame), np.inf)
+    wander = np.vstack([run.wander, np.zeros(run.wander.shape[1])]).T
     return Series(
         run.recording,
         np.append(run.travel, 0.0),
@@ -357,6 +358,8 @@ def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
         lag,
         prepared.noise,
         np.zeros((len(lag), 0)),
+        {LOCALS + k: column for k, column in enumerate(wander)}
+        | dict(zip(SHAPES, wander)),
     )
 
 
