@@ -37,10 +37,10 @@ def own_scatter(
     found = np.zeros(len(usual))
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
-        nothing, *ln = (_ln_likelihood(sd, x, own, y) for sd in tried)
+        nothing, *rest = (_ln_likelihood(sd, x, own, y) for sd in tried)
         found = found * ~kind
-        if (always & kind).any() or max(ln) > nothing + SHOWN:
-            ln = np.array(ln) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
+        if (always & kind).any() or max(rest) > nothing + SHOWN:
+            ln = np.array(rest) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
             weight = np.exp(ln - ln.max())
             found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
     return found
