@@ -127,6 +127,13 @@ PRIORS = {
         None,
         "of friction along one slide beside a steady one; what a bench shows counts",
     ),
+    "friction-to-rest": Prior(
+        "1",
+        0.005,
+        None,
+        "the same of what was set in motion on a plate that stands; a bench tells its"
+        " size: 0.005 in each of eight waves along slides of contact-nets' cube",
+    ),
     "friction-settling": Prior(
         "1",
         0.3,

@@ -16,6 +16,7 @@ MAX_HALVINGS = 20
 # relative to the curvature along each global
 DAMPINGS = np.r_[0.0, np.geomspace(1e-4, 1e6, 11)]
 SUFFICIENT_FALL = 0.25  # share of the predicted fall that makes a step good enough
+SETTLING_STEPS = 2  # of Gauss–Newton, of the locals alone
 # steps without a better point (kinks), after which the best one is taken
 MAX_IDLE_STEPS = 8
 MAX_IDLE_DESCENTS = 3  # the same where every step lowers χ²
@@ -217,9 +218,13 @@ def _marquardt_descent(
         return chi2 if np.isfinite(chi2) else np.inf
 
     now = here.chi2 if np.isfinite(here.chi2) else np.inf
+    enough = now - SUFFICIENT_FALL * here.predicted_fall
     best, number = here.step_to(here.predicted), 0
     least = chi2_of(best)
-    if not least < now - SUFFICIENT_FALL * here.predicted_fall:
+    if enough <= least < np.inf:
+        settled = _settled(fast, best)
+        least, best = min((least, 0, best), (chi2_of(settled), 1, settled))[::2]
+    if not least < enough:
         for k in range(max(damped - 1, 1), len(DAMPINGS)):
             step = here.marquardt_step(DAMPINGS[k])
             seen = chi2_of(step)
@@ -235,6 +240,18 @@ def _marquardt_descent(
     return Linearisation.of(
         *chosen, fast.reduce_free(*chosen, held.sd > 0), held
     ), number
+
+
+def _settled(
+    fast: FastChi2, step: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """A step with its locals moved on to where they fit best beside the globals: where
+    a local acts through a global, their product is not in either's derivative."""
+    starts, values = step
+    for _ in range(SETTLING_STEPS):
+        change = fast.reduce_free(starts, values, np.zeros(len(values), dtype=bool))[1]
+        starts = starts + change(np.zeros(len(values)))
+    return starts, values
 
 
 def _misfit(reduced: tuple[Reduced, ...], values: np.ndarray) -> float:

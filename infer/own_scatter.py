@@ -19,11 +19,15 @@ SHOWN = 1.92  # rise of ln L at the end of a 95 % interval that holds 0
 
 
 def own_scatter(
-    reduced: tuple[Reduced, ...], common: int, usual: np.ndarray | float
+    reduced: tuple[Reduced, ...],
+    common: int,
+    usual: np.ndarray | float,
+    always: np.ndarray | bool = False,
 ) -> np.ndarray:
     """σ (K,) of each recording's own columns, which stand behind the first `common`:
-    the root of its mean square; 0 where recordings do not show any. usual (K,): what
-    it usually is; columns of one usual size have one size."""
+    the root of its mean square; 0 where recordings do not show any, but of what is
+    there `always` (K,). usual (K,): what it usually is; columns of one usual size have
+    one size."""
     y = [r.b for r in reduced]
     size = np.sqrt(sum((r.a[:, :common] ** 2).sum(0) for r in reduced))
     kept = size > 0
@@ -33,10 +37,10 @@ def own_scatter(
     found = np.zeros(len(usual))
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
-        nothing, *ln = (_ln_likelihood(sd, x, own, y) for sd in tried)
+        nothing, *rest = (_ln_likelihood(sd, x, own, y) for sd in tried)
         found = found * ~kind
-        if max(ln) > nothing + SHOWN:
-            ln = np.array(ln) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
+        if (always & kind).any() or max(rest) > nothing + SHOWN:
+            ln = np.array(rest) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
             weight = np.exp(ln - ln.max())
             found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
     return found

@@ -160,7 +160,9 @@ def _fit_from(
     physical = np.array(
         [problem.effects[n].prior_sd if n in wide else 0.0 for n in problem.names]
     )
-    held = GlobalPrior(np.hypot(usual, physical), np.isin(problem.names, list(wide)))
+    # beyond its physical range a scale makes one law of another
+    sizes = [n in wide and problem.effects[n].scaled_prior for n in problem.names]
+    held = GlobalPrior(np.hypot(usual, physical), np.array(sizes, dtype=bool))
     values = values * (held.sd > 0)
     begun = problem.reduce, starts.tobytes(), values.tobytes()
     if begun not in cache:

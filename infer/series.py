@@ -6,7 +6,7 @@ the globals by name. Derivatives are finite differences; rows are whitened; loca
 eliminated by QR."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -33,6 +33,9 @@ class Series:
     lag: np.ndarray  # (n,): see frame_lag
     noise: Noise
     smooth: np.ndarray  # (n, s): curves that no effect needs
+    # derivatives (n,) that are the same everywhere, by number of a local or name of a
+    # global; all others are finite differences
+    slopes: dict[int | str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,11 +159,16 @@ def _reduced(
     locals."""
     seen = predict(r, start, at)
     columns = [
-        (predict(r, start + step, at) - seen) / own.step[k]
+        one.slopes[k]
+        if k in one.slopes
+        else (predict(r, start + step, at) - seen) / own.step[k]
         for k, step in enumerate(np.diag(own.step))
     ]
     for name in at:
         small = share * asked.get(name, 0.0)
+        if small and name in one.slopes:
+            columns.append(one.slopes[name])
+            continue
         columns.append(
             (predict(r, start, at | {name: at[name] + small}) - seen) / small
             if small

@@ -108,7 +108,8 @@ def run_motion(
             friction = model.friction + OWN * own[4]
             laws = laws_of(model, run, np.zeros(LOCALS), values)
             laws = laws._replace(friction=friction)
-            way, speed = travel(time, time[0], c, laws, own[1], rests=True)
+            rests = run.ended > 0  # else it is seen to move up to its last row
+            way, speed = travel(time, time[0], c, laws, own[1], rests)
         else:
             laws = laws_of(model, run, own, values)
             friction = friction_at(own[1], c, laws)

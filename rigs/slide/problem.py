@@ -53,12 +53,8 @@ PRIORS = {
     "reader": unstated_sd("reader-zero"),
 }
 RUN_SD = unstated_sd("friction-scatter")
-# sd of each friction of a slide's own: steady, waves along it, pulses at its start
-PULSES = len(SETTLES_S) - 2
-USUAL = np.repeat(
-    [RUN_SD, unstated_sd("friction-within-run"), unstated_sd("friction-settling")],
-    [1, WAVES, PULSES],
-)
+# frictions of a slide's own: steady, waves along it, pulses at its start
+KINDS = (1, WAVES, len(SETTLES_S) - 2)
 READER_ROWS = 4  # rows that this is worth beside the readings' own scatter
 DEGREE = 8  # of the curve about which noise is estimated
 # of runs of few rows: degree of the curve; sd where it cannot be estimated
@@ -276,17 +272,21 @@ def scatter_beside(prepared: Prepared, found: Fit) -> np.ndarray:
     for own in wanders(prepared):
         own = np.vstack([own, np.zeros(own.shape[1])])
         extra.append(np.column_stack([own[:, : WAVES + 1], own]))
-    width = WAVES + 1 + len(USUAL)
+    to_rest = any(run.in_motion for run in session.runs)
+    along = "friction-to-rest" if to_rest else "friction-within-run"
+    usual = [RUN_SD, unstated_sd(along), unstated_sd("friction-settling")]
+    usual, always = np.repeat([usual, [False, to_rest, False]], KINDS, axis=1)
+    width = WAVES + 1 + len(usual)
     extra += [np.zeros((len(r.angles), width)) for r in session.reads]
     reduced = problem.reduce(found.starts, found.values, extra)[0]
-    return own_scatter(reduced, len(problem.names) + WAVES + 1, USUAL)
+    return own_scatter(reduced, len(problem.names) + WAVES + 1, usual, always > 0)
 
 
 def wander_of(run: Run, longest_s: float) -> np.ndarray:
     """Travel (n, K) [mm] by frictions of size 1: a steady one, WAVES of mean 0 by the
     time from the moment it rests (longest_s: of all), and pulses at its start where it
     was set in motion."""
-    out = np.zeros((len(run.time), len(USUAL)))
+    out = np.zeros((len(run.time), sum(KINDS)))
     time = run.time[run.moving]
     from_rest = time[-1] - time if run.in_motion else time - time[0]
     along = 2 * from_rest / longest_s - 1
@@ -360,6 +360,7 @@ def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownSc
 def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
     """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
     lag = np.append(frame_lag(run.frame), np.inf)
+    wander = np.vstack([run.wander, np.zeros(run.wander.shape[1])]).T
     return Series(
         run.recording,
         np.append(run.travel, 0.0),
@@ -367,6 +368,8 @@ def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
         lag,
         prepared.noise,
         np.zeros((len(lag), 0)),
+        {LOCALS + k: column for k, column in enumerate(wander)}
+        | dict(zip(SHAPES, wander)),
     )
 
 

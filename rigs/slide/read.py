@@ -93,7 +93,18 @@ def slide_of(track: Track, recording: Recording) -> SeenSlide:
         used.sd,
         used.tilt_deg if seen else None,
         description=describe(recording),
-        notes=track.notes,
+        notes=(*track.notes, *half_stated(recording)),
+    )
+
+
+def half_stated(recording: Recording) -> tuple[str, ...]:
+    """What is said of a scale's sd without the scale, which tells no share of it."""
+    camera = recording.camera
+    if camera.mm_per_px_sd is None or camera.mm_per_px:
+        return ()
+    return (
+        "[camera] mm_per_px_sd is stated without mm_per_px: lengths are taken as known"
+        f" to {100 * camera.scale_sd:g} %",
     )
 
 

@@ -7,7 +7,9 @@ import pytest
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced
+from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Problem, fit
+from benchtwin.infer.series import Locals, Series, problem_of
 
 
 def valley(turns: int, seen: list | None = None, bent: float = 2.0) -> Problem:
@@ -161,3 +163,38 @@ def test_fit_about_a_kink_returns_the_best_point():
     found = fit(problem)
     assert found.chi2 == pytest.approx(8.0, abs=1e-4) and found.values[0] == seen[2]
     assert len(seen) < 15  # nor does it go on for ever
+
+
+def test_locals_settle_where_one_multiplies_a_global():
+    """y = (a + c s)(1 + g s) + d s²: c g is in neither's derivative, so that a step
+    along the valley a g + c leaves it, where d does not follow. c is 0 ± 0.05, and the
+    fit begins where it is a/2. Derivatives that are known give the same."""
+    s, white = np.linspace(0, 1, 50), Noise(0.0, 0.0, 0.1)
+    lag = np.r_[np.inf, np.ones(49)]
+
+    def predict(r, own, values):
+        a, c, d = own
+        return (a + c * s) * (1 + values["g"] * s) + d * s**2
+
+    size = np.array([1.0, 2.0, 3.0])
+    rows = [predict(0, [a, 0.0, 0.3], {"g": 0.5}) for a in size]
+    own = Locals(np.zeros((3, 3)), np.full(3, 1e-6), np.array([1e3, 0.05, 1e3]))
+    begun = np.column_stack([size, size / 2, np.full(3, 0.3)])
+    for known in ({}, {2: s**2}):
+        series = tuple(
+            Series("one", y, 1e-5, lag, white, np.zeros((50, 0)), known) for y in rows
+        )
+        problem = problem_of(
+            "product",
+            series,
+            own,
+            predict,
+            {},
+            {"g": 1.0},
+            {"g": 1.0},
+            None,
+            max_iterations=5,
+            smooth=True,
+        )
+        found = fit(replace(problem, starts=begun))
+        assert found.values[0] == pytest.approx(0.5, abs=0.02)
