@@ -23,7 +23,7 @@ LEAST_FALL = 12.0  # of χ², for a term to be reported
 LEAST_OVER = 0.05  # of the reference, below which a power < 0 is constant
 WIDE = 3.0  # prior sd of a size over what was found: so that it decides nothing
 SDS_95 = 1.96
-FINEST = 0.01  # step of the powers that are told apart
+FINEST = 0.05  # step of the powers that are told apart
 SIMPLE = (1.0, 2.0, 0.5, 3.0, 1.5, -1.0, -0.5, -2.0, -1.5)  # the simplest first
 
 
