@@ -180,7 +180,7 @@ def test_the_twin_with_the_law_is_nearer_and_with_another_is_not(rig, tmp_path):
 def test_a_restitution_that_rises_is_put_into_the_twins_impacts(tmp_path):
     seen, problem = drops(slope=0.12)
     found = finding(problem)
-    assert found.law.startswith("the restitution rises with speed of impact to the")
+    assert found.law.startswith("the restitution rises with speed of impact")
     one = Diagnosis(Path(), {"drop": found}, {"drop": seen}, {}, ())
     before, after = errors(
         resimulate_all(one, tmp_path, pictures=False, say=lambda text: None)
