@@ -422,12 +422,13 @@ def _lawful(
 ) -> tuple[Explanation, tuple[Term, ...], Verdict]:
     """What is unlisted as a law, its terms, and the verdict: of listed effects beside
     it those are left that are needed beside the law as well."""
-    model, terms = _with_law(chosen, task)
     if not chosen.listed:
-        return model, terms, verdict
-    alone, own = _with_law(posterior.base, task)
-    if _ln_weight(alone) < _ln_weight(model):
-        return model, terms, verdict
+        return *with_law(chosen, task), verdict
+    alone, own = with_law(posterior.base, task)
+    if not own or _ln_weight(alone) < _ln_weight(chosen):
+        model, terms = with_law(chosen, task)
+        if not own or _ln_weight(alone) < _ln_weight(model):
+            return model, terms, verdict
     strange = posterior.unlisted()
     unlisted = sum(p for names, p in posterior.by_set() if strange & set(names))
     return alone, own, Verdict("unknown", (), unlisted)
@@ -441,7 +442,7 @@ def _ln_weight(e: Explanation) -> float:
     return e.table.ln_evidence(e.names)[0] + math.log(odds)
 
 
-def _with_law(
+def with_law(
     chosen: Explanation, task: DiagnosisTask
 ) -> tuple[Explanation, tuple[Term, ...]]:
     """The explanation with a law in the place of what is unlisted, and its terms with

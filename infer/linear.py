@@ -52,7 +52,11 @@ def projector(a: np.ndarray, prior_sd: np.ndarray):
 def fall_of_chi2(columns: np.ndarray, project, b: np.ndarray) -> tuple[float, int]:
     """By how much `columns` (M, k) lower χ² beside the projected globals, and their
     rank."""
-    gram, right = columns.T @ project(columns), columns.T @ project(b)
+    return fall_in(columns.T @ project(columns), columns.T @ project(b))
+
+
+def fall_in(gram: np.ndarray, right: np.ndarray) -> tuple[float, int]:
+    """The same by the columns' Gram matrix (k, k) and product with the data (k,)."""
     scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     kept = values > 1e-8

@@ -5,7 +5,7 @@ quantity over a reference. The term of the greatest fall of χ² is taken, or on
 does as well and that the twin knows; it must predict left-out recordings. Its exponent
 is that of the greatest fall, with the range in which χ² lies within 3.84 of it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
-from benchtwin.infer.linear import Reduced, beside_globals, fall_of_chi2
+from benchtwin.infer.linear import Reduced, beside_globals, fall_in
 from benchtwin.infer.problem import Fit, fit
 
 NAMES = ("law", "second-law")  # of the effects that stand for the terms
@@ -23,7 +23,7 @@ LEAST_FALL = 12.0  # of χ², for a term to be reported
 LEAST_OVER = 0.05  # of the reference, below which a power < 0 is constant
 WIDE = 3.0  # prior sd of a size over what was found: so that it decides nothing
 SDS_95 = 1.96
-FINEST = 0.01  # step of the powers that are told apart
+FINEST = 0.05  # step of the powers that are told apart
 SIMPLE = (1.0, 2.0, 0.5, 3.0, 1.5, -1.0, -0.5, -2.0, -1.5)  # the simplest first
 
 
@@ -65,14 +65,14 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
     reduced = base.problem.reduce(base.starts, base.values, extra)[0]
     sd = np.where(np.isin(base.names, NAMES), 0.0, base.prior_sd)
     columns, project, b = beside_globals(reduced, sd)
+    gram, right = columns.T @ project(columns), columns.T @ project(b)
     ends = np.cumsum([0, *(len(f.powers) for f in families)])
     chosen: list[int] = []
     found: list[tuple[Family, float, str, tuple[str, ...]]] = []
     reached, left = 0.0, dict(enumerate(families))
     while left and len(chosen) < len(NAMES):
         falls = {
-            k: _falls(columns, chosen, range(ends[k], ends[k + 1]), project, b)
-            for k in left
+            k: _falls(gram, right, chosen, range(ends[k], ends[k + 1])) for k in left
         }
         top = max(float(own.max()) for own in falls.values())
 
@@ -101,20 +101,20 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
         found.append((left.pop(k), power, in_words(power, *inside), others))
     if not chosen:
         return ()
-    own = columns[:, chosen]
-    covariance = np.linalg.inv(own.T @ project(own))
-    size, sds = covariance @ (own.T @ project(b)), np.sqrt(np.diag(covariance))
+    covariance = np.linalg.inv(gram[np.ix_(chosen, chosen)])
+    size, sds = covariance @ right[chosen], np.sqrt(np.diag(covariance))
     return tuple(
         _term(name, *about, float(a), float(s))
         for name, about, a, s in zip(NAMES, found, size, sds)
     )
 
 
-def _falls(columns: np.ndarray, chosen: list[int], some, project, b) -> np.ndarray:
+def _falls(
+    gram: np.ndarray, right: np.ndarray, chosen: list[int], some: Iterable[int]
+) -> np.ndarray:
     """By how much each of some columns lowers χ², together with those chosen."""
-    return np.array(
-        [fall_of_chi2(columns[:, [*chosen, i]], project, b)[0] for i in some]
-    )
+    sets = ([*chosen, k] for k in some)
+    return np.array([fall_in(gram[np.ix_(at, at)], right[at])[0] for at in sets])
 
 
 def _predicts(

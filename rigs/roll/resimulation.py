@@ -50,24 +50,24 @@ def resimulate(
     values = values_by_recording(finding)
     chosen = [r for r in seen if r.recording in values][:MOST]
     paths = [Path1D(r.time_s, way_from_rest(r, 100)) for r in chosen]
-    unchanged: Change = (0.0, {})
-    whole: list[Change] = []
-    for r in chosen:
-        own = values[r.recording]
-        laws = laws_of(r.description, own, finding.laws)
-        whole.append((own.get("slope", 0.0), laws))
+    own = [values[r.recording] for r in chosen]
+    # the same laws at 0: one set of compiled kernels
+    nil, whole = (
+        [change_of(r.description, v, finding.laws) for r, v in zip(chosen, every)]
+        for every in ([dict.fromkeys(v, 0.0) for v in own], own)
+    )
     say("roll: finding the twin's rolling friction")
-    old = friction(chosen, paths, [unchanged] * len(chosen))
+    old = friction(chosen, paths, nil)
     new = friction(chosen, paths, whole)
     twins = [
         TwinPair(
             r.recording,
             path,
             length_mm(r),
-            _made(r, old, unchanged),
-            _made(r, new, change),
+            _made(r, old, before),
+            _made(r, new, after),
         )
-        for r, path, change in zip(chosen, paths, whole, strict=True)
+        for r, path, before, after in zip(chosen, paths, nil, whole, strict=True)
     ]
     how = (
         f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that"
@@ -100,6 +100,13 @@ def _made(r, mu: float, change: Change) -> tuple[Recording, Parameters]:
     ) or r.description["roll"].get("seen_direction", "+x")
     recording = with_frame_rate(like("roll", r.description, **about), r.time_s)
     return recording, Parameters(rolling_friction=mu, laws=laws)
+
+
+def change_of(
+    description: dict, values: dict[str, float], found: Mapping[str, Effect]
+) -> Change:
+    """What was named or found, in the twin."""
+    return values.get("slope", 0.0), laws_of(description, values, found)
 
 
 def laws_of(
