@@ -36,6 +36,7 @@ WAYS = {
 FORCES = (
     ("v_m_s", "along", "speed", FORCE_POWERS),
     ("v_m_s", "sideways", "speed", FORCE_POWERS),
+    ("v_m_s", "upright", "speed", FORCE_POWERS),
     ("z_mm", "sideways", "height", PLACE_POWERS),
     ("z_mm", "upright", "height", PLACE_POWERS),
     ("t_s", "sideways", "time", PLACE_POWERS),
@@ -56,11 +57,11 @@ def windows_of(fit: Fit) -> Windows:
     )
     bins: list[Bin] = []
     pushes: list[list[np.ndarray]] = [[] for _ in parts]
-    for way in ("along", "aside"):
+    for way in ("along", "aside", "upright"):
         for axis, found in edges.items():
             bins += [Bin(axis, low, high, way, "flight") for low, high in found]
             for k, (axes, _, speeds) in enumerate(about):
-                ways = _direction(speeds, "along" if way == "along" else "sideways")
+                ways = _direction(speeds, "sideways" if way == "aside" else way)
                 pushes[k] += [
                     ((axes[axis] >= low) & (axes[axis] <= high))[..., None] * ways
                     for low, high in found
