@@ -143,6 +143,8 @@ def numbers_of(of: Fit, column: str) -> Numbers | None:
     if column not in of.names:
         return None
     a, b = stacked(of.reduced)
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        return None
     own = of.names.index(column)
     prior = of.baseline_sd.copy()
     for k, n in enumerate(of.names):
