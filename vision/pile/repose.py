@@ -159,7 +159,8 @@ def _lies(region: Region | None) -> str:
 
 
 def _measure(photo: _Photo, region: Region | None) -> Repose:
-    """The pile by the more exact of two readings, if both show the same heap."""
+    """The pile by the more exact of two readings, if both show the same heap; what they
+    differ by is in the sds."""
     options, smooth = photo.options, _on_smooth_background(photo)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
@@ -169,13 +170,13 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
         # the more exact one: its edges are read off the full picture
         first = _of_mask(photo, region, region.first)
         if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
-            return smooth
+            return _widened(smooth, [first])
     segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(
             smooth, segmented, region, _apart(region)
         ):
-            return smooth
+            return _widened(smooth, [segmented])
         if isinstance(segmented, str):
             return smooth.doubted(OTHERWISE)
     if isinstance(segmented, str):
