@@ -293,9 +293,12 @@ def _same_heap(
     smooth: Repose, segmented: Repose, region: Region, apart_by: float
 ) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
-    same heap. Then it misses few of the segmented seeds, includes little that has no
-    seed texture, and has the same base line and crest. apart_by: share by which the
-    cuts themselves differ, which no two outlines need to agree better than."""
+    same heap. Then it misses few of the segmented seeds and none of the flanks,
+    includes little that has no seed texture, and has the same base line and crest.
+    apart_by: share by which the cuts themselves differ, which no two outlines need to
+    agree better than."""
+    if len(smooth.slopes) < len(segmented.slopes):
+        return False
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
