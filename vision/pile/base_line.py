@@ -265,6 +265,7 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
         return None
     first = rows.min()
     band = denoise(np.ascontiguousarray(image[first : rows.max() + 1]))
+    band = np.atleast_3d(band)
     strip = in_float(band[rows - first, x])
     face = (strip[-3:] - strip[:3]).mean(axis=(0, 1))
     level = strip @ (face / max(np.linalg.norm(face), 1e-9))

@@ -170,6 +170,9 @@ def _walls(height: np.ndarray) -> tuple[tuple[int, int], ...]:
         if high - low < 3 or (low not in cliffs and high not in cliffs):
             continue
         inner = filled[low + 1 : high - 1]
+        beside = [filled[e] for e in (low - 4, high + 3) if 0 <= e < height.size]
+        if len(beside) == 2 and np.median(inner) - min(beside) < high - low:
+            continue  # a seed on top of others: no farther down than it is wide
         low_q, high_q = np.percentile(inner, [5, 95])
         flat = high_q - low_q <= max(3.0, 0.03 * top, 0.12 * inner.size)
         if flat and np.median(inner) > 0.3 * top and inner.size < 0.4 * height.size:

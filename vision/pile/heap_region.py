@@ -224,7 +224,10 @@ def find_region(image: np.ndarray) -> Region | None:
         return None
     start = _start(small, triangle, CUT_PX / 2)
     first = start.cut(0)[0]
-    if _overlap(first, start.triangle) > LEAST_OVERLAP:
+    if _confidence(first, start) < 1:  # of what is no seeds, too
+        grainy = start.features[..., TEXTURE] > SEED_TEXTURE
+        first = _heap_component(first & grainy, start.triangle)
+    if _confidence(first, start) >= 1:
         start = replace(start, triangle=_triangle_of(first, start.triangle))
     start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
     mask, grown = start.cut(0)

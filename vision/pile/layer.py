@@ -12,7 +12,7 @@ from scipy.ndimage import median_filter
 
 HIGH = 0.8  # of the crest's height: above it the surface is rounded
 TALLEST = 0.45  # of the crest's height
-LEAST_LONG = 5.0  # times its own height: more than two seeds beside each other
+LEAST_LONG = 3.0  # times its own height: a single seed is about as long as high
 MOST_INCLINED = 0.2  # of the flank's slope
 # of the sum of squares that one line leaves
 MOST_LEFT = 0.6

@@ -32,7 +32,7 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.layer import without_layer
-from benchtwin.vision.pile.line import FlankLine, fit_flank
+from benchtwin.vision.pile.line import FlankLine, Line, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
 from benchtwin.vision.recording import Camera, Recording
@@ -159,7 +159,8 @@ def _lies(region: Region | None) -> str:
 
 
 def _measure(photo: _Photo, region: Region | None) -> Repose:
-    """The pile by the more exact of two readings, if both show the same heap."""
+    """The pile by the more exact of two readings, if both show the same heap; what they
+    differ by is in the sds."""
     options, smooth = photo.options, _on_smooth_background(photo)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
@@ -169,14 +170,13 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
         # the more exact one: its edges are read off the full picture
         first = _of_mask(photo, region, region.first)
         if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
-            # a wall hides some of it from either reading
-            return _widened(smooth, [first]) if len(smooth.slopes) == 1 else smooth
+            return _widened(smooth, [first])
     segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(
             smooth, segmented, region, _apart(region)
         ):
-            return smooth
+            return _widened(smooth, [segmented])
         if isinstance(segmented, str):
             return smooth.doubted(OTHERWISE)
     if isinstance(segmented, str):
@@ -293,9 +293,12 @@ def _same_heap(
     smooth: Repose, segmented: Repose, region: Region, apart_by: float
 ) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
-    same heap. Then it misses few of the segmented seeds, includes little that has no
-    seed texture, and has the same base line and crest. apart_by: share by which the
-    cuts themselves differ, which no two outlines need to agree better than."""
+    same heap. Then it misses few of the segmented seeds and none of the flanks,
+    includes little that has no seed texture, and has the same base line and crest.
+    apart_by: share by which the cuts themselves differ, which no two outlines need to
+    agree better than."""
+    if len(smooth.slopes) < len(segmented.slopes):
+        return False
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
@@ -399,9 +402,7 @@ def _at_base_line(
     quantities = (
         _repose_angle(slopes, horizontal_sd, unlevel),
         *_side_angles(slopes, heap, unlevel),
-        _height_over_radius(heap, slopes, (left, right), crest_x, factor).doubt(
-            *unlevel
-        ),
+        _height_over_radius(heap, base, slopes, (left, right), factor).doubt(*unlevel),
         centroid_angle(surface, base, heap, factor).doubt(*unlevel),
     )
     x0, y0 = photo.roi[:2]
@@ -510,13 +511,25 @@ def _side_angles(
             yield failed(name, "deg", flank.problem or NO_LINE)
 
 
+def _foot_of(line: Line, base: BaseLine, above: float) -> float:
+    """Where a flank's line is so many px above the base line."""
+    off = base.intercept - above - line.intercept
+    return off / (line.slope - base.slope)
+
+
 def _height_over_radius(
-    heap: Heap, slopes: tuple[FlankLine, ...], toes, crest_x: float, factor: float
+    heap: Heap,
+    base: BaseLine,
+    slopes: tuple[FlankLine, ...],
+    toes: tuple[float | None, float | None],
+    factor: float,
 ) -> Quantity:
     """atan((h − h_toe) / r): crest height over half the width (heap) or the width (one
     flank), both at the toe's height TOE · h. It is the angle of a straight-sided pile;
-    rounded crests and long toes lower it."""
+    rounded crests and long toes lower it. A seed that lies at the toe may be the
+    heap's: half of what is between the toe and the flank's own line is in the sd."""
     name = "height_over_radius_angle"
+    crest_x = (heap.crest + 0.5) * factor - 0.5
     known = [abs(t - crest_x) for t in toes if t is not None]
     complete = len(slopes) == 2 or any(
         f.problem.startswith("a wall") for f in heap.flanks
@@ -533,5 +546,9 @@ def _height_over_radius(
     # where the crest of a pile with one flank is; of two, both ends count alike
     flat = heap.crest_width * factor / np.sqrt(12) if len(known) == 1 else 0.0
     aside = np.hypot(max(rms / ratio, factor), flat) / radius / np.sqrt(len(known))
+    led = [_foot_of(s.line, base, TOE * heap.height_px * factor) for s in slopes]
+    ends = [toe for toe in toes if toe is not None]
+    beyond = [toe - end for toe, end in zip(ends, led, strict=True)]
+    aside = np.hypot(aside, np.linalg.norm(beyond) / 2 / len(beyond) / radius)
     sd = float(np.degrees(np.hypot(up, aside) * ratio / (1 + ratio**2)))
     return Quantity(name, float(np.degrees(np.arctan(ratio))), sd, "deg")

@@ -32,8 +32,7 @@ def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray,
 def as_float(image: np.ndarray) -> np.ndarray:
     """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
     channels)."""
-    pixels = in_float(image)
-    return pixels if pixels.ndim == 3 else pixels[..., None]
+    return np.atleast_3d(in_float(image))
 
 
 def in_float(values: np.ndarray) -> np.ndarray:
@@ -261,7 +260,7 @@ def subpixel_edge(
     start = np.rint((coarse[nearest] + 0.5) * factor - 0.5).astype(int)
     rows = start + inward * np.arange(-reach, reach + inside + 1)[:, None]
     first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
-    band = denoise(np.ascontiguousarray(image[first:last]))
+    band = np.atleast_3d(denoise(np.ascontiguousarray(image[first:last])))
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
     strip = in_float(band[visible - first, columns])

@@ -42,12 +42,13 @@ def test_the_flank_is_led_on_under_a_layer(thick, pitch_deg):
 
 
 def test_what_is_no_layer_stays_as_it_is():
-    """A straight heap; one whose foot is less steep; one or two seeds at its foot."""
+    """A straight heap; one whose foot is less steep; two seeds at its foot; none."""
     out, heap = bare()
     bent = np.where(heap > 80, heap, 80 - 0.6 * SLOPE * (out - (TALL - 80) / SLOPE))
     foot = TALL / SLOPE
     seeds = np.where((out > foot - 20) & (out < foot + 40), 25.0, 0.0)
-    for height in (heap, bent, np.maximum(heap, seeds)):
+    below = np.full(WIDTH, -10.0)
+    for height in (heap, bent, np.maximum(heap, seeds), below):
         seen = profile(np.clip(height, 0, None))
         found, sides = without_layer(seen, BaseLine(FOOT, 0.0, 0.0, "foot", 0.5))
         assert sides == () and found == pytest.approx(seen)
