@@ -14,24 +14,26 @@ from benchtwin.twin.parameters import bench
 from benchtwin.vision.recording import Recording
 
 SMALL = Drawdown(
-    box_m=(0.060, 0.024, 0.050),
-    slot_m=0.025,
-    fill_height_m=0.040,
-    fall_m=0.050,
-    tray_m=0.080,
+    box_m=(0.050, 0.020, 0.040),
+    slot_m=0.026,
+    fill_height_m=0.026,
+    fall_m=0.040,
+    tray_m=0.060,
+    slab=True,
 )
 KEYS = {
-    "box_mm": [60.0, 24.0, 50.0],
-    "slot_mm": 25.0,
-    "fill_height_mm": 40.0,
-    "fall_mm": 50.0,
-    "tray_mm": 80.0,
+    "box_mm": [50.0, 20.0, 40.0],
+    "slot_mm": 26.0,
+    "slab": True,
+    "fill_height_mm": 26.0,
+    "fall_mm": 40.0,
+    "tray_mm": 60.0,
 }
 CAMERA = {
-    "width_px": 900,
-    "height_px": 900,
-    "mm_per_px": 0.13,
-    "target_mm": [45.0, 0.0, 0.0],
+    "width_px": 700,
+    "height_px": 700,
+    "mm_per_px": 0.14,
+    "target_mm": [35.0, 0.0, 0.0],
 }
 
 
@@ -44,7 +46,7 @@ def run(rig: Drawdown, seed: int = 1, **parameters: float):
 
 @pytest.fixture(scope="module")
 def rough():
-    return run(SMALL, seed_static_friction=0.6, seed_rolling_friction=0.06)
+    return run(SMALL, seed_static_friction=0.5, seed_rolling_friction=0.05)
 
 
 def test_no_gram_is_made_and_some_stays_some_falls(rough):
@@ -55,10 +57,10 @@ def test_no_gram_is_made_and_some_stays_some_falls(rough):
 
 
 def test_seeds_without_friction_run_out_faster_and_hold_no_slope(rough):
-    """No friction on seed, shelf or pane: what stays is a layer that the shelf's end
-    does not let go; control: the same box with rough seeds holds back twice as much."""
+    """No friction on seed, shelf or pane: nothing stays; control: the same box holds
+    rough seeds back."""
     slick = run(
-        replace(SMALL, slab=True),
+        SMALL,
         static_friction=0.0,
         rolling_friction=0.0,
         seed_static_friction=0.0,
@@ -70,7 +72,7 @@ def test_seeds_without_friction_run_out_faster_and_hold_no_slope(rough):
 
 
 def test_a_narrow_slot_jams_and_says_nothing_of_slopes():
-    found = run(replace(SMALL, slot_m=0.013), seed_static_friction=0.9)
+    found = run(replace(SMALL, slot_m=0.0112), seed_static_friction=0.9)
     assert found["jammed"] == 1
     assert all(np.isnan(found[name]) for name in OF_A_FLOW)
 
