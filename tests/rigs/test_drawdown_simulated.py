@@ -18,7 +18,7 @@ SMALL = Drawdown(
     slot_m=0.026,
     fill_height_m=0.026,
     fall_m=0.040,
-    tray_m=0.060,
+    tray_m=0.085,
     slab=True,
 )
 KEYS = {
@@ -27,13 +27,13 @@ KEYS = {
     "slab": True,
     "fill_height_mm": 26.0,
     "fall_mm": 40.0,
-    "tray_mm": 60.0,
+    "tray_mm": 85.0,
 }
 CAMERA = {
-    "width_px": 700,
+    "width_px": 780,
     "height_px": 700,
     "mm_per_px": 0.14,
-    "target_mm": [35.0, 0.0, 0.0],
+    "target_mm": [37.0, 0.0, 0.0],
 }
 
 
@@ -78,6 +78,7 @@ def test_a_narrow_slot_jams_and_says_nothing_of_slopes():
 
 
 def test_the_photo_shows_what_the_simulation_knows(tmp_path):
+    """The slope above; some thirty seeds on the tray make no heap with flanks."""
     job = Job(
         "drawdown", Parameters(), {"drawdown": KEYS, "camera": CAMERA}, rng=(3, 1)
     )
@@ -85,10 +86,8 @@ def test_the_photo_shows_what_the_simulation_knows(tmp_path):
     truth = json.loads((tmp_path / "a" / "simulation.json").read_text())["truth"]
     assert recording.drawdown.jammed is False and recording.drawdown.shelf_px
     seen = {q.name: q for q in observe(recording).quantities}
-    for name, most in (("shear", 1.0), ("heap", 1.0)):
-        for what in ("angle", "centroid"):
-            q = seen[f"{name}_{what}"]
-            assert abs(q.value - truth[f"{name}_{what}_deg"]) < most, q
+    for name in ("shear_angle", "shear_centroid"):
+        assert abs(seen[name].value - truth[f"{name}_deg"]) < 1.0, seen[name]
     assert seen["flow_time"].value == pytest.approx(truth["flow_time_s"], abs=1e-3)
     out = truth["filled_mass_g"] - truth["retained_mass_g"]
     expected = 0.8 * out / truth["flow_time_s"]
