@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from benchtwin.measure.observe import observe
+from benchtwin.sim.rigs.bed import Fall
 from benchtwin.vision.measurement import Observation
 from benchtwin.vision.recording import Recording, read_recording
 
@@ -64,3 +65,33 @@ def test_a_track_tells_how_far_it_rises(tmp_path, rise, seed):
     q = by_name(observe(recorded(tmp_path / "a", track, "track.csv")))["bed_rebound"]
     assert abs(q.value - rise) < max(3 * q.sd, 0.02), q
     assert q.sd < 0.2
+
+
+class Seen:
+    """A state in which one seed, the second, is at a height with a speed."""
+
+    def __init__(self, t: float, height: float, speed: float):
+        self.time_s = t
+        self.positions = np.array([[0, 0, 9.0], [0, 0, height]])
+        self.velocities = np.array([[0, 0, 0.0], [0, 0, speed]])
+
+
+@pytest.mark.parametrize("back", [0.0, 0.3, 0.9])
+def test_the_simulation_sees_how_far_it_rises(back):
+    """From 0.15 m onto a floor at 0, back with a share of its speed: h' = e² h; it is
+    followed until it has come to its highest place, not longer."""
+    g, fall, ended = G / 1000, Fall(1), None
+    struck = np.sqrt(2 * 0.15 / g)
+    speed = back * g * struck
+    for t in np.arange(0, 1.0, 2e-4):
+        tau = t - struck
+        if tau < 0:
+            seen = Seen(t, 0.15 - g * t**2 / 2, -g * t)
+        else:
+            up = min(tau, speed / g)  # then it is held at its highest place
+            seen = Seen(t, speed * up - g * up**2 / 2, speed - g * up)
+        if fall(None, seen):
+            ended = tau
+            break
+    assert fall.rise_m == pytest.approx(back**2 * 0.15, abs=2e-4 * 2)
+    assert ended == pytest.approx(max(speed / g, 0.02), abs=1e-3)
