@@ -42,8 +42,9 @@ def slides(friction) -> tuple[list, Problem]:
 
 
 def rolls(size: float) -> tuple[list, Problem]:
-    """Resistance as the cube of speed, `size` of the weight at 0.5 m/s."""
-    bench = rolling.Bench(steep=(size, 0.5, 3.0))
+    """Balls with resistance as the cube of speed, `size` of the weight at 0.5 m/s."""
+    balls = rolling.Bench(radius_mm=3.5, stated=rolling.BALL)
+    bench = replace(balls, steep=(size, 0.5, 3.0))
     rng = np.random.default_rng(1)
     seen = rolling.rolls(bench, 3, rng, lengths=(30.0, 60.0))
     runs, seed, _ = roll_session.assemble(seen)
