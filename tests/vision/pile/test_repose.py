@@ -217,7 +217,7 @@ def no_piles():
             np.clip(rng.normal(128, 5, (400, 500)), 0, 255).astype(np.uint8),
             "",
         ),
-        "text": (text, "no pile"),
+        "text": (text, "no slope to measure"),
         "gradient": (
             np.tile(np.linspace(0, 255, 500), (400, 1)).astype(np.uint8),
             "no pile",
