@@ -60,7 +60,7 @@ def with_rig(folder, rig: str, repeats: int = 5):
 
 def calibrated(bench, simulator, effort=EASY):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
+        patch.setattr(joint, "sample", partial(joint.sample, max_steps=300))
         return calibrate_simulated(bench, simulator, effort=effort, seed=7)
 
 
