@@ -143,7 +143,7 @@ PRIORS = {
     ),
     "friction-shared": Prior(
         "of own",
-        2.0,
+        3.0,
         None,
         "what all slides of a bench have in common of these, beside what each has of"
         " its own: contact-nets' cube's friction rises by 0.016 per ln v",

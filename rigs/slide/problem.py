@@ -81,6 +81,7 @@ class Prepared:
     session: Session
     noise: Noise
     sigma: tuple[np.ndarray, ...]
+    shared: tuple[float, ...] = ()  # sd of each friction that all share, in own sds
 
 
 def prepare(session: Session) -> Prepared:
@@ -212,7 +213,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     starts = np.column_stack([starts, np.zeros((len(starts), count))])
     middle = starts * (np.arange(len(sds)) < 2)
     own = Locals(middle, np.array(steps), np.array(sds))
-    known = _known(session, model)
+    known = _known(session, model) | dict(zip(SHAPES, prepared.shared))
     sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
     sizes |= {n: 1.0 for n in SHAPES if n in known}
     problem = series_problem(
@@ -248,14 +249,18 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
 def with_scatter(prepared: Prepared, problem: Problem) -> Prepared:
     """The session with the scatter of friction along each slide, as all of them show
     it, and what of it they may have in common."""
-    sd = scatter_beside(prepared, fit(problem))
+    sd, usual = scatter_beside(prepared, fit(problem))
     if not sd[1:].any():  # that of a steady one is summed over
         return prepared
+    # of few slides the own size is told badly, and by little what they share
+    ratio = np.maximum(usual / np.where(sd > 0, sd, np.inf), 1.0)[1:]
+    shared = tuple(float(r) for r in unstated_sd("friction-shared") * ratio)
     runs = tuple(
         replace(run, wander=(own * sd)[:, 1:])
         for run, own in zip(prepared.session.runs, wanders(prepared), strict=True)
     )
-    return replace(prepared, session=replace(prepared.session, runs=runs))
+    session = replace(prepared.session, runs=runs)
+    return replace(prepared, session=session, shared=shared)
 
 
 def wanders(prepared: Prepared) -> list[np.ndarray]:
@@ -265,8 +270,9 @@ def wanders(prepared: Prepared) -> list[np.ndarray]:
     return [wander_of(run, longest) for run in runs]
 
 
-def scatter_beside(prepared: Prepared, found: Fit) -> np.ndarray:
-    """sd (K,) of frictions along the slides, beside a fit and all that is common."""
+def scatter_beside(prepared: Prepared, found: Fit) -> tuple[np.ndarray, np.ndarray]:
+    """sd (K,) of frictions along the slides, beside a fit and all that is common; and
+    the usual one."""
     problem, session = found.problem, prepared.session
     extra = []
     for own in wanders(prepared):
@@ -279,7 +285,8 @@ def scatter_beside(prepared: Prepared, found: Fit) -> np.ndarray:
     width = WAVES + 1 + len(usual)
     extra += [np.zeros((len(r.angles), width)) for r in session.reads]
     reduced = problem.reduce(found.starts, found.values, extra)[0]
-    return own_scatter(reduced, len(problem.names) + WAVES + 1, usual, always > 0)
+    common = len(problem.names) + WAVES + 1
+    return own_scatter(reduced, common, usual, always > 0), usual
 
 
 def wander_of(run: Run, longest_s: float) -> np.ndarray:
@@ -327,8 +334,6 @@ def _known(session: Session, model: Model) -> dict[str, float]:
         names |= {"air-shade"} if any(r.air.count > 1 for r in session.runs) else set()
     names |= {"climb"} if model.stair_deg else set()
     known = {n: PRIORS[n] for n in PRIORS if n in names}
-    if any(run.wander.size for run in session.runs):
-        known |= dict.fromkeys(SHAPES, unstated_sd("friction-shared"))
     if session.runs:
         known["scale"] = float(np.median([r.scale_sd for r in session.runs]))
         column = float(np.median([r.tilt.grid_deg for r in session.runs]))
