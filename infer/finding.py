@@ -449,14 +449,15 @@ def with_law(
     the sizes that it gives; what a model cannot follow stays as it was found."""
     k, found = chosen.alternative, chosen.fit
     free = tuple(n for n in chosen.listed if n in found.problem.effects)
-    terms = able = ()
+    terms: tuple[Term, ...] = ()
+    able: tuple[Term, ...] = ()
     for _ in range(ROUNDS):
-        before = [t.effect.counterpart.what for t in able]
+        before = [t.in_the_twin for t in able]
         terms = task.law(found)
-        able = tuple(t for t in terms if t.effect.counterpart)
+        able = tuple(t for t in terms if t.in_the_twin)
         if not terms or terms[0] not in able:
             return chosen, terms
-        if before == [t.effect.counterpart.what for t in able]:
+        if before == [t.in_the_twin for t in able]:
             break
         found = fitted(chosen.fit, free, able)
     names = tuple(t.effect.name for t in able)

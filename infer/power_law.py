@@ -51,6 +51,11 @@ class Term:
     sd: float
     also: tuple[str, ...] = ()  # quantities that would do as well
 
+    @property
+    def in_the_twin(self) -> str:
+        """What stands for it there, "" for nothing."""
+        return self.effect.counterpart.what if self.effect.counterpart else ""
+
     def in_words(self) -> str:
         """With its size, 95 %."""
         value = plus_minus(abs(self.size), SDS_95 * self.sd)

@@ -391,10 +391,13 @@ def _with_effect(
             own_spot=np.append(joint.own_spot, len(names)),
         )
     else:
-        assert all(part.with_effect for part in joint.parts)
+        more: list[Problem] = []
+        for part in joint.parts:
+            assert part.with_effect is not None
+            more.append(part.with_effect(effect))
         joint = replace(
             joint,
-            parts=tuple(part.with_effect(effect) for part in joint.parts),
+            parts=tuple(more),
             spots=tuple(np.append(spot, len(names)) for spot in joint.spots),
         )
     return _problem(joint, (*names, own), effects | {own: effect}, known)

@@ -250,26 +250,29 @@ def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
 def _of_impacts(model) -> tuple[list[Family], np.ndarray]:
     """Restitution and kick as powers of speed and count; restitution by spin and
     attitude; and their columns."""
-    before = model.impacts.number - 1.0
+    before, speed = model.impacts.number - 1.0, model.bounces.speed
+    usual, most = reference(float(np.median(speed))), max(float(before.max()), 1.0)
     families, columns = [], []
-    usual = reference(float(np.median(model.bounces.speed)))
-    for kind, quantity, values, form, powers, where in (
-        ("e", SPEED, model.bounces.speed / usual, risen, IMPACT_POWERS, usual),
-        ("e", COUNT, before / max(before.max(), 1.0), raised, PLACE_POWERS, None),
-        ("kick", SPEED, model.bounces.speed / usual, raised, KICK_POWERS, usual),
-        ("kick", COUNT, before / max(before.max(), 1.0), raised, PLACE_POWERS, None),
+    for kind, quantity, over, about, form, powers in (
+        ("e", SPEED, speed, usual, risen, IMPACT_POWERS),
+        ("e", COUNT, before, most, raised, PLACE_POWERS),
+        ("kick", SPEED, speed, usual, raised, KICK_POWERS),
+        ("kick", COUNT, before, most, raised, PLACE_POWERS),
     ):
-        if np.ptp(values) > 0:
-            families.append(_struck(kind, quantity, powers, where, int(before.max())))
-            columns += [_on_rows(model, form(values, p), kind) for p in powers]
+        if np.ptp(over) > 0:
+            families.append(_struck(kind, quantity, about, powers))
+            columns += [_on_rows(model, form(over / about, p), kind) for p in powers]
     for name, values in _singles(model).items():
         families.append(_single(name))
         columns.append(_on_rows(model, values, "e"))
     return families, np.array(columns).reshape(-1, len(model.y))
 
 
-def _struck(kind: str, quantity: str, powers, usual: float | None, most: int) -> Family:
-    where = f"at {usual:g} m/s" if usual else f"after {most} impacts"
+def _struck(kind: str, quantity: str, about: float, powers) -> Family:
+    by_speed = quantity == SPEED
+    where = f"at {about:g} m/s" if by_speed else f"after {about:g} impacts"
+    if kind == "e" and by_speed:
+        where = f"for each factor e of speed {where}"
 
     def say(rises: bool, power: str) -> str:
         if kind == "e":
@@ -283,7 +286,7 @@ def _struck(kind: str, quantity: str, powers, usual: float | None, most: int) ->
 
     def acts(name: str, power: float) -> dict:
         def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
-            return e + value * risen(hits.speed / usual, power)
+            return e + value * risen(hits.speed / about, power)
 
         return {
             "restitution": restitution,
@@ -292,24 +295,22 @@ def _struck(kind: str, quantity: str, powers, usual: float | None, most: int) ->
                 "restitution_power",
                 "slope",
                 name,
-                usual,
+                about,
                 power,
             ),
         }
 
-    by_speed = kind == "e" and usual is not None
-    of = f"for each factor e of speed {where}" if by_speed else where
     return Family(
         say,
-        ("1", of),
+        ("1", where),
         "impact",
         powers,
         quantity,
-        acts if by_speed else None,
+        acts if kind == "e" and by_speed else None,
         (
-            "the twin's seeds do not remember their impacts"
-            if usual is None
-            else "the twin's impacts know no such kick"
+            "the twin's impacts know no such kick"
+            if by_speed
+            else "the twin's seeds do not remember their impacts"
         ),
     )
 
