@@ -30,7 +30,7 @@ FALLING = (
 def diagnose_impacts(impacts):
     """What a table of impacts alone tells."""
     told = {n: SimpleNamespace(description={}, session="") for n in impacts.names}
-    alternatives, _ = diagnose._alternatives((), None, impacts, told, 1.0)
+    alternatives, _ = diagnose._alternatives((), None, impacts, told)
     task = DiagnosisTask(
         "drop",
         tuple(alternatives),
