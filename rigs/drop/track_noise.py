@@ -83,7 +83,7 @@ def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     )  # a short flight's curve must not take the noise for motion
     columns = [legendre.legvander(tau / session.half[flight], degree)]
     if len(tau) > 60:  # waves of less than a turn are covered by the curve
-        waves = [(k * angle, 2 * np.pi) for k in (1, 2)] + [(phase, 4 * np.pi)]
+        waves = [(2 * angle, 2 * np.pi), (phase, 4 * np.pi)]
         columns += [
             np.column_stack([np.cos(wave), np.sin(wave)])
             for wave, least in waves
