@@ -1,5 +1,5 @@
-"""What drops on a bed tell a calibration: restitution of seed on seed, with friction
-beside it."""
+"""What drops on a bed tell a calibration: how far they rise, by all parameters of seed
+on seed together."""
 
 from benchtwin.bench.tells import BySurface
 from benchtwin.rigs.bed import RIG

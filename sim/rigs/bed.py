@@ -1,6 +1,5 @@
-"""Bed: single seeds fall onto a bed of seeds; how far each rises again tells the
-restitution of seed on seed, with friction and the bed's own give averaged over
-(Beladjine, Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
+"""Bed: single seeds fall onto a bed of seeds and rise again, a little: what restitution
+of seed on seed leaves, with friction and the bed's own give averaged over (Beladjine, Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
 
 from dataclasses import dataclass, field
 
