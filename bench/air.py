@@ -120,14 +120,17 @@ def through_air(
     up = g * gap / 2
     for _ in range(12):  # Newton's steps would be two; the duration is nearly 2 v / g
         rise = np.log1p(k * up**2 / g) / (2 * k)
-        lasts = (
-            np.arctan(up * math.sqrt(k / g))
-            + np.arcsinh(np.sqrt(np.expm1(2 * k * rise)))
-        ) / math.sqrt(g * k)
-        up = up * gap / lasts
+        up = up * gap / hop_s(rise, drag)
     rise = np.log1p(k * up**2 / g) / (2 * k)
     falls = np.concatenate([[height_m or math.nan], rise[:-1]])
     return np.sqrt(g / k * -np.expm1(-2 * k * falls)), up, rise
+
+
+def hop_s(rise_m: np.ndarray, drag: float) -> np.ndarray:
+    """How long [s] a hop lasts that rises by `rise_m`; drag as in `through_air`."""
+    k, g = max(drag, 1e-9), G_M_S2
+    fast = np.sqrt(np.expm1(2 * k * rise_m))  # the first speed over √(g/k)
+    return (np.arctan(fast) + np.arcsinh(fast)) / math.sqrt(g * k)
 
 
 def drag_over_mass(motion, share) -> np.ndarray:

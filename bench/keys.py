@@ -4,7 +4,7 @@ them."""
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from benchtwin.bench.conditions import condition_errors
-from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd, usable_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.section import (
     FROM_LIST,
@@ -127,14 +127,21 @@ class Camera(Section):
         %."""
         if self.mm_per_px is None or self.mm_per_px_sd is None:
             return unstated_sd("scale")
-        return self.mm_per_px_sd / self.mm_per_px
+        return usable_sd("scale", self.mm_per_px_sd / self.mm_per_px)
 
     @property
     def plumb_sd(self) -> float:
         """sd of plumb_deg, of zero where that is not stated."""
         if self.plumb_sd_deg is not None:
-            return self.plumb_sd_deg
+            return usable_sd("plumb", self.plumb_sd_deg)
         return (unstated_sd if self.plumb_deg is None else stated_sd)("plumb")
+
+    @property
+    def used_sds(self) -> dict[str, float]:
+        used = {"plumb_sd_deg": self.plumb_sd}
+        if self.mm_per_px:
+            used["mm_per_px_sd"] = self.scale_sd * self.mm_per_px
+        return used
 
 
 class Reading(Section):

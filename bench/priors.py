@@ -10,12 +10,14 @@ class Prior:
     """Standard deviations of one thing about its centre.
 
     unstated: where nothing is said of it, None where it must be stated; stated: where
-    its value is stated without an sd, None where there is no such key."""
+    its value is stated without an sd, None where there is no such key; possible: the
+    least and the greatest sd that anybody can state, None where none can be stated."""
 
     unit: str
     unstated: float | None
     stated: float | None
     source: str
+    possible: tuple[float, float] | None = None
 
 
 PRIORS = {
@@ -49,12 +51,20 @@ PRIORS = {
     ),
     "reading": Prior("deg", 0.03, None, "of a reader, beside the slides' scatter"),
     # the camera
-    "scale": Prior("relative", 0.01, 0.01, "a ruler beside the plane of the motion"),
+    "scale": Prior(
+        "relative",
+        0.01,
+        0.01,
+        "a ruler beside the plane of the motion; at best 0.1 mm of a metre",
+        (1e-4, 0.5),
+    ),
     "plumb": Prior(
         "deg",
         1.0,
         0.5,
-        "a camera set up by eye; stated: a line seen in its picture",
+        "a camera set up by eye; stated: a line seen in its picture; at best one pixel"
+        " along a whole picture",
+        (0.01, 45.0),
     ),
     "outline-centre": Prior(
         "px", 0.01, None, "of a turning outline, which uneven light moves"
@@ -67,7 +77,8 @@ PRIORS = {
         None,
         5.0,
         "held by hand and measured to a finger, to the seed's middle or from the"
-        " table; common to a session",
+        " table; common to a session; at best as gauge blocks",
+        (0.01, 1000.0),
     ),
     "release-scatter": Prior("mm", 1.0, None, "of one release beside the others"),
     "restitution": Prior("1", 0.3, None, "about 0.5"),
@@ -92,6 +103,19 @@ PRIORS = {
     "drag-of-one-seed": Prior("relative", 0.05, None, "within its lot"),
     "drag-slope": Prior(
         "d ln C_d/d ln v", 0.15, None, "-0.2 for a sphere, 0 for a bluff body"
+    ),
+    "approach": Prior(
+        "m/s",
+        0.05,
+        None,
+        "towards the camera, common to a session's releases: 25 mm in half a second",
+    ),
+    "own-force": Prior(
+        "m/s²",
+        0.05,
+        None,
+        "on one flight beside the others, where a bench shows it: 0.05 to 0.15 in"
+        " contact-nets' tosses, whose tracked point lies beside the centre of mass",
     ),
     # a sliding block
     "friction-scatter": Prior(
@@ -207,6 +231,12 @@ def unstated_sd(name: str) -> float:
 def stated_sd(name: str) -> float:
     """sd of something that a recording states without an sd."""
     return _known(name, PRIORS[name].stated, "cannot be stated")
+
+
+def usable_sd(name: str, stated: float) -> float:
+    """An sd that a recording states, within what anybody can know or mean."""
+    least, greatest = PRIORS[name].possible or (0.0, math.inf)
+    return min(max(stated, least), greatest)
 
 
 def _known(name: str, sd: float | None, why: str) -> float:

@@ -23,19 +23,20 @@ class Rig:
     order: its place in lists and reports. main: the quantity that fails where a
     recording cannot be measured; printed: quantities in groups, of each of which the
     first measured one is printed. readings: columns of readings.csv → quantity, the
-    column that a calibration answers first. told_by: evidence that only this rig
-    leaves → why. gate_place: column of gates.csv that says where a gate stands. wanted:
-    keys without which a number is missing or in doubt; asked: keys that no other tool's
-    file states → the question. corrected_in: further sections of keys in which its
-    measuring is corrected. variants: names by which `simulate` knows it with other
-    keys; by_turns: keys that its runs have by turns where none is stated;
-    per_recording: keys of a recording, not of how the rig is built; weighed: such keys
-    that say what was weighed.
+    column that a calibration answers first; zeros: those that may be 0. told_by:
+    evidence that only this rig leaves → why. gate_place: column of gates.csv that says
+    where a gate stands. wanted: keys without which a number is missing or in doubt;
+    asked: keys that no other tool's file states → the question. corrected_in: further
+    sections of keys in which its measuring is corrected. variants: names by which
+    `simulate` knows it with other keys; by_turns: keys that its runs have by turns
+    where none is stated; per_recording: keys of a recording, not of how the rig is
+    built; weighed: such keys that say what was weighed.
     own_parameters: whether each recording can have a parameter of its own.
 
     The parts are named "module:function", modules from the rig's folder on where they
     begin with a point; they are loaded when they are used. "": there is no such part.
     observe(recording, options, progress) → Observation, of pictures and tables;
+    refuse(recording) → why its keys say that there is nothing to measure, "";
     derive(recording, summary, common sd) → what follows from the mean of its readings;
     together(recordings with observations) → observations of several together; setup:
     how it is simulated; read(folder) → its recordings as plain arrays; curve(read,
@@ -52,6 +53,7 @@ class Rig:
     order: int = 100
     printed: tuple[tuple[str, ...], ...] = ()
     readings: Mapping[str, Quantity] = field(default_factory=dict, hash=False)
+    zeros: tuple[str, ...] = ()
     told_by: Mapping[str, str] = field(default_factory=dict, hash=False)
     gate_place: str = ""
     wanted: tuple[KeyPlace, ...] = ()
@@ -63,6 +65,7 @@ class Rig:
     weighed: tuple[str, ...] = ()
     own_parameters: bool = False
     observe: str = ""
+    refuse: str = ""
     derive: str = ""
     together: str = ""
     setup: str = ""

@@ -1,6 +1,7 @@
 """What keys of recording.toml are made of: a section, and kinds of numbers with their
 ranges."""
 
+import math
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -34,3 +35,22 @@ class Section(BaseModel):
     model_config = ConfigDict(
         extra="forbid", frozen=True, strict=True, use_attribute_docstrings=True
     )
+
+    @property
+    def used_sds(self) -> dict[str, float]:
+        """Standard deviations as they are used, by key; others are used as stated."""
+        return {}
+
+    def sds_beyond_belief(self) -> list[str]:
+        """Standard deviations that nobody can know or mean, and what is used."""
+        out = []
+        for key, used in self.used_sds.items():
+            stated = getattr(self, key)
+            if stated is None or math.isclose(stated, used, rel_tol=1e-6):
+                continue
+            how = "well" if stated < used else "badly"
+            out.append(
+                f"{key} = {stated:g}: nobody knows it as {how} as that; {used:.2g} is"
+                " used"
+            )
+        return out

@@ -90,11 +90,12 @@ class BySurface(Reading):
     simulated(section, width_mm, fill_mm): the section of what is simulated in its
     place, and a note where that is another; shown(section): the camera of the picture
     that is shown beside the bench's; not_seen: columns of a simulated run that no bench
-    can show."""
+    can show; minutes: that what one simulated run shows takes at a bench."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
     not_seen: tuple[str, ...] = ()
+    minutes: float = 5.0
 
 
 def by_curve() -> dict[str, ByCurve]:
@@ -102,9 +103,10 @@ def by_curve() -> dict[str, ByCurve]:
     return {told.name: told for told in _told() if isinstance(told, ByCurve)}
 
 
-def by_surface() -> BySurface:
-    """The rig that tells of seed on seed: the first there is."""
-    return next(told for told in _told() if isinstance(told, BySurface))
+def by_surface() -> dict[str, BySurface]:
+    """Rigs that tell of seed on seed, by name, in their order: along the first one's
+    reading the design is laid, the others are simulated over the same design."""
+    return {told.name: told for told in _told() if isinstance(told, BySurface)}
 
 
 def _told() -> Iterator[Reading]:

@@ -34,14 +34,20 @@ from scipy.spatial.transform import Rotation
 
 Array = np.ndarray
 BACKGROUNDS = ("dark", "white", "cloth", "wood", "horizon", "busy")
-SEEDS = {  # mean colour, scatter between grains, length : width
-    "soybean": ((0.66, 0.50, 0.26), 0.04, 1.12),
-    "lentil": ((0.35, 0.26, 0.13), 0.05, 1.3),
-    "white bean": ((0.78, 0.74, 0.64), 0.03, 1.5),
-    "black bean": ((0.045, 0.04, 0.045), 0.01, 1.4),
-    "kidney bean": ((0.30, 0.07, 0.06), 0.04, 1.6),
-    "pea": ((0.38, 0.48, 0.16), 0.05, 1.0),
+BEANS = {  # mean colour, scatter between grains, length : width : thickness
+    "soybean": ((0.66, 0.50, 0.26), 0.04, (1.12, 1.0, 1.0)),
+    "small bean": ((0.35, 0.26, 0.13), 0.05, (1.3, 1.0, 1.0)),
+    "white bean": ((0.78, 0.74, 0.64), 0.03, (1.5, 1.0, 1.0)),
+    "black bean": ((0.045, 0.04, 0.045), 0.01, (1.4, 1.0, 1.0)),
+    "kidney bean": ((0.30, 0.07, 0.06), 0.04, (1.6, 1.0, 1.0)),
+    "pea": ((0.38, 0.48, 0.16), 0.05, (1.0, 1.0, 1.0)),
 }
+GRAINS = {
+    "rice": ((0.74, 0.71, 0.62), 0.02, (3.2, 1.0, 0.85)),
+    "wheat": ((0.52, 0.36, 0.18), 0.05, (2.1, 1.0, 0.9)),
+    "lentil": ((0.36, 0.25, 0.11), 0.05, (1.0, 1.0, 0.42)),
+}
+BEAN_MM, GRAIN_MM = (4.0, 8.0), (3.0, 4.5)  # diameter of a sphere of their volume
 WINDOW = (0.2, 0.8)
 TOE, FOOT = 0.02, 0.1  # of the crest's height: where a heap ends, where its centroid's
 LOW_DEG = 22.0
@@ -58,11 +64,15 @@ class Shot:
     wall: bool
     seed: int
     slope_deg: tuple[float, float] = (22.0, 36.0)  # of the cone the heap fills
+    grain: str = ""  # of GRAINS; "": one of BEANS
+    strewn: float = 0.0  # share of the plate about the heap that loose grains cover
 
     @property
     def name(self) -> str:
         marks = ("-mirror" if self.mirror else "") + ("-wall" if self.wall else "")
         marks += "-low" if self.slope_deg[1] < LOW_DEG else ""
+        marks += f"-{self.grain}" if self.grain else ""
+        marks += f"-strewn{100 * self.strewn:.0f}" if self.strewn else ""
         return f"{self.background}-{self.camera_deg:.0f}deg{marks}-{self.seed}"
 
 
@@ -90,12 +100,12 @@ def heap(
     angle_deg: float,
     radius: float,
     size: float,
-    ratio: float,
+    form: tuple[float, float, float],
     half: bool,
     rng: np.random.Generator,
 ) -> Grains:
     """Grains of mean diameter `size`, none overlapping by more than a few hundredths,
-    that fill a cone of that foot radius."""
+    that fill a cone of that foot radius; form: their axes' proportions."""
     slope = np.tan(np.radians(angle_deg))
     count = int(0.60 * radius**3 * slope * np.pi / 3 / (np.pi / 6 * size**3))
     at = rng.uniform(-1, 1, (40 * count, 3)) * radius
@@ -136,9 +146,30 @@ def heap(
     if half:
         keep = at[:, 0] > diameter / 2
         at, diameter = at[keep], diameter[keep]
-    axes = diameter[:, None] / 2 * np.array([ratio, 1.0, 1.0]) / ratio ** (1 / 3)
+    axes = diameter[:, None] / 2 * np.array(form) / np.prod(form) ** (1 / 3)
     return Grains(
         at, axes, Rotation.random(len(at), random_state=rng.integers(2**31)).as_matrix()
+    )
+
+
+def strewn_about(
+    body: Grains, radius: float, size: float, share: float, rng: np.random.Generator
+) -> Grains:
+    """The heap's grains with single ones lying flat about it, on `share` of the plate
+    out to half a radius from its foot."""
+    axes = np.median(body.axes, axis=0)
+    step = np.sqrt(np.pi * axes[0] * axes[1] / share)
+    x, y = np.meshgrid(*[np.arange(-1.5 * radius, 1.5 * radius, step)] * 2)
+    at = np.c_[x.ravel(), y.ravel()] + rng.uniform(-0.4, 0.4, (x.size, 2)) * step
+    out = np.hypot(*at.T)
+    at = at[(out > radius) & (out < rng.uniform(1.2, 1.5) * radius)]
+    own = axes * rng.normal(1, 0.05, (len(at), 1))
+    angle = rng.uniform(0, 2 * np.pi, (len(at), 1))
+    turn = Rotation.from_euler("z", angle).as_matrix()
+    return Grains(
+        np.r_[body.centre, np.c_[at, own[:, 2]]],
+        np.r_[body.axes, own],
+        np.r_[body.turn, turn],
     )
 
 
@@ -202,22 +233,21 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
             shot.mirror,
             shot.wall,
             shot.seed,
+            sum(map(ord, shot.grain)),
+            round(100 * shot.strewn),
         ]
     )
-    radius, size = float(rng.uniform(50, 75)), float(rng.uniform(4.0, 8.0))
-    kind = str(
-        rng.choice(
-            [
-                k
-                for k in SEEDS
-                if np.ptp([np.mean(SEEDS[k][0]), PLAIN.get(shot.background, 9.0)]) > 0.2
-            ]
-        )
-    )
-    colour, scatter, ratio = SEEDS[kind]
+    radius = float(rng.uniform(50, 75))
+    size = float(rng.uniform(*(GRAIN_MM if shot.grain else BEAN_MM)))
+    plain = PLAIN.get(shot.background, 9.0)
+    seen = [k for k in BEANS if np.ptp([np.mean(BEANS[k][0]), plain]) > 0.2]
+    kind = shot.grain or str(rng.choice(seen))
+    colour, scatter, form = (BEANS | GRAINS)[kind]
     grains = heap(
-        float(rng.uniform(*shot.slope_deg)), radius, size, ratio, shot.wall, rng
+        float(rng.uniform(*shot.slope_deg)), radius, size, form, shot.wall, rng
     )
+    if shot.strewn:
+        grains = strewn_about(grains, radius, size, shot.strewn, rng)
     tall = float((grains.centre[:, 2] + grains.axes.min(axis=1)).max())
     middle = 0.5 * radius if shot.wall else 0.0
     distance, lens = float(rng.uniform(450, 800)), float(rng.uniform(2.9, 3.6) * radius)

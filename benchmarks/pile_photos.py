@@ -1,13 +1,14 @@
 """Path-traced photos of heaps: how far off every quantity is, by background and camera;
 then again with the pile's frame and foot given, and on other crops.
 
-    python benchmarks/pile_photos.py [--set N] [--kind usual|low|above] [--crops N]
+    python benchmarks/pile_photos.py [--set N] [--kind KIND] [--crops N]
                                      [--pictures DIR] [--width PX] [--overlays DIR]
 
 Needs mitsuba (the extra `bench`) for pictures that are not yet in DIR. A set of the
 usual kind has 6 backgrounds × camera level or 5° above the plate × dull or mirror-like
 plate = 24 photos, six of which with a box wall that the heap leans on; low: heaps of 10
-to 20°; above: a camera 10 to 25° above the plate. Sets differ in every seed, colour and
+to 20°; above: a camera 10 to 25° above the plate; grains: rice, wheat, lentils; strewn:
+single grains about the heap, few or a layer. Sets differ in every seed, colour and
 lamp. --crops reads each photo on as many crops of 60 to 100 % of its sides as well."""
 
 import argparse
@@ -27,12 +28,13 @@ import numpy as np
 from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
-from path_traced import BACKGROUNDS, Photo, Shot, load, save, take
+from path_traced import BACKGROUNDS, GRAINS, Photo, Shot, load, save, take
 from PIL import Image
 
 cv2.setNumThreads(1)
 FAR_DEG, FAR_SD = 1.0, 3.0  # called good and farther off than both: wrong
 MAIN = "repose_angle"
+KINDS = ("usual", "low", "above", "grains", "strewn")
 
 
 def shots(which: int, kind: str) -> Iterator[Shot]:
@@ -46,6 +48,13 @@ def shots(which: int, kind: str) -> Iterator[Shot]:
         elif kind == "low":
             camera, mirror = 5.0 * (i % 2), i % 3 == 0
             yield Shot(background, camera, mirror, i == 4, which, (10.0, 20.0))
+        elif kind == "grains":
+            for j in (0, 1):
+                grain = list(GRAINS)[(i + j) % 3]
+                yield Shot(background, 5.0 * j, False, i == 4, which, grain=grain)
+        elif kind == "strewn":
+            share = 0.6 if i % 2 else 0.15
+            yield Shot(background, 5.0 * (i % 3 > 0), False, False, which, strewn=share)
         else:
             for camera in (10.0 + 3 * (i % 3), 18.0 + 3 * (i % 3)):
                 yield Shot(background, camera, i == 5, i % 3 == 1, which)
@@ -149,7 +158,7 @@ def crops(photo: Photo, count: int, shot: Shot) -> Iterator[PileOptions]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--set", type=int, default=1)
-    parser.add_argument("--kind", choices=("usual", "low", "above"), default="usual")
+    parser.add_argument("--kind", choices=KINDS, default="usual")
     parser.add_argument("--crops", type=int, default=0)
     parser.add_argument(
         "--pictures", type=Path, default=Path(tempfile.gettempdir()) / "pile-photos"

@@ -15,6 +15,7 @@ from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
+from benchtwin.calibrate.procedure.next_tests import in_words
 from benchtwin.calibrate.procedure.pairs import pairs
 from benchtwin.calibrate.procedure.pile_runs import DESIGNS
 from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE
@@ -50,6 +51,7 @@ from benchtwin.twin.engine import Engine
 Pairs = Mapping[str, tuple[float, float]]
 # in result.json
 RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")
+RECORDED += ("next_test",)
 # what a calibration leaves
 OURS = {"result.json", "report.html", "tables", "runs", "twin"}
 
@@ -66,6 +68,7 @@ class Asked(CampaignOptions):
     rendered: bool = False
     quick: bool = False
     whole_pile: bool = False
+    next_test: bool = False
     design: str = "box-behnken"
     ranges: Pairs = field(default_factory=dict)
     priors: Pairs = field(default_factory=dict)
@@ -182,7 +185,9 @@ def _engine(asked: Asked) -> Engine:
 def _effort(asked: Asked) -> Effort:
     if asked.design not in DESIGNS:
         raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
-    effort = replace(QUICK if asked.quick else FULL, design=asked.design)
+    effort = replace(
+        QUICK if asked.quick else FULL, design=asked.design, unrecorded=asked.next_test
+    )
     return replace(effort, slab=None) if asked.whole_pile else effort
 
 
@@ -243,6 +248,8 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
         f"printed {r.item} = {r.printed} does not follow; recomputed {r.recomputed:.4g}"
         for r in c.not_following.itertuples()
     ]
+    if c.joint is not None:
+        lines += in_words(c.joint.next_tests)
     left = f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
 

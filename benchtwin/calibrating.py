@@ -72,6 +72,7 @@ def calibrate(
     tables: bool = False,
     quick: bool = False,
     whole_pile: bool = False,
+    next_test: bool = False,
     rendered: bool = False,
     design: str = "box-behnken",
     ranges: Mapping[str, tuple[float, float]] | None = None,
@@ -89,7 +90,8 @@ def calibrate(
     out: folder for result.json, tables, report and finished simulations; only with
     tables=True may it be left out. tables: calibrate on the simulations in BENCH/tables
     instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
-    simulate the pile as described, not a slice of it. rendered: film every run and
+    simulate the pile as described, not a slice of it. next_test: simulate rigs that the
+    bench has not recorded, to tell what they would add. rendered: film every run and
     measure the pictures. design: of the piles, "box-behnken" or "central-composite".
     ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
     of a parameter known beforehand; both by its name. rng: seed of the random numbers.
@@ -114,6 +116,7 @@ def calibrate(
         tables=tables,
         quick=quick,
         whole_pile=whole_pile,
+        next_test=next_test,
         rendered=rendered,
         design=design,
         ranges=ranges or {},

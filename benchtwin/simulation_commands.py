@@ -125,6 +125,10 @@ def calibrate(
     whole_pile: Annotated[
         bool, said("Simulate the pile as described, not a slice of it: hours.")
     ] = False,
+    next_test: Annotated[
+        bool,
+        said("Simulate rigs that the bench has not recorded, to tell what they add."),
+    ] = False,
     rendered: Rendered = False,
     design: Annotated[
         str, said("Of the piles: box-behnken, or central-composite (face-centred).")

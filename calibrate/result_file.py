@@ -114,8 +114,8 @@ def _pile(c: Calibration) -> dict | None:
     if (joint := c.joint) is None:
         return out
     tension = joint.posterior.tension
-    of_pile = tension["observable"].str.startswith("pile: ")
-    out["observables"] = tension[of_pile].to_dict("records")
+    by = tension["observable"].str.split(": ").str[0]
+    out["observables"] = tension[by.isin([PILE.name, *c.beside])].to_dict("records")
     if len(joint.directions):
         shown = joint.directions[["sd_ratio", "resolved", "statement"]]
         out["directions"] = shown.to_dict("records")
@@ -152,10 +152,12 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         }
         out |= {"pile_path": p.path.errors} if p.path is not None else {}
         out |= {"pile_replicates": p.plan.table} if p.plan is not None else {}
+    out |= {f"{n}_runs": s.runs for n, s in c.beside.items() if s.runs is not None}
     if (joint := c.joint) is not None:
         out["posterior"] = joint.posterior.draws
         out["posterior_summary"] = joint.table
         out["tension"] = joint.posterior.tension
+        out |= {"next_tests": joint.next_tests} if len(joint.next_tests) else {}
         if len(joint.directions):
             out |= {"directions": joint.directions, "narrowing": joint.narrowing}
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}

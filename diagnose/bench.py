@@ -83,7 +83,21 @@ def diagnose_bench(
         if len(f.recordings) == 1
     )
     said = tuple(dict.fromkeys(trouble))
+    notes = (*notes, *_sds_not_used(entries, tuple(used)))
     return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
+
+
+def _sds_not_used(entries: list[Listed], only: tuple[str, ...]) -> list[str]:
+    """Stated standard deviations that nobody can know, one line for all recordings that
+    state the same."""
+    found: dict[str, list[str]] = {}
+    for entry in entries:
+        for line in entry.notes if entry.rig in only else ():
+            found.setdefault(line, []).append(entry.recording)
+    return [
+        f"{who[0] if len(who) == 1 else f'{len(who)} recordings'}: {line}"
+        for line, who in found.items()
+    ]
 
 
 def _diagnosed(

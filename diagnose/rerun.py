@@ -1,7 +1,7 @@
 """The simulation run again with what was named; rigs/RIG/resimulation.py runs it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,12 +9,16 @@ import numpy as np
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import (
     effect_named,
+    effect_of,
     fault_in_words,
     followed_condition,
 )
 from benchtwin.infer.conditions import Contact, conditions_of, effect_name
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
+from benchtwin.infer.power_law import NAMES as LAW_NAMES
 
+NO_LAWS: Mapping[str, Effect] = {}
 CONFIRMED_RATIO = 0.95  # new over old error, above which the verdict is not confirmed
 
 
@@ -76,7 +80,9 @@ class Resimulation:
             if after < CONFIRMED_RATIO * before
             else ": an improvement of less than 5 %, which does not confirm the verdict"
         )
-        return f"run again so that {self.change}, {what} ({quantity}{held}){confirmed}"
+        of_law = set(self.effects) <= set(LAW_NAMES)
+        how = "with this law" if of_law else f"so that {self.change}"
+        return f"run again {how}, {what} ({quantity}{held}){confirmed}"
 
     def to_json(self) -> dict:
         """The entry "twin" of diagnosis.json."""
@@ -97,14 +103,19 @@ class Resimulation:
         return out | {"recordings": [vars(c) for c in self.compared]}
 
 
-def simulation_settings(rig: str, values: dict[str, float]) -> dict[str, dict]:
-    """Settings of the simulation for these values of effects' parameters, by name.
+def simulation_settings(
+    rig: str, values: dict[str, float], laws: Mapping[str, Effect] = NO_LAWS
+) -> dict[str, dict]:
+    """Settings of the simulation for these values of effects' parameters, by name;
+    laws: those that were found.
 
     "laws": numbers of force laws, by name ("fall" of a restitution: e(0.5 m/s) − e(2
-    m/s)); "air": drag over weight beyond what is stated ("share") at a speed
-    ("at_m_s"), wind_x [m/s], Magnus' C ("lift"); "rig": added to the rig's numbers.
-    Effects of the camera have their own law."""
-    effects = {n: e for n in values if (e := effect_named(rig, n)) is not None}
+    m/s); "weights" of a push: along the motion, over the weight); "air": drag over
+    weight beyond what is stated ("share") at a speed ("at_m_s"), wind_x [m/s], Magnus'
+    C ("lift"); "rig": added to the rig's numbers. Effects of the camera have their own
+    law."""
+    named = {n: laws.get(n) or effect_named(rig, n) for n in values}
+    effects = {n: e for n, e in named.items() if e is not None}
     shown = {
         n: e.reported(values[n]) if e.reported else values[n]
         for n, e in effects.items()
@@ -175,14 +186,14 @@ def differences(drawn: list[np.ndarray], least: int) -> list[np.ndarray]:
     return [np.minimum(bright * gap, 255).astype(np.uint8) for gap in gaps]
 
 
-def change_in_words(rig: str, finding: Finding) -> str:
+def change_in_words(finding: Finding) -> str:
     """What was changed, with the values that all recordings gave."""
     said = []
     for name in finding.modelled:
         if found := followed_condition(name):
             said.append(f"{found[0]} of each recording follows its {found[1]}")
             continue
-        told, effect = finding.effects.get(name), effect_named(rig, name)
+        told, effect = finding.effects.get(name), effect_of(finding, name)
         assert (
             effect is not None and effect.counterpart is not None
         )  # see reason_not_simulated
@@ -197,7 +208,8 @@ def resimulate_all(found, folder: Path, *, pictures: bool, say: Callable[[str], 
     twins = {}
     for rig, finding in found.findings.items():
         named = finding.names if finding.verdict == "name" else ()
-        if effects := tuple(dict.fromkeys((*finding.modelled, *named))):
+        effects = tuple(dict.fromkeys((*finding.modelled, *named)))
+        if effects := effects or tuple(finding.laws):
             say(f"{rig}: running the twin again with {' and '.join(effects)}")
             twins[rig] = _resimulated(
                 rig, effects, finding, found, folder, pictures, say
@@ -217,12 +229,19 @@ def _resimulated(
     why = [
         f"was not run again: {e}: {r}"
         for e in effects
-        if (r := reason_not_simulated(rig, e))
+        if (r := reason_not_simulated(rig, e, finding.laws))
     ]
     if not why:
         try:
             resimulate = RIGS[rig].part("resimulate")
-            return resimulate(finding, found.recordings[rig], folder, pictures, say)
+            used = found.recordings[rig]
+            again = resimulate(finding, used, folder, pictures, say)
+            beyond = tuple(
+                f"without the law's second term: {e.not_simulated}"
+                for n, e in finding.laws.items()
+                if n not in effects
+            )
+            return replace(again, notes=(*again.notes, *beyond))
         except (
             ValueError,
             RuntimeError,
@@ -240,9 +259,11 @@ def _resimulated(
     )
 
 
-def reason_not_simulated(rig: str, name: str) -> str:
+def reason_not_simulated(
+    rig: str, name: str, laws: Mapping[str, Effect] = NO_LAWS
+) -> str:
     """Why the simulation has no counterpart of an effect; "" where it has one."""
-    effect = effect_named(rig, name)
+    effect = laws.get(name) or effect_named(rig, name)
     if effect is None and (found := followed_condition(name)):
         if RIGS[rig].own_parameters:
             return ""

@@ -46,6 +46,11 @@ def effect_named(rig: str, name: str) -> Effect | None:
     return RIGS[rig].part("effects").get(name)
 
 
+def effect_of(finding: Finding, name: str) -> Effect | None:
+    """A listed effect, or a law that was found."""
+    return finding.laws.get(name) or effect_named(finding.rig, name)
+
+
 def fault_in_words(error: Exception) -> str:
     """An error of our own, and where it was raised."""
     place = traceback.extract_tb(error.__traceback__)[-1]
@@ -208,7 +213,7 @@ def _with_slope(name: str, finding: Finding) -> str:
 
 def _size(name: str, finding: Finding) -> str:
     """ "0.018 ± 0.002 of the weight at 2 m/s" (95 %); of several effects, which."""
-    told, effect = finding.effects.get(name), effect_named(finding.rig, name)
+    told, effect = finding.effects.get(name), effect_of(finding, name)
     unit = effect.wording[1] if effect else ""
     if told is None or not unit or not math.isfinite(told.size.value):
         return ""
@@ -320,7 +325,7 @@ def lines(diagnosis) -> list[str]:
         out.append(f"{rig}: {verdict_in_words(finding)}")
         if finding.matters and finding.next_record:
             out.append(f"  to settle it, record: {finding.next_record}")
-        if finding.matters and rig in diagnosis.twins:
+        if (finding.matters or finding.laws) and rig in diagnosis.twins:
             out.append(f"  {diagnosis.twins[rig].in_words()}")
     out += [f"{rig}: not diagnosed: {why}" for rig, why in diagnosis.refused.items()]
     out += [f"{name}: {why}" for name, _, why in diagnosis.trouble]

@@ -9,10 +9,11 @@ missing, however many components there are and however alike. Sources: Rao (1948
 Proc. Cambridge Philos. Soc. 44, 50; Westfall & Young (1993), Resampling-Based Multiple
 Testing."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.infer.evidence import EvidenceTable
+from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
@@ -26,6 +27,15 @@ DRAWS = 20_000
 DRAWS_BESIDE = 1_000  # beside an explanation that holds something
 
 
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """An effect fitted in full: falls (S,) of χ² and ln weight (S,) for each size of
+    scatter."""
+
+    falls: np.ndarray
+    ln_weight: np.ndarray
+
+
 def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
     """p of nothing missing, averaged over the baselines by their weight."""
     weight = np.array([max(base.probability, 1e-300) for base in posterior.bases])
@@ -35,7 +45,7 @@ def p_global(posterior: Posterior, rng: np.random.Generator) -> float:
         if a.effects
     ]
     ps = [
-        left_over_p(base, rng, fits=_falls_of_fits(posterior, base), more=named)
+        left_over_p(base, rng, fits=_fitted(posterior, base), more=named)
         for base in posterior.bases
     ]
     return float(weight / weight.sum() @ ps)
@@ -46,61 +56,75 @@ def left_over_p(
     rng: np.random.Generator,
     *,
     sector: str | None = None,
-    fits: dict[str, float] | None = None,
+    fits: Mapping[str, Fitted] | None = None,
     more: Iterable[float] = (),
 ) -> float:
     """How often noise alone leaves as much beside an explanation, in one sector or all.
 
-    fits: by how much effects lower χ² when they are fitted in full; more: p values of
-    tests of their own."""
+    A component's p, one-sided where it has one sign only, is averaged over the sizes of
+    scatter by their weight with that component free, as Student's t takes its variance
+    from what a slope leaves. fits: effects fitted in full; more: p values of tests of
+    their own."""
     table, fits, own = e.table, fits or {}, list(more)
-    asked = {
+    beside = {
         n: c
         for n, c in table.components.items()
         if n not in e.names and len(c.sd) and sector in (None, c.sector)
     }
+    # of these the score at 0 does not tell what a fit in full finds
+    bent = [n for n in fits if n in beside and e.fit.problem.effects[n].nonlinear]
+    asked = {n: c for n, c in beside.items() if n not in bent}
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
     doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
-    bent = [n for n in fits if n in asked and e.fit.problem.effects[n].nonlinear]
-    own += [chance(fits[n], len(asked[n].sd), doubt) for n in bent]
+    scores = [_scores(table, s, e.names, asked) for s in range(len(table.odds))]
+    least = 1.0
+    for k, n in enumerate(asked):
+        weights = _weights(table.ln_weight((*e.names, n)))
+        least = min(least, sum(w * scores[s].p(k, doubt) for w, s in weights))
+    for n in fits.keys() & beside.keys():
+        fit, freedom = fits[n], len(beside[n].sd)
+        weights = _weights(fit.ln_weight)
+        p = sum(w * chance(fit.falls[s], freedom, doubt) for w, s in weights)
+        if n in bent:
+            own.append(p)
+        else:
+            least = min(least, p)
+    least = min([least, *own])
     draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
-    for weight, s in _scatter_weights(e):
-        falls, ranks, drawn = _falls(table, s, e.names, list(asked), rng, draws)
-        seen = np.maximum(
-            falls, [0.0 if n in bent else fits.get(n, 0.0) for n in asked]
-        )
-        least = min([1.0, *(chance(*one, doubt) for one in zip(seen, ranks) if one[1])])
-        least = min([least, *own])
-        at_least = _least_p(drawn, ranks, doubt)
-        scores = float((1 + (at_least <= least).sum()) / (1 + draws))
-        scores = min(scores, max(len(asked), 1) * least)  # beyond the draws: a bound
+    for weight, s in _weights(table.ln_weight(e.names)):
+        at_least = _least_p(scores[s], table.level_sd, doubt, rng, draws)
+        chosen = float((1 + (at_least <= least).sum()) / (1 + draws))
+        chosen = min(chosen, max(len(asked), 1) * least)  # beyond the draws: a bound
         with np.errstate(divide="ignore"):
-            none = np.log1p([-min(scores, 1.0), *len(own) * [-least]]).sum()
+            none = np.log1p([-min(chosen, 1.0), *len(own) * [-least]]).sum()
         total -= weight * float(np.expm1(none))
     return float(min(total, 1.0))
 
 
-def _least_p(drawn: np.ndarray, ranks: np.ndarray, doubt: np.ndarray) -> np.ndarray:
-    """The least p (D,) of falls (D, C) with these ranks."""
-    out = np.ones(len(drawn))
-    for rank in set(ranks[ranks > 0]):
-        greatest = drawn[:, ranks == rank].max(axis=1)
-        grid = np.linspace(0, greatest.max(), 400)
-        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
-        out = np.minimum(out, np.interp(greatest, grid, p))
-    return out
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """Of C components. falls (C,): of χ² by each, 0 where an effect that has one sign
+    only would need the other; ranks (C,), 0 of what is not seen; signs (C,): ±1 of
+    effects with one sign, else 0; root (R, R): of the covariance of all their scores.
+    """
+
+    falls: np.ndarray
+    ranks: np.ndarray
+    signs: np.ndarray
+    root: np.ndarray
+
+    def p(self, k: int, doubt: np.ndarray) -> float:
+        """How often noise alone lowers χ² as much by component k."""
+        if not self.ranks[k] or (self.signs[k] and not self.falls[k]):
+            return 1.0
+        p = chance(self.falls[k], self.ranks[k], doubt)
+        return p / 2 if self.signs[k] else p
 
 
-def _falls(
-    table: EvidenceTable,
-    s: int,
-    names: tuple[str, ...],
-    asked: list[str],
-    rng: np.random.Generator,
-    draws: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The fall of χ² (C,) by each component beside `names`, its rank, and draws of the
-    falls (D, C) that noise makes."""
+def _scores(
+    table: EvidenceTable, s: int, names: tuple[str, ...], asked: dict[str, Component]
+) -> Scores:
+    """Of components beside `names`, for one size of scatter."""
     information, right = table.information[s], table.right[s]
     held = np.concatenate([np.zeros(0, int), *(table.index[n] for n in names)])
     solved = np.linalg.solve(
@@ -111,28 +135,62 @@ def _falls(
     beside = information - across @ solved[:, :-1]
     score = right - across @ solved[:, -1]
     falls, ranks, columns = np.zeros(len(asked)), np.zeros(len(asked), int), []
-    for k, at in enumerate(table.index[n] for n in asked):
+    signs = np.zeros(len(asked))
+    for k, (name, component) in enumerate(asked.items()):
+        at = table.index[name]
         values, vectors = np.linalg.eigh(beside[np.ix_(at, at)])
         kept = values > HIDDEN_POWER * max(np.diag(information)[at].max(), 1e-300)
         one = np.zeros((len(score), int(kept.sum())))
         one[at] = vectors[:, kept] / np.sqrt(values[kept])
-        falls[k], ranks[k] = float(((one.T @ score) ** 2).sum()), one.shape[1]
+        if len(at) == 1:
+            one = np.abs(one)
+            signs[k] = float(component.low >= 0) - float(component.high <= 0)
+        seen = one.T @ score
+        falls[k] = float((seen[signs[k] * seen >= 0] ** 2).sum())
+        ranks[k] = one.shape[1]
         columns.append(one)
     mixed = np.hstack([np.zeros((len(score), 0)), *columns])
     values, vectors = np.linalg.eigh(mixed.T @ beside @ mixed)
-    root = vectors * np.sqrt(np.maximum(values, 0))
-    level = np.exp(table.level_sd * rng.standard_normal(draws))
-    squares = (rng.standard_normal((draws, len(values))) @ root.T) ** 2
-    drawn = np.zeros((draws, len(asked)))
-    for k, end in enumerate(np.cumsum(ranks)):
-        drawn[:, k] = squares[:, end - ranks[k] : end].sum(axis=1) * level
-    return falls, ranks, drawn
+    return Scores(falls, ranks, signs, vectors * np.sqrt(np.maximum(values, 0)))
 
 
-def _falls_of_fits(posterior: Posterior, base: Explanation) -> dict[str, float]:
-    """By how much single effects lower χ² when they are fitted in full."""
+def _least_p(
+    of: Scores,
+    level_sd: float,
+    doubt: np.ndarray,
+    rng: np.random.Generator,
+    draws: int,
+) -> np.ndarray:
+    """The least p (D,) of draws in which there is only noise."""
+    level = np.exp(level_sd * rng.standard_normal(draws))
+    drawn = rng.standard_normal((draws, len(of.root))) @ of.root.T
+    greatest: dict[tuple[int, bool], np.ndarray] = {}
+    for rank, sign, end in zip(of.ranks, of.signs, np.cumsum(of.ranks), strict=True):
+        own = drawn[:, end - rank : end]
+        fall = (np.where(sign * own >= 0, own, 0.0) ** 2).sum(axis=1) * level
+        alike = int(rank), bool(sign)
+        greatest[alike] = np.maximum(greatest.get(alike, 0.0), fall)
+    out = np.ones(draws)
+    for (rank, one_sided), fall in greatest.items():
+        if not rank:
+            continue
+        grid = np.linspace(0, fall.max(), 400)
+        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
+        p = np.where(grid > 0, p / 2, 1.0) if one_sided else p
+        out = np.minimum(out, np.interp(fall, grid, p))
+    return out
+
+
+def _fitted(posterior: Posterior, base: Explanation) -> dict[str, Fitted]:
+    """The single effects that were fitted in full."""
+    nothing = base.table.by_scatter(())[1]
+
+    def of(e: Explanation) -> Fitted:
+        fall = 2 * (e.table.by_scatter(e.names)[1] - nothing)
+        return Fitted(np.maximum(fall, 0.0), e.table.ln_weight(e.names))
+
     return {
-        e.names[0]: max(base.fit.chi2 - e.fit.chi2, 0.0) / base.power
+        e.names[0]: of(e)
         for e in posterior.explanations
         if e.alternative == base.alternative
         and len(e.names) == 1
@@ -155,10 +213,8 @@ def _p_named(posterior: Posterior, number: int) -> float:
     return 1.0
 
 
-def _scatter_weights(e: Explanation) -> list[tuple[float, int]]:
-    """Weight of each size of scatter with the explanation, without the unlikely
-    ones."""
-    ln_weight = e.table.by_scatter(e.names)[0]
+def _weights(ln_weight: np.ndarray) -> list[tuple[float, int]]:
+    """Weight of each size of scatter, without the unlikely ones."""
     weight = np.exp(ln_weight - ln_weight.max())
     weight = np.where(weight > UNLIKELY * weight.sum(), weight, 0.0)
     return [(float(w / weight.sum()), s) for s, w in enumerate(weight) if w]

@@ -161,10 +161,16 @@ def with_conditions(
     further = tuple(
         (s, np.append(v, np.zeros(z.shape[1]))) for s, v in problem.further_starts
     )
+    further_effect: Any = problem.with_effect
+
+    def with_effect(effect: Effect) -> Problem:
+        return with_conditions(further_effect(effect), contact, conditions)
+
     return replace(
         problem,
         effects=problem.effects | new,
         names=(*problem.names, *new),
+        with_effect=with_effect,
         reduce=reduce,
         fast_chi2=fast,
         further_starts=further,

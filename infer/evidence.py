@@ -68,6 +68,12 @@ class EvidenceTable:
     right: np.ndarray  # (S, C): h in prior sds
     odds: np.ndarray  # (S,): ln prior of the size
     level_sd: float  # of the logarithm of the noise power
+    estimated: bool = False  # whether `odds` are what these rows' residuals tell
+
+    def ln_weight(self, names: tuple[str, ...]) -> np.ndarray:
+        """ln weight (S,) of each size with these components free, as a test takes it:
+        every size alike beforehand, so that what is averaged is Student's t."""
+        return self.odds if self.estimated else self.by_scatter(names)[0] - self.odds
 
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
         """ln Z of exactly this set, and −½ χ² where it fits best."""
@@ -166,6 +172,7 @@ def table_of(
         np.array(right) * unit,
         sizes.odds(len(ln_z_nothing)),
         level_sd,
+        sizes.uncertain is not None,
     )
 
 

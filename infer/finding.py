@@ -3,10 +3,12 @@ report."""
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from benchtwin.infer.alarm import ALARM_P, left_over_p
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.evidence import Kind
 from benchtwin.infer.explanation import (
     UNSHAPED,
     Alternative,
@@ -14,7 +16,8 @@ from benchtwin.infer.explanation import (
     Posterior,
 )
 from benchtwin.infer.held_out import HeldOut, held_out, left_out_values
-from benchtwin.infer.posterior import explain
+from benchtwin.infer.posterior import PRIOR, explain, explanation_of
+from benchtwin.infer.power_law import NAMES, ROUNDS, Term, fitted
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Window, Windows, strongest_window
 from benchtwin.infer.verdict import (
@@ -23,6 +26,8 @@ from benchtwin.infer.verdict import (
     ParameterShift,
     Verdict,
     effect_estimate,
+    estimate,
+    mixture_interval,
     parameter_shift,
     sector_shares,
     verdict_of,
@@ -109,6 +114,7 @@ class Finding:
     notes: tuple[str, ...] = field(default=())
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
     unlisted: frozenset[str] = frozenset({UNSHAPED})  # of the explanations' parts
+    laws: dict[str, Effect] = field(default_factory=dict)  # found for what is unlisted
 
     @property
     def modelled(self) -> tuple[str, ...]:
@@ -189,7 +195,7 @@ class DiagnosisTask:
     contact: Mapping[str, Callable[[Explanation], tuple[float, float]]] = field(
         default_factory=dict
     )
-    law: Callable[[Fit], str | None] = lambda fit: None  # of unlisted physics, in words
+    law: Callable[[Fit], tuple[Term, ...]] = lambda fit: ()  # of unlisted physics
     # what to record next
     advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()
@@ -200,7 +206,10 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
     posterior = weighed_with_noise(explain(task.alternatives, task.windows), rng)
     base, verdict = posterior.base, verdict_of(posterior)
-    chosen = _chosen(posterior, verdict)
+    chosen = model = _chosen(posterior, verdict)
+    terms: tuple[Term, ...] = ()
+    if verdict.verdict == "unknown":
+        model, terms, verdict = _lawful(posterior, verdict, chosen, task)
     window, best_axis = strongest_window(
         base.reduced,
         base.fit.baseline_sd,
@@ -215,6 +224,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     contact = {
         n: parameter_shift(posterior, value) for n, value in task.contact.items()
     }
+    estimates |= {t.effect.name: _size(t, verdict.probability) for t in terms}
     alarm = posterior.p_noise < ALARM_P
     nothing, ranked = posterior.probability(()), posterior.by_set()
     some = [q for names, q in ranked if names and names != chosen.names]
@@ -238,17 +248,18 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         parameters={
             n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()
         },
-        law=task.law(chosen.fit) if verdict.verdict == "unknown" else None,
-        held_out=held_out(chosen, base) if alarm else None,
+        law=" and ".join(t.in_words() for t in terms) or None,
+        held_out=held_out(model, base) if alarm else None,
         next_record=task.advice(verdict.names) if verdict.verdict != "name" else None,
         p_verdict=verdict.probability,
         matters=alarm and _matters(contact, verdict.names),
         explanations=tuple(ranked),
         effects=estimates,
         contact=contact,
-        curves=task.curves(base.fit, chosen.fit),
-        notes=(*task.notes, *task.remarks(chosen.fit), *_notes(posterior)),
-        left_out=left_out_values(chosen) if alarm else {},
+        curves=task.curves(base.fit, model.fit),
+        notes=(*task.notes, *task.remarks(model.fit), *_notes(posterior)),
+        left_out=left_out_values(model) if alarm else {},
+        laws={t.effect.name: t.effect for t in terms},
         unlisted=frozenset(posterior.unlisted()),
     )
 
@@ -268,6 +279,63 @@ def _chosen(posterior: Posterior, verdict: Verdict) -> Explanation:
         own = [e for e in posterior.explanations if set(e.names) == set(verdict.names)]
         return max(own, key=share)
     return max(posterior.explanations, key=share)
+
+
+def _lawful(
+    posterior: Posterior, verdict: Verdict, chosen: Explanation, task: DiagnosisTask
+) -> tuple[Explanation, tuple[Term, ...], Verdict]:
+    """What is unlisted as a law, its terms, and the verdict: of listed effects beside
+    it those are left that are needed beside the law as well."""
+    model, terms = _with_law(chosen, task)
+    if not chosen.listed:
+        return model, terms, verdict
+    alone, own = _with_law(posterior.base, task)
+    if _ln_weight(alone) < _ln_weight(model):
+        return model, terms, verdict
+    strange = posterior.unlisted()
+    unlisted = sum(p for names, p in posterior.by_set() if strange & set(names))
+    return alone, own, Verdict("unknown", (), unlisted)
+
+
+def _ln_weight(e: Explanation) -> float:
+    """ln of evidence and prior odds of something unlisted beside these effects."""
+    beside = sum(n not in NAMES for n in e.names if n in e.listed)
+    candidates = sum(c.kind is not Kind.UNLISTED for c in e.table.components.values())
+    odds = PRIOR[min(beside, 2), 1] / math.comb(candidates, min(beside, 2))
+    return e.table.ln_evidence(e.names)[0] + math.log(odds)
+
+
+def _with_law(
+    chosen: Explanation, task: DiagnosisTask
+) -> tuple[Explanation, tuple[Term, ...]]:
+    """The explanation with a law in the place of what is unlisted, and its terms with
+    the sizes that it gives; what a model cannot follow stays as it was found."""
+    k, found = chosen.alternative, chosen.fit
+    free = tuple(n for n in chosen.listed if n in found.problem.effects)
+    terms = able = ()
+    for _ in range(ROUNDS):
+        before = [t.effect.counterpart.what for t in able]
+        terms = task.law(found)
+        able = tuple(t for t in terms if t.effect.counterpart)
+        if not terms or terms[0] not in able:
+            return chosen, terms
+        if before == [t.effect.counterpart.what for t in able]:
+            break
+        found = fitted(chosen.fit, free, able)
+    names = tuple(t.effect.name for t in able)
+    noise = chosen.power, chosen.table.level_sd
+    windows = task.windows(found)
+    own = task.alternatives[k]
+    model = explanation_of(found, (*chosen.listed, *names), k, own, windows, noise)
+    sizes = {n: estimate(model, n) for n in names}
+    found_sizes = ((t, sizes.get(t.effect.name, (t.size, t.sd))) for t in terms)
+    return model, tuple(replace(t, size=a, sd=sd) for t, (a, sd) in found_sizes)
+
+
+def _size(term: Term, probability: float) -> EffectEstimate:
+    """Of something unlisted, of which the term says what it is like."""
+    size = mixture_interval([(1.0, term.size, term.sd)])
+    return EffectEstimate(probability, term.effect.unit, size)
 
 
 def _ln_odds(p: float, q: float) -> float:

@@ -68,14 +68,6 @@ def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
     return columns, projector(a, prior_sd), b
 
 
-def falls_of(reduced: tuple[Reduced, ...], prior_sd: np.ndarray) -> np.ndarray:
-    """By how much each column behind those of the globals lowers χ² (K,)."""
-    columns, project, b = beside_globals(reduced, prior_sd)
-    return np.array(
-        [fall_of_chi2(column[:, None], project, b)[0] for column in columns.T]
-    )
-
-
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
     """P(χ² > fall), averaged over `doubt`: draws of the true over the estimated noise
     power."""

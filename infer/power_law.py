@@ -1,113 +1,245 @@
-"""A power law for unlisted physics, by regression in the linearised problem.
+"""Laws for unlisted physics, by regression in the linearised problem.
 
-Each family gives columns for powers of one quantity. The exponent is that of the
-greatest fall of χ², with the range in which χ² lies within 3.84 of it; the term must
-predict left-out recordings."""
+A law has one or two terms, each a size times a fixed column or times a power of one
+quantity over a reference. The term of the greatest fall of χ² is taken, or one that
+does as well and that the twin knows; it must predict left-out recordings. Its exponent
+is that of the greatest fall, with the range in which χ² lies within 3.84 of it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.numbers import plus_minus
+from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
-from benchtwin.infer.linear import Reduced, falls_of, ridge, stacked
-from benchtwin.infer.problem import Fit
+from benchtwin.infer.linear import Reduced, beside_globals, fall_of_chi2
+from benchtwin.infer.problem import Fit, fit
 
+NAMES = ("law", "second-law")  # of the effects that stand for the terms
+ROUNDS = 3  # at most: a law is looked for again about the motion that it makes
 WITHIN_CHI2 = 3.84  # 95 % of one degree of freedom
 LEAST_FALL = 12.0  # of χ², for a term to be reported
-SIMPLE = (
-    2.0,
-    1.0,
-    0.0,
-    -1.0,
-    3.0,
-    -2.0,
-    0.5,
-    -0.5,
-    1.5,
-    -1.5,
-    0.25,
-    -0.25,
-    0.2,
-)  # the simplest first
+LEAST_OVER = 0.05  # of the reference, below which a power < 0 is constant
+WIDE = 3.0  # prior sd of a size over what was found: so that it decides nothing
+SDS_95 = 1.96
+FINEST = 0.01  # step of the powers that are told apart
+SIMPLE = (1.0, 2.0, 0.5, 3.0, 1.5, -1.0, -0.5, -2.0, -1.5)  # the simplest first
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms that differ in the power of one quantity."""
 
-    say: Callable[[bool, str], str]  # (rises, power in words) → the law
-    # (powers (K,)) → K columns as Problem.reduce takes them
-    columns: Callable[[np.ndarray], Any]
-    powers: tuple[float, ...]
+    say: Callable[[bool, str], str]  # (its size is > 0, power in words) → the term
+    size: tuple[str, str]  # unit of its size, and of what that is
+    sector: str
+    powers: tuple[float, ...] = (1.0,)  # ascending
+    quantity: str = ""  # of which it is a power
+    # (name, power) → how it acts, and what it is in the twin, as fields of an Effect
+    acts: Callable[[str, float], dict[str, Any]] | None = None
+    not_simulated: str = ""
 
 
-def law_of(base: Fit, families: tuple[Family, ...]) -> str | None:
-    """The best single term in words; None where none stands out or predicts left-out
-    recordings."""
-    found = []
-    for family in families:
-        columns = family.columns(np.array(family.powers))
-        reduced = base.problem.reduce(base.starts, base.values, columns)[0]
-        reduced = tuple(
-            _common(r, len(base.names), len(family.powers)) for r in reduced
+@dataclass(frozen=True)
+class Term:
+    """A term as found."""
+
+    words: str
+    effect: Effect
+    size: float
+    sd: float
+    also: tuple[str, ...] = ()  # quantities that would do as well
+
+    def in_words(self) -> str:
+        """With its size, 95 %."""
+        value = plus_minus(abs(self.size), SDS_95 * self.sd)
+        also = f"; {' or '.join(self.also)} would do as well" if self.also else ""
+        return f"{self.words}, {value} {self.effect.wording[1]}{also}"
+
+
+def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
+    """The terms that stand out, the most telling first, in the place of those that
+    `base` may have already; extra: a column for every power of every family, in the
+    form that Problem.reduce takes."""
+    reduced = base.problem.reduce(base.starts, base.values, extra)[0]
+    sd = np.where(np.isin(base.names, NAMES), 0.0, base.prior_sd)
+    columns, project, b = beside_globals(reduced, sd)
+    ends = np.cumsum([0, *(len(f.powers) for f in families)])
+    chosen: list[int] = []
+    found: list[tuple[Family, float, str, tuple[str, ...]]] = []
+    reached, left = 0.0, dict(enumerate(families))
+    while left and len(chosen) < len(NAMES):
+        falls = {
+            k: _falls(columns, chosen, range(ends[k], ends[k + 1]), project, b)
+            for k in left
+        }
+        top = max(float(own.max()) for own in falls.values())
+
+        def better(k: int, falls=falls, top=top) -> tuple[bool, float]:
+            own = float(falls[k].max())
+            return own > top - WITHIN_CHI2 and families[k].acts is not None, own
+
+        able = (
+            (k, int(ends[k] + np.argmax(falls[k])))
+            for k in sorted(left, key=better, reverse=True)
+            if falls[k].max() - reached >= LEAST_FALL
         )
-        found.append((falls_of(reduced, base.prior_sd), family, reduced))
-    for falls, family, reduced in sorted(found, key=lambda f: -f[0].max()):
-        at = int(np.argmax(falls))
-        if falls[at] < LEAST_FALL:
-            return None
-        a, b = stacked(reduced)
-        column = len(base.names) + at
-        without = np.zeros(a.shape[1])
-        without[: len(base.names)] = base.prior_sd  # effects found stay free
-        size = max(float(np.linalg.norm(a[:, column])), 1e-300)
-        wide = 10 * float(np.linalg.norm(b)) / size
-        term = np.where(np.arange(len(without)) == column, wide, without)
-        if len(reduced) > 1:
-            errors = [sum(squared_errors(reduced, sd)) for sd in (term, without)]
-            if errors[0] >= errors[1]:
-                continue  # it does not predict left-out recordings
-        low, high = _range(np.array(family.powers), falls, at)
-        rises = ridge(a, b, term)[0][column] > 0
-        return family.say(bool(rises), in_words(float(family.powers[at]), low, high))
-    return None
-
-
-def in_words(power: float, low: float, high: float) -> str:
-    """An exponent's estimate and 95 % interval, with the simplest number in it.
-
-    >>> in_words(1.9, 1.7, 2.1)
-    '^(1.9 ± 0.2), 2 being the simplest'
-    >>> in_words(0.5, -np.inf, 3.0)
-    '^(0.5, at most 3)'
-    """
-    if not np.isfinite(low) and not np.isfinite(high):
-        return "^(a power that was not resolved)"
-    if not np.isfinite(low) or not np.isfinite(high):
-        side = f"at most {high:.2g}" if np.isfinite(high) else f"at least {low:.2g}"
-        return f"^({power:.2g}, {side})"
-    simple = next((s for s in SIMPLE if low <= s <= high), None)
-    return f"^({power:.2g} ± {(high - low) / 2:.1g})" + (
-        "" if simple is None else f", {simple:g} being the simplest"
+        best = next((o for o in able if _predicts(reduced, sd, chosen, o[1])), None)
+        if best is None:
+            break
+        k, at = best
+        chosen.append(at)
+        own, reached = falls[k], float(falls[k].max())
+        also = dict.fromkeys(
+            families[j].quantity
+            for j in left
+            if j != k and falls[j].max() > top - WITHIN_CHI2
+        )
+        power, *inside = _range(np.array(families[k].powers), own)
+        others = tuple(q for q in also if q not in ("", families[k].quantity))
+        found.append((left.pop(k), power, in_words(power, *inside), others))
+    if not chosen:
+        return ()
+    own = columns[:, chosen]
+    covariance = np.linalg.inv(own.T @ project(own))
+    size, sds = covariance @ (own.T @ project(b)), np.sqrt(np.diag(covariance))
+    return tuple(
+        _term(name, *about, float(a), float(s))
+        for name, about, a, s in zip(NAMES, found, size, sds)
     )
 
 
-def _common(mine: Reduced, globals_: int, count: int) -> Reduced:
-    """With `count` columns behind the globals, summed over sessions: a law is common to
-    all."""
-    a, columns = np.split(mine.a, [globals_], axis=1)
-    summed = columns.reshape(len(a), columns.shape[1] // count, count).sum(axis=1)
-    return replace(mine, a=np.hstack([a, summed]))
+def _falls(columns: np.ndarray, chosen: list[int], some, project, b) -> np.ndarray:
+    """By how much each of some columns lowers χ², together with those chosen."""
+    return np.array(
+        [fall_of_chi2(columns[:, [*chosen, i]], project, b)[0] for i in some]
+    )
 
 
-def _range(powers: np.ndarray, falls: np.ndarray, at: int) -> tuple[float, float]:
-    """Powers with χ² within WITHIN_CHI2 of the best; ∓inf where χ² does not rise
-    enough."""
+def _predicts(
+    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, chosen: list[int], at: int
+) -> bool:
+    """Whether a column predicts left-out recordings beside those chosen; of a single
+    recording that is not known."""
+    if len(reduced) < 2:
+        return True
+    count = len(prior_sd)
+    errors = []
+    for terms in (chosen, [*chosen, at]):
+        kept = [*range(count), *(count + k for k in terms)]
+        some = tuple(replace(r, a=r.a[:, kept]) for r in reduced)
+        columns = np.vstack([r.a[:, count:] for r in some])
+        largest = np.linalg.norm(np.concatenate([r.b for r in some]))
+        wide = 10 * largest / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        errors.append(sum(squared_errors(some, np.concatenate([prior_sd, wide]))))
+    return errors[1] < errors[0]
+
+
+def _term(
+    name: str,
+    family: Family,
+    power: float,
+    in_power: str,
+    also: tuple[str, ...],
+    size: float,
+    sd: float,
+) -> Term:
+    unit, of = family.size
+    words = family.say(size > 0, in_power)
+    effect = Effect(
+        name,
+        family.sector,
+        unit,
+        of,
+        WIDE * abs(size),
+        -np.inf,
+        np.inf,
+        "regression on what the listed effects leave",
+        wording=(words, of),
+        not_simulated=family.not_simulated,
+        **(family.acts(name, power) if family.acts else {}),
+    )
+    return Term(words, effect, size, sd, also)
+
+
+def fitted(base: Fit, free: tuple[str, ...], terms: tuple[Term, ...]) -> Fit:
+    """The problem with effects that stand for the terms, fitted with them and `free`
+    from a fit without them."""
+    problem = base.problem
+    for term in terms:
+        assert problem.with_effect is not None
+        problem = problem.with_effect(term.effect)
+    values = np.array([base.by_name.get(n, 0.0) for n in problem.names])
+    names = tuple(t.effect.name for t in terms)
+    start = replace(base, problem=problem, values=values, cache={})
+    return fit(problem, free=(*free, *names), start=start)
+
+
+def counterpart(
+    what: str, law: str, size: str, name: str, speed: float, power: float
+) -> Counterpart:
+    """The effect `name` as the law of the twin, whose number `size` it is at a
+    speed."""
+
+    def change(values: dict[str, float]) -> dict:
+        return {"laws": {law: {size: values[name], "speed": speed, "power": power}}}
+
+    return Counterpart(f"{what} {{value}} · (v / {speed:g} m/s)^{power:g}", change)
+
+
+def raised(over: np.ndarray, power: float) -> np.ndarray:
+    """over^power, as the twin's laws have it."""
+    return (np.maximum(over, LEAST_OVER) if power < 0 else over) ** power
+
+
+def risen(over: np.ndarray, power: float) -> np.ndarray:
+    """(over^power − 1)/power, ln(over) for power 0: Box & Cox (1964), J. R. Stat. Soc.
+    B 26, 211."""
+    over = np.maximum(over, LEAST_OVER)
+    return np.log(over) if power == 0 else (over**power - 1) / power
+
+
+def reference(largest: float) -> float:
+    """A quantity's reference: about its greatest value, in two digits."""
+    return float(f"{largest:.2g}")
+
+
+def in_words(power: float, low: float, high: float) -> str:
+    """An exponent: the simplest number in its 95 % interval, and that.
+
+    >>> in_words(1.9, 1.7, 2.1)
+    'to the power 2 (1.7 to 2.1)'
+    >>> in_words(0.5, -np.inf, 3.0)
+    'to the power 1 (at most 3)'
+    """
+    simple = next((s for s in SIMPLE if low <= s <= high), power)
+    if not np.isfinite(low) and not np.isfinite(high):
+        return "to a power that was not resolved"
+    if np.isfinite(low) and np.isfinite(high):
+        inside = f"{low:.2g} to {high:.2g}"
+    elif np.isfinite(high):
+        inside = f"at most {high:.2g}"
+    else:
+        inside = f"at least {low:.2g}"
+    return f"to the power {simple:g} ({inside})"
+
+
+def _range(powers: np.ndarray, falls: np.ndarray) -> tuple[float, float, float]:
+    """The best power, and the ends of those with χ² within WITHIN_CHI2 of it; ∓inf
+    where χ² does not rise enough. A parabola through the best three, else linear."""
     # includes the best power itself
-    fine = np.union1d(np.linspace(powers[0], powers[-1], 400), powers)
-    inside = fine[np.interp(fine, powers, falls) > falls[at] - WITHIN_CHI2]
+    fine = np.union1d(np.arange(powers[0], powers[-1], FINEST), powers)
+    smooth, at = np.interp(fine, powers, falls), int(np.argmax(falls))
+    if 0 < at < len(powers) - 1:
+        three = slice(at - 1, at + 2)
+        near = (fine >= powers[at - 1]) & (fine <= powers[at + 1])
+        parabola = np.polyfit(powers[three], falls[three], 2)
+        smooth[near] = np.polyval(parabola, fine[near])
+    inside = fine[smooth > smooth.max() - WITHIN_CHI2]
     low, high = float(inside.min()), float(inside.max())
-    return (-np.inf if low <= powers[0] else low), (
-        np.inf if high >= powers[-1] else high
+    return (
+        float(fine[np.argmax(smooth)]),
+        -np.inf if low <= powers[0] else low,
+        np.inf if high >= powers[-1] else high,
     )

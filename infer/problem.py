@@ -48,6 +48,8 @@ class Problem:
     unknown_scatter: Callable | None = None
     further_starts: tuple[tuple[np.ndarray, np.ndarray], ...] = ()  # starts and values
     fast_chi2: FastChi2 | None = None
+    # (effect) → the same problem with one more candidate
+    with_effect: Callable[[Effect], "Problem"] | None = None
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
         """The globals of one effect: its own and the further parameters of its

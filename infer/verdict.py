@@ -199,20 +199,27 @@ def size_is_told(posterior: Posterior, name: str) -> bool:
     return any(size.low95 > 0 or size.high95 < 0 for size in sizes)
 
 
-def mixture_interval(parts: list[tuple[float, float, float]]) -> Interval:
-    """Mean and 95 % interval of a mixture of normals, (weight, mean, sd) each."""
+def mixture_interval(
+    parts: list[tuple[float, float, float]],
+    within: tuple[float, float] = (-math.inf, math.inf),
+) -> Interval:
+    """Mean and 95 % interval of a mixture of normals, (weight, mean, sd) each,
+    `within` a physical range."""
     weight, mean, sd = (np.array(column) for column in zip(*parts, strict=True))
     weight, sd = weight / weight.sum(), np.maximum(sd, 1e-12 * (1 + np.abs(mean)))
-    low, high = (mean - 8 * sd).min(), (mean + 8 * sd).max()
+    each = stats.truncnorm(*((end - mean) / sd for end in within), mean, sd)
+    low, high = np.clip([(mean - 8 * sd).min(), (mean + 8 * sd).max()], *within)
+    if not low < high:  # all of it lies beyond one end
+        return Interval(float(low), float(low), float(low))
 
     def below(x: float, share: float) -> float:
-        return float(weight @ stats.norm.cdf((x - mean) / sd)) - share
+        return float(weight @ each.cdf(x)) - share
 
     ends = [
         brentq(below, low, high, args=(share,), xtol=1e-15 * (high - low))
         for share in ENDS
     ]
-    return Interval(float(weight @ mean), *ends)
+    return Interval(float(weight @ each.mean()), *ends)
 
 
 def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
@@ -229,25 +236,29 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
 
-    def shown(of: Callable[[Explanation], tuple[float, float]]) -> Interval:
-        size, show = _averaged(holding, of), effect.reported or float
+    def shown(of: Callable, *within: float) -> Interval:
+        size, show = _averaged(holding, of, *within), effect.reported or float
         return Interval(
             show(size.value), *sorted((show(size.low95), show(size.high95)))
         )
 
     levels = _levels(holding[0], name) if effect.level else {}
     each = {level: shown(of) for level, of in levels.items()}
-    return EffectEstimate(
-        present, effect.unit, shown(partial(estimate, name=name)), each
-    )
+    # a summary is no fitted parameter, of which the physical range is
+    within = () if effect.summary else (effect.low, effect.high)
+    size = shown(partial(estimate, name=name), *within)
+    return EffectEstimate(present, effect.unit, size, each)
 
 
 def _averaged(
-    holding: list[Explanation], of: Callable[[Explanation], tuple[float, float]]
+    holding: list[Explanation],
+    of: Callable[[Explanation], tuple[float, float]],
+    *within: float,
 ) -> Interval:
     """A value averaged over the explanations that hold an effect."""
     weighty = [e for e in holding if e.held >= 1e-4 * holding[0].held]
-    return mixture_interval([(e.held, *of(e)) for e in weighty])
+    parts = [(e.held, *of(e)) for e in weighty]
+    return mixture_interval(parts, within) if within else mixture_interval(parts)
 
 
 def _levels(e: Explanation, name: str) -> dict[str, Callable]:

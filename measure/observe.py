@@ -44,7 +44,11 @@ def observe(
         quantities=tuple(
             q.doubt(exact_by_mistake(q.value, q.sd)) for q in observation.quantities
         ),
-        notes=(*observation.notes, *seed_questions(recording.seed)),
+        notes=(
+            *observation.notes,
+            *seed_questions(recording.seed),
+            *recording.sds_beyond_belief(),
+        ),
     )
 
 
@@ -54,6 +58,9 @@ def _observe(
     trim: bool,
     progress: Progress | None,
 ) -> Observation:
+    rig = RIGS.get(recording.rig or "")
+    if rig is not None and rig.refuse and (why := rig.part("refuse")(recording)):
+        raise MeasurementError(f"{recording.path}: {why}")
     if recording.evidence == "readings.csv":
         from benchtwin.vision.evidence.readings import observe_readings
 

@@ -154,7 +154,9 @@ def _effects(f: Finding) -> pd.DataFrame | None:
     """Effects with their probability, and their size where they are there."""
     rows = [
         {
-            "what may be missing": words.missing(n, f.rig),
+            "what may be missing": (
+                f.laws[n].wording[0] if n in f.laws else words.missing(n, f.rig)
+            ),
             "probability": words.percent(t.probability),
             "size, if there (95 %)": _interval(t.size),
             "unit": {"1": "", "deg": "°"}.get(t.unit, t.unit),

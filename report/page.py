@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.next_tests import in_words
 from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.statistics.assessment import natural_coefficients
@@ -66,6 +67,8 @@ def _answer(c: Calibration) -> dict:
             f" {100 * best['variance_left']:.0f} % of the variance of the three"
             " seed–seed parameters."
         )
+    if c.joint is not None:
+        notes += [sentence(text) for text in in_words(c.joint.next_tests)]
     return {"rows": rows, "notes": notes}
 
 

@@ -19,7 +19,6 @@ from benchtwin.twin import write
 from benchtwin.twin.engine import OWN, Engine, kept_inputs
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.scene import (
-    baseline,
     camera_of,
     camera_section,
     rig_of,
@@ -128,11 +127,11 @@ def run(
         recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch
     )
     camera = camera_of(recording)
-    section = section_of(rig_of(recording), getattr(recording, name))
+    rig = rig_of(recording)
+    section = section_of(rig, getattr(recording, name))
     if setup.photographed:
-        section = section.model_copy(
-            update={"baseline_px": baseline(camera), **weights(name, motion)}
-        )
+        seen = setup.told(rig, camera, motion)
+        section = section.model_copy(update={**seen, **weights(name, motion)})
     told = replace(
         recording,
         provenance="simulated",

@@ -108,16 +108,6 @@ def camera_section(camera: Camera, fps: float, section: keys.Camera) -> keys.Cam
     return section.model_copy(update=stated)
 
 
-def baseline(camera: Camera) -> tuple[float, float, float, float]:
-    """Where the plate's surface, z = 0, is seen at mid-depth, left and right [px]:
-    seeds may hide it from the measuring code."""
-    x, y, _ = camera.target_m
-    half = 0.45e-3 * camera.mm_per_px * camera.width_px
-    ends = project(camera, np.array([[x - half, y, 0.0], [x + half, y, 0.0]]))
-    x1, y1, x2, y2 = (float(f"{v:.6g}") for v in ends.ravel())
-    return x1, y1, x2, y2
-
-
 def sees(camera: Camera, points_m: np.ndarray) -> np.ndarray:
     """Which points (n, 3) the picture shows."""
     at = project(camera, points_m)

@@ -37,6 +37,7 @@ class Listed:
     evidence: str
     session: str
     trouble: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def listed(folder: Path | Observed) -> list[Listed]:
@@ -50,7 +51,12 @@ def _entry(entry: Recording | MeasurementError) -> Listed:
     missing = f"{entry.toml}: rig is missing; it should be {rigs_in_words()}"
     trouble = "" if entry.rig else missing
     return Listed(
-        entry.id, entry.rig or "", entry.evidence, entry.session or "", trouble
+        entry.id,
+        entry.rig or "",
+        entry.evidence,
+        entry.session or "",
+        trouble,
+        entry.sds_beyond_belief(),
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, Look
 from benchtwin.vision.recording import Recording
 
@@ -17,6 +18,11 @@ def as_stated(recording: Recording, given: dict[str, Any]) -> dict[str, Any]:
 def where_it_stands(recording: Recording, camera: Camera) -> Camera:
     """The camera, unchanged."""
     return camera
+
+
+def nothing_more(rig: Any, camera: Camera, motion: Motion) -> dict[str, Any]:
+    """No key."""
+    return {}
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,7 @@ class Setup:
     fitting: Callable[[Recording, dict[str, Any]], dict[str, Any]] = as_stated
     aimed: Callable[[Recording, Camera], Camera] = where_it_stands
     variant: Callable[[Recording], "Setup | None"] = lambda recording: None
+    told: Callable[[Any, Camera, Motion], dict[str, Any]] = nothing_more
 
 
 def setup_for(rig: str) -> Setup:

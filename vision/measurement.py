@@ -41,8 +41,9 @@ class Quantity:
 
     @property
     def in_words(self) -> str:
-        """ "restitution 0.540 ± 0.012"."""
-        return f"{self.name} {plus_minus(self.value, self.sd, self.unit)}"
+        """ "centroid angle 27.93 ± 0.25°"."""
+        name = self.name.replace("_", " ")
+        return f"{name} {plus_minus(self.value, self.sd, self.unit)}"
 
     def doubt(self, *reasons: str) -> "Quantity":
         """The quantity, at best doubtful, with more reasons; unchanged where all of

@@ -73,6 +73,11 @@ class _Recording:
         folder = self.path if self.path.is_dir() else self.path.parent
         return folder / "recording.toml"
 
+    def sds_beyond_belief(self) -> tuple[str, ...]:
+        """Stated standard deviations that are not used as stated, in words."""
+        sections = (self.camera, *([getattr(self, self.rig)] if self.rig else []))
+        return tuple(line for s in sections for line in s.sds_beyond_belief())
+
     def need_rig(self) -> str:
         """The rig; MeasurementError naming the file where it is unknown."""
         if self.rig is None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.rigs import RIGS
-from benchtwin.calibrate.procedure.rigs import PILE, STEEL
+from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, STEEL
 from benchtwin.calibrate.statistics.bench import (
     BenchMean,
     agreement,
@@ -96,7 +96,7 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
         rig: _pooled(
             rig, [s for s in seen if s.rig == rig], (trimmed or {}).get(rig, 0)
         )
-        for rig in (*STEEL, PILE.name)
+        for rig in (*STEEL, PILE.name, *BESIDE)
         if any(s.rig == rig and s.readings.size for s in seen)
     }
     if not rigs:

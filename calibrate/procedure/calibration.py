@@ -9,6 +9,7 @@ import pandas as pd
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import LEVEL, Joint, fit_joint
 from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
 from benchtwin.calibrate.procedure.simulator import SimulationFailed, Unreachable
 from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
@@ -29,7 +30,8 @@ class Calibration:
     """What is known of a bench: handed on from rig to rig, each of which returns it
     with what it found; never changed.
 
-    mode: "tables" or "simulated"; refused: {rig: why it gave nothing}; checks: printed
+    mode: "tables" or "simulated"; beside: what further rigs say of seed on seed;
+    refused: {rig: why it gave nothing}; checks: printed
     values beside recomputed ones; flags: contradictions in a publication, as sentences;
     findings: what a diagnosis should look at; options: how it was run; seed: of all
     randomness; finished: False in a report that is written while simulations still run;
@@ -39,6 +41,7 @@ class Calibration:
     bench: Bench
     steel: dict[str, SteelFit] = field(default_factory=dict)
     pile: PileFit | None = None
+    beside: dict[str, PileObservables] = field(default_factory=dict)
     joint: Joint | None = None
     refused: dict[str, str] = field(default_factory=dict)
     findings: tuple[str, ...] = ()
@@ -80,7 +83,9 @@ class Calibration:
                 return found.without(name, ValueError(said))
         return replace(self, steel={**self.steel, name: fit})
 
-    def trying(self, name: str, fit: Callable[[], SteelFit | PileFit]) -> Self:
+    def trying(
+        self, name: str, fit: Callable[[], SteelFit | PileFit | PileObservables]
+    ) -> Self:
         """With what a rig gives; where it gives nothing, with why."""
         try:
             found = fit()
@@ -91,6 +96,10 @@ class Calibration:
             return self.without(name, error)
         if isinstance(found, PileFit):
             return self.with_pile(found)
+        if isinstance(found, PileObservables):
+            return replace(self, beside={**self.beside, name: found}).saying(
+                *(f"{name}: {note}" for note in found.notes)
+            )
         return self.with_steel(name, found)
 
     def with_pile(self, pile: PileFit) -> Self:
@@ -123,7 +132,7 @@ class Calibration:
             why = "; ".join(f"{rig}: {reason}" for rig, reason in self.refused.items())
             folder = self.bench.folder
             raise ValueError(f"{folder}: nothing could be calibrated: {why}")
-        joint = fit_joint(self.steel, self.pile, rng=rng, **options)
+        joint = fit_joint(self.steel, self.pile, self.beside, rng=rng, **options)
         return replace(self, joint=joint, finished=True)
 
     @property
@@ -141,7 +150,7 @@ def parameters(c: Calibration) -> pd.DataFrame:
     name."""
     rows = [_steel_row(c, name) for name in c.on_steel]
     if c.pile is not None and c.joint is not None:
-        rows += [_seed_row(c.pile, c.joint, name) for name in c.pile.box.names]
+        rows += [_seed_row(c, c.pile, c.joint, name) for name in c.pile.box.names]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -167,10 +176,10 @@ def _source(fit: SteelFit) -> str:
     return f"{fit.rig.name}: {fit.rig.response} {mean} on the {fit.by}"
 
 
-def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
+def _seed_row(c: Calibration, pile: PileFit, joint: Joint, name: str) -> tuple:
     """The optimum's coordinate, and the posterior's interval around it; the posterior's
-    median where packing noise hides the angle and something else of the same piles is
-    seen.
+    median where other rigs tell the parameter, too, or packing noise hides the angle
+    and something else of the same piles is seen.
 
     An end that the posterior does not exclude, or at which the optimum stands, is open.
     An optimum outside the interval widens it to itself: any point of the sheet fits as
@@ -178,7 +187,7 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     posterior = joint.posterior
     value, draws = pile.optimum.point[name], posterior.draws[name]
     ends = open_ends(draws, pile.box.range(name))
-    if pile.weak and pile.informative:
+    if c.beside or (pile.weak and pile.informative):
         value = float(draws.median())
     elif name in pile.optimum.boundary:
         ends |= {pile.optimum.boundary[name]}
@@ -186,31 +195,37 @@ def _seed_row(pile: PileFit, joint: Joint, name: str) -> tuple:
     low, high = min(low, value), max(high, value)
     prior_sd = posterior.prior.sd[list(posterior.draws.columns).index(name)]
     narrowed = 1.0 - float(draws.std() / prior_sd)
-    status = _seed_status(pile, narrowed, low, high, ends)
+    status = _seed_status(c, pile, narrowed, low, high, ends)
     mean = f"{pile.bench.value:.4g} ± {pile.bench.sd:.2g}°"
     source = f"pile: repose angle {mean}, one point of a sheet that fits"
     names = posterior.tension["observable"]
     also = [n.removeprefix("pile: ") for n in names if n.startswith("pile: ")][1:]
+    also += [n for n in names if n.split(": ")[0] in c.beside]
     source += f"; with {', '.join(also)}" if also else ""
     budget = _seed_budget(pile, name, float(draws.var()))
     return name, value, low, high, LEVEL, "1", status, source, budget
 
 
 def _seed_status(
-    pile: PileFit, narrowed: float, low: float, high: float, ends: frozenset[str]
+    c: Calibration,
+    pile: PileFit,
+    narrowed: float,
+    low: float,
+    high: float,
+    ends: frozenset[str],
 ) -> str:
-    """narrowed: the share of its prior's sd that the pile takes away from the
+    """narrowed: the share of its prior's sd that the recordings take away from the
     parameter."""
     if narrowed < NARROWED_LEAST or len(ends) == 2:
         if narrowed >= NARROWED_SOMEWHAT:
             by = f"narrows it by {100 * narrowed:.0f} %"
         else:
             by = "says nothing of it"
+        who = " with the ".join(("the pile", *c.beside))
         return (
-            f"not resolved: the pile {by}; it may be anything from {low:.3g} to"
-            f" {high:.3g}"
+            f"not resolved: {who} {by}; it may be anything from {low:.3g} to {high:.3g}"
         )
-    if not pile.weak:
+    if c.beside or not pile.weak:
         return bounded(low, high, ends)
     if not pile.informative:
         return "not calibrated: the scatter between packings hides the pile's angle"

@@ -3,7 +3,7 @@ the bench's."""
 
 from dataclasses import dataclass
 
-from benchtwin.calibrate.procedure.rigs import PILE
+from benchtwin.bench.tells import BySurface
 
 # some 500 seeds in place of thousands (docs/engine.md says what a run costs); what it
 # does to the intervals: benchmarks/slices.py
@@ -20,7 +20,9 @@ class Effort:
     most: largest number of replicates a design point gets; more: most piles beyond the
     design; piles: verification piles; power: with which main effects are to be found;
     slab, fill_mm: width and filling of the slice that stands for the bench's pile, None
-    for the pile as described; draws: effective ones from the posterior."""
+    for the pile as described; draws: effective ones from the posterior; unrecorded:
+    whether rigs that the bench has not recorded are simulated too, to tell what they
+    would add."""
 
     name: str
     levels: int = 6
@@ -37,15 +39,16 @@ class Effort:
     slab: float | None = SLAB_MM
     fill_mm: float = FILL_MM
     draws: int = 1000
+    unrecorded: bool = False
 
     def notes(self) -> tuple[str, ...]:
         """What a reader of the report must know of it."""
         return (QUICKLY,) if self.name == "quick" else ()
 
-    def pile(self, stated: dict) -> tuple[dict, tuple[str, ...]]:
-        """The section of the pile that is simulated where the bench states this one,
-        and a note where it is another."""
-        return PILE.simulated(stated, self.slab, self.fill_mm)
+    def simulated(self, rig: BySurface, stated: dict) -> tuple[dict, tuple[str, ...]]:
+        """The rig's section that is simulated where the bench states this one, and a
+        note where it is another."""
+        return rig.simulated(stated, self.slab, self.fill_mm)
 
 
 FULL = Effort("full")

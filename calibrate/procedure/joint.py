@@ -1,14 +1,18 @@
 """What all recordings together say of all parameters: posterior, resolved directions,
 what else to measure."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.calibrate.procedure.next_tests import next_tests
 from benchtwin.calibrate.procedure.pile import PileFit
+from benchtwin.calibrate.procedure.pile_surrogate import PileObservables, joined
 from benchtwin.calibrate.procedure.rigs import ON_SEED, PILE
 from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.posterior import (
     Observable,
     Posterior,
@@ -48,36 +52,41 @@ class Joint:
     """posterior over the parameters that were fitted, table: its summary beside the
     sequential answers (sequential, level), directions of the seed–seed parameters, best
     resolved first; narrowing: further observables, best first, with their assumed
-    noise; notes."""
+    noise; notes; next_tests: what more minutes of each test would leave."""
 
     posterior: Posterior
     table: pd.DataFrame
     directions: pd.DataFrame = field(default_factory=pd.DataFrame)
     narrowing: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: tuple[str, ...] = ()
+    next_tests: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def fit_joint(
     steel: dict[str, SteelFit],
     pile: PileFit | None,
+    beside: Mapping[str, PileObservables] | None = None,
     *,
     rng: np.random.Generator,
     priors: dict[str, tuple[float, float]] | None = None,
     ess: int = 1000,
+    others: tuple[BenchTest, ...] = (),
 ) -> Joint | None:
     """Posterior over all fitted parameters; None where nothing was fitted.
 
     The piles stand in it by what they showed (`PileFit.seen`), else by the angle's
-    surface over the seed–seed parameters alone. priors: {parameter: (mean, sd)} of
-    normal ones, else uniform over what was simulated; ess: effective draws. Narrowing
-    weighs what else the piles show, and drop, slide and roll of seed on seed, measured
-    as well as on steel."""
+    surface over the seed–seed parameters alone; beside: what further rigs say of seed
+    on seed; others: tests that the bench has not run. priors: {parameter: (mean, sd)}
+    of normal ones, else uniform over what was simulated; ess: effective draws.
+    Narrowing weighs what else the piles show, and drop, slide and roll of seed on seed,
+    measured as well as on steel."""
     observables = [
         Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench)
         for n, f in steel.items()
     ]
-    of_pile, correlation = _of_pile(pile)
-    observables += of_pile
+    of_rigs = {**_of_pile(pile), **(beside or {})}
+    of_seeds, correlation = joined(tuple(of_rigs.values()))
+    observables += of_seeds
     if not observables:
         return None
     sequential = {name: value for name, (value, _) in together(steel.values()).items()}
@@ -94,19 +103,23 @@ def fit_joint(
     seeds = _seed_marginal(posterior)
     to_measure = [*pile.candidates, *_seed_rig_candidates(steel, pile)]
     further = narrowing(seeds, to_measure)
-    return Joint(posterior, table, directions(seeds), further, notes)
+    next_ = next_tests(posterior, of_rigs, others, pile.box.names)
+    return Joint(posterior, table, directions(seeds), further, notes, next_)
 
 
-def _of_pile(
-    pile: PileFit | None,
-) -> tuple[tuple[Observable, ...], pd.DataFrame | None]:
-    """What the piles say in the posterior, and how its errors are correlated."""
+def _of_pile(pile: PileFit | None) -> dict[str, PileObservables]:
+    """What the piles say in the posterior."""
     if pile is None:
-        return (), None
+        return {}
     if pile.seen is not None:
-        return pile.seen.observables, pile.seen.correlation
-    surface = shrink(pile.surface)
-    return (Observable(f"{PILE.name}: {PILE.response}", surface, pile.bench),), None
+        return {PILE.name: pile.seen}
+    name = f"{PILE.name}: {PILE.response}"
+    angle = Observable(name, shrink(pile.surface), pile.bench)
+    alone = pd.DataFrame([[1.0]], index=[name], columns=[name])
+    seen = PileObservables(
+        observables=(angle,), correlation=alone, used=(PILE.response,), notes=()
+    )
+    return {PILE.name: seen}
 
 
 def _shared_range(name: str, observables: list[Observable]) -> tuple[float, float]:

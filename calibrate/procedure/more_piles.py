@@ -6,7 +6,12 @@ from typing import cast
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.pile_stage import PileStage
-from benchtwin.calibrate.procedure.pile_surrogate import PileObservables, observed
+from benchtwin.calibrate.procedure.pile_surrogate import (
+    PileObservables,
+    joined,
+    observed,
+)
+from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.information import (
     Weighted,
@@ -27,19 +32,33 @@ PACKINGS = 500  # first packing number: none that the design has
 
 
 def add_piles(
-    stage: PileStage, box: Box, done: pd.DataFrame, *, shared: bool
+    stage: PileStage,
+    box: Box,
+    done: pd.DataFrame,
+    *,
+    shared: bool,
+    known: tuple[PileObservables, ...] = (),
 ) -> tuple[pd.DataFrame, list[str]]:
-    """Simulate up to `stage.effort.more` piles beyond those done; all of them, and a
-    note of how many were added and what they did."""
+    """Simulate up to `stage.effort.more` piles, or runs of the stage's rig, beyond
+    those done; all of them, and a note of how many were added and what they did. known:
+    what other rigs say."""
     rng = np.random.default_rng([stage.seed, PACKINGS])
     prior, widths, added = _prior(stage, box), [], 0
+    what = "piles" if stage.rig is PILE else stage.rig.rig.in_plural
     while True:
         seen = observed(
-            done, stage.readings, box, stage.steel, alike=stage.alike, shared=shared
+            done,
+            stage.readings,
+            box,
+            stage.steel,
+            alike=stage.alike,
+            shared=shared,
+            rig=stage.rig,
         )
         if not seen.observables:
             return done, []
-        posterior = weighted(seen.observables, prior, seen.correlation.to_numpy(), rng)
+        observables, correlation = joined((*known, seen))
+        posterior = weighted(observables, prior, correlation.to_numpy(), rng)
         widths.append(_width(posterior, box))
         settled = (
             len(widths) > WAIT and widths[-1] > (1 - LEAST_GAIN) * widths[-1 - WAIT]
@@ -57,7 +76,7 @@ def add_piles(
     else:
         ended = "they were still shrinking when no more were allowed"
     return done, [
-        f"{added} piles more than the design's, where they tell most: seed–seed"
+        f"{added} {what} more than the design's, where they tell most: seed–seed"
         f" intervals came to {widths[-1] / widths[0]:.0%} of their width; {ended}"
     ]
 

@@ -79,7 +79,7 @@ def _pair(
     camera = {k: v for k, v in stated.get("camera", {}).items() if k == "fps"}
     if rig == PILE.name:
         of_bench = c.bench.rigs[rig].description.get(rig, {})
-        section, said = effort.pile(section or of_bench)
+        section, said = effort.simulated(PILE, section or of_bench)
         section = as_built(rig, section)
         camera = PILE.shown(section)
     description = {rig: section, "seed": lot["seed"], "camera": camera} | lot

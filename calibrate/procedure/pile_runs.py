@@ -273,6 +273,20 @@ def _design(box: Box, effort: Effort) -> pd.DataFrame:
     return DESIGNS[effort.design](box, centre_points=effort.centre)
 
 
+def design_points(stage: PileStage, box: Box) -> pd.DataFrame:
+    """The design once, with the seed–steel parameters that vary along."""
+    return _with_steel(_design(box, stage.effort), box, stage.steel)
+
+
+def _with_steel(design: pd.DataFrame, box: Box, steel: Box | None) -> pd.DataFrame:
+    if steel is None:
+        return design
+    outside = design[[f"{n}_coded" for n in box.names]].to_numpy()
+    natural = steel.natural(two_level_pattern(outside, len(steel.names)))
+    rounded = np.vectorize(lambda v: float(f"{v:.9g}"))(natural)
+    return design.assign(**dict(zip(steel.names, rounded.T)))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DesignRun:
     """A design's runs: design, a row a run, with what was read of it; plan: of its
@@ -305,11 +319,7 @@ def run_design(
     design = pd.concat(parts, ignore_index=True)
     if not scatter.pairing.worth_it:
         design["packing"] = np.arange(len(design))
-    if (steel := stage.steel) is not None:
-        outside = design[[f"{n}_coded" for n in box.names]].to_numpy()
-        natural = steel.natural(two_level_pattern(outside, len(steel.names)))
-        rounded = np.vectorize(lambda v: float(f"{v:.9g}"))(natural)
-        design[list(steel.names)] = rounded
+    design = _with_steel(design, box, stage.steel)
     table, piles = stage.piles(design, DESIGN_PACKINGS + design["packing"].to_numpy())
     there, notes = usable(table, PILE.response, least=USABLE)
     seen = [

@@ -1,9 +1,10 @@
-"""What the simulations of a pile need, and how a pile is run."""
+"""What the simulations of a rig that tells of seed on seed need, and how it is run."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -13,12 +14,12 @@ from benchtwin.calibrate.statistics.box import Box
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PileStage:
-    """What the pile's simulations need. fixed: seed–steel parameters; ranges: of the
-    factors, for the path; path: one that is prescribed, group and the factors; levels:
-    a box that is prescribed instead of the path's; near: the point of the sheet to
-    report; steel: seed–steel parameters that vary along in the design; steel_found:
-    their (value, sd) from their own rigs; notes: where another pile is simulated than
-    the bench's."""
+    """What the simulations of the piles, or of `rig` beside them, need. fixed:
+    seed–steel parameters; ranges: of the factors, for the path; path: one that is
+    prescribed, group and the factors; levels: a box that is prescribed instead of the
+    path's; near: the point of the sheet to report; steel: seed–steel parameters that
+    vary along in the design; steel_found: their (value, sd) from their own rigs; notes:
+    where another pile is simulated than the bench's."""
 
     readings: RigReadings
     fixed: dict[str, float]
@@ -33,6 +34,7 @@ class PileStage:
     steel_found: dict[str, tuple[float, float]] = field(default_factory=dict)
     path: pd.DataFrame | None = None
     notes: tuple[str, ...] = ()
+    rig: BySurface = PILE
 
     @property
     def alike(self) -> bool:
@@ -58,9 +60,9 @@ class PileStage:
         """One pile a row of `points` on that row's packing."""
         return [
             Run(
-                PILE.name,
+                self.rig.name,
                 {n: float(v) for n, v in row.items()},
-                seed_numbers(self.seed, PILE.name, packing),
+                seed_numbers(self.seed, self.rig.name, packing),
                 self.description,
             )
             for row, packing in zip(self.values(points).to_dict("records"), packings)

@@ -5,10 +5,12 @@ The seed–steel parameters vary along: every pile of the design has them low or
 a pattern that keeps them apart from the seed–seed ones, so that what they do to a pile
 is known without a pile more, and their uncertainty goes into the posterior."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics import terms as polynomial
@@ -20,6 +22,7 @@ from benchtwin.calibrate.statistics.posterior import Observable
 from benchtwin.calibrate.statistics.resolution import Candidate
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
+from scipy.linalg import block_diag
 
 # of a seed–steel parameter: how far to either side it varies at least, so that what it
 # does to a pile shows beside packing noise; and at least so many of its own sds
@@ -42,13 +45,15 @@ NOT_OBSERVABLES = {
 class PileObservables:
     """observables of the bench's piles with their surfaces, the angle first;
     correlation between their errors, by name; used: columns they come from; notes;
-    angle: the least-squares surface of the angle, None where it was not seen."""
+    angle: the least-squares surface of the angle, None where it was not seen; runs: all
+    that was simulated, where no `PileFit` keeps it."""
 
     observables: tuple[Observable, ...]
     correlation: pd.DataFrame
     used: tuple[str, ...]
     notes: tuple[str, ...]
     angle: Surface | None = None
+    runs: pd.DataFrame | None = None
 
 
 def steel_box(
@@ -91,9 +96,10 @@ def observed(
     *,
     alike: bool,
     shared: bool = False,
+    rig: BySurface = PILE,
 ) -> PileObservables:
     """Surfaces through all piles in the box, a row a run, for the angle and whatever
-    else the bench says of its piles.
+    else the bench says of its piles; or through the runs of `rig`.
 
     alike: whether the bench's piles are the simulated ones' like, so that their scatter
     may be pooled; shared: whether piles of one packing scatter together; where a few
@@ -101,13 +107,13 @@ def observed(
     wide = box.with_factors(steel)
     inside = (abs(box.coded(box.points(piles))) <= 1 + 1e-9).all(axis=1)
     piles, packing = piles[inside], "packing" if shared else None
-    read = {PILE.response: readings.values, **readings.further}
-    weighed = [column for column in readings.further if column in PILE.rig.weighed]
+    read = {rig.response: readings.values, **readings.further}
+    weighed = [column for column in readings.further if column in rig.rig.weighed]
     notes: list[str] = []
     if weighed and not alike:
         notes.append(
-            f"not used in the posterior: {' and '.join(weighed)}, weighed of the pile"
-            " as described, not of the slice"
+            f"not used in the posterior: {' and '.join(weighed)}, weighed of the"
+            f" {rig.name} as described, not of the slice"
         )
         read = {c: v for c, v in read.items() if c not in weighed}
     found, errors, used, angle = [], {}, [], None
@@ -116,8 +122,10 @@ def observed(
         if source not in piles or piles[source].nunique() < LEAST_DIFFERENT:
             continue
         there = piles[piles[source].notna()]
-        least_squares, note = _surface(there, source, wide, len(box.names), packing)
-        surface, own = shrink(least_squares), column == PILE.response
+        least_squares, note = surface_through(
+            there, source, wide, len(box.names), packing
+        )
+        surface, own = shrink(least_squares), column == rig.response
         angle = least_squares if own else angle
         try:
             mean = pooled_mean(
@@ -133,23 +141,36 @@ def observed(
             notes.append(f"not used in the posterior: {error}")
             continue
         notes += note
-        found.append(Observable(f"pile: {column}", surface, mean))
-        errors[f"pile: {column}"] = pd.Series(surface.residuals)
+        found.append(Observable(f"{rig.name}: {column}", surface, mean))
+        errors[f"{rig.name}: {column}"] = pd.Series(
+            surface.residuals, index=there.index
+        )
         used.append(source)
     return PileObservables(
         observables=tuple(found),
-        correlation=_correlation(errors),
+        correlation=correlation_of(errors),
         used=tuple(used),
         notes=tuple(dict.fromkeys(notes)),
         angle=angle,
     )
 
 
+def joined(
+    parts: Sequence[PileObservables],
+) -> tuple[tuple[Observable, ...], pd.DataFrame]:
+    """Observables of several rigs, and the correlation of their errors: none between
+    rigs, which share no run."""
+    observables = tuple(o for part in parts for o in part.observables)
+    names = [o.name for o in observables]
+    blocks = block_diag(*(part.correlation for part in parts)) if names else None
+    return observables, pd.DataFrame(blocks, index=names, columns=names, dtype=float)
+
+
 def _there(piles: pd.DataFrame, column: str) -> bool:
     return column in piles and bool(piles[column].notna().any())
 
 
-def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
+def correlation_of(errors: dict[str, pd.Series]) -> pd.DataFrame:
     """Correlation of the surfaces' residuals, a hundredth short of what would make two
     observables one."""
     names = list(errors)
@@ -159,7 +180,7 @@ def _correlation(errors: dict[str, pd.Series]) -> pd.DataFrame:
     )
 
 
-def _surface(
+def surface_through(
     piles: pd.DataFrame, column: str, wide: Box, quadratic: int, packing: str | None
 ) -> tuple[Surface, list[str]]:
     """Quadratic in the first factors, linear in the others as far as there are runs

@@ -1,9 +1,12 @@
 """The rigs of the procedure, as their folders state them (`bench/tells.py`): those that
-tell one parameter each, and the one that tells of seed on seed."""
+tell one parameter each, and those that tell of seed on seed."""
 
 from benchtwin.bench.tells import ByCurve, by_curve, by_surface
 
-STEEL, PILE = by_curve(), by_surface()
+STEEL = by_curve()
+# the first rig that tells of seed on seed chooses where the others are simulated
+PILE, *_others = by_surface().values()
+BESIDE = {rig.name: rig for rig in _others}
 # where several rigs tell one parameter, the first one's word holds
 _FIRST: dict[str, ByCurve] = {}
 for _rig in STEEL.values():

@@ -2,19 +2,26 @@
 ones found, then the pile."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from benchtwin.calibrate.procedure.bench import bench_of
+from benchtwin.calibrate.procedure.beside_piles import (
+    LEAST_RUNS,
+    simulate_beside,
+    simulate_design,
+)
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import FULL, Effort
+from benchtwin.calibrate.procedure.next_tests import unrecorded_test
 from benchtwin.calibrate.procedure.pile_runs import simulate_pile
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import steel_box
 from benchtwin.calibrate.procedure.rigs import (
     ASSUMED,
+    BESIDE,
     PILE,
     RANGES,
     SEED_LIMITS,
@@ -28,6 +35,7 @@ from benchtwin.calibrate.procedure.shape_effect import (
 from benchtwin.calibrate.procedure.simulator import Simulator
 from benchtwin.calibrate.procedure.steel_runs import SteelStage, simulate_steel
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
 
@@ -90,12 +98,19 @@ def calibrate_simulated(
     if PILE.name in bench.rigs:
         say(f"{PILE.name}: seed on seed")
         found = pile_rig(found, way, rng)
+    for name in (n for n in BESIDE if n in bench.rigs):
+        say(f"{name}: seed on seed")
+        found = rig_beside(found, name, way)
+    others: tuple[BenchTest, ...] = ()
+    if effort.unrecorded and found.pile is not None:
+        say("what would other rigs tell?")
+        others = unrecorded(found, way)
     if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
         say("does the seeds' shape matter?")
         found = compare_shapes(found, way)
     say("all recordings together")
     draws, priors = effort.draws, way.prescribed.priors
-    return _noted(found.joined(rng, priors=priors, ess=draws))
+    return _noted(found.joined(rng, priors=priors, ess=draws, others=others))
 
 
 def checked_ranges(
@@ -166,6 +181,42 @@ def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibrat
     return found.trying(PILE.name, lambda: simulate_pile(stage, rng))
 
 
+def rig_beside(found: Calibration, name: str, way: Way) -> Calibration:
+    """A further rig that tells of seed on seed, simulated over the piles' design."""
+    if found.pile is None:
+        why = "its runs are laid over the heaps' design, and no heap was calibrated"
+        return found.without(name, ValueError(why))
+    pile, readings = found.pile, found.bench.rigs[name]
+    stage = replace(_stage_beside(found, name, way), readings=readings)
+    before = (pile.seen,) if pile.seen is not None else ()
+    known = (*before, *found.beside.values())
+    return found.trying(name, lambda: simulate_beside(stage, pile.box, known))
+
+
+def unrecorded(found: Calibration, way: Way) -> tuple[BenchTest, ...]:
+    """Rigs of which the bench has no recording, simulated over the piles' design."""
+    if found.pile is None:
+        return ()
+    tests, box = [], found.pile.box
+    for name in (n for n in BESIDE if n not in found.bench.rigs):
+        stage = _stage_beside(found, name, way)
+        _, runs = simulate_design(stage, box)
+        if len(runs) >= LEAST_RUNS:
+            tests.append(unrecorded_test(stage.rig, runs, box, stage.steel))
+    return tuple(test for test in tests if test is not None)
+
+
+def _stage_beside(found: Calibration, name: str, way: Way) -> PileStage:
+    """The piles' stage for another rig, as the bench describes it, else as the rig
+    itself is."""
+    rig, readings = BESIDE[name], found.bench.rigs.get(name)
+    stated = readings.description if readings is not None else {}
+    section, notes = way.effort.simulated(rig, stated.get(name, {}))
+    described = _described(found, {**stated, name: section})
+    stage = pile_stage(found, way)
+    return replace(stage, rig=rig, description=described, notes=notes)
+
+
 def compare_shapes(found: Calibration, way: Way) -> Calibration:
     """What simpler seeds than the lot's would have given, where the rigs are simulated
     as they are."""
@@ -207,7 +258,7 @@ def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str
     """Sections of the pile that is simulated, and notes where it is not the bench's
     own."""
     stated = found.bench.rigs[PILE.name].description
-    section, notes = effort.pile(stated.get(PILE.name, {}))
+    section, notes = effort.simulated(PILE, stated.get(PILE.name, {}))
     return _described(found, {**stated, PILE.name: section}), notes
 
 

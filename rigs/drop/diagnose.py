@@ -5,6 +5,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import (
@@ -28,21 +29,15 @@ from benchtwin.rigs.drop.impact_quantities import (
 from benchtwin.rigs.drop.impacts import Impacts, impacts_from_times
 from benchtwin.rigs.drop.joint_problem import (
     JointModel,
-    PreparedSession,
-    at_distance,
-    fit_flights,
-    prepare_sessions,
+    prepared_drops,
     session_fits,
     with_impacts,
 )
-from benchtwin.rigs.drop.nuisances import DISTANCES_M, HEIGHT
+from benchtwin.rigs.drop.nuisances import HEIGHT
 from benchtwin.rigs.drop.track_noise import UNSEEN_M
-from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
+from benchtwin.rigs.drop.unlisted import law_of, windows_of
 
 RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
-LEAST_WEIGHT = (
-    1e-3  # weight of a distance beside the likeliest, below which it is dropped
-)
 FEW = "too few impacts were seen to tell an effect from their scatter"
 CONTRADICTION_SDS = 3.0  # of a stated height that the recordings contradict
 AXES = ("place across", "height")
@@ -62,12 +57,9 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         )
     told = {t.recording: t for t in usable}
     sounds = impacts_from_times(listened) if listened else None
-    baselines, notes = _distances(filmed) if filmed else ([((), None, 1.0)], ())
-    alternatives: list[Alternative] = []
-    for sessions, flights, odds in baselines:
-        made, said = _alternatives(sessions, flights, sounds, told, odds)
-        alternatives += made
-        notes = (*notes, *(n for n in said if n not in notes))
+    sessions, flights, notes = prepared_drops(filmed) if filmed else ((), None, ())
+    alternatives, said = _alternatives(sessions, flights, sounds, told)
+    notes = (*notes, *said)
     few = alternatives[0].problem.model.impacts is None
     contact = {} if few else {RESTITUTION.name: restitution}
     asked = DiagnosisTask(
@@ -76,47 +68,15 @@ def diagnose_drop(tracks, rng: np.random.Generator) -> Finding:
         windows_of,
         curves_of,
         contact,
-        law_in_words,
+        law_of,
         partial(separating_recordings, EFFECTS),
         (*notes, *((FEW,) if few else ())),
-        heights_in_words,
+        remarks,
     )
     return finding_of(asked, rng)
 
 
-def _distances(
-    filmed,
-) -> tuple[list[tuple[tuple[PreparedSession, ...], Fit, float]], tuple[str, ...]]:
-    """(sessions, flights fitted, prior odds) for each possible distance of the
-    camera."""
-    stated = all(t.description["camera"].get("distance_mm") for t in filmed)
-    sessions, notes = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])
-    if stated:
-        return [(sessions, fit_flights(sessions), 1.0)], notes
-    found: list[tuple[tuple[PreparedSession, ...], Fit, float]] = []
-    level: list[float] = []
-    for away in DISTANCES_M[::-1]:  # from far to near, until one is too near
-        moved = sessions if not found else tuple(at_distance(s, away) for s in sessions)
-        found.append(
-            (
-                moved,
-                fit_flights(moved, found[-1][1] if found else None),
-                1 / len(DISTANCES_M),
-            )
-        )
-        level.append(ln_evidence(found[-1][1]))
-        if level[-1] < max(level) + np.log(LEAST_WEIGHT):
-            break
-    return [
-        one
-        for one, value in zip(found, level, strict=True)
-        if value > max(level) + np.log(LEAST_WEIGHT)
-    ], notes
-
-
-def _alternatives(
-    sessions, flights: Fit | None, sounds: Impacts | None, told: dict, odds: float
-):
+def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: dict):
     """Seeds as stated; and, if contacts lie too far from the centre for that, longer
     seeds."""
     names = tuple(n for s in sessions for n in s.problem.recordings) + (
@@ -132,7 +92,7 @@ def _alternatives(
         raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
     kept = [names.index(n) for n in plain.recordings]
     follows = tuple(replace(c, z=c.z[kept]) for c in follows)
-    out = [Alternative(with_conditions(plain, RESTITUTION, follows), odds)]
+    out = [Alternative(with_conditions(plain, RESTITUTION, follows))]
     joint: JointModel = plain.model
     if joint.impacts is None or all(
         (s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sessions
@@ -147,7 +107,7 @@ def _alternatives(
         out.append(
             Alternative(
                 with_conditions(longer, RESTITUTION, follows),
-                odds * LISTED_ODDS,
+                LISTED_ODDS,
                 "contacts lie as far beside the centre as those of a seed of"
                 f" elongation {shape.elongation:.2g}",
                 (SHAPE.name,),
@@ -197,6 +157,20 @@ def restitution(e: Explanation) -> tuple[float, float]:
 def is_of_heights(name: str) -> bool:
     """Whether a global says by how much stated heights are off."""
     return name.startswith((HEIGHT, RELEASE_HEIGHT))
+
+
+def remarks(fit: Fit) -> tuple[str, ...]:
+    """Notes on what differs from flight to flight, and on stated heights."""
+    own = max((p.model.own_force for p in fit.problem.model.parts), default=0.0)
+    if not own:
+        return heights_in_words(fit)
+    said = (
+        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
+        f" ({own / G_M_S2:.1%} of its weight) of its own, another way each time: a"
+        " turning seed tracked beside its centre of mass, motion towards the camera, or"
+        " seeds that differ"
+    )
+    return (said, *heights_in_words(fit))
 
 
 def heights_in_words(fit: Fit) -> tuple[str, ...]:

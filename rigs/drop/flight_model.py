@@ -6,19 +6,21 @@ by place only. Rows of prior knowledge stand beside the track: joined contacts, 
 falls, speeds along the line of sight."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
 from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
+from benchtwin.infer.power_law import NAMES
 from benchtwin.infer.rivals import INSIDE_SDS
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import Motion, View
 from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
+    NODES,
     accelerations,
     changes,
     shift_basis,
@@ -32,7 +34,12 @@ IN_FLIGHT = {
     for n, e in EFFECTS.items()
     if e.acceleration or e.picture or e.clock or e.release
 }
-LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES
+# what a law does that was found for unlisted physics is the model's own: Model.laws
+FOUND = {
+    n: Effect(n, "flight", "1", "", 0.01, -np.inf, np.inf, "", needs=lambda _: False)
+    for n in NAMES
+}
+LAWS: dict[str, Effect] = IN_FLIGHT | NUISANCES | FOUND
 ROUND_JOINT_SD_M = 2e-5  # sideways motion of the centre during a contact
 TWICE_S = 5e-3  # from the contact of a long seed's one end to that of the other
 LEAST_ASIDE_M_S = 0.01
@@ -66,18 +73,22 @@ class Model:
     # (2 J): the J contacts seen from the flight before, then from the flight after
     contacts: Places
     begins: Places  # (F): each flight at its first row
+    own_force: float = 0.0  # [m/s²] sd, each way
+    laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
 STARTS = 7  # numbers of a start
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
 NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
 SPIN = "own spin"
+TURNING = 0.5  # by which a flight's own force changes to either end: half a radian
 SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
 NEAREST = 0.5  # greatest share of the way to the camera
 
 
-def build(session: Session) -> Model:
-    """A model with all globals that this session can say something about."""
+def build(session: Session, own_force: float = 0.0) -> Model:
+    """A model with all globals that this session can say something about; own_force:
+    sd [m/s²] of what acts on each flight beside all that they have in common."""
     names = tuple(
         n
         for n, law in LAWS.items()
@@ -93,7 +104,7 @@ def build(session: Session) -> Model:
     begins = points_at(
         session, np.arange(len(session.middle)), session.middle - session.half
     )
-    return Model(session, names, *_aside(session), rows, contacts, begins)
+    return Model(session, names, *_aside(session), rows, contacts, begins, own_force)
 
 
 def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
@@ -284,7 +295,9 @@ def forces(model: Model, values: dict[str, float], aside_square: np.ndarray):
     rate, dragged = rate_of(values), 1 + values.get("air", 0.0)
     room = room * max(dragged, 0.0)
     acting = [
-        (law, v) for n, v in values.items() if (law := LAWS[n].acceleration) and v
+        (law, v)
+        for n, v in values.items()
+        if (law := model.laws.get(n, LAWS[n]).acceleration) and v
     ]
 
     def force(velocity: np.ndarray) -> np.ndarray:
@@ -424,6 +437,26 @@ def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
     )
 
 
+# accelerations (4, POINTS, 2) that a flight has of its own, in sds: steady across and
+# up, and from one end of the flight to the other, as of a body that turns meanwhile
+OWN = np.array(
+    [
+        shape[:, None] * way
+        for shape in (1 + 0 * NODES, TURNING * NODES)
+        for way in np.eye(2)
+    ]
+)
+
+
+def own_pushes(model: Model) -> np.ndarray:
+    """(K, F, POINTS, 2): one sd of each flight's own forces, OWN; (0, …) where none was
+    seen."""
+    flights = np.ones(len(model.session.middle))
+    return np.einsum(
+        "f,kpc->kfpc", model.own_force * flights, OWN[: 4 * (model.own_force > 0)]
+    )
+
+
 def touching(model: Model, push: np.ndarray) -> np.ndarray:
     """(2 J,) [m]: displacement across of seeds at their contacts by an acceleration."""
     return np.einsum(
@@ -438,18 +471,18 @@ def side_rows(
     sds: np.ndarray,
     side_columns: np.ndarray,
     side,
-    spun: np.ndarray,
+    own: np.ndarray,
 ):
-    """Rows of contacts, falls: (recording, {flight: entries by start}, by globals,
-    right side)."""
+    """Rows of contacts, falls: (recording, {flight: entries by x, z, v_x, v_z and by
+    its own pushes}, by globals, right side); own (K, 2 J): see `touching`."""
     s = model.session
     count, rows = len(s.joint), []
     for j, (before, after) in enumerate(s.joint):
         sd = sds[j]
         taus = model.contacts.tau[[j, count + j]]
         entries = {
-            before: np.array([-1, 0, -taus[0], 0, -spun[j]]) / sd,
-            after: np.array([1, 0, taus[1], 0, spun[count + j]]) / sd,
+            before: np.array([-1, 0, -taus[0], 0, *-own[:, j]]) / sd,
+            after: np.array([1, 0, taus[1], 0, *own[:, count + j]]) / sd,
         }
         rows.append((s.recording[before], entries, side_columns[j], -side[j]))
     for r in np.flatnonzero(np.isfinite(s.release)):
@@ -464,7 +497,7 @@ def side_rows(
         rows.append(
             (
                 r,
-                {flight: np.array([0, 0, 0, slope, 0])},
+                {flight: np.array([0, 0, 0, slope, *np.zeros(len(own))])},
                 side_columns[count + r],
                 -side[count + r],
             )
@@ -472,26 +505,27 @@ def side_rows(
     return rows
 
 
-def unseen_rows(model: Model, starts: np.ndarray, r: int):
-    """Rows for motion along the line of sight: v_y² of usual size, y continuous at
-    contacts."""
+def unseen_rows(model: Model, starts: np.ndarray, r: int, approach: float):
+    """Rows for motion along the line of sight: v_y² of usual size, v_y about what all
+    flights have in common, y continuous at contacts: (entries' places, entries, entry
+    by APPROACH, right side)."""
     s, flights = model.session, np.flatnonzero(model.session.recording == r)
     begins = len(np.unique(s.recording))
     counts = np.where(flights == flights[0], begins, len(s.recording) - begins)
     wider = student.ppf(0.975, np.maximum(counts, 1)) / INSIDE_SDS
     for f in flights:
         sd = ASIDE_SD * model.aside_square[f]
-        yield ((f, 4),), 1 / sd, (model.aside_square[f] - starts[f, 4]) / sd
+        yield ((f, 4),), 1 / sd, 0.0, (model.aside_square[f] - starts[f, 4]) / sd
     joints = {int(after): j for j, (_, after) in enumerate(s.joint)}
     for f, times in zip(flights, wider, strict=True):  # told by so many flights
         sd = times * math.sqrt(model.aside_square[f])
-        yield ((f, 6),), 1 / sd, -starts[f, 6] / sd
+        yield ((f, 6),), 1 / sd, -1 / sd, (approach - starts[f, 6]) / sd
         j = joints.get(int(f))
         if j is None:
             sd = (
                 DEPTH_SD_M if f == flights[0] else s.half[flights].sum() * sd
             )  # after unseen flights
-            yield ((f, 5),), 1 / sd, -starts[f, 5] / sd
+            yield ((f, 5),), 1 / sd, 0.0, -starts[f, 5] / sd
             continue
         before, taus = s.joint[j, 0], model.contacts.tau[[j, len(s.joint) + j]]
         apart = (
@@ -504,4 +538,4 @@ def unseen_rows(model: Model, starts: np.ndarray, r: int):
         if not s.elongation < ROUND:
             moved += min(s.rocking_m, TWICE_S * sd)
         entries = np.array([1, taus[1], -1, -taus[0]]) / moved
-        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, -apart / moved
+        yield ((f, 5), (f, 6), (before, 5), (before, 6)), entries, 0.0, -apart / moved

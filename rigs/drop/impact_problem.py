@@ -5,20 +5,24 @@ Rows have measuring errors and the bounces' own scatter (variance_components.py)
 grows with elongation. The mean effect of shape is a nuisance: a seed dropped flat
 bounces differently at first."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.hooks import (
     Hits,
     fallen_deeper,
+    slowed,
     tilted_kick,
     tilted_restitution,
 )
 from benchtwin.rigs.drop.impact_quantities import (
     KICK_FLOOR,
+    KICK_PER_ELONGATION,
+    KICK_ROUGH,
     NEARLY_ROUND,
     Friction,
     ImpactQuantities,
@@ -29,8 +33,13 @@ from benchtwin.rigs.drop.impact_quantities import (
 )
 from benchtwin.rigs.drop.impacts import Impacts
 from benchtwin.rigs.drop.nuisances import HEIGHT
-from benchtwin.rigs.drop.variance_components import Scatter, scatter_of
+from benchtwin.rigs.drop.variance_components import (
+    LEAST_FREEDOM,
+    Scatter,
+    scatter_of,
+)
 from benchtwin.vision.motion.first_bounce import first_flat_sd
+from scipy import stats
 
 E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat
@@ -44,6 +53,7 @@ TURNING_M_S = (
 )
 STEP_LN_SPEED = 0.3
 SLOW_M_S = 0.25  # below this speed the effect of shape on e is constant
+AIR = "air"  # relative change of the stated drag, as in flights
 IN_IMPACTS = {n: e for n, e in EFFECTS.items() if e.restitution or e.kick}
 NUISANCES = {
     "e": unstated_sd("restitution"),
@@ -54,6 +64,7 @@ NUISANCES = {
     "turn.first": 1.0,
     "turn.later": 1.0,
     "upright": 1e-3,
+    AIR: unstated_sd("drag-coefficient"),
 }
 
 
@@ -76,11 +87,31 @@ class ImpactModel:
     friction: Friction
     level_sd: float  # of the logarithm of the scatter
     height_sd_mm: dict[str, float]  # of the stated heights of each session, by name
+    laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
 def elongation_of(impacts: Impacts) -> float:
-    """Median over the recordings of the seeds' elongation (a − c)/(a + c)."""
-    return float(np.median(impacts.seeds.elongation))
+    """Median over the recordings of the seeds' elongation (a − c)/(a + c); where no
+    size is stated at most what the scatter of their impacts lets it be."""
+    known = float(np.median(impacts.seeds.elongation))
+    if np.isfinite(impacts.seeds.radius).any():
+        return known
+    seen = impact_quantities(impacts, known)
+    law = _e_designs(seen, impacts.number)[-1]
+    e = _most_scatter(seen.e, seen.e_usable, law)
+    sure = np.diag(seen.kick_error) < KICK_ROUGH**2  # across was seen
+    kick = _most_scatter(seen.kick, sure, law[:, :1])
+    shown = np.sqrt(e / (2 * E_FLOOR_LONG)), kick / KICK_PER_ELONGATION
+    return float(np.nanmin([known, *shown]))
+
+
+def _most_scatter(y: np.ndarray, rows: np.ndarray, law: np.ndarray) -> float:
+    """The greatest sd of rows about a law that they leave at 95 %, NaN for too few."""
+    freedom = int(rows.sum()) - law.shape[1]
+    if freedom < LEAST_FREEDOM:
+        return np.nan
+    left = y[rows] - law[rows] @ np.linalg.lstsq(law[rows], y[rows], rcond=None)[0]
+    return float(np.sqrt(left @ left / stats.chi2.ppf(0.05, freedom)))
 
 
 def model_of(
@@ -148,8 +179,12 @@ def globals_of(model: ImpactModel) -> tuple[dict, tuple[str, ...], dict[str, flo
         for n, e in IN_IMPACTS.items()
         if rows[e.kick is not None] and (not e.needs or e.needs(model.impacts))
     }
-    names = (*effects, *NUISANCES, *model.height_sd_mm)
-    return effects, names, known_sd(model) | model.height_sd_mm
+    known = known_sd(model) | model.height_sd_mm
+    return (
+        effects,
+        (*effects, *(n for n in NUISANCES if n in known), *model.height_sd_mm),
+        known,
+    )
 
 
 def updated(model: ImpactModel, impacts: Impacts) -> ImpactModel:
@@ -314,6 +349,10 @@ def known_sd(model: ImpactModel) -> dict[str, float]:
         "shape.slow": 5e-4 + 0.25 * square,
         "upright": model.impacts.plumb_sd,
     }
+    timed = model.impacts.seeds.drag[model.impacts.recording[model.impacts.timed]]
+    if timed.any():
+        sd = model.impacts.seeds.drag_sd[model.impacts.recording[model.impacts.timed]]
+        known[AIR] = float(np.median(sd[timed > 0] / timed[timed > 0]))
     return known | {
         "stick": push.stick_sd,
         "grip": push.grip_sd,
@@ -332,6 +371,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         1 - (stick + values["grip"]) * seen.share,
         seen.drift,
         model.impacts.fell,
+        model.impacts.timed,
     )
     shape = later * (
         values["shape.later"]
@@ -340,6 +380,9 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
     e = model.middle + values["e"] + shape
     tilt = model.impacts.seeds.tilt[model.impacts.recording]
     e = tilted_restitution(hits, e, tilt)
+    if values.get(AIR):
+        drag = model.impacts.seeds.drag[model.impacts.recording]
+        e = slowed(hits, e, values[AIR] * drag)
     kick = (
         stick * np.nan_to_num(seen.slip)
         + values["upright"] * hits.lever
@@ -350,7 +393,7 @@ def predict(model: ImpactModel, values: dict[str, float]) -> np.ndarray:
         + (turn + np.where(later, values["turn.later"], values["turn.first"]))
         * seen.turn
     )
-    for name, effect in IN_IMPACTS.items():
+    for name, effect in (IN_IMPACTS | model.laws).items():
         value = values.get(name, 0.0)
         if value and effect.restitution:
             e = effect.restitution(hits, e, value)

@@ -41,6 +41,19 @@ NUMBERS_OF_FALL = {
 }
 
 
+def at_anchor(
+    law: str, numbers: dict[str, float], e: float, anchor: float
+) -> dict[str, float]:
+    """Numbers of a law whose restitution is `e` at `anchor` [m/s]."""
+    if "fall" in numbers:
+        return NUMBERS_OF_FALL[law](numbers["fall"], e, anchor)
+    if "slope" in numbers:  # of a power of speed, which is the same about any speed
+        steeper = (anchor / numbers["speed"]) ** numbers["power"]
+        own = {"slope": numbers["slope"] * steeper, "speed": anchor}
+        return numbers | own
+    return numbers
+
+
 def strikes_again(
     again: Resimulation,
     finding: Finding,
@@ -49,16 +62,18 @@ def strikes_again(
 ) -> Resimulation:
     """`again` with the bounces of both simulations beside the recorded ones."""
     seen, told = impacts_seen(tracks, sessions), next(t.description for t in tracks)
+    laws = EFFECTS | finding.laws
     names = [
         n
         for n in finding.modelled
-        if n in EFFECTS and (EFFECTS[n].restitution or EFFECTS[n].kick)
+        if n in laws and (laws[n].restitution or laws[n].kick)
     ]
     own = {r: {n: v[n] for n in names} for r, v in values_by_recording(finding).items()}
     whole = {n: float(np.mean([v[n] for v in own.values()])) for n in names}
     more = condition_shifts(RESTITUTION, finding, tracks)
     speeds = float(np.median(-seen.before[:, 1]))
-    old, new = (calibrated(seen, told, speeds, values) for values in ({}, whole))
+    changes = ({}, simulation_settings("drop", whole, finding.laws))
+    old, new = (calibrated(seen, told, speeds, change) for change in changes)
     before = outcome(seen, told, old, speeds, {})
     after = {key: values.copy() for key, values in before.items()}
     for r, name in enumerate(seen.names):
@@ -66,11 +81,11 @@ def strikes_again(
         if not len(mine):
             continue
         e = float(np.clip(new + more.get(name, 0.0), *LIMITS))
-        for key, found in outcome(
-            subset(seen, mine), told, e, speeds, own.get(name, whole)
-        ).items():
+        change = simulation_settings("drop", own.get(name, whole), finding.laws)
+        ours = outcome(subset(seen, mine), told, e, speeds, change)
+        for key, found in ours.items():
             after[key][mine] = found
-    key = "kick" if names and all(EFFECTS[n].kick for n in names) else "e"
+    key = "kick" if names and all(laws[n].kick for n in names) else "e"
     recorded = observed(seen)
     unit, off = (
         "m/s" if key == "kick" else "1",
@@ -127,20 +142,15 @@ def observed(seen: Impacts) -> dict[str, np.ndarray]:
 
 
 def outcome(
-    seen: Impacts, told: dict, e: float, anchor: float, values: dict[str, float]
+    seen: Impacts, told: dict, e: float, anchor: float, change: dict[str, dict]
 ) -> dict[str, np.ndarray]:
     """The same simulated with restitution `e` at `anchor` [m/s], averaged over
-    attitudes."""
-    change = simulation_settings("drop", values)
+    attitudes; change: see simulation_settings."""
     laws: dict[str, dict] = {
         "drag": {"factor": 0.0}
     }  # no air, but the same compiled kernels
     for law, numbers in change.get("laws", {}).items():
-        laws[law] = (
-            NUMBERS_OF_FALL[law](numbers["fall"], e, anchor)
-            if "fall" in numbers
-            else numbers
-        )
+        laws[law] = at_anchor(law, numbers, e, anchor)
     tilt = (told.get("drop", {}).get("tilt_deg") or 0.0) + change.get("rig", {}).get(
         "tilt_deg", 0.0
     )
@@ -161,14 +171,14 @@ def outcome(
 
 
 def calibrated(
-    seen: Impacts, told: dict, anchor: float, values: dict[str, float]
+    seen: Impacts, told: dict, anchor: float, change: dict[str, dict]
 ) -> float:
     """The restitution at which the simulated mean restitution equals the recorded
     one."""
     want = float(observed(seen)["e"].mean())
 
     def miss(e: float) -> float:
-        return float(outcome(seen, told, e, anchor, values)["e"].mean()) - want
+        return float(outcome(seen, told, e, anchor, change)["e"].mean()) - want
 
     low, high = np.clip(want, *LIMITS), np.clip(want + 0.05, *LIMITS)
     return secant(miss, low, high, LIMITS, iterations=2, close=1e-6)

@@ -37,6 +37,8 @@ class Seeds:
     reach: np.ndarray  # a − c of the half axes [m]
     gyration: np.ndarray  # gyration² I/m in the picture plane [m²]
     tilt: np.ndarray  # of the plate as stated [deg], falling towards +x
+    drag: np.ndarray  # over weight at 2 m/s, as the air and the seed are stated
+    drag_sd: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,11 @@ class Impacts:
     def of_stated_height(self) -> bool:
         """Whether a speed follows from a stated height."""
         return bool(np.isfinite(self.fell).any())
+
+    @property
+    def timed(self) -> np.ndarray:
+        """(n,): whether the speeds are those of times between impacts."""
+        return np.isnan(self.before[:, 0])
 
     @property
     def spin_seen(self) -> np.ndarray:
@@ -142,9 +149,10 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
     rows = []
     for about in descriptions:
         seed, tilt = about.get("seed", {}), about.get("drop", {}).get("tilt_deg") or 0.0
-        half = np.array(stated_sizes_mm(about)) / 2000
+        half, air = np.array(stated_sizes_mm(about)) / 2000, air_of(about)
+        beside = tilt, air.share, air.sd
         if not len(half):
-            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, tilt))
+            rows.append((np.nan, UNKNOWN_LONG, np.nan, np.nan, *beside))
             continue
         radius = float(np.prod(half)) ** (1 / len(half))
         long = elongation(half.tolist())
@@ -159,10 +167,10 @@ def seeds_of(descriptions: list[dict]) -> Seeds:
                 long,
                 reach,
                 seed.get("inertia_factor", 0.4) * float((half**2).mean()),
-                tilt,
+                *beside,
             )
         )
-    return Seeds(*np.array(rows).reshape(-1, 5).T)
+    return Seeds(*np.array(rows).reshape(-1, len(fields(Seeds))).T)
 
 
 def usable_rows(impacts: Impacts) -> np.ndarray:

@@ -10,12 +10,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from benchtwin.infer.evidence import UnknownScatter
-from benchtwin.infer.linear import Reduced
+from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
+from benchtwin.infer.effect import Effect
+from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
+from benchtwin.infer.linear import Reduced, ridge, stacked
 from benchtwin.infer.noise import block_mean_noise
+from benchtwin.infer.own_scatter import own_scatter
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.rigs.drop import impact_problem
-from benchtwin.rigs.drop.flight_model import LAWS, STARTS, build
+from benchtwin.rigs.drop.flight_model import LAWS, OWN, STARTS, Model, build
 from benchtwin.rigs.drop.impact_problem import ImpactModel, updated
 from benchtwin.rigs.drop.impacts import (
     Impacts,
@@ -26,11 +29,17 @@ from benchtwin.rigs.drop.impacts import (
     usable_rows,
     with_speeds,
 )
+from benchtwin.rigs.drop.nuisances import APPROACH
 from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
-from benchtwin.rigs.drop.session import assemble, block_of
+from benchtwin.rigs.drop.session import Session, assemble, block_of
 from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise
 from scipy.linalg import block_diag
+
+WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
+DISTANCES_M = np.geomspace(FARTHEST_M, NEAREST_M, 10)
+TOO_NEAR = 12.0  # ln of the likelihood below the greatest, as no greater one follows
+TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +86,109 @@ def prepare_sessions(
     return tuple(found), tuple(notes)
 
 
-def at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
+def prepared_drops(
+    tracks,
+) -> tuple[tuple[PreparedSession, ...], Fit, tuple[str, ...]]:
+    """The sessions with what differs from flight to flight as great as they show it
+    (motion towards a camera whose distance is not stated, own forces); their flights,
+    fitted with nothing missing; notes."""
+    stated = all(t.description["camera"].get("distance_mm") for t in tracks)
+    sessions, notes = prepare_sessions(tracks, np.inf if stated else FARTHEST_M)
+    flights = fit_flights(sessions)
+    for more in (with_own_forces,) if stated else (with_distance, with_own_forces):
+        found = more(sessions, flights)
+        if found is not sessions:
+            sessions, flights = found, fit_flights(found, flights)
+    return sessions, flights, notes
+
+
+def with_distance(
+    sessions: tuple[PreparedSession, ...], flights: Fit
+) -> tuple[PreparedSession, ...]:
+    """The same sessions at the distance at which motion towards the camera is as
+    visible as these recordings show it, effects being free: the root of the mean square
+    of 1/distance, log-uniform beforehand; flights: as fitted at FARTHEST_M."""
+    ln: list[float] = []
+    for away in DISTANCES_M:  # from far to near, until one is too near
+        moved = tuple(_at_distance(s, away) for s in sessions)
+        ln.append(_ln_restricted(joint_flights(moved), flights))
+        if ln[-1] < max(ln) - TOO_NEAR:
+            break
+    weight = np.exp(np.array(ln) - max(ln))
+    away = float((weight @ DISTANCES_M[: len(ln)] ** -2 / weight.sum()) ** -0.5)
+    return tuple(_at_distance(s, away) for s in sessions)
+
+
+def _at_distance(prepared: PreparedSession, away_m: float) -> PreparedSession:
     """The same session with another distance where none is stated."""
-    seen = assemble(prepared.tracks, away_m)
-    return replace(prepared, problem=problem_of(build(seen), prepared.noise))
+    model: Model = prepared.problem.model
+    used = [t for t in prepared.tracks if not t.trouble]
+    stated = [bool(t.description["camera"].get("distance_mm")) for t in used]
+    away = np.where(stated, model.session.away, away_m)
+    moved = replace(model, session=replace(model.session, away=away))
+    return replace(prepared, problem=problem_of(moved, prepared.noise))
+
+
+def _ln_restricted(problem: Problem, near: Fit) -> float:
+    """ln of the likelihood, locals and globals integrated out, linearised at `near`."""
+    reduced = problem.reduce(near.starts, near.values)[0]
+    wide = _wide_sds(near)
+    left = ridge(*stacked(reduced), wide)
+    kept = wide > 0
+    scaled = left[1][np.ix_(kept, kept)] / np.outer(wide[kept], wide[kept])
+    own = sum(r.half_ln_det for r in reduced)
+    return -0.5 * left[2] + 0.5 * float(np.linalg.slogdet(scaled)[1]) - own
+
+
+def _wide_sds(of: Fit) -> np.ndarray:
+    """Prior sds (G,) of the globals where effects are free, too, each within WIDEST
+    times its usual size."""
+    effects = of.problem.effects
+    usual = [effects[n].prior_sd if n in effects else 0.0 for n in of.names]
+    return of.baseline_sd + WIDEST * np.array(usual)
+
+
+def with_own_forces(
+    sessions: tuple[PreparedSession, ...], flights: Fit
+) -> tuple[PreparedSession, ...]:
+    """The same sessions, each flight with a force of its own as far as these recordings
+    show that flights have one; flights: as fitted without.
+
+    Free beside it is what flights of one number have in common (the falls, the first
+    rebounds), and so are effects, each within WIDEST times its usual size."""
+    joint: JointModel = flights.problem.model
+    pushes = [_by_number(part.model.session) for part in joint.parts]
+    reduced = flights.problem.reduce(flights.starts, flights.values, (pushes, None))[0]
+    width, count = len(flights.values), len(pushes[0])
+    wide = _wide_sds(flights)
+
+    made = [
+        replace(r, a=np.hstack([r.a[:, :width] * wide, r.a[:, width:], r.a[:, width:]]))
+        for r in reduced
+    ]
+    known = np.eye(width, width + 2 * count)
+    made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
+    usual = np.full(count, unstated_sd("own-force"))
+    own = float(np.max(own_scatter(tuple(made), width + count, usual)))
+    if not own:
+        return sessions
+    models = [replace(s.problem.model, own_force=own) for s in sessions]
+    return tuple(
+        replace(s, problem=problem_of(model, s.noise))
+        for s, model in zip(sessions, models, strict=True)
+    )
+
+
+def _by_number(session: Session) -> np.ndarray:
+    """(4 TOLD, F, POINTS, 2) [m/s²]: OWN on each recording's flights of one number, of
+    those numbers that are longest."""
+    before = [
+        int((session.recording[:f] == r).sum()) for f, r in enumerate(session.recording)
+    ]
+    lengths = np.bincount(before, session.half**4, minlength=TOLD)
+    told = np.argsort(-lengths)[:TOLD]
+    on = (np.array(before) == told[:, None]).astype(float)
+    return np.einsum("nf,kpc->nkfpc", on, OWN).reshape(-1, len(before), *OWN.shape[1:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +245,7 @@ def joint_flights(sessions: tuple[PreparedSession, ...]) -> Problem:
         spot = []
         for n in parts[k].names:
             law = LAWS[n]
-            of_session = any((law.picture, law.clock, law.release))
+            of_session = n == APPROACH or any((law.picture, law.clock, law.release))
             own = f"{n}@{k + 1}" if rank and of_session else n
             if own not in names:
                 names.append(own)
@@ -260,7 +368,36 @@ def _problem(
         joint,
         MAX_ITERATIONS,
         unknown_scatter=unknown_scatter if joint.impacts is not None else None,
+        with_effect=partial(_with_effect, joint, names, effects, known),
     )
+
+
+def _with_effect(
+    joint: JointModel,
+    names: tuple[str, ...],
+    effects: dict[str, Effect],
+    known: dict[str, float],
+    effect: Effect,
+) -> Problem:
+    """With one more law of impacts, or of the flights of all sessions."""
+    own = effect.name
+    if effect.restitution:
+        assert joint.impacts is not None and joint.own_spot is not None
+        impacts = replace(joint.impacts, laws=joint.impacts.laws | {own: effect})
+        joint = replace(
+            joint,
+            impacts=impacts,
+            own_names=(*joint.own_names, own),
+            own_spot=np.append(joint.own_spot, len(names)),
+        )
+    else:
+        assert all(part.with_effect for part in joint.parts)
+        joint = replace(
+            joint,
+            parts=tuple(part.with_effect(effect) for part in joint.parts),
+            spots=tuple(np.append(spot, len(names)) for spot in joint.spots),
+        )
+    return _problem(joint, (*names, own), effects | {own: effect}, known)
 
 
 def _reduced(

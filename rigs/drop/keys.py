@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from benchtwin.bench.priors import stated_sd
+from benchtwin.bench.priors import stated_sd, usable_sd
 from benchtwin.bench.section import (
     FROM_LIST,
     Finite,
@@ -49,4 +49,8 @@ class Drop(Section):
         """sd of height_mm [mm], as stated, else of heights that people state."""
         if self.height_sd_mm is None:
             return stated_sd("release-height")
-        return self.height_sd_mm
+        return usable_sd("release-height", self.height_sd_mm)
+
+    @property
+    def used_sds(self) -> dict[str, float]:
+        return {"height_sd_mm": self.height_sd}

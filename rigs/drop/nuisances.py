@@ -17,6 +17,7 @@ from benchtwin.rigs.drop.effects.hooks import (
 
 READOUT = "readout"  # of a rolling shutter, beside what is assumed
 HEIGHT = "height"  # by how much a session's stated heights are too low
+APPROACH = "approach"  # towards the camera, what all flights have in common [m/s]
 OFF_CENTRE = 0.3  # of the view's reach, within which a lens has its axis
 PRIORS = {  # sds where nothing is stated; what is stated is added or replaces them
     "scale": unstated_sd("gravity"),  # g acts as the scale
@@ -30,13 +31,8 @@ PRIORS = {  # sds where nothing is stated; what is stated is added or replaces t
     "air": unstated_sd("drag-coefficient"),
     "air-slope": unstated_sd("drag-slope"),
     HEIGHT: stated_sd("release-height"),
+    APPROACH: unstated_sd("approach"),
 }
-DISTANCES_M = (
-    0.45,
-    1.2,
-    3.3,
-    9.0,
-)  # of a camera whose distance is not stated: log-uniform .3 to 20 m, as alternatives
 DEPTH_SD_M = 2e-3  # of the release beside the plane of the scale
 LOCK = "pixel-lock"
 
@@ -94,6 +90,7 @@ _FOUND = (
     _nuisance("wobble", wobbled(0), lambda session: session.spins),
     _nuisance("wobble.other", wobbled(1), lambda session: session.spins),
     _nuisance(READOUT, needs=lambda session: session.readout_sd_s > 0, sd=1e-3),
+    _nuisance(APPROACH),
     _nuisance("air"),
     _nuisance("air-slope"),
     _nuisance(

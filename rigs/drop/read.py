@@ -1,14 +1,18 @@
 """Tracks of drops as plain arrays: what a diagnosis is made from, read by the same code
 for bench and twin."""
 
+import math
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from benchtwin.bench.air import air_of, drag_at, hop_s
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.curve import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
+from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
@@ -25,6 +29,7 @@ from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
 SCALE_OF_GRAVITY_SD = 0.1
+READING = "rebound_height_mm"
 # key of how well one fall by itself gives a scale, relative
 FALL_SD = "scale_of_fall_sd"
 LEAST_FALL_SD = 1e-5
@@ -107,6 +112,8 @@ def one_scale(seen: list[SeenTrack]) -> list[SeenTrack]:
 def _seen(entry: Recording, observed: Observed) -> list[SeenTrack]:
     if entry.evidence in ("impacts.csv", "sound"):
         return heard_of(entry)
+    if entry.evidence == "readings.csv":
+        return readings_of(entry)
     try:
         return drops_of(track_of(entry, observed), entry)
     except MeasurementError as error:
@@ -155,6 +162,40 @@ def heard_of(recording: Recording) -> list[SeenTrack]:
             )
         )
     return _numbered(heard)
+
+
+def readings_of(recording: Recording) -> list[SeenTrack]:
+    """Heights of rebound that somebody read off, a drop each: two impacts, as long
+    apart as such a rebound lasts. MeasurementError where there are none."""
+    table = read_readings(recording.files[0])
+    if READING not in table.rows:
+        raise MeasurementError(f"{recording.files[0]}: no column {READING}")
+    if recording.drop.height_mm is None:
+        missing = (
+            "[drop] height_mm is missing; a rebound by itself tells no restitution"
+        )
+        raise MeasurementError(f"{recording.toml}: {missing}")
+    told = describe(recording)
+    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
+    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
+    heights = table.rows[READING].dropna().to_numpy(float)
+    seen = []
+    for height_mm in heights[heights > 0]:
+        lasts = float(hop_s(height_mm / 1000, drag))
+        sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
+        seen.append(
+            SeenTrack(
+                recording.id,
+                recording.session or "",
+                contacts_s=np.array([0.0, lasts]),
+                contacts_sd_s=np.full(2, sd_s),
+                description=told,
+                notes=table.notes,
+            )
+        )
+    if not seen:
+        raise MeasurementError(f"{recording.files[0]}: no rebound rose")
+    return _numbered(seen)
 
 
 def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:

@@ -1,9 +1,9 @@
 """Linearisation of a session's flights, rows compressed by QR.
 
 Locals are the flights' starts (v_y² with its usual size as prior), each seed's drag
-beside the lot's, each recording's pixel lock, and, where spin pushes, the difference
-between each flight's spin and its silhouette's rotation. Smooth curves are Legendre
-polynomials of degrees 2 to 6."""
+beside the lot's, each recording's pixel lock, and what pushes each flight of its own: a
+force, and, where spin does, the difference between its spin and its silhouette's
+rotation. Smooth curves are Legendre polynomials of degrees 2 to 6."""
 
 from dataclasses import replace
 from functools import partial
@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import frame_lag, whiten
 from benchtwin.infer.problem import Problem
@@ -25,6 +26,7 @@ from benchtwin.rigs.drop.flight_model import (
     growth,
     joint_sds,
     nearer,
+    own_pushes,
     picture_slopes,
     places,
     push_slopes,
@@ -38,6 +40,7 @@ from benchtwin.rigs.drop.flight_model import (
     velocities,
 )
 from benchtwin.rigs.drop.nuisances import (
+    APPROACH,
     HEIGHT,
     LOCK,
     NUISANCES,
@@ -76,7 +79,7 @@ def reduce(
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
     blocks = _blocks(model, noise, starts, values, pushes)
     lower, change = _eliminate(
-        model, starts, blocks, len(values) + len(pushes), model.session.spins
+        model, starts, values, blocks[:2], len(values) + len(pushes), blocks[2]
     )
     at = np.concatenate([values, np.zeros(len(pushes))])
     return tuple(replace(r, b=r.b + r.a @ at) for r in lower), change
@@ -89,20 +92,19 @@ def _blocks(
     values: np.ndarray,
     pushes: np.ndarray,
 ):
-    """Flights' triangles (locals | globals, pushes | spin | smooth | residual), and
-    side rows."""
+    """Flights' triangles (locals | globals, pushes | own | smooth | residual), side
+    rows, and how many own pushes a flight has."""
     s, at = model.session, dict(zip(model.names, values, strict=True))
     step = steps_of(model)
     push = pushed(model, starts, at)
     driven = push_slopes(model, starts, at, push, step)
     spun = [driven.pop(SPIN)] if SPIN in driven else []
+    own = np.array([*spun, *own_pushes(model)]).reshape(-1, *push.shape)
     seen, columns = row_slopes(model, starts, at, push, driven, step)
-    columns += list(
-        _pushed_rows(model, np.array([*pushes, *spun]).reshape(-1, *push.shape))
-    )
+    columns += list(_pushed_rows(model, np.concatenate([pushes, own])))
     jacobian = np.stack(
         [*columns, (s.places - seen).T], axis=-1
-    )  # (2, n, locals + G + K (+ 1) + 1)
+    )  # (2, n, locals + G + K + own + 1)
     triangles = [
         np.linalg.qr(white, mode="r")
         for white in whitened(model, noise, jacobian.swapaxes(0, 1))
@@ -110,10 +112,11 @@ def _blocks(
     side, side_columns = side_slopes(model, starts, at, push, driven, step)
     sds = joint_sds(model, starts, push)
     side_columns += [pushed_sides(model, sds, push) for push in pushes]
-    own = sum((touching(model, push) for push in spun), np.zeros(2 * len(s.joint)))
-    return triangles, side_rows(
-        model, starts, at, sds, np.array(side_columns).T, side, own
-    )
+    touched = np.array([touching(model, push) for push in own])
+    touched = touched.reshape(len(own), 2 * len(s.joint))
+    side_by = np.array(side_columns).T
+    joined = side_rows(model, starts, at, sds, side_by, side, touched)
+    return triangles, joined, len(own)
 
 
 def steps_of(model: Model) -> dict[str, float]:
@@ -247,13 +250,16 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
-def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool):
+def _eliminate(
+    model: Model, starts: np.ndarray, values: np.ndarray, blocks, count: int, own: int
+):
     """Reduced of each recording, and a function from a change of θ to that of
     starts."""
     session = model.session
     triangles, sides = blocks
     extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
+    approach = values[model.names.index(APPROACH)]
     for r in range(len(session.names)):
         flights = np.flatnonzero(session.recording == r)
         if not len(flights):
@@ -266,8 +272,8 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         }
         spins = each * len(flights) + len(
             owns
-        )  # the first column of the flights' own spins, in sds
-        local = spins + spun * len(flights)
+        )  # the first column of what pushes the flights of their own, in sds
+        local = spins + own * len(flights)
         total = local + count + extra * len(flights) + 1
         rows = [
             np.eye(total)[spins:local],
@@ -282,14 +288,15 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
             block[:, each * len(flights) : spins] = triangle[
                 :, [each + k for k in owns]
             ]
-            if spun:
-                block[:, spins + i] = triangle[:, each + count]
+            mine = slice(spins + own * i, spins + own * (i + 1))
+            block[:, mine] = triangle[:, each + count : each + count + own]
             at = local + count + extra * i
-            block[:, at : at + extra] = triangle[:, each + count + spun : -1]
+            block[:, at : at + extra] = triangle[:, each + count + own : -1]
             block[:, -1] = triangle[:, -1]
             rows.append(block)
-        for at, entries, right in unseen_rows(model, starts, r):
+        for at, entries, common, right in unseen_rows(model, starts, r, approach):
             row = np.zeros((1, total))
+            row[0, local + model.names.index(APPROACH)] = common
             row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = (
                 entries,
                 right,
@@ -298,9 +305,9 @@ def _eliminate(model: Model, starts: np.ndarray, blocks, count: int, spun: bool)
         for _, entries, across, right in (side for side in sides if side[0] == r):
             row = np.zeros((1, total))
             for f, entry in entries.items():
-                row[0, each * spot[int(f)] : each * spot[int(f)] + 4] = entry[:4]
-                if spun:
-                    row[0, spins + spot[int(f)]] = entry[4]
+                i = spot[int(f)]
+                row[0, each * i : each * i + 4] = entry[:4]
+                row[0, spins + own * i : spins + own * (i + 1)] = entry[4:]
             row[0, local : local + count], row[0, -1] = across, right
             rows.append(row)
         triangle = np.asarray(
@@ -344,7 +351,12 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
     s = model.session
     noise = noise or estimate_noise(s)
     rows = 2 * len(s.tau) + int(np.isfinite(s.release).sum()) + len(s.joint)
-    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT}
+    effects = {n: IN_FLIGHT[n] for n in model.names if n in IN_FLIGHT} | model.laws
+
+    def with_effect(effect: Effect) -> Problem:
+        names, laws = (*model.names, effect.name), model.laws | {effect.name: effect}
+        return problem_of(replace(model, names=names, laws=laws), noise)
+
     return Problem(
         "drop",
         s.names,
@@ -357,6 +369,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
         noise.level_sd,
         model,
         MAX_ITERATIONS,
+        with_effect=with_effect,
     )
 
 
@@ -368,6 +381,8 @@ def known_sd(session: Session) -> dict[str, float]:
     known["plumb"] = session.plumb_sd_deg if across_seen else 0.0
     known[HEIGHT] = session.height_sd_mm
     known[READOUT] = session.readout_sd_s
+    if np.isinf(session.away).all():
+        known[APPROACH] = 0.0
     known["air"] = float(
         np.median([a.sd / a.share if a.share else 0.0 for a in session.air])
     )

@@ -1,6 +1,7 @@
 """Drops run again in the DEM: flights from their own starts, impacts at their own
 speeds."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,14 +9,16 @@ import numpy as np
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, Air, drag_shape
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.diagnose.rerun import (
+    NO_LAWS,
     Comparison,
     Resimulation,
     change_in_words,
     simulation_settings,
 )
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
 from benchtwin.infer.linear import ridge, stacked
-from benchtwin.infer.problem import Fit, fit, ln_evidence
+from benchtwin.infer.problem import Fit, fit
 from benchtwin.rigs.drop.flight_model import (
     IN_FLIGHT,
     nearer,
@@ -28,11 +31,10 @@ from benchtwin.rigs.drop.flight_model import (
 from benchtwin.rigs.drop.flown import fly
 from benchtwin.rigs.drop.joint_problem import (
     PreparedSession,
-    at_distance,
-    prepare_sessions,
+    prepared_drops,
 )
-from benchtwin.rigs.drop.nuisances import DISTANCES_M
-from benchtwin.twin.lone_seed import drag_factor
+from benchtwin.twin.lone_seed import bench_of, drag_factor
+from benchtwin.twin.parameters import Parameters
 
 MAX_ITERATIONS = 3  # of Gauss–Newton for the starts
 TYPICAL = 0.75  # of the greatest speed, at which both drag laws agree
@@ -45,18 +47,19 @@ def resimulate(
     from benchtwin.rigs.drop.impact_resimulation import strikes_again
     from benchtwin.rigs.drop.pictures import with_pictures
 
-    names = finding.modelled
-    in_flight = tuple(n for n in names if n in IN_FLIGHT)
+    names, laws = finding.modelled, finding.laws
+    filmed = [t for t in tracks if len(t.frame)]
+    pushing = {n for n, law in laws.items() if law.acceleration}
+    in_flight = tuple(n for n in names if (n in IN_FLIGHT or n in pushing) and filmed)
     again = Resimulation(
         "drop",
         names,
-        change_in_words("drop", finding),
+        change_in_words(finding),
         "",
         (),
         len(finding.recordings) > 1,
     )
-    filmed = [t for t in tracks if len(t.frame)]
-    flights = session_flights(filmed, in_flight) if filmed else []
+    flights = session_flights(filmed, in_flight, laws) if filmed else []
     if in_flight:
         say("drop: flying the old and the new twin")
         pairs = [(f, f.read(without=in_flight), f.read()) for f in flights]
@@ -81,33 +84,30 @@ def resimulate(
     return again
 
 
-def session_flights(filmed: list, names: tuple[str, ...]) -> list["Flights"]:
-    """The filmed drops of each session, at the likeliest distance where none is
-    stated."""
-    stated = all(t.description["camera"].get("distance_mm") for t in filmed)
-    far = prepare_sessions(filmed, np.inf if stated else DISTANCES_M[-1])[0]
-    at = [
-        far,
-        *(
-            ()
-            if stated
-            else (tuple(at_distance(s, away) for s in far) for away in DISTANCES_M[:-1])
-        ),
-    ]
-    return max(
-        ([Flights(s, names) for s in sessions] for sessions in at),
-        key=lambda f: sum(ln_evidence(one.fit) for one in f),
-    )
+def session_flights(
+    filmed: list, names: tuple[str, ...], laws: Mapping[str, Effect] = NO_LAWS
+) -> list["Flights"]:
+    """The filmed drops of each session."""
+    return [Flights(session, names, laws) for session in prepared_drops(filmed)[0]]
 
 
 class Flights:
     """A session's flights fitted with what was named; `read` has the DEM fly them."""
 
-    def __init__(self, prepared: PreparedSession, names: tuple[str, ...]) -> None:
+    def __init__(
+        self,
+        prepared: PreparedSession,
+        names: tuple[str, ...],
+        laws: Mapping[str, Effect] = NO_LAWS,
+    ) -> None:
         self.prepared, self.session = prepared, prepared.problem.model.session
         self.tracks = [t for t in prepared.tracks if not t.trouble]
-        free = tuple(n for n in names if n in prepared.problem.names)
-        self.fit = fit(prepared.problem, free=free, start=fit(prepared.problem))
+        problem, self.laws = prepared.problem, laws
+        for law in (laws[n] for n in names if n in laws):
+            assert problem.with_effect is not None
+            problem = problem.with_effect(law)
+        free = tuple(n for n in names if n in problem.names)
+        self.fit = fit(problem, free=free, start=fit(problem))
 
     def read(self, without: tuple[str, ...] = ()) -> np.ndarray:
         """What the camera would read (n, 2) [m] of the DEM's flights, by the others'
@@ -137,14 +137,15 @@ class Flights:
             np.linalg.norm(begin[:, 2:], axis=1).max(),
             float((2 * s.half[flights] * G_M_S2 - begin[:, 3]).max()),
         )
-        laws = laws_of(
-            self.tracks[r].description,
-            s.air[r],
-            simulation_settings("drop", values).get("air", {}),
-            TYPICAL * fastest,
-        )
+        change = simulation_settings("drop", values, self.laws)
+        told, speed = self.tracks[r].description, TYPICAL * fastest
+        laws = laws_of(told, s.air[r], change.get("air", {}), speed)
+        if push := change.get("laws", {}).get("push_power"):
+            _, seed = bench_of("drop", told, {}, Parameters())
+            force = -push.pop("weights") * seed.mass_kg * G_M_S2
+            laws["push_power"] = push | {"force": force}
         flown = fly(
-            self.tracks[r].description,
+            told,
             laws,
             begin,
             s.own_spin[flights] * rate,

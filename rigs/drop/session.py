@@ -51,7 +51,7 @@ class Session:
     height_sd_mm: float  # of stated heights, common to all
     frame_s: float
     away: np.ndarray  # (R,): distance of the camera
-    uneven_m: float  # shift of a turning outline's middle by perspective
+    uneven_m2: np.ndarray  # (R,): over the distance, see uneven_m
     air: tuple[Air, ...]
     view: View
     spin_seen: bool
@@ -66,6 +66,11 @@ class Session:
     def of_stated_height(self) -> bool:
         """Whether a fall is compared with its stated height."""
         return bool(np.isfinite(self.release).any())
+
+    @property
+    def uneven_m(self) -> float:
+        """Shift of a turning outline's middle by perspective, rms."""
+        return float(np.median(self.uneven_m2 / self.away))
 
     @property
     def spins(self) -> bool:
@@ -178,17 +183,10 @@ def assemble(
         release_sd=release_sd,
         height_sd_mm=float(np.median([height_sd_mm(d) for d in about])),
         frame_s=float(np.median([_step(t) for t in tracks])),
-        away=(
-            away := np.array(
-                [
-                    1e-3 * (d["camera"].get("distance_mm") or 1e3 * unstated_m)
-                    for d in about
-                ]
-            )
+        away=np.array(
+            [1e-3 * (d["camera"].get("distance_mm") or 1e3 * unstated_m) for d in about]
         ),
-        uneven_m=float(
-            np.median([_uneven_m(d) / m for d, m in zip(about, away, strict=True)])
-        ),
+        uneven_m2=np.array([_uneven_m2(d) for d in about]),
         air=tuple(air_of(d) for d in about),
         view=view,
         spin_seen=spin_seen,
@@ -356,7 +354,7 @@ def _shape_sd(description: dict) -> float:
     )
 
 
-def _uneven_m(description: dict) -> float:
+def _uneven_m2(description: dict) -> float:
     """(l² − s²)/24: over the distance, by how much a leaning outline's middle is off,
     rms."""
     sizes = stated_sizes_mm(description) or (8.0, 6.0)

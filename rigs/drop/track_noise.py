@@ -83,16 +83,12 @@ def _stretch(session: Session, flight: int, axis: int) -> Stretch:
     )  # a short flight's curve must not take the noise for motion
     columns = [legendre.legvander(tau / session.half[flight], degree)]
     if len(tau) > 60:  # waves of less than a turn are covered by the curve
-        columns += (
-            [np.column_stack([np.cos(2 * angle), np.sin(2 * angle)])]
-            if np.ptp(2 * angle) > 2 * np.pi
-            else []
-        )
-        columns += (
-            [np.column_stack([np.cos(phase), np.sin(phase)])]
-            if np.ptp(phase) > 4 * np.pi
-            else []
-        )
+        waves = [(k * angle, 2 * np.pi) for k in (1, 2)] + [(phase, 4 * np.pi)]
+        columns += [
+            np.column_stack([np.cos(wave), np.sin(wave)])
+            for wave, least in waves
+            if np.ptp(wave) > least
+        ]
     left, size, _ = np.linalg.svd(weight[:, None] * np.hstack(columns), False)
     data = session.places[rows, axis]
     return Stretch(

@@ -4,10 +4,20 @@ laws."""
 from itertools import pairwise
 
 import numpy as np
+from benchtwin.bench.air import speed_through_air
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.infer.power_law import Family, law_of
+from benchtwin.infer import power_law
+from benchtwin.infer.power_law import (
+    Family,
+    Term,
+    counterpart,
+    raised,
+    reference,
+    risen,
+)
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
+from benchtwin.rigs.drop.effects.hooks import Hits, Motion
 from benchtwin.rigs.drop.flight_model import pushed
 from benchtwin.rigs.drop.joint_problem import JointModel, session_fits
 from benchtwin.rigs.drop.trajectories import NODES, positions_at_nodes
@@ -16,12 +26,14 @@ BINS, IMPACT_BINS = 6, 4
 FORCE_POWERS = tuple(np.arange(-1.0, 4.01, 0.25))
 PLACE_POWERS = (0.5, 1.0, 1.5, 2.0, 3.0)
 IMPACT_POWERS = tuple(np.arange(-2.0, 3.01, 0.25))
+KICK_POWERS = tuple(p for p in IMPACT_POWERS if p)  # 0 is a tilt or a camera's roll
+SPEED, COUNT = "speed of impact", "number of impacts before"
 WAYS = {
     "along": ("along the motion", "against the motion"),
     "sideways": ("towards +x", "towards −x"),
     "upright": ("upwards", "downwards"),
 }
-LAWS = (
+FORCES = (
     ("v_m_s", "along", "speed", FORCE_POWERS),
     ("v_m_s", "sideways", "speed", FORCE_POWERS),
     ("z_mm", "sideways", "height", PLACE_POWERS),
@@ -175,98 +187,146 @@ def _on_rows(model, values: np.ndarray, kind: str) -> np.ndarray:
     return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
 
 
-def law_in_words(fit: Fit) -> str | None:
-    """The best single term of a force in flight, or of restitution and kick."""
-    families = [_force(fit, *kind) for kind in LAWS] if fit.problem.model.parts else []
-    if fit.problem.model.impacts is not None:
-        families += _of_impacts(fit)
-    return law_of(fit, tuple(families))
+def law_of(fit: Fit) -> tuple[Term, ...]:
+    """A force in flight, or restitution and kick, as powers; restitution by spin and
+    attitude."""
+    joint: JointModel = fit.problem.model
+    parts = session_fits(fit)
+    about = [_axes(part) for part in parts]
+    pushes: list[list[np.ndarray]] = [[] for _ in parts]
+    families: list[Family] = []
+    for axis, way, quantity, powers in FORCES if parts else ():
+        most = reference(max(float(np.abs(a[axis]).max()) for a, _, _ in about))
+        families.append(_force(axis, way, quantity, powers, most))
+        for k, (axes, _, speeds) in enumerate(about):
+            for p in powers:
+                size = G_M_S2 * raised(np.abs(axes[axis]) / most, p)
+                pushes[k].append(size[..., None] * _direction(speeds, way))
+    struck = None
+    if joint.impacts is not None:
+        more, struck = _of_impacts(joint.impacts_at(fit.starts, fit.values))
+        families += more
+    return power_law.law_of(fit, families, ([np.array(p) for p in pushes], struck))
 
 
-def _force(
-    fit: Fit, axis: str, way: str, quantity: str, powers: tuple[float, ...]
-) -> Family:
-    joint = fit.problem.model
-
-    def columns(exponents: np.ndarray):
-        found = []
-        for part in session_fits(fit):
-            axes, _, speeds = _axes(part)
-            size = np.abs(axes[axis]) / max(float(np.median(np.abs(axes[axis]))), 1e-9)
-            push = np.maximum(size, 0.02)[None] ** exponents[:, None, None]
-            found.append(push[..., None] * _direction(speeds, way)[None])
-        return found, (
-            np.zeros((0, len(joint.impacts.y))) if joint.impacts is not None else None
-        )
+def _force(axis: str, way: str, quantity: str, powers, most: float) -> Family:
+    along = way == "along"
+    unit = {"v_m_s": "m/s", "z_mm": "mm", "t_s": "s"}[axis]
 
     def say(rises: bool, power: str) -> str:
-        return (
-            f"a force {WAYS[way][0 if rises else 1]} that goes as {quantity}{power}, in"
-            " flight only"
-        )
+        where = WAYS[way][0 if rises else 1]
+        return f"a force {where} that goes as {quantity} {power}, in flight only"
 
-    return Family(say, columns, powers)
+    def acts(name: str, power: float) -> dict:
+        def acceleration(motion: Motion, value: float) -> np.ndarray:
+            speed = speed_through_air(motion.velocity, motion.aside_square)
+            size = value * motion.g * raised(speed / most, power)
+            return size * motion.velocity / speed
+
+        return {
+            "acceleration": acceleration,
+            "counterpart": counterpart(
+                "a force along the motion over the weight is",
+                "push_power",
+                "weights",
+                name,
+                most,
+                power,
+            ),
+        }
+
+    return Family(
+        say,
+        ("1", f"of the weight at {most:g} {unit}"),
+        "flight",
+        powers,
+        quantity,
+        acts if along and axis == "v_m_s" else None,
+        f"the twin's air knows no force {WAYS[way][0]} that goes with {quantity}",
+    )
 
 
-def _of_impacts(fit: Fit) -> list[Family]:
+def _of_impacts(model) -> tuple[list[Family], np.ndarray]:
     """Restitution and kick as powers of speed and count; restitution by spin and
-    attitude."""
-    model = fit.problem.model.impacts_at(fit.starts, fit.values)
-    none = [np.zeros((0, *_axes(part)[2].shape)) for part in session_fits(fit)]
+    attitude; and their columns."""
     before = model.impacts.number - 1.0
-    axes = {"speed of impact": model.bounces.speed, "number of impacts before": before}
-    families = [
-        _power(model, none, kind, quantity, values)
-        for kind in ("e", "kick")
-        for quantity, values in axes.items()
-        if np.ptp(values) > 0
-    ]
-    said = {
-        "spin": "with spin over speed",
-        "attitude": "from a seed that lies to one on end",
-    }
+    families, columns = [], []
+    usual = reference(float(np.median(model.bounces.speed)))
+    for kind, quantity, values, form, powers, where in (
+        ("e", SPEED, model.bounces.speed / usual, risen, IMPACT_POWERS, usual),
+        ("e", COUNT, before / max(before.max(), 1.0), raised, PLACE_POWERS, None),
+        ("kick", SPEED, model.bounces.speed / usual, raised, KICK_POWERS, usual),
+        ("kick", COUNT, before / max(before.max(), 1.0), raised, PLACE_POWERS, None),
+    ):
+        if np.ptp(values) > 0:
+            families.append(_struck(kind, quantity, powers, where, int(before.max())))
+            columns += [_on_rows(model, form(values, p), kind) for p in powers]
     for name, values in _singles(model).items():
-
-        def columns(exponents: np.ndarray, values: np.ndarray = values):
-            return none, _on_rows(model, values, "e") * np.ones((len(exponents), 1))
-
-        def say(rises: bool, power: str, words: str = said[name]) -> str:
-            return (
-                f"the restitution {'rises' if rises else 'falls'} {words}, in impacts"
-                " only"
-            )
-
-        families.append(Family(say, columns, (1.0,)))
-    return families
+        families.append(_single(name))
+        columns.append(_on_rows(model, values, "e"))
+    return families, np.array(columns).reshape(-1, len(model.y))
 
 
-def _power(
-    model, none: list[np.ndarray], kind: str, quantity: str, values: np.ndarray
-) -> Family:
-    usual = float(np.median(values[values > 0]))
-
-    def columns(exponents: np.ndarray):
-        size = np.maximum(values / usual, 0.0)
-        found = []
-        for p in exponents:  # power 0 is a constant: the logarithm instead
-            raised = (
-                np.log(np.maximum(size, 1e-9))
-                if abs(p) < 1e-9
-                else np.maximum(size, 1e-9) ** p * np.sign(p)
-            )
-            found.append(_on_rows(model, np.where(size > 0, raised, 0.0), kind))
-        return none, np.array(found)
+def _struck(kind: str, quantity: str, powers, usual: float | None, most: int) -> Family:
+    where = f"at {usual:g} m/s" if usual else f"after {most} impacts"
 
     def say(rises: bool, power: str) -> str:
         if kind == "e":
-            return (
-                f"the restitution {'rises' if rises else 'falls'} with"
-                f" {quantity}{power}, in impacts only"
-            )
+            how = "rises" if rises else "falls"
+            return f"the restitution {how} with {quantity} {power}, in impacts only"
         return (
             "a sideways kick over the change of speed towards"
-            f" {'+x' if rises else '−x'} that goes as {quantity}{power}, in impacts"
+            f" {'+x' if rises else '−x'} that goes as {quantity} {power}, in impacts"
             " only"
         )
 
-    return Family(say, columns, IMPACT_POWERS)
+    def acts(name: str, power: float) -> dict:
+        def restitution(hits: Hits, e: np.ndarray, value: float) -> np.ndarray:
+            return e + value * risen(hits.speed / usual, power)
+
+        return {
+            "restitution": restitution,
+            "counterpart": counterpart(
+                "restitution changes with the logarithm of impact speed v by",
+                "restitution_power",
+                "slope",
+                name,
+                usual,
+                power,
+            ),
+        }
+
+    by_speed = kind == "e" and usual is not None
+    of = f"for each factor e of speed {where}" if by_speed else where
+    return Family(
+        say,
+        ("1", of),
+        "impact",
+        powers,
+        quantity,
+        acts if by_speed else None,
+        (
+            "the twin's seeds do not remember their impacts"
+            if usual is None
+            else "the twin's impacts know no such kick"
+        ),
+    )
+
+
+def _single(name: str) -> Family:
+    words = {
+        "spin": "with spin over speed",
+        "attitude": "from a seed that lies to one on end",
+    }[name]
+
+    def say(rises: bool, power: str) -> str:
+        return (
+            f"the restitution {'rises' if rises else 'falls'} {words}, in impacts only"
+        )
+
+    return Family(
+        say,
+        ("1", "in all"),
+        "impact",
+        not_simulated=f"the twin's restitution does not change {words}",
+    )

@@ -1,13 +1,14 @@
 """Heaps, from photos to a finding."""
 
 import numpy as np
+from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of, with_conditions
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
-from benchtwin.infer.linear import fall_of_chi2, projector, stacked
+from benchtwin.infer.power_law import Family, Term
 from benchtwin.infer.problem import Fit
-from benchtwin.infer.unlisted import Bin, Windows, window_columns
+from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import Photo, photos_of
 from benchtwin.rigs.pile.problem import differing, problem_of, rows, seeds_high
@@ -30,7 +31,6 @@ BREAKS = (
     0.5,
     0.65,
 )  # of the flank's way, as where two kinds of grains lie over each other
-LEAST_FALL = 12.0  # of χ², for a law to be reported
 SIDES = {-1: "left flank", 1: "right flank"}
 
 
@@ -109,38 +109,24 @@ def windows_of(fit: Fit) -> Windows:
     return Windows([rows(p, surface) for p in photos], tuple(bins))
 
 
-def law_of(fit: Fit) -> str | None:
-    """Where a flank breaks, or with what the angle drifts: whichever explains more."""
+def law_of(fit: Fit) -> tuple[Term, ...]:
+    """Where a flank breaks."""
     windows = windows_of(fit)
-    reduced, columns = window_columns(fit, windows)
-    a, b = stacked(reduced)
-    project = projector(a, fit.baseline_sd)
-    drifts = [n for n, e in fit.problem.effects.items() if e.unlisted and not e.group]
-    tried = [
-        (b.push, columns[:, [k]])
-        for k, b in enumerate(windows.bins)
-        if b.push.startswith("break")
-    ]
-    tried += [
-        (n, a[:, [fit.names.index(c) for c in fit.problem.columns_of(n)]])
-        for n in drifts
-    ]
-    falls = [fall_of_chi2(column, project, b)[0] for _, column in tried]
-    where, column = tried[best := int(np.argmax(falls))]
-    if falls[best] < LEAST_FALL:
-        return None
-    value = float(column[:, 0] @ project(b)) / max(
-        float(column[:, 0] @ project(column[:, 0])), 1e-300
-    )
-    if where in drifts:
-        follows = fit.problem.effects[where].follows
-        return (
-            f"the angle of repose {'rises' if value > 0 else 'falls'} with the"
-            f" {follows} of the heaps"
-        )
-    return (
-        f"flanks {where} of their way: {abs(value):.1%} of the height off a straight"
-        f" line, steeper {'below' if value > 0 else 'above'}"
+    breaks = [k for k, b in enumerate(windows.bins) if b.push.startswith("break")]
+    families = [_breaking(windows.bins[k].push) for k in breaks]
+    return power_law.law_of(fit, families, [rows[:, breaks] for rows in windows.extra])
+
+
+def _breaking(push: str) -> Family:
+    def say(rises: bool, power: str) -> str:
+        where = "below" if rises else "above"
+        return f"flanks {push} of their way, steeper {where}"
+
+    return Family(
+        say,
+        ("1", "of the height off a straight line"),
+        "middle",
+        not_simulated="the twin pours one kind of grains",
     )
 
 

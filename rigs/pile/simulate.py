@@ -2,8 +2,11 @@
 cylinder."""
 
 from dataclasses import replace
+from typing import Any
 
-from benchtwin.sim.picture import Camera, Look
+import numpy as np
+from benchtwin.sim.motion import Motion
+from benchtwin.sim.picture import Camera, Look, project
 from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from benchtwin.sim.rigs.pile import Pile, run_pile
 from benchtwin.twin.setup import Setup
@@ -13,6 +16,15 @@ from benchtwin.vision.recording import Recording
 def cylinder(recording: Recording) -> Setup | None:
     """The lifted cylinder, where the recording states one."""
     return CYLINDER if recording.pile.cylinder_mm else None
+
+
+def plate_seen(rig: Any, camera: Camera, motion: Motion) -> dict[str, Any]:
+    """Where the plate's surface, z = 0, is seen at mid-depth, left and right [px]:
+    seeds may hide it from the measuring code."""
+    x, y, _ = camera.target_m
+    half = 0.45e-3 * camera.mm_per_px * camera.width_px
+    ends = project(camera, np.array([[x - half, y, 0.0], [x + half, y, 0.0]]))
+    return {"baseline_px": tuple(float(f"{v:.6g}") for v in ends.ravel())}
 
 
 SETUP = Setup(
@@ -27,6 +39,7 @@ SETUP = Setup(
     photographed=True,
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
+    told=plate_seen,
 )
 CYLINDER = replace(
     SETUP,

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.priors import stated_sd, unstated_sd
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.problem import Problem
@@ -203,7 +204,14 @@ def roll_problem(
         max_iterations=20,
         step=STEP,
     )
-    return replace(made, starts=starts, unknown_scatter=unknown_scatter)
+
+    def with_effect(effect: Effect) -> Problem:
+        more = replace(model, effects=effects | {effect.name: effect})
+        return roll_problem(more, scales, noise)
+
+    return replace(
+        made, starts=starts, unknown_scatter=unknown_scatter, with_effect=with_effect
+    )
 
 
 def seen_rows(run: Run, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,7 +1,9 @@
-"""Rolls run again in the DEM on a sloped level, or with resistance that grows with
-speed."""
+"""Rolls run again in the DEM on a sloped level, or with a law of
+resistance."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from benchtwin.bench.air import air_of, drag_shape
@@ -13,11 +15,14 @@ from benchtwin.diagnose.path_comparison import (
     with_frame_rate,
 )
 from benchtwin.diagnose.rerun import (
+    NO_LAWS,
     Resimulation,
     change_in_words,
     secant,
+    simulation_settings,
     values_by_recording,
 )
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from benchtwin.rigs.roll.session import FEW_ROWS, stays
@@ -26,6 +31,7 @@ from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, Recording, like, run_path
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
+Change = tuple[float, dict[str, dict]]  # slope [deg] and laws
 
 
 def resimulate(
@@ -44,15 +50,24 @@ def resimulate(
     values = values_by_recording(finding)
     chosen = [r for r in seen if r.recording in values][:MOST]
     paths = [Path1D(r.time_s, way_from_rest(r, 100)) for r in chosen]
-    whole = [values[r.recording] for r in chosen]
+    unchanged: Change = (0.0, {})
+    whole: list[Change] = []
+    for r in chosen:
+        own = values[r.recording]
+        laws = laws_of(r.description, own, finding.laws)
+        whole.append((own.get("slope", 0.0), laws))
     say("roll: finding the twin's rolling friction")
-    old = friction(chosen, paths, [{}] * len(chosen))
+    old = friction(chosen, paths, [unchanged] * len(chosen))
     new = friction(chosen, paths, whole)
     twins = [
         TwinPair(
-            r.recording, path, length_mm(r), _made(r, old, {}), _made(r, new, value)
+            r.recording,
+            path,
+            length_mm(r),
+            _made(r, old, unchanged),
+            _made(r, new, change),
         )
-        for r, path, value in zip(chosen, paths, whole, strict=True)
+        for r, path, change in zip(chosen, paths, whole, strict=True)
     ]
     how = (
         f"rolling friction {old:.4g} in the old and {new:.4g} in the new twin, so that"
@@ -62,7 +77,7 @@ def resimulate(
     again = Resimulation(
         "roll",
         finding.modelled,
-        change_in_words("roll", finding),
+        change_in_words(finding),
         how + more,
         (),
         len(finding.recordings) > 1,
@@ -75,26 +90,25 @@ def length_mm(r) -> float:
     return r.description.get("roll", {}).get("incline_length_mm", LENGTH_MM)
 
 
-def _made(r, mu: float, values: dict[str, float]) -> tuple[Recording, Parameters]:
+def _made(r, mu: float, change: Change) -> tuple[Recording, Parameters]:
     """(recording to be like, parameters) with what was named."""
-    about = {
-        "slope_deg": float(np.clip(-values.get("slope", 0.0), -4.9, 4.9))
-    }  # the rig's slope falls towards +x
+    slope, laws = change
+    # the rig's slope falls towards +x
+    about: dict[str, Any] = {"slope_deg": float(np.clip(-slope, -4.9, 4.9))}
     about["direction"] = r.description.get("roll", {}).get(
         "direction"
     ) or r.description["roll"].get("seen_direction", "+x")
     recording = with_frame_rate(like("roll", r.description, **about), r.time_s)
-    return recording, Parameters(
-        rolling_friction=mu, laws=laws_of(r.description, values)
-    )
+    return recording, Parameters(rolling_friction=mu, laws=laws)
 
 
-def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
-    """Named effects as the DEM's laws: viscous rolling friction, drag beside the stated
-    air's."""
-    laws: dict[str, dict] = {}
-    if "viscous-rolling" in values:
-        laws["rolling_viscous"] = {"slope": max(values["viscous-rolling"], 0.0)}
+def laws_of(
+    description: dict,
+    values: dict[str, float],
+    found: Mapping[str, Effect] = NO_LAWS,
+) -> dict[str, dict]:
+    """What was named or found as the DEM's laws; drag beside the stated air's."""
+    laws = simulation_settings("roll", values, found).get("laws", {})
     if "drag" in values:
         air = air_of(description)
         stated = (
@@ -106,7 +120,7 @@ def laws_of(description: dict, values: dict[str, float]) -> dict[str, dict]:
     return laws
 
 
-def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
+def friction(chosen: list, paths: list[Path1D], changes: list[Change]) -> float:
     """μ_r at which simulated final places equal the recorded ones on average."""
     lengths = np.array([length_mm(r) for r in chosen])
     beta = np.radians(
@@ -123,8 +137,8 @@ def friction(chosen: list, paths: list[Path1D], values: list[dict]) -> float:
 
     def miss(mu: float) -> float:
         ran = [
-            run_path(*_made(r, mu, value), k)
-            for k, (r, value) in enumerate(zip(chosen, values, strict=True))
+            run_path(*_made(r, mu, change), k)
+            for k, (r, change) in enumerate(zip(chosen, changes, strict=True))
         ]
         return float(
             np.mean([_end(path, own) for path, own in zip(paths, ran, strict=True)])

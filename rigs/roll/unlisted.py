@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
+from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
+from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.roll.model import run_motion, way_of
@@ -15,10 +17,10 @@ from benchtwin.rigs.roll.session import Run, Seed
 
 BINS = 6
 POINTS = 400
-POWERS = (-1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0)
+RISING = tuple(np.arange(0.5, 4.01, 0.5))  # of way and time
+POWERS = (-1.0, -0.5, *np.arange(0.25, 4.01, 0.25))  # of speed
 PARTS = 10  # of the run-out, for what acts on one part of the plate
-WITHIN = 3.84
-SECOND_TERM = 12.0  # fall of χ² that a further term must bring
+LONGEST_PART = 0.65  # of the run-out, from which a part is hardly one
 RADII = 0.82, 1.18  # of the stated radius: sizes in one lot, and the axis of rolling
 MOST_RADII = 61
 NEARER = 9  # radii between neighbours of the best one
@@ -124,144 +126,119 @@ def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
     return Table(0.0, float(grid[1]), -PUSH * ((phi >= low) & (phi < high)))
 
 
-@dataclass(frozen=True)
-class Term:
-    """family: speed | travel | time | part | corner; its power, or (low, high) [mm] of
-    the part."""
+def law_of(base: Fit) -> tuple[Term, ...]:
+    """A resistance as a power of speed, way or time, or on a part of the way; a loss at
+    the corner."""
+    at, model = fitted_runs(base), base.problem.model
+    runs = range(len(model.runs))
+    top = reference(max(float(s.max()) for s in at.speed))
+    begins = [law_begins_at(w, run) for w, run in zip(at.ways, model.runs, strict=True)]
+    reach = max(float(x[-1] - x0) for x, x0 in zip(at.seen, begins, strict=True))
+    waits = [
+        float(np.interp(x0, np.maximum.accumulate(x), run.time_s)) - way.t0
+        for x, x0, run, way in zip(at.seen, begins, model.runs, at.ways, strict=True)
+    ]
+    ends = [float(run.time_s[-1]) - w.t0 for run, w in zip(model.runs, at.ways)]
+    last = max(e - w for e, w in zip(ends, waits, strict=True))
+    far, long = reference(reach), reference(last)
 
-    family: str
-    power: float = 0.0
-    part: tuple[float, float] = (0.0, 0.0)
+    def by_speed(p: float, r: int) -> np.ndarray:
+        grid = np.linspace(0.0, 1.3 * top, POINTS)
+        return response(base, at, r, more=_table(grid, raised(grid / top, p)))
+
+    def by_place(p: float, r: int) -> np.ndarray:
+        grid = np.linspace(0.0, begins[r] - at.ways[r].x0 + 1.3 * reach, POINTS)
+        past = np.maximum(grid - (begins[r] - at.ways[r].x0), 0.0)
+        return response(base, at, r, place=_table(grid, -raised(past / far, p)))
+
+    def by_time(p: float, r: int) -> np.ndarray:
+        grid = np.linspace(0.0, ends[r], POINTS)
+        past = np.maximum(grid - waits[r], 0.0)
+        return response(base, at, r, time=_table(grid, -raised(past / long, p)))
+
+    families = [
+        _resisting("speed", f"at {top:g} m/s", POWERS, _in_the_twin(top)),
+        _resisting("travel", f"at {1e3 * far:g} mm", RISING),
+        _resisting("time", f"after {long:g} s", RISING),
+    ]
+    columns = [[by_speed(p, r) for p in POWERS] for r in runs]
+    for r in runs:
+        columns[r] += [by_place(p, r) for p in RISING] + [by_time(p, r) for p in RISING]
+    for part in combinations(np.linspace(0.0, reach, PARTS + 1), 2):
+        if part[1] - part[0] >= LONGEST_PART * reach:
+            continue
+        families.append(_on_part(*part))
+        for r in runs:
+            low, high = (begins[r] - at.ways[r].x0 + x for x in part)
+            pushed = bump(low, high, begins[r] - at.ways[r].x0 + 1.3 * reach)
+            columns[r].append(response(base, at, r, place=pushed))
+    if any(not run.stays for run in model.runs):
+        families.append(CORNER)
+        for r in runs:
+            way = at.ways[r]._replace(keep=at.ways[r].keep * (1 - PUSH))
+            columns[r].append(response(base, at, r, way=way))
+    return power_law.law_of(base, families, [np.column_stack(c) for c in columns])
 
 
-def law_of(base: Fit) -> str | None:
-    """The law in words, up to two terms; None where nothing is significant."""
-    terms, library = _library(base)
-    columns, project, b = beside_globals(
-        base.problem.reduce(base.starts, base.values, library)[0], base.prior_sd
+def _table(grid: np.ndarray, values: np.ndarray) -> Table:
+    return Table(0.0, float(grid[1]), PUSH * values)
+
+
+def _against(rises: bool) -> str:
+    return f"a force {'against' if rises else 'along'} the motion"
+
+
+def _resisting(quantity: str, where: str, powers, acts=None) -> Family:
+    return Family(
+        lambda rises, power: f"{_against(rises)} as {quantity} {power}",
+        ("1", f"of the weight {where}"),
+        "run-out",
+        powers,
+        quantity,
+        acts,
+        f"the twin knows no resistance that goes with {quantity}" * (acts is None),
     )
-    chosen: list[int] = []
-    reached, said = 0.0, np.zeros(len(terms))
-    for _ in range(2):
-        falls = np.array(
-            [
-                fall_of_chi2(columns[:, [*chosen, i]], project, b)[0]
-                for i in range(len(terms))
-            ]
-        )
-        best = int(np.argmax(falls))
-        if falls[best] - reached < SECOND_TERM:
-            break
-        chosen.append(best)
-        said = falls if len(chosen) == 1 else said
-        reached = float(falls[best])
-    if not chosen:
-        return None
-    gram = columns[:, chosen].T @ project(columns[:, chosen])
-    size = np.linalg.solve(gram, columns[:, chosen].T @ project(b))
-    words = [
-        _words(terms[i], s, terms, said if n == 0 else None)
-        for n, (i, s) in enumerate(zip(chosen, size, strict=True))
-    ]
-    return " and ".join(words)
 
 
-def _library(base: Fit) -> tuple[list[Term], list[np.ndarray]]:
-    """Terms, and each run's columns (n, K)."""
-    at, runs = fitted_runs(base), base.problem.model.runs
-    reach = max(
-        float(x[-1] - law_begins_at(way, run))
-        for x, way, run in zip(at.seen, at.ways, runs, strict=True)
+def _in_the_twin(top: float):
+    """How a resistance as a power of speed over `top` [m/s] acts here and there."""
+
+    def acts(name: str, power: float) -> dict:
+        def resist(speed: np.ndarray, value: float, seed, more) -> np.ndarray:
+            return value * raised(speed / top, power)
+
+        return {
+            "resist": resist,
+            "counterpart": counterpart(
+                "rolling friction is more by", "rolling_power", "size", name, top, power
+            ),
+        }
+
+    return acts
+
+
+def _on_part(low: float, high: float) -> Family:
+    part = f"between {1e3 * low:.0f} and {1e3 * high:.0f} mm behind the corner"
+    return Family(
+        lambda rises, power: f"{_against(rises)} {part}",
+        ("1", "of the weight"),
+        "run-out",
+        not_simulated="the twin's plate is the same all over",
     )
-    edges = np.linspace(0.0, reach, PARTS + 1)
-    terms = [
-        Term(family, p)
-        for family in ("speed", "travel", "time")
-        for p in POWERS
-        if family == "speed" or p > 0
-    ]
-    terms += [
-        Term("part", part=(1e3 * a, 1e3 * b))
-        for a, b in combinations(edges, 2)
-        if b - a < 0.65 * reach
-    ]
-    if any(not run.stays for run in runs):
-        terms.append(Term("corner"))
-    return terms, [
-        np.column_stack([_column(base, at, r, term, reach) for term in terms])
-        for r in range(len(runs))
-    ]
+
+
+CORNER = Family(
+    lambda rises, power: f"a {'loss' if rises else 'gain'} of speed at the corner",
+    ("1", "of the speed"),
+    "onset",
+    not_simulated="the twin's corner has no law of its own",
+)
 
 
 def law_begins_at(way, run) -> float:
     """Place [m] from which a law is looked for: the corner, or the release on an
     incline."""
     return float(way.x0 if run.stays else way.corner)
-
-
-def _column(base: Fit, at: FittedRuns, r: int, term: Term, reach: float) -> np.ndarray:
-    way = at.ways[r]
-    length = law_begins_at(way, base.problem.model.runs[r]) - way.x0
-    if term.family == "corner":
-        return response(base, at, r, way=way._replace(keep=way.keep * (1 - PUSH)))
-    if term.family == "part":
-        return response(
-            base,
-            at,
-            r,
-            place=bump(
-                length + term.part[0] / 1e3,
-                length + term.part[1] / 1e3,
-                1.3 * (length + reach),
-            ),
-        )
-    top = max(float(s.max()) for s in at.speed)
-    if term.family == "speed":
-        grid = np.linspace(0.0, 1.3 * top, POINTS)
-        values = np.maximum(grid / top, 0.05) ** term.power
-        return response(base, at, r, more=Table(0.0, float(grid[1]), PUSH * values))
-    if term.family == "travel":
-        grid = np.linspace(0.0, 1.3 * (length + reach), POINTS)
-        values = np.maximum((grid - length) / reach, 0) ** term.power
-        return response(base, at, r, place=Table(0.0, float(grid[1]), -PUSH * values))
-    t = base.problem.model.runs[r].time_s
-    corner = (
-        float(np.interp(way.x0 + length, np.maximum.accumulate(at.seen[r]), t)) - way.t0
-    )
-    grid = np.linspace(0.0, float(t[-1]) - way.t0, POINTS)
-    values = np.maximum((grid - corner) / grid[-1], 0) ** term.power
-    return response(base, at, r, time=Table(0.0, float(grid[1]), -PUSH * values))
-
-
-def _words(term: Term, size: float, terms: list[Term], falls: np.ndarray | None) -> str:
-    how = "against" if size > 0 else "along"
-    if term.family == "corner":
-        return (
-            f"a {'loss' if size > 0 else 'gain'} of {100 * abs(size):.2g} % of the"
-            " speed at the corner"
-        )
-    if term.family == "part":
-        where = (
-            f"between {term.part[0]:.0f} and {term.part[1]:.0f} mm behind the corner"
-        )
-        return f"a force {how} the motion of {abs(size):.2g} of the weight {where}"
-    power = f"{term.power:g}"
-    if falls is not None:
-        kept = [
-            t.power
-            for t, f in zip(terms, falls, strict=True)
-            if t.family == term.family and f > falls.max() - WITHIN
-        ]
-        power += f" (between {min(kept):g} and {max(kept):g})" if len(kept) > 1 else ""
-    greatest = {
-        "speed": "the greatest speed",
-        "travel": "the end of the way",
-        "time": "the end",
-    }[term.family]
-    return (
-        f"a force {how} the motion as {term.family} to the power {power},"
-        f" {abs(size):.2g} of the weight at {greatest}"
-    )
 
 
 @dataclass(frozen=True)

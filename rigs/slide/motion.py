@@ -4,7 +4,7 @@ sliding.
     (1 + κ) ẍ = g sin θ − c θ̇² (r₀ − x) − μ(v) (g cos θ + F/m − 2 c θ̇ ẋ)
                 − d (ẋ + s √ẋ)²,   θ a cubic in t, or stairs on it
 
-    μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v
+    μ(v) = μ_k + Δ exp(−(v/v_s)ⁿ) + k v + A (v/v_0)^p
 
 x down the plate; r₀: distance of the hinge (0 if not stated); 2 θ̇ ẋ: Coriolis
 acceleration that lifts a block sliding on a rotating plate (c: its share); d, s: air.
@@ -37,6 +37,9 @@ class Laws(NamedTuple):
     stribeck_speed: float = 0.05  # v_s
     exponent: float = 1.0  # n
     viscous: float = 0.0  # k
+    steep: float = 0.0  # A; this and the next two: of a law that was found
+    steep_speed: float = 1.0  # v_0
+    steep_power: float = 1.0  # p
     press: float = 0.0  # F/m
     inertia: float = 0.0  # κ
     turning: float = 1.0  # c
@@ -106,6 +109,8 @@ def _acceleration(
         friction += laws.stribeck * math.exp(
             -((abs(v) / laws.stribeck_speed) ** laws.exponent)
         )
+    if laws.steep != 0.0:
+        friction += laws.steep * (abs(v) / laws.steep_speed) ** laws.steep_power
     normal = G_M_S2 * math.cos(angle) + laws.press - 2 * laws.turning * rate * v
     force = (
         G_M_S2 * math.sin(angle)

@@ -8,6 +8,7 @@ import numpy as np
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.noise import (
@@ -231,8 +232,17 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
     # that of readings is in their sd
     tracks = refined_level_sd(prepared.noise.log_level_sd, DEGREE * len(session.runs))
     level_sd = tracks if session.runs else problem.level_sd
+
+    def with_effect(effect: Effect) -> Problem:
+        more = replace(model, effects=model.effects | {effect.name: effect}, seen={})
+        return problem_of(prepared, more, starts[:, :LOCALS])
+
     return replace(
-        problem, starts=starts, unknown_scatter=unknown_scatter, level_sd=level_sd
+        problem,
+        starts=starts,
+        unknown_scatter=unknown_scatter,
+        level_sd=level_sd,
+        with_effect=with_effect,
     )
 
 

@@ -1,5 +1,6 @@
 """Slides run again in the DEM, let go at the recorded angle, or by their conditions."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from benchtwin.diagnose.path_comparison import (
     with_frame_rate,
 )
 from benchtwin.diagnose.rerun import (
+    NO_LAWS,
     Comparison,
     Resimulation,
     change_in_words,
@@ -20,6 +22,7 @@ from benchtwin.diagnose.rerun import (
     values_by_recording,
 )
 from benchtwin.diagnose.words import followed_condition
+from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.slide.diagnose import FRICTION
 from benchtwin.twin.parameters import Parameters
@@ -50,10 +53,11 @@ def resimulate(
         )
         # the same laws at 0: one set of compiled kernels
         nil = values[r.recording] | dict.fromkeys(names, 0.0)
-        made = [fitted(r, onset_deg(r), v, k) for v in (nil, values[r.recording])]
+        both = (nil, values[r.recording])
+        made = [fitted(r, onset_deg(r), v, k, finding.laws) for v in both]
         twins.append(TwinPair(r.recording, travelled(r), BEGUN_MM, *made))
     more = f"; the first {MOST} recordings" if len(seen) > MOST else ""
-    several, change = len(finding.recordings) > 1, change_in_words("slide", finding)
+    several, change = len(finding.recordings) > 1, change_in_words(finding)
     again = Resimulation("slide", names, change, "", (), several)
     if any(not followed_condition(n) for n in names):
         how = (
@@ -164,9 +168,15 @@ def let_go_deg(r, parameters: Parameters, number: int):
     return float(np.interp(path.reached(BEGUN_MM), path.time, tilt)), recording
 
 
-def fitted(r, angle_deg: float, values: dict[str, float], number: int):
+def fitted(
+    r,
+    angle_deg: float,
+    values: dict[str, float],
+    number: int,
+    found: Mapping[str, Effect] = NO_LAWS,
+):
     """(recording to be like, parameters) that let go at this angle: corrected twice."""
-    laws = simulation_settings("slide", values).get("laws", {})
+    laws = simulation_settings("slide", values, found).get("laws", {})
     mu = float(np.tan(np.radians(angle_deg - 0.3)))
     for _ in range(2):
         reached, recording = let_go_deg(

@@ -5,18 +5,16 @@ from itertools import pairwise
 
 import numpy as np
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.infer.linear import beside_globals, fall_of_chi2
+from benchtwin.infer import power_law
+from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.slide.model import run_motion
 from benchtwin.rigs.slide.problem import travelled_mm
 
 BINS = 8
-POWERS = np.arange(0.25, 4.01, 0.25)
+POWERS = tuple(np.arange(0.25, 4.01, 0.25))
 WORDS = {"x_mm": "the way slid", "v_m_s": "speed", "t_s": "the time since the onset"}
-SIMPLE = (1.0, 2.0, 0.5, 1.5, 3.0)  # the simplest first
-FALL_95 = 3.84  # of χ², within which a power does as well as the best
-LEAST_FALL = 12.0  # of χ², for a law to be reported
 
 
 def windows_of(fit: Fit) -> Windows:
@@ -71,45 +69,53 @@ def _travelled(fit: Fit, pushes: list[list[np.ndarray]]) -> list[np.ndarray]:
     ]
 
 
-def law_of(fit: Fit) -> str | None:
-    """Δμ = A s^p, s way, speed or time; the simplest power that does as well as the
-    best."""
-    if not fit.problem.model.session.runs:
-        return None
+def law_of(fit: Fit) -> tuple[Term, ...]:
+    """Friction that changes with a power of way, speed or time."""
+    runs = fit.problem.model.session.runs
+    if not runs:
+        return ()
     axes, since = _axes(fit)
-    keys = [(axis, float(p)) for axis in WORDS for p in POWERS]
+    most = {a: reference(max(float(v.max()) for v in axes[a])) for a in WORDS}
     pushes = []
-    for r, run in enumerate(fit.problem.model.session.runs):
+    for r, run in enumerate(runs):
         cosine = G_M_S2 * np.cos(run.tilt.coefficients[0]) * (since[r] > 0)
-        most = {a: max(v.max() for v in axes[a]) for a, _ in keys}
-        pushes.append([-cosine * (axes[a][r] / most[a]) ** p for a, p in keys])
-    reduced = fit.problem.reduce(fit.starts, fit.values, _travelled(fit, pushes))[0]
-    columns, project, b = beside_globals(reduced, fit.prior_sd)
-    signs = np.sign(columns.T @ project(b))
-    falls = np.array(
-        [fall_of_chi2(columns[:, [k]], project, b)[0] for k in range(len(keys))]
-    )
-    best = int(np.argmax(falls))
-    if falls[best] < LEAST_FALL:
-        return None
-    axis = keys[best][0]
-    inside = [
-        p
-        for (a, p), fall in zip(keys, falls, strict=True)
-        if a == axis and fall > falls[best] - FALL_95
+        over = [raised(axes[a][r] / most[a], p) for a in WORDS for p in POWERS]
+        pushes.append([-cosine * column for column in over])
+    families = [
+        _friction(f"at {most['x_mm']:g} mm", "x_mm"),
+        _friction(f"at {most['v_m_s']:g} m/s", "v_m_s", _in_the_twin(most["v_m_s"])),
+        _friction(f"after {most['t_s']:g} s", "t_s"),
     ]
-    power = next((p for p in SIMPLE if min(inside) <= p <= max(inside)), keys[best][1])
-    others = {
-        a
-        for (a, _), fall in zip(keys, falls, strict=True)
-        if a != axis and fall > falls[best] - FALL_95
-    }
-    if others:
-        also = f"; {' or '.join(WORDS[a] for a in sorted(others))} would do as well"
-    else:
-        also = ""
-    grows = "grows" if signs[best] > 0 else "falls"
-    return (
-        f"a friction that {grows} with {WORDS[axis]} to the power {power:g}"
-        f" ({min(inside):g} to {max(inside):g}), while sliding{also}"
+    return power_law.law_of(fit, families, _travelled(fit, pushes))
+
+
+def _friction(where: str, axis: str, acts=None) -> Family:
+    def say(rises: bool, power: str) -> str:
+        how = "grows" if rises else "falls"
+        return f"a friction that {how} with {WORDS[axis]} {power}, while sliding"
+
+    return Family(
+        say,
+        ("1", where),
+        "sliding",
+        POWERS,
+        WORDS[axis],
+        acts,
+        f"the twin knows no friction that goes with {WORDS[axis]}" * (acts is None),
     )
+
+
+def _in_the_twin(top: float):
+    """How friction as a power of speed over `top` [m/s] acts here and there."""
+
+    def acts(name: str, power: float) -> dict:
+        return {
+            "act": lambda laws, run, value: laws._replace(
+                steep=value, steep_speed=top, steep_power=power
+            ),
+            "counterpart": counterpart(
+                "friction is more by", "friction_power", "size", name, top, power
+            ),
+        }
+
+    return acts

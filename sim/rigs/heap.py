@@ -15,7 +15,9 @@ from benchtwin.sim.rigs.engine import Engine, Lift
 from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
-# of a radius, for an instant where rain meets the floor: forgotten once the seeds lie
+# of a radius: else a run is stopped (`World.most_overlap`)
+MOST_OVERLAP = 0.1
+# for an instant where rain meets the floor: forgotten once the seeds lie
 RAIN_OVERLAP = 0.25
 CLEAR_M = 0.01  # so far above the seeds, what was lifted is out of them
 
@@ -28,7 +30,8 @@ class Vessel:
     the vessel with walls up to `tall` [m] and its moving part under the law `lift`.
     domain: what leaves it is gone. opening_m: the narrowest way out. parts: what the
     camera sees at the end. wall_m: where the wall stands (x) that the heap leans on,
-    None: it has two slopes."""
+    None: it has two slopes. clear_m: how far the part moves until it is out of the
+    seeds, None: over the filling. overlap: of a radius, allowed in the flow."""
 
     low: Vector
     high: Vector
@@ -43,6 +46,13 @@ class Vessel:
     parts: tuple[Part, ...]
     contacts: tuple[Contact, ...] = ()
     wall_m: float | None = None
+    clear_m: float | None = None
+    overlap: float = MOST_OVERLAP
+
+    @property
+    def out_m(self) -> float:
+        """How far the part has moved when it is out of the seeds."""
+        return self.clear_m or self.fill_height_m + CLEAR_M
 
     def lift(self, begin_s: float | None) -> Chosen:
         """The law of the lift; None: it stands (by the same law, which then need not be
@@ -98,6 +108,25 @@ def run_heap(
     """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
     frames before the photo are its film."""
     filled = filled or fill(vessel, bench, rng, engine, watch)
+    motion = let_go(vessel, bench, filled, rng, fps, watch, engine)
+    there = np.isfinite(motion.positions_m[-1]).all(axis=1)
+    motion.truth.update(_truth(motion, vessel.wall_m))
+    motion.truth.update(retained_seeds=float(there.sum()))
+    motion.truth.update(weights(motion, there))
+    return motion
+
+
+def let_go(
+    vessel: Vessel,
+    bench: Bench,
+    filled: Filled,
+    rng: np.random.Generator,
+    fps: float,
+    watch: Watch,
+    engine: Engine,
+) -> Motion:
+    """What was filled in comes to rest, is let go and lies. Truth: lies_still, and
+    photo_s."""
     placed = filled.placed(bench)
 
     def world(begin_s: float | None) -> World:
@@ -106,10 +135,11 @@ def run_heap(
             vessel.walls(0.0, vessel.lift(begin_s)),
             domain=vessel.domain,
             contacts=vessel.contacts,
+            most_overlap=vessel.overlap,
             sleep=bench.sleep,
         )
 
-    lift = Lift((vessel.fill_height_m + CLEAR_M) / vessel.lift_m_s, vessel.photo_s)
+    lift = Lift(vessel.out_m / vessel.lift_m_s, vessel.photo_s)
     columns, still = engine.flow(world, lift, rng, fps, watch)
     motion = Motion(
         shapes=filled.shapes,
@@ -117,27 +147,28 @@ def run_heap(
         parts=vessel.parts,
         **columns,
     )
-    retained = float(np.isfinite(motion.positions_m[-1, :, 0]).sum())
-    motion.truth.update(_truth(motion, vessel.wall_m))
-    motion.truth.update(lies_still=float(still), retained_seeds=retained)
-    motion.truth.update(_weights(motion, filled))
+    motion.truth.update(lies_still=float(still), photo_s=float(motion.t_s[-1]))
     return motion
 
 
-def _weights(motion: Motion, filled: Filled) -> dict[str, float]:
-    """Mass of what was filled in, and of what lies there at the end: a bench weighs
-    both."""
-    grams = 1e3 * np.array([seed.mass_kg for seed in filled.shapes])[filled.shape_of]
-    there = np.isfinite(motion.positions_m[-1]).all(axis=1)
+def grams(motion: Motion) -> np.ndarray:
+    """Mass (n,) [g] of every seed."""
+    return 1e3 * np.array([seed.mass_kg for seed in motion.shapes])[motion.shape_of]
+
+
+def weights(motion: Motion, there: np.ndarray) -> dict[str, float]:
+    """Mass of what was filled in, and of the seeds that are `there` (n,) at the end: a
+    bench weighs both."""
+    mass = grams(motion)
     return {
-        "filled_mass_g": float(grams.sum()),
-        "retained_mass_g": float(grams[there].sum()),
+        "filled_mass_g": float(mass.sum()),
+        "retained_mass_g": float(mass[there].sum()),
     }
 
 
 def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
     """Angle of repose (mean of both flanks where there are two), centroid's angle and
-    crest's height of the true outline, and when it was read."""
+    crest's height of the true outline."""
     places = motion.positions_m[-1, :, 0]
     x = np.arange(
         np.nanmin(places) - 0.01 if wall_m is None else wall_m,
@@ -154,5 +185,4 @@ def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
         "repose_angle_deg": angle,
         "centroid_angle_deg": of_centroid,
         "crest_mm": crest,
-        "photo_s": float(motion.t_s[-1]),
     }

@@ -37,6 +37,8 @@ class Bench:
     lifted: float = (
         0.0  # 1/s: an upward pull that grows with the speed, which is on nobody's list
     )
+    # against the motion, over the weight, at a speed [m/s], and as which power of it
+    braked: tuple[float, float, float] = (0.0, 1.0, 1.0)
     spin: float = 0.0  # about the viewing axis at release
     tip_deg: float = 6.0  # sd of how far from flat a seed is let go
     bounces: int = 3
@@ -50,6 +52,7 @@ class Bench:
         math.inf
     )  # distance of a pinhole from the plane in which the seed is let go
     wobble_mm: float = 0.0
+    beside_mm: float = 0.0  # a tracked point from the centre of mass, along 0°
     lock_mm: float = 0.0  # by which places are read too far towards whole pixels
     noise_mm: float = 0.05
     rho: float = 0.9
@@ -73,6 +76,9 @@ def pull(bench: Bench, v, w) -> tuple[float, float, float]:
             bench.shape_drag * 24 / 9.06**2 * (1 + 9.06 / math.sqrt(re + 1e-9)) ** 2
         )
         drag = 0.5 * bench.air * coefficient * math.pi * radius**2 * speed / mass
+    if bench.braked[0]:
+        share, at, power = bench.braked
+        drag += share * G * (speed / at) ** power / speed
     lift = bench.lift * 1.2 * math.pi * radius**3 / (2 * mass)
     return (
         lift * (w[1] * v[2] - w[2] * v[1]) - drag * x,
@@ -222,8 +228,8 @@ def film(bench: Bench, rng):
     smaller = bench.away / (bench.away + y) if bench.away < math.inf else 1.0
     x, z = x * smaller, bench.height / 3 + (z - bench.height / 3) * smaller
     x, z = (
-        1e3 * x + bench.wobble_mm * np.cos(2 * angle),
-        1e3 * z + bench.wobble_mm * np.sin(2 * angle),
+        1e3 * x + bench.wobble_mm * np.cos(2 * angle) + bench.beside_mm * np.cos(angle),
+        1e3 * z + bench.wobble_mm * np.sin(2 * angle) + bench.beside_mm * np.sin(angle),
     )
     middle = 500 * bench.height
     roll = math.radians(bench.roll_deg)

@@ -56,6 +56,8 @@ class Bench:
         0.0,
     )  # mm behind the corner from, to; added resistance
     by_travel: float = 0.0  # added resistance per metre behind the corner
+    # added resistance at a speed [m/s], and as which power of it
+    steep: tuple[float, float, float] = (0.0, 1.0, 1.0)
     stated_air: float = 0.0
     scale: float = 0.0
     fps: float = 500.0
@@ -104,6 +106,7 @@ def motion(b: Bench, sign: float, rng) -> tuple[np.ndarray, np.ndarray, np.ndarr
         b.reynolds,
         *b.patch,
         b.by_travel,
+        *b.steep,
         b.after_s,
     )
     path = np.concatenate([np.zeros(int(b.before_s * b.fps)), frames[:count]])
@@ -141,6 +144,9 @@ def march(
     patch_to,
     patch,
     by_travel,
+    steep,
+    steep_speed,
+    steep_power,
     after_s,
 ):
     """Semi-implicit steps of at most 0.1 ms; friction against the motion, or as much as
@@ -168,6 +174,8 @@ def march(
                 * sphere(reynolds * abs(v))
                 / sphere(reynolds * 0.5)
             )
+            if steep != 0.0:
+                resist += steep * (abs(v) / steep_speed) ** steep_power
             if not on:
                 resist += (
                     patch if patch_from < past < patch_to else 0.0

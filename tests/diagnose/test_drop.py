@@ -20,7 +20,12 @@ from benchtwin.rigs.drop.flight_model import (
     push_slopes,
     pushed,
 )
-from benchtwin.rigs.drop.nuisances import OFF_CENTRE, PRIORS
+from benchtwin.rigs.drop.joint_problem import (
+    fit_flights,
+    prepare_sessions,
+    with_own_forces,
+)
+from benchtwin.rigs.drop.nuisances import APPROACH, OFF_CENTRE, PRIORS
 from benchtwin.rigs.drop.read import one_scale
 from benchtwin.rigs.drop.reduction import (
     STEP,
@@ -223,12 +228,16 @@ def test_pixel_lock_has_its_own_phase_in_each_recording():
 
 @pytest.mark.parametrize("one", [True, False])
 def test_scales_from_falls_are_averaged_over_drops(one):
-    """Each fall by itself gives it to half a percent; as a control, each its own."""
+    """Each fall by itself gives it to half a percent; as a control, each its own: then
+    flights seem to have forces of their own."""
     seen = tracks(replace(LIGHT, stated_away_mm=5e4), 4, np.random.default_rng(3))
     off = 0.005 * np.random.default_rng(4).normal(size=len(seen))
     alone = [_by_fall(t, 1 + share) for t, share in zip(seen, off, strict=True)]
-    found = diagnose_drop(one_scale(alone) if one else alone, np.random.default_rng(0))
-    assert (found.verdict == "none") == one
+    seen = one_scale(alone) if one else alone
+    sessions, _ = prepare_sessions(seen)
+    found = with_own_forces(sessions, fit_flights(sessions))
+    assert (found[0].problem.model.own_force == 0) == one
+    assert diagnose_drop(seen, np.random.default_rng(0)).verdict == "none"
 
 
 def _by_fall(track, scale: float):
@@ -249,6 +258,7 @@ def _by_fall(track, scale: float):
 
 CASES = [
     ("drag", {"stated_air": 0.0}, None, "flight"),
+    ("tracked-point", {"beside_mm": 0.1, "spin": 60.0}, 0.1, "measurement"),
 ]
 MORE = [
     ("scale-error", {"scale": 0.02}, 0.02, "measurement"),
@@ -335,7 +345,7 @@ def test_forces_depend_only_on_the_declared_parameters():
         assert np.array_equal(pushed(model, moved, values), before) == (p not in FELT)
     for law in model.names:
         same = np.array_equal(pushed(model, starts, values | {law: 0.02}), before)
-        aside = LAWS[law].picture or LAWS[law].release
+        aside = LAWS[law].picture or LAWS[law].release or law == APPROACH
         assert same if aside else not same
 
 

@@ -16,7 +16,7 @@ from benchtwin.rigs.drop.impacts import (
     seeds_of,
     subset,
 )
-from benchtwin.rigs.drop.unlisted import law_in_words, windows_of
+from benchtwin.rigs.drop.unlisted import law_of, windows_of
 from falling import Bench, G, tracks
 
 FALLING = (
@@ -37,7 +37,7 @@ def diagnose_impacts(impacts):
         windows_of,
         lambda base, model: (),
         {},
-        law_in_words,
+        law_of,
         remarks=heights_in_words,
     )
     return finding_of(task, np.random.default_rng(0))

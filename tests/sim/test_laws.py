@@ -123,6 +123,10 @@ def test_a_law_switched_to_nothing_changes_nothing():
     assert LAWS["friction_kinetic"].function(*one, 0.0, 1e-3) == 0.5
     assert LAWS["friction_stribeck"].function(*one, 0.0, 0.1) == 0.5
     assert LAWS["friction_viscous"].function(*one, 0.0) == 0.5
+    assert LAWS["restitution_power"].function(*one, 0.0, 1.0, 3.0) == 0.5
+    assert LAWS["friction_power"].function(*one, 0.0, 1.0, 3.0) == 0.5
+    assert LAWS["rolling_power"].function(2.0, 50.0, 3e-3, 0.01, 0.0, 1.0, 3.0) == 0.0
+    assert not any(LAWS["push_power"].function(1, 0, 2, 0, 0, 0, 0.007, 0.0, 1.0, 3.0))
     assert LAWS["cohesion_jkr"].function(1e-5, 0.0, 3e-3, 1e8, 0.0) == 0.0
     assert LAWS["cohesion_linear"].function(1e-5, 0.0, 3e-3, 1e8, 0.0) == 0.0
 
@@ -420,6 +424,41 @@ def test_viscous_rolling_slows_a_ball_as_the_closed_form():
     run = solve_ivp(slow, (0, 0.5), [v0], rtol=1e-10, atol=1e-12)
     assert run.y[0, -1] == pytest.approx(
         (v0 + mu_r / k) * math.exp(-5 / 7 * G * k * 0.5) - mu_r / k, rel=1e-8
+    )
+
+
+def test_powers_join_the_laws_of_which_they_are_the_general_case():
+    viscous, power = LAWS["rolling_viscous"].function, LAWS["rolling_power"].function
+    assert power(2.0, 50.0, 3e-3, 0.01, 0.06, 0.3, 1.0) == pytest.approx(
+        viscous(2.0, 50.0, 3e-3, 0.01, 0.2)
+    )
+    viscous, power = LAWS["friction_viscous"].function, LAWS["friction_power"].function
+    assert power(0.2, 0.3, 0.06, 0.3, 1.0) == pytest.approx(viscous(0.2, 0.3, 0.2))
+    assert power(0.9, 0.3, -0.2, 0.3, 1.0) == 0.0  # never negative
+    # a resistance that falls with speed never drives
+    assert LAWS["rolling_power"].function(
+        2.0, 50.0, 3e-3, 0.01, -0.5, 0.15, 1.0
+    ) == pytest.approx(-0.01 * 2.0 * 3e-3)
+
+
+def test_a_push_is_along_the_motion_and_of_its_power():
+    v = np.array([1.0, -2.0, 0.5])
+    fast = np.linalg.norm(v)
+    force = np.array(LAWS["push_power"].function(*v, 0, 0, 0, 0.007, 2e-3, 1.5, 3.0))
+    assert force[:3] == pytest.approx(-2e-3 * (fast / 1.5) ** 3 * v / fast)
+    assert (
+        LAWS["push_power"].function(*[0.0] * 6, 0.007, 2e-3, 1.5, -1.0)[:3] == (0,) * 3
+    )
+
+
+def test_a_restitution_of_a_power_holds_at_its_speed_and_has_its_slope():
+    law = LAWS["restitution_power"].function
+    for power in (-1.0, 0.0, 2.0):
+        assert law(0.8, 0.5, -0.07, 0.8, power) == 0.5
+        near = law(0.8 * math.exp(1e-4), 0.5, -0.07, 0.8, power) - 0.5
+        assert near == pytest.approx(-0.07e-4, rel=1e-3)
+    assert law(1.3, 0.5, -0.07, 0.8, 1e-6) == pytest.approx(
+        law(1.3, 0.5, -0.07, 0.8, 0.0), abs=1e-6
     )
 
 

@@ -31,6 +31,10 @@ OFF = {
     "friction_stribeck": {"drop": 0.0, "stribeck_speed": 1.0},
     "friction_viscous": {"slope": 0.0},
     "rolling_viscous": {"slope": 0.0},
+    "rolling_power": {"size": 0.0, "speed": 1.0, "power": 1.0},
+    "friction_power": {"size": 0.0, "speed": 1.0, "power": 1.0},
+    "restitution_power": {"slope": 0.0, "speed": 1.0, "power": 1.0},
+    "push_power": {"force": 0.0, "speed": 1.0, "power": 1.0},
 }
 
 
@@ -138,6 +142,7 @@ def test_flight_with_drag_and_magnus():
         ("restitution_viscoelastic", {"viscosity": 0.9, "anchor_speed": 2.466}),
         ("restitution_plastic", {"yield_speed": 0.1}),
         ("restitution_film", {"film_speed": 0.1}),
+        ("restitution_power", {"slope": -0.05, "speed": 1.0, "power": 2.0}),
     ],
 )
 def test_rebound_is_the_laws_restitution(name, numbers, speed):

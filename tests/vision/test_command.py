@@ -248,7 +248,7 @@ def test_the_contact_sheet_shows_every_picture_with_its_numbers(run, photos, tmp
     assert sorted(shown) == sorted(
         p.name for p in (tmp_path / "out" / "overlays").glob("*.png")
     )
-    assert len(re.findall(r"repose_angle 2[78][\d.]* ± [\d.]+°", page)) == 2
+    assert len(re.findall(r"repose angle 2[78][\d.]* ± [\d.]+°", page)) == 2
     assert "<i>" not in page
 
 

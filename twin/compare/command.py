@@ -123,7 +123,7 @@ def _engines(asked: Compared) -> dict[str, Engine]:
 def _jobs(asked: Compared, rows: list[dict[str, Any]], engine: Engine) -> list[Job]:
     """Row after row, packing after packing; a packing has the same random numbers in
     every row and engine."""
-    made, pile = [], by_surface()
+    made, pile = [], next(iter(by_surface().values()))
     section, _ = pile.simulated({}, WIDTH_MM, FILL_MM)
     for row in rows:
         parameters, description = assigned(

@@ -156,6 +156,8 @@ def read_readings(path: Path) -> Table:
             )
         low, high = _READING_RANGE[READING_COLUMNS[column][2]]
         right = ~((rows[column] <= low) | (rows[column] >= high))
+        if column in RIGS[READING_COLUMNS[column][0]].zeros:
+            right |= rows[column] == 0
         _require(
             path, rows, column, right, f"; it should lie between {low:g} and {high:g}"
         )

@@ -23,10 +23,17 @@ from benchtwin.vision.motion.outliers import (
     rows_at_rest,
     single_spikes,
 )
-from benchtwin.vision.motion.split_flights import free_flights, splits
+from benchtwin.vision.motion.split_flights import (
+    FREE_SD,
+    FREE_SHARE,
+    free_flights,
+    splits,
+)
 
 # with fewer rows none are left out about a contact, and outliers are not detected
 FEW_ROWS = 16
+# of its extent, by which rows scatter about a parabola that a contact broke
+NO_PARABOLA = 0.05
 # frames left out on either side of a contact; fewer only where a flight has hardly any
 GUARDS = (2.0, 1.0, 0.5)
 # of the time between two rows, by which noise may move the impact out of that interval
@@ -299,9 +306,10 @@ def find_few_flights(
     *,
     gates: bool,
 ) -> Flights:
-    """Fall and first rebound in a track of few rows (light gates, a stroboscope, some
-    pictures); sd (n,): of each height, or NaN; gamma: gravity in its units where that
-    is known: then five rows are enough, or four with stated sds.
+    """Fall and first rebound, or one flight without an impact, in a track of few rows
+    (light gates, a stroboscope, some pictures); sd (n,): of each height, or NaN; gamma:
+    gravity in its units where that is known: then five rows are enough, or four with
+    stated sds.
 
     The impact lies between two neighbouring rows; all pairs are tried. Light gates know
     the height and measure the time: a row's error is σ_t times the speed."""
@@ -327,12 +335,29 @@ def find_few_flights(
     ]
     found = [flights for flights in tried if flights is not None]
     if not found:
-        raise MeasurementError(
-            "no impact lies between two of the rows: none of them splits into a fall"
-            " and a rebound of two rows each"
-        )
+        alone = _one_flight(time, height, weight, gamma, begin)
+        if alone is None:
+            raise MeasurementError(
+                "no impact lies between two of the rows, and they are no flight by"
+                " themselves: a fall and a rebound need two rows each"
+            )
+        return alone
     share = [1.0 if stated else len(time) / len(np.concatenate(f.rows)) for f in found]
     return found[int(np.argmin([f.noise * s for f, s in zip(found, share)]))]
+
+
+def _one_flight(time, height, weight, gamma, begin: int) -> Flights | None:
+    """All rows as one flight; None where they do not fall as freely as flights do."""
+    rows = (np.arange(begin, len(time)),)
+    alone, _ = parabolas(rows, time, height, weight)
+    doubt = FREE_SD * alone.free_sd
+    if alone.free < doubt or alone.noise > NO_PARABOLA * np.ptp(height[begin:]):
+        return None
+    if gamma is None:
+        return alone
+    if abs(alone.free - gamma) > max(FREE_SHARE * gamma, doubt):
+        return None
+    return parabolas(rows, time, height, weight, gamma)[0]
 
 
 def _impact_after(

@@ -62,5 +62,5 @@ def _words(found: Repose):
             colour = WHITE if q.quality == GOOD else YELLOW
             yield (f"{q.in_words}  {q.quality}", colour)
     yield from ((note, BLUE) for note in found.notes)
-    for reason in dict.fromkeys(q.reason for q in found.quantities if q.reason):
-        yield reason, YELLOW
+    reasons = (part for q in found.quantities for part in q.reason.split("; ") if part)
+    yield from ((reason, YELLOW) for reason in dict.fromkeys(reasons))

@@ -14,7 +14,7 @@ SHOWN = 2  # quantities in a caption
 def caption(quantities: Sequence[Quantity]) -> str:
     """The first quantities in words."""
     known = [q for q in quantities if np.isfinite(q.value)]
-    said = "; ".join(q.in_words for q in known[:SHOWN]).replace("_", " ")
+    said = "; ".join(q.in_words for q in known[:SHOWN])
     return said or "nothing could be measured"
 
 

@@ -19,8 +19,8 @@ from benchtwin.vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from benchtwin.vision.pile.surface import (
     Background,
     Silhouette,
-    as_float,
     denoise,
+    in_float,
     subpixel_edge,
 )
 from benchtwin.vision.recording import Camera
@@ -264,8 +264,8 @@ def _refine(image, background: Background, columns, slope, intercept) -> Line | 
     if x.size < 16:
         return None
     first = rows.min()
-    band = as_float(denoise(np.ascontiguousarray(image[first : rows.max() + 1])))
-    strip = band[rows - first, x]
+    band = denoise(np.ascontiguousarray(image[first : rows.max() + 1]))
+    strip = in_float(band[rows - first, x])
     face = (strip[-3:] - strip[:3]).mean(axis=(0, 1))
     level = strip @ (face / max(np.linalg.norm(face), 1e-9))
     rise = np.clip(np.gradient(cv2.blur(level, (1, 3)), axis=0), 0, None) ** 2

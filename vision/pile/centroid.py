@@ -36,7 +36,7 @@ def centroid_angle(
         )
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     for side in walls - set(good):
-        at = _wall_face(heap, side)
+        at = _wall_face(surface, base, heap, side, factor)
         if at is None:
             return failed(
                 NAME, "deg", "where the wall stands that the pile leans on is not seen"
@@ -111,13 +111,25 @@ def _alternative_toes(
     }
 
 
-def _wall_face(heap: Heap, side: str) -> float | None:
-    """Column [small px] of the face of the wall nearest to the crest on that side; None
-    where no wall is seen."""
+def _wall_face(
+    surface, base: BaseLine, heap: Heap, side: str, factor: float
+) -> float | None:
+    """Column [small px] of the face of the wall nearest to the crest on that side; of a
+    wall that is no part of the outline, where the outline ends above the plate; None
+    where neither is seen."""
     if side == "left":
-        ends = (high - MARGIN for _, high in heap.walls)
-        return max((end for end in ends if end <= heap.crest + 1), default=None)
-    return min(
-        (low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1),
-        default=None,
-    )
+        ends = [high - MARGIN for _, high in heap.walls]
+        seen = max((end for end in ends if end <= heap.crest + 1), default=None)
+    else:
+        ends = [low + MARGIN for low, _ in heap.walls]
+        seen = min((end for end in ends if end >= heap.crest - 1), default=None)
+    if seen is not None:
+        return seen
+    outwards = np.arange(surface.size)[:: -1 if side == "left" else 1]
+    crest = (heap.crest + 0.5) * factor
+    outwards = outwards[(outwards < crest) == (side == "left")]
+    height = (base.at(outwards) - surface[outwards]) / factor
+    low = np.flatnonzero(~(height > FOOT * heap.height_px))
+    if not low.size or not 2 < outwards[low[0]] < surface.size - 3:
+        return None
+    return float(outwards[low[0]] / factor)

@@ -15,6 +15,9 @@ MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
 CREST = 0.95  # of the crest's height: what is higher may be the crest
 TOE = 0.02  # of the crest's height: where the pile ends
+# of the crest's height: a second hump, and where its foot is
+SECOND, SECOND_FOOT = 0.4, 0.1
+LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least such hump
 
 
 @dataclass(frozen=True)
@@ -142,7 +145,7 @@ def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) 
         for side in ("left", "right")
     )
     flat = float(np.sum(smooth[low:high] > CREST * smooth[crest]))
-    problem = _second_pile(smooth, free, crest, flanks)
+    problem = _second_pile(sharp, free, top, flanks)
     return Heap(crest, top, flanks, walls, problem, flat)
 
 
@@ -248,14 +251,16 @@ def _flank(
 
 
 def _second_pile(
-    smooth: np.ndarray, free: np.ndarray, crest: int, flanks: tuple[Flank, ...]
+    sharp: np.ndarray, free: np.ndarray, top: float, flanks: tuple[Flank, ...]
 ) -> str:
-    """The problem that another hump of more than 40 % of the height lies beyond the
-    toes; "" where none does."""
+    """The problem that another hump of more than SECOND of the height lies beyond the
+    toes; "" where none does. A single seed is as wide as high, which no pile is."""
     low, high = min(f.toe for f in flanks), max(f.toe for f in flanks)
-    outside = np.where(free, smooth, 0.0)
+    outside = np.where(free, sharp, 0.0)
     outside[low : high + 1] = 0.0
-    for a, b in _true_ranges(outside > 0.4 * smooth[crest], gap=1):
-        if b - a >= 0.1 * smooth[crest] and a > 2 and b < smooth.size - 2:
+    for a, b in _true_ranges(outside > SECOND_FOOT * top, gap=1):
+        tall = float(outside[a:b].max())
+        inside = a > 2 and b < sharp.size - 2
+        if inside and tall > SECOND * top and b - a >= LEAST_WIDE * tall:
             return "two piles in the picture: name the one to measure by --roi"
     return ""

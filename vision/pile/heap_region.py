@@ -10,29 +10,41 @@ each from a triangle and from clusters of its own; the heap is what most cuts co
 and how far they differ is how well it is known. On a smooth background `surface` is far
 more exact."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
 import numpy as np
 from benchtwin.vision.pile.surface import as_float, shrink
-from benchtwin.vision.pile.triangle_search import NO_SIDE, best_triangle
+from benchtwin.vision.pile.triangle_search import NO_SIDE, Found, best_triangle
 
 AREA = cv2.INTER_AREA
-# longest side: for the triangles, the features, the first cut, that of the close-up
+TEXTURE = 4  # of the features: how grainy, whatever the direction
+# longest side: for the triangles, for colour and texture among which they are sought;
+# in the close-up of a cut's first step, and of the cut
 SEARCH_PX = 96
 FEATURES_PX = 480
 COARSE_PX = 240
 CUT_PX = 480
+ROUNDS = 2  # of a cut, each with colours learnt anew: a third moves 0.3 % of a heap
 CUTS = 5  # odd: most of them is a majority
 # of a triangle's sides, sd: as much as the triangle moves when the picture is cropped
 MOVED = 0.05
 SOME = 4000  # pixels that are clustered; the others go to the nearest
-HALO = 4.0  # px of the features, over which texture is averaged
+REACHES = 120  # of the picture's width: over which texture is averaged
 CLUSTERS = 20  # of colour and texture
 # of the close-up's width: radius within which colours of seeds and surroundings are
 # compared
 LOCAL = 0.08
+CELL_PX = 4  # px of the close-up in which those colours are counted
+LEAST_SHARE = 0.003  # of a cluster among them: less tells nothing
+TURNED = {  # by quarter turns anticlockwise that put it right
+    1: "turned to the right by 90°",
+    2: "upside down",
+    3: "turned to the left by 90°",
+}
+CLEARLY = 1.1  # times the score: of path-traced heaps, the right way up has 1.14 to 1.8
+HALF = np.array([0.5, 0.5, 0.5, 0.0, 0.0])  # of a px, of places in a reduced picture
 LEAST_OVERLAP = 0.55  # of mask and triangle, intersection over union: less is no heap
 # of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds
 # in focus 2 to 5)
@@ -41,44 +53,37 @@ SEED_TEXTURE = 1.7
 
 @dataclass(frozen=True)
 class Start:
-    """What every cut starts from: features (h, w, 6) of the reduced picture, whose px
-    are `factor` full px; triangle in its px; lab: the close-up, whose px are `zoom`
-    full px each and whose corner is `origin` in the picture."""
+    """What every cut starts from: a close-up about a triangle in it, whose px are
+    `zoom` full px each and whose corner is `origin` in the picture; features (h, w, 6)
+    and lab (h, w, 3) of it."""
 
     features: np.ndarray
-    factor: float
-    triangle: np.ndarray
     lab: np.ndarray
+    triangle: np.ndarray
     zoom: float
     origin: tuple[int, int]
 
     @property
     def halo(self) -> float:
-        """px of the close-up over which texture was averaged."""
-        return HALO * self.factor / self.zoom
+        """px over which texture was averaged."""
+        return texture_reach(self.features)
 
-    def in_close_up(self, triangle: np.ndarray) -> np.ndarray:
-        """A triangle of the reduced picture in px of the close-up."""
+    @property
+    def in_picture(self) -> np.ndarray:
+        """The triangle in px of the picture."""
         x0, y0 = self.origin
-        return (triangle * self.factor - [x0, y0, y0, 0, 0]) / self.zoom
-
-    def warped(self, picture: np.ndarray, px: float, flags: int) -> np.ndarray:
-        """A picture of `px` full px a pixel as the close-up shows it."""
-        x0, y0 = ((0.5 * px - 0.5 - corner) / self.zoom for corner in self.origin)
-        where = np.array([[px / self.zoom, 0, x0], [0, px / self.zoom, y0]], np.float32)
-        return cv2.warpAffine(picture, where, self.lab.shape[1::-1], flags=flags)
+        return self.triangle * self.zoom + [x0, y0, y0, 0, 0]
 
     def cut(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """(heap, coarse heap) of one cut, masks of the close-up; the heap is empty
-        where there is none. The first starts from the triangle itself, and is finer."""
+        where there is none. The first starts from the triangle itself."""
         rng = np.random.default_rng(number)
         _, top, foot, *wide = self.triangle
         size = np.array([sum(wide), foot - top, foot - top, *[sum(wide)] * 2])
         moved = self.triangle + (number > 0) * MOVED * rng.normal(size=5) * size
         moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
         moved[3:] = np.maximum(moved[3:], NO_SIDE)
-        longest = max(self.features.shape[:2])
-        factor = max(1.0, longest / (COARSE_PX if number else longest))
+        factor = max(1.0, max(self.features.shape[:2]) / COARSE_PX)
         colour, texture = (
             cv2.resize(half, None, fx=1 / factor, fy=1 / factor, interpolation=AREA)
             for half in (self.features[..., :3], self.features[..., 3:])
@@ -86,9 +91,39 @@ class Start:
         coarse = np.dstack([colour, texture])
         clusters = cluster_pixels(coarse, CLUSTERS, rng)
         rough = _coarse_cut(coarse, clusters, moved / factor).astype(np.uint8)
-        grown = self.warped(rough, self.factor * factor, cv2.INTER_NEAREST)
+        shape = self.lab.shape[1::-1]
+        grown = cv2.resize(rough, shape, interpolation=cv2.INTER_NEAREST)
         found = _fine_cut(self.lab, grown, self.halo, rng)
-        return _heap_component(found, self.in_close_up(moved)), grown > 0
+        return _heap_component(found, moved), grown > 0
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Each pixel's cluster and texture (h, w) in the reduced picture."""
+
+    clusters: np.ndarray
+    texture: np.ndarray
+
+    def turned(self, quarters: int) -> Found:
+        """The triangle that looks most like a heap after so many quarter turns."""
+        clusters, texture = (
+            np.ascontiguousarray(np.rot90(half, quarters))
+            for half in (self.clusters, self.texture)
+        )
+        coarse = max(1.0, max(clusters.shape) / SEARCH_PX)
+        return best_triangle(clusters, texture, coarse)
+
+    @cached_property
+    def upright(self) -> Found:
+        return self.turned(0)
+
+    @cached_property
+    def way_up(self) -> str:
+        """How the picture lies, if another way up it looks more like a heap, else
+        ""."""
+        best = max(TURNED, key=lambda quarters: self.turned(quarters).score)
+        more = self.turned(best).score > CLEARLY * self.upright.score
+        return TURNED[best] if more else ""
 
 
 @dataclass(frozen=True)
@@ -107,6 +142,7 @@ class Region:
     confidence: float
     rival: np.ndarray | None
     start: Start
+    seen: Seen
 
     @property
     def factor(self) -> float:
@@ -128,12 +164,17 @@ class Region:
         return np.mean(self.cuts, axis=0) > 0.5
 
 
+def texture_reach(pixels: np.ndarray) -> float:
+    """px over which texture is averaged."""
+    return pixels.shape[1] / REACHES
+
+
 def pixel_features(small: np.ndarray) -> np.ndarray:
     """Colour and texture at every pixel, float32 (h, w, 6): L, a, b, and logs of local
     contrast, isotropy and dark gaps."""
     lab = cv2.cvtColor(_as_rgb(small), cv2.COLOR_RGB2LAB)
     light = cv2.GaussianBlur(lab[..., 0], (0, 0), 0.7)
-    reach = small.shape[1] / 120
+    reach = texture_reach(small)
     mean = cv2.GaussianBlur(light, (0, 0), reach)
     contrast = np.sqrt(
         np.clip(cv2.GaussianBlur(light**2, (0, 0), reach) - mean**2, 0, None)
@@ -177,26 +218,55 @@ def find_region(image: np.ndarray) -> Region | None:
     small, factor = shrink(image, FEATURES_PX)
     features = pixel_features(small)
     clusters = cluster_pixels(features, CLUSTERS, np.random.default_rng(0))
-    triangle, rival = best_triangle(
-        clusters, features[..., 4], max(1.0, max(clusters.shape) / SEARCH_PX)
-    )
+    seen = Seen(clusters, features[..., TEXTURE])
+    triangle, rival = seen.upright.triangle, seen.upright.rival
     if triangle is None:
         return None
-    (x0, y0, x1, y1), zoom = _close_up(image.shape, (triangle + 0.5) * factor)
-    close = cv2.resize(
-        image[y0:y1, x0:x1],
-        None,
-        fx=1 / zoom,
-        fy=1 / zoom,
-        interpolation=AREA,
-    )
-    lab = cv2.cvtColor(_as_rgb(as_float(close)), cv2.COLOR_RGB2LAB)
-    start = Start(features, factor, triangle, lab, zoom, (x0, y0))
+    start = _start(small, triangle, CUT_PX / 2)
+    first = start.cut(0)[0]
+    if _overlap(first, start.triangle) > LEAST_OVERLAP:
+        start = replace(start, triangle=_triangle_of(first, start.triangle))
+    start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
     mask, grown = start.cut(0)
-    texture = start.warped(features[..., 4], factor, cv2.INTER_LINEAR)
-    confidence = _confidence(mask, texture, start.in_close_up(triangle), start.halo)
     elsewhere = None if rival is None else rival * factor
-    return Region(mask, grown, confidence, elsewhere, start)
+    return Region(mask, grown, _confidence(mask, start), elsewhere, start, seen)
+
+
+def _start(image: np.ndarray, triangle: np.ndarray, longest_px: float) -> Start:
+    """A close-up of the triangle [px of the picture], and some of what is about it."""
+    x, top, foot, left, right = triangle
+    wide, tall = 0.35 * (left + right), 0.6 * (foot - top)
+    height, width = image.shape[:2]
+    x0, x1 = (int(np.clip(v, 0, width)) for v in (x - left - wide, x + right + wide))
+    y0, y1 = (int(np.clip(v, 0, height)) for v in (top - tall, foot + tall))
+    zoom = max(1.0, max(x1 - x0, y1 - y0) / longest_px)
+    close = cv2.resize(
+        image[y0:y1, x0:x1], None, fx=1 / zoom, fy=1 / zoom, interpolation=AREA
+    )
+    pixels = as_float(close)
+    lab = cv2.cvtColor(_as_rgb(pixels), cv2.COLOR_RGB2LAB)
+    inside = (triangle - [x0, y0, y0, 0, 0]) / zoom
+    return Start(pixel_features(pixels), lab, inside, zoom, (x0, y0))
+
+
+def _triangle_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
+    """The triangle about a heap's mask; it leans where the one that it was found from
+    does."""
+    columns = np.flatnonzero(mask.any(axis=0))
+    top = mask[:, columns].argmax(axis=0)
+    foot = np.median(mask.shape[0] - mask[::-1, columns].argmax(axis=0))
+    high = columns[top <= top.min() + 0.1 * (foot - top.min())]
+    apex = float(np.median(high))
+    sides = np.array([apex - columns[0], columns[-1] - apex])
+    leans = triangle[3:] <= NO_SIDE
+    sides = np.maximum(np.where(leans, NO_SIDE, sides), NO_SIDE)
+    return np.array([apex, top.min(), foot, *sides])
+
+
+def _overlap(mask: np.ndarray, triangle: np.ndarray) -> float:
+    """Intersection over union of mask and triangle."""
+    form = _triangle_mask(mask.shape, triangle, 0.0)
+    return float((mask & form).sum() / max((mask | form).sum(), 1))
 
 
 def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
@@ -221,41 +291,26 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     return whole.astype(bool)
 
 
-def _confidence(
-    mask: np.ndarray, texture: np.ndarray, triangle: np.ndarray, halo: float
-) -> float:
+def _confidence(mask: np.ndarray, start: Start) -> float:
     """The least of three ratios: overlap with the triangle, texture of the inside, and
     its texture over the surroundings'; 1 is enough."""
+    halo = start.halo
     discs = [
         cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
         for r in (2.0, 1.5, 6.0)
     ]
-    seeds = mask.astype(np.uint8)
+    texture, seeds = start.features[..., TEXTURE], mask.astype(np.uint8)
     core = cv2.erode(seeds, discs[0]) > 0
     around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
-    form = _triangle_mask(mask.shape, triangle, 0.0)
     if not core.any() or not around.any():
         return 0.0
     inside = float(np.percentile(texture[core], 10))
     outside = float(np.median(texture[around]))
-    overlap = float((mask & form).sum() / (mask | form).sum())
     return min(
-        overlap / LEAST_OVERLAP,
+        _overlap(mask, start.triangle) / LEAST_OVERLAP,
         inside / SEED_TEXTURE,
         (inside - outside) / (SEED_TEXTURE / 2),
     )
-
-
-def _close_up(
-    shape: tuple[int, ...], triangle: np.ndarray
-) -> tuple[tuple[int, int, int, int], float]:
-    """The part of the picture about the triangle (x0, y0, x1, y1), and the factor by
-    which it is reduced."""
-    x, top, foot, left, right = triangle
-    wide, tall = 0.35 * (left + right), 0.6 * (foot - top)
-    x0, x1 = (int(np.clip(v, 0, shape[1])) for v in (x - left - wide, x + right + wide))
-    y0, y1 = (int(np.clip(v, 0, shape[0])) for v in (top - tall, foot + tall))
-    return (x0, y0, x1, y1), max(1.0, max(x1 - x0, y1 - y0) / CUT_PX)
 
 
 def _fine_cut(
@@ -274,10 +329,10 @@ def _fine_cut(
     mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
     chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
     picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
-    return _graph_cut(picture, mask, rounds=3)
+    return _graph_cut(picture, mask)
 
 
-def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray:
+def _graph_cut(picture: np.ndarray, mask: np.ndarray) -> np.ndarray:
     """Foreground of a graph cut that starts from `mask` (GC_FGD … GC_PR_BGD); empty
     where it has no seeds or no surroundings."""
     seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
@@ -291,7 +346,7 @@ def _graph_cut(picture: np.ndarray, mask: np.ndarray, rounds: int) -> np.ndarray
         mask,
         (0, 0, 1, 1),
         *models,
-        rounds,
+        ROUNDS,
         cv2.GC_INIT_WITH_MASK,
     )
     return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
@@ -319,26 +374,19 @@ def _local_odds(
 ) -> np.ndarray:
     """Log odds, scaled to 0…1, that a pixel's cluster belongs to the seeds rather than
     to the surroundings near it."""
-    size = (max(4, clusters.shape[1] // 4), max(4, clusters.shape[0] // 4))
-    near = LOCAL * max(size)
+    height, width = clusters.shape
+    count, tall, wide = clusters.max() + 1, -(-height // CELL_PX), -(-width // CELL_PX)
+    rows, columns = np.arange(height)[:, None] // CELL_PX, np.arange(width) // CELL_PX
+    cells = (clusters * tall + rows) * wide + columns
 
-    def density(where: np.ndarray, sigma: float) -> np.ndarray:
-        small = cv2.resize(where.astype(np.float32), size, interpolation=AREA)
-        return cv2.GaussianBlur(small, (0, 0), sigma)
+    def density(where: np.ndarray) -> np.ndarray:
+        number = np.bincount(cells[where], minlength=count * tall * wide)
+        maps = number.reshape(count, tall, wide).astype(np.float32) / CELL_PX**2
+        spread = [cv2.GaussianBlur(m, (0, 0), LOCAL * max(tall, wide)) for m in maps]
+        return np.array(spread) / (np.sum(spread, axis=0) + 1e-6)
 
-    whole = [density(where, near) + 1e-6 for where in (seeds, others)]
-    odds = np.zeros(clusters.shape, np.float32)
-    for k in range(clusters.max() + 1):
-        in_cluster = clusters == k
-        inside, outside = (
-            density(in_cluster & where, near) / total
-            for where, total in zip((seeds, others), whole)
-        )
-        log = cv2.resize(
-            np.log((inside + 0.003) / (outside + 0.003)), clusters.shape[1::-1]
-        )
-        odds[in_cluster] = log[in_cluster]
-    return np.clip(cv2.GaussianBlur(odds, (0, 0), 0.7) / 8 + 0.5, 0, 1)
+    odds = np.log((density(seeds) + LEAST_SHARE) / (density(others) + LEAST_SHARE))
+    return np.clip(cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7) / 8 + 0.5, 0, 1)
 
 
 def _coarse_cut(
@@ -371,7 +419,7 @@ def _coarse_cut(
     low, high = np.percentile(along, [1, 99])
     height = 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1)
     picture = np.dstack([255 * odds, height, colour[..., 0] * 2.55])
-    return _graph_cut(picture, mask, rounds=2)
+    return _graph_cut(picture, mask)
 
 
 def _triangle_mask(

@@ -13,7 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
-from benchtwin.vision.measurement import FAILED, MeasurementError, Quantity, failed
+from benchtwin.vision.measurement import (
+    FAILED,
+    GOOD,
+    MeasurementError,
+    Quantity,
+    failed,
+)
 from benchtwin.vision.pile.base_line import (
     BASES,
     find_base_line,
@@ -25,6 +31,7 @@ from benchtwin.vision.pile.base_line import (
 from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
+from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
@@ -134,8 +141,26 @@ def measure_repose(
             f"the picture is {photo.crop.shape[1]} × {photo.crop.shape[0]} px; a pile"
             " needs at least 24 px each way"
         )
-    smooth = _on_smooth_background(photo)
     region = find(photo.crop)
+    try:
+        found = _measure(photo, region)
+    except MeasurementError as trouble:
+        if not (lies := _lies(region)):
+            raise
+        raise MeasurementError(f"{lies}; as it is: {trouble}") from trouble
+    main = found.quantities[0]
+    return found if main.quality == GOOD else found.doubted(_lies(region))
+
+
+def _lies(region: Region | None) -> str:
+    """That the picture is turned; "" where it is not."""
+    way = "" if region is None else region.seen.way_up
+    return way and f"the picture looks {way}: turn it"
+
+
+def _measure(photo: _Photo, region: Region | None) -> Repose:
+    """The pile by the more exact of two readings, if both show the same heap."""
+    options, smooth = photo.options, _on_smooth_background(photo)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
@@ -144,7 +169,8 @@ def measure_repose(
         # the more exact one: its edges are read off the full picture
         first = _of_mask(photo, region, region.first)
         if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
-            return smooth
+            # a wall hides some of it from either reading
+            return _widened(smooth, [first]) if len(smooth.slopes) == 1 else smooth
     segmented = _of_region(photo, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(
@@ -340,6 +366,7 @@ def _at_base_line(
     photo: _Photo, surface: np.ndarray, base: BaseLine, factor: float
 ) -> Repose | str:
     options = photo.options
+    surface, layered = without_layer(surface, base)
     heap = find_heap(
         _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
     )
@@ -396,9 +423,14 @@ def _at_base_line(
         options.window,
         photo.roi,
         quantities,
-        (definition,),
+        (definition, *_layer_note(layered)),
     )
     return found.doubted(*_doubts(photo, found, heap, horizontal_sd))
+
+
+def _layer_note(sides: tuple[str, ...]) -> Iterator[str]:
+    if sides:
+        yield f"a layer of seeds beside the heap ({' and '.join(sides)}) is left out"
 
 
 def _as_level(q: Quantity, pitch_deg: float, options: PileOptions) -> Quantity:

@@ -32,12 +32,16 @@ def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray,
 def as_float(image: np.ndarray) -> np.ndarray:
     """Pixels as float32 on the scale 0–255, whatever the depth; always (height, width,
     channels)."""
-    if np.issubdtype(image.dtype, np.integer):
-        scale = 255.0 / np.iinfo(image.dtype).max
-    else:
-        scale = 1.0
-    pixels = image.astype(np.float32) * np.float32(scale)
+    pixels = in_float(image)
     return pixels if pixels.ndim == 3 else pixels[..., None]
+
+
+def in_float(values: np.ndarray) -> np.ndarray:
+    """Values of any shape as float32 on the scale 0–255, whatever their depth."""
+    pixels = values.astype(np.float32)
+    if np.issubdtype(values.dtype, np.integer) and values.dtype != np.uint8:
+        pixels *= np.float32(255.0 / np.iinfo(values.dtype).max)
+    return pixels
 
 
 def denoise(image: np.ndarray, aperture_px: int = 5) -> np.ndarray:
@@ -74,14 +78,14 @@ def fit_illumination(
 def illumination_at(
     coefficients: np.ndarray, x: np.ndarray, y: np.ndarray, shape: tuple[int, int]
 ) -> np.ndarray:
-    """The fitted illumination (…, channels) at pixels x, y of a picture of `shape`
-    (height, width)."""
-    order = {1: 0, 3: 1, 6: 2}[coefficients.shape[0]]
-    x, y = np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32)
-    flat = _terms(
-        np.ravel(x) / shape[1], np.ravel(y) / shape[0], order
-    ) @ coefficients.astype(np.float32)
-    return flat.reshape(*x.shape, coefficients.shape[1])
+    """The fitted illumination (…, channels) at pixels x, y, of shapes that go together,
+    of a picture of `shape` (height, width)."""
+    shown = np.zeros((6, coefficients.shape[1]), np.float32)
+    shown[: len(coefficients)] = coefficients
+    one, by_x, by_y, by_xx, by_xy, by_yy = shown
+    x = (np.asarray(x, np.float32) / np.float32(shape[1]))[..., None]
+    y = (np.asarray(y, np.float32) / np.float32(shape[0]))[..., None]
+    return one + x * (by_x + x * by_xx) + y * (by_y + x * by_xy + y * by_yy)
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
@@ -174,7 +178,7 @@ def _refit(small: np.ndarray, light: np.ndarray, rows: int, order: int) -> np.nd
 
 def _distance(small: np.ndarray, light: np.ndarray, rows: int) -> np.ndarray:
     """Distance of the colours in the upper `rows` from the background's."""
-    y, x = np.mgrid[0:rows, 0 : small.shape[1]].astype(np.float32)
+    y, x = np.arange(rows)[:, None], np.arange(small.shape[1])
     off = small[:rows] - illumination_at(light, x, y, small.shape[:2])
     return np.sqrt(np.einsum("yxc,yxc->yx", off, off))
 
@@ -257,10 +261,11 @@ def subpixel_edge(
     start = np.rint((coarse[nearest] + 0.5) * factor - 0.5).astype(int)
     rows = start + inward * np.arange(-reach, reach + inside + 1)[:, None]
     first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
-    band = as_float(denoise(np.ascontiguousarray(image[first:last])))
+    band = denoise(np.ascontiguousarray(image[first:last]))
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
-    strip = band[visible - first, columns] - _colour_at(background, visible, columns)
+    strip = in_float(band[visible - first, columns])
+    strip -= _colour_at(background, visible, columns)
     # what the fitted illumination leaves
     strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)
     face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)

@@ -5,6 +5,9 @@ Random triangles are scored by integral images of the pixels' clusters; the best
 refined by small random moves. A triangle is (apex x, apex y, foot y, width to the left,
 width to the right) [px]."""
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import cv2
 import numpy as np
 
@@ -17,12 +20,42 @@ TRIES, ROUNDS, KEPT = 6000, 5, 24
 NO_SIDE = 0.5  # px: the width to a side on which the heap leans on a wall
 
 
-def best_triangle(
-    clusters: np.ndarray, texture: np.ndarray, coarse: float
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """The best triangle in px of `clusters` (None: nothing differs), and its rival, if
-    there is one. clusters (h, w): each pixel's cluster; texture (h, w); coarse: by how
-    much the picture is reduced for the search."""
+@dataclass(frozen=True)
+class Found:
+    """The best triangle (None: nothing differs) and its score; its rival, if there is
+    one."""
+
+    triangle: np.ndarray | None = None
+    score: float = 0.0
+    rival: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class _Layers:
+    """sums (h + 1, columns, clusters): pixels of each cluster above each row, in some
+    of a picture's `width` columns, whose middles are x; left (h + 1, columns + 1,
+    clusters): those in all columns to the left."""
+
+    sums: np.ndarray
+    x: np.ndarray
+    width: int
+
+    @cached_property
+    def left(self) -> np.ndarray:
+        return np.pad(np.cumsum(self.sums, axis=1), ((0, 0), (1, 0), (0, 0)))
+
+    @property
+    def height(self) -> int:
+        return self.sums.shape[0] - 1
+
+    def every_other(self) -> "_Layers":
+        """With half of the columns."""
+        return _Layers(np.ascontiguousarray(self.sums[:, ::2]), self.x[::2], self.width)
+
+
+def best_triangle(clusters: np.ndarray, texture: np.ndarray, coarse: float) -> Found:
+    """The best triangle in px of `clusters`. clusters (h, w): each pixel's cluster;
+    texture (h, w); coarse: by how much the picture is reduced for the search."""
     height, width = (max(8, round(n / coarse)) for n in clusters.shape)
     members = [(clusters == k).astype(np.float32) for k in range(clusters.max() + 1)]
     layers = [
@@ -30,6 +63,7 @@ def best_triangle(
     ]
     sums = np.zeros((height + 1, width, len(layers)), np.float32)
     np.cumsum(np.dstack(layers), axis=0, out=sums[1:])
+    whole = _Layers(sums, np.arange(width) + 0.5, width)
     of_cluster = np.bincount(clusters.ravel(), texture.ravel()) / np.maximum(
         np.bincount(clusters.ravel()), 1
     )
@@ -43,23 +77,23 @@ def best_triangle(
     triangles = np.c_[
         rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right
     ]
-    score = _score(sums, triangles, of_cluster)
-    best, high = _refine_best(sums, triangles, score, of_cluster, rng)
+    score = _score(whole.every_other(), triangles, of_cluster)
+    best, high = _refine_best(whole, triangles, score, of_cluster, rng)
     if not high > 0:
-        return None, None
+        return Found()
     beside = (triangles[:, 0] + triangles[:, 4] < best[0] - best[3]) | (
         triangles[:, 0] - triangles[:, 3] > best[0] + best[4]
     )
     rival, second = (best, 0.0)
     if beside.any() and score[beside].max() > RIVAL * score.max():
         rival, second = _refine_best(
-            sums, triangles[beside], score[beside], of_cluster, rng
+            whole, triangles[beside], score[beside], of_cluster, rng
         )
-    return best * coarse, rival * coarse if second > RIVAL * high else None
+    return Found(best * coarse, high, rival * coarse if second > RIVAL * high else None)
 
 
 def _refine_best(
-    sums: np.ndarray, triangles: np.ndarray, score: np.ndarray, texture: np.ndarray, rng
+    layers: _Layers, triangles: np.ndarray, score: np.ndarray, texture: np.ndarray, rng
 ) -> tuple[np.ndarray, float]:
     """The best of the triangles after small moves of the best few, and its score."""
     for step in 0.1 * 0.6 ** np.arange(ROUNDS):
@@ -72,14 +106,14 @@ def _refine_best(
         moves[:, :, 3:][:, best[:, 3:] <= NO_SIDE] = 0
         triangles = np.concatenate([best[None], best + moves]).reshape(-1, 5)
         triangles[:, 3:] = np.maximum(triangles[:, 3:], NO_SIDE)
-        score = _score(sums, triangles, texture)
+        score = _score(layers, triangles, texture)
     return triangles[int(score.argmax())], float(score.max())
 
 
-def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.ndarray:
+def _score(layers: _Layers, triangles: np.ndarray, texture: np.ndarray) -> np.ndarray:
     """How much each triangle looks like a heap: contrast to its surroundings, evenness,
     texture; −1 where its form is no heap's."""
-    height, width = sums.shape[0] - 1, sums.shape[1]
+    height, width = layers.height, layers.width
     x, top, foot, left, right = triangles.T
     rise = foot - top
     slopes = [
@@ -98,8 +132,8 @@ def _score(sums: np.ndarray, triangles: np.ndarray, texture: np.ndarray) -> np.n
     ok &= (x - left > -0.15 * width) & (x + right < 1.15 * width)
     out = np.full(len(triangles), -1.0)
     for some in np.array_split(np.flatnonzero(ok), max(1, ok.sum() // 1500)):
-        inside, around = _histograms(sums, triangles[some])
-        core = _pixels_inside(sums, *_inner_half(triangles[some]).T)
+        inside, around = _histograms(layers, triangles[some])
+        core = _pixels_inside(layers, *_inner_half(triangles[some]).T)
         alike = _jensen_shannon(core, np.maximum(inside - core, 0.0))
         grainy = _normalised(inside) @ texture - 0.5 * _normalised(around) @ texture
         out[some] = (_jensen_shannon(inside, around) - alike + grainy) * inside.sum(
@@ -121,37 +155,37 @@ def _normalised(counts: np.ndarray) -> np.ndarray:
 
 
 def _histograms(
-    sums: np.ndarray, triangles: np.ndarray
+    layers: _Layers, triangles: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of pixels of each cluster in the triangles and in the shells around them,
     (m, clusters) each."""
     x, top, foot, left, right = triangles.T
     rise = foot - top
-    inside = _pixels_inside(sums, x, top, foot, left, right)
+    inside = _pixels_inside(layers, x, top, foot, left, right)
     wide = SHELL * (left + right) / 2
+    below = foot + SHELL * rise / 2
     outside = _pixels_inside(
-        sums, x, top - SHELL * rise, foot + SHELL * rise / 2, left + wide, right + wide
+        layers, x, top - SHELL * rise, below, left + wide, right + wide
     )
     return inside, np.maximum(outside - inside, 0.0)
 
 
-def _pixels_inside(sums, x, top, foot, left, right) -> np.ndarray:
-    """Numbers of pixels of each cluster in triangles, (m, clusters), from column sums
-    (h + 1, w, clusters)."""
-    height, columns = sums.shape[0] - 1, np.arange(sums.shape[1]) + 0.5
-    off = columns - x[:, None]
+def _pixels_inside(layers: _Layers, x, top, foot, left, right) -> np.ndarray:
+    """Numbers of pixels of each cluster in triangles, (m, clusters)."""
+    off = layers.x - x[:, None]
     share = np.clip(
         1 - np.where(off < 0, -off / left[:, None], off / right[:, None]), 0, 1
     )
     upper = np.clip(
-        np.rint(foot[:, None] - (foot - top)[:, None] * share), 0, height
+        np.rint(foot[:, None] - (foot - top)[:, None] * share), 0, layers.height
     ).astype(int)
-    lower = np.broadcast_to(
-        np.clip(np.rint(foot), 0, height).astype(int)[:, None], upper.shape
-    )
-    upper = np.minimum(upper, lower)
-    at = np.arange(sums.shape[1])
-    return (sums[lower, at] - sums[upper, at]).sum(axis=1)
+    lower = np.clip(np.rint(foot), 0, layers.height).astype(int)
+    inside = share > 0
+    first, count = inside.argmax(axis=1), inside.sum(axis=1)
+    upper = np.where(inside, np.minimum(upper, lower[:, None]), 0)
+    above = layers.sums[upper, np.arange(layers.x.size)].sum(axis=1)
+    below = layers.left[lower, first + count] - layers.left[lower, first]
+    return np.maximum(below - above, 0.0)  # of sums that are rounded
 
 
 def _jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:

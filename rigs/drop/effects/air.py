@@ -9,7 +9,7 @@ from benchtwin.bench.air import (
     speed_through_air,
 )
 from benchtwin.infer.effect import Counterpart, Effect
-from benchtwin.rigs.drop.effects.hooks import Motion
+from benchtwin.rigs.drop.effects.hooks import Motion, slowed
 
 
 def draught_acceleration(motion: Motion, value: float) -> np.ndarray:
@@ -55,6 +55,7 @@ EFFECTS = (
         ),
         wording=("air drag is missing", "of the weight at 2 m/s"),
         acceleration=drag_over_mass,
+        restitution=slowed,
         nonlinear=True,
         separating=(
             "a drop from twice the height: drag grows with speed, a wrong scale or"

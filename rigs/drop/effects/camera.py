@@ -15,6 +15,11 @@ _WOBBLE = (
     " half of one, at 0.1 to 0.3 mm a pixel"
 )
 
+_POINT = (
+    "a body turns about its centre of mass: contact-nets' cube of 105 mm is tracked"
+    " 6 mm beside it, a mark on a seed lies anywhere"
+)
+
 
 EFFECTS = (
     Effect(
@@ -120,6 +125,34 @@ EFFECTS = (
         needs=lambda session: session.spins,
         picture=wobbled(1),
         group="silhouette-wobble",
+    ),
+    Effect(
+        name="tracked-point",
+        sector="measurement",
+        unit="mm",
+        meaning="from the centre of mass, along the seed's own 0°",
+        prior_sd=0.5,
+        low=-50.0,
+        high=50.0,
+        source=_POINT,
+        needs=lambda session: session.spins,
+        picture=wobbled(0, turns=1),
+        wording=("the tracked point lies beside the centre of mass", "mm along 0°"),
+        separating="the same seed with its mark elsewhere, or its outline's middle",
+        not_simulated="the twin's seeds are tracked at their centres of mass",
+    ),
+    Effect(
+        name="tracked-point.across",
+        sector="measurement",
+        unit="mm",
+        meaning="the same along the seed's own 90°",
+        prior_sd=0.5,
+        low=-50.0,
+        high=50.0,
+        source=_POINT,
+        needs=lambda session: session.spins,
+        picture=wobbled(1, turns=1),
+        group="tracked-point",
     ),
     Effect(  # without a name: it describes the distortion, not its cause
         name="(unlisted) measurement: lens",

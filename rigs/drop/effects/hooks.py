@@ -4,6 +4,7 @@ nuisances."""
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.air import REFERENCE_SPEED_M_S
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class Hits:
     lever: np.ndarray  # change of Δv_x/Δv_n by 1 rad of tilt (1: no friction)
     drift: np.ndarray  # (2, n): speed across over closing speed, before and after
     fell: np.ndarray  # stated height [m] that gave the speed before, else infinite
+    timed: np.ndarray  # whether speeds are those of times between impacts
 
 
 def turned(places: np.ndarray, view: View, value: float) -> np.ndarray:
@@ -72,12 +74,12 @@ def distorted(places: np.ndarray, view: View, value: float) -> np.ndarray:
     )
 
 
-def wobbled(phase: int):
-    """Adds `value` [mm] (cos 2θ, sin 2θ), θ the seed's angle in the picture; phase 1:
-    (−sin 2θ, cos 2θ)."""
+def wobbled(phase: int, turns: int = 2):
+    """Adds `value` [mm] (cos kθ, sin kθ), θ the seed's angle in the picture, k =
+    `turns`: 2 for an outline, 1 for a point of the body; phase 1: (−sin kθ, cos kθ)."""
 
     def picture(places: np.ndarray, view: View, value: float) -> np.ndarray:
-        c, s = np.cos(2 * view.angle), np.sin(2 * view.angle)
+        c, s = np.cos(turns * view.angle), np.sin(turns * view.angle)
         return places + 1e-3 * value * np.column_stack([-s, c] if phase else [c, s])
 
     return picture
@@ -91,6 +93,14 @@ def tilted_kick(hits: Hits, tilt_deg) -> np.ndarray:
 def tilted_restitution(hits: Hits, e: np.ndarray, tilt_deg) -> np.ndarray:
     """e − tan α (v_x' + e v_x)/v for a plate that falls by α towards +x."""
     return e - np.tan(np.radians(tilt_deg)) * (hits.drift[1] + e * hits.drift[0])
+
+
+def slowed(hits: Hits, e: np.ndarray, value) -> np.ndarray:
+    """e as read from times between impacts where drag over weight at 2 m/s is `value`
+    more than taken: k = `value` g/(2 m/s)² makes ln e read k v² (1 + e²)/(4 g) less, to
+    first order in the times of hops and the speed after a fall through air."""
+    share = hits.timed * value * (hits.speed / REFERENCE_SPEED_M_S) ** 2
+    return e * (1 - share * (1 + e**2) / 4)
 
 
 def lower(value: float) -> float:

@@ -42,7 +42,12 @@ EFFECTS = (
             "the same roll in still air, and from a longer incline: drag grows as the"
             " square of speed, and a heavier ball of the same size hardly feels it"
         ),
-        counterpart=Counterpart("rolling friction grows by {value} per m/s"),
+        counterpart=Counterpart(
+            "rolling friction grows by {value} per m/s",
+            lambda v: {
+                "laws": {"rolling_viscous": {"slope": max(v["viscous-rolling"], 0.0)}}
+            },
+        ),
     ),
     Effect(
         name="drag",

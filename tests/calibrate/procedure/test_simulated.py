@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import FULL, QUICK
-from benchtwin.calibrate.procedure.rigs import SEED_FACTORS
+from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS
 from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
 from benchtwin.twin.command import DONE, FAILED, MISUSED
@@ -499,12 +499,13 @@ def test_results_are_not_written_among_the_recordings(bench, capsys):
 
 
 def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
-    section, said = FULL.pile(
+    section, said = FULL.simulated(
+        PILE,
         {
             "box_mm": [105.0, 105.0, 200.0],
             "plate_mm": [200.0, 200.0],
             "gate_speed_mm_s": 30.0,
-        }
+        },
     )
     assert (
         section["box_mm"] == [105.0, 30.0, 200.0]
@@ -513,8 +514,8 @@ def test_a_slice_stands_for_a_wide_pile_and_a_small_pile_for_itself():
         and said
     )
     assert (
-        FULL.pile(section) == (section, ())
-        and replace(QUICK, slab=None).pile(section)[1] == ()
+        FULL.simulated(PILE, section) == (section, ())
+        and replace(QUICK, slab=None).simulated(PILE, section)[1] == ()
     )
 
 

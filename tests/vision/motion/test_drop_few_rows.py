@@ -6,6 +6,8 @@ import pytest
 from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.flight import find_few_flights
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
 from scipy.integrate import solve_ivp
@@ -123,6 +125,11 @@ def test_intervals_of_few_rows_hold(tmp_path, gates, stated):
     )  # cameras: those with a single row before or behind the impact
 
 
+def few(time, height, sd=np.nan):
+    sds = np.full(len(time), sd)
+    return find_few_flights(time, height, sds, 9806.65, gates=False)
+
+
 def test_what_is_too_little_is_said(tmp_path):
     t, y, _, _ = flights(0.5, 0.7)
     time = np.array([0.05, 0.25, 0.4, 0.55])
@@ -146,6 +153,22 @@ def test_what_is_too_little_is_said(tmp_path):
         time[:4] / 4, 0 * time, 1000 * np.interp(time / 4, t, y), sd=0.5
     )
     assert (
-        "no impact lies between two of the rows"
+        "one flight of 91.93 mm, no bounce"
         in measure_drop(falling, recording(tmp_path, "track.csv")).quantities[0].reason
     )
+
+
+def test_few_rows_of_a_flight_alone_are_a_flight():
+    time = np.arange(12) / 148
+    found = find_few_flights(
+        time,
+        900 * time - 9806.65 * time**2 / 2,
+        np.full(12, np.nan),
+        9806.65,
+        gates=False,
+    )
+    assert len(found.rows) == 1 and len(found.rows[0]) == 12
+    assert found.contacts() == []
+    for slower in (0.0, 6000.0):  # as no seed falls
+        with pytest.raises(MeasurementError, match="no flight by themselves"):
+            few(time, 900 * time - slower * time**2 / 2)

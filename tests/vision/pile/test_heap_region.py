@@ -251,7 +251,8 @@ def test_a_cone_seen_from_above_is_corrected_by_its_outline(alpha, pitch):
     seen = np.degrees(np.arctan(np.sqrt((tan * np.cos(p)) ** 2 - np.sin(p) ** 2)))
     window = (0.3, 0.8)
     value, off = level_angle("repose_angle", seen, pitch, CONE, window)
-    assert value == pytest.approx(alpha, abs=0.02) and off == 0
+    assert value == pytest.approx(alpha, abs=0.02)
+    assert off == pytest.approx((alpha - seen) / 2, abs=0.02)
     value, off = level_angle("repose_angle", seen, pitch, "", window)
     assert value == seen and off == pytest.approx((alpha - seen) / 2, abs=0.02)
     slab = np.degrees(np.arctan(tan * np.cos(p)))
@@ -274,3 +275,34 @@ def test_a_background_without_seeds_is_refused_or_doubted(kind):
         assert "pile" in str(error) or "slope" in str(error)
     else:
         assert q.quality == DOUBTFUL
+
+
+@pytest.mark.parametrize("kind", ["cloth", "horizon"])
+def test_a_picture_that_does_not_stand_upright_is_said_to_lie(kind):
+    picture = heap_of_seeds(kind, 33.0, seed=1)
+    assert find_region(picture).seen.way_up == ""
+    for quarters, way in ((1, "left by 90°"), (2, "upside down"), (3, "right by 90°")):
+        try:
+            q = angle(np.rot90(picture, quarters).copy()).quantities[0]
+        except MeasurementError as error:
+            assert way in str(error)
+        else:
+            assert q.quality == DOUBTFUL and way in q.reason
+
+
+def test_seeds_that_lie_about_a_heap_are_no_second_pile():
+    """Two balls half as high as a flat heap; two heaps of that height are refused."""
+    top = np.full(WIDTH, float(FOOT))
+    x = np.arange(WIDTH)
+    top = np.minimum(top, FOOT - np.clip(70 - 0.36 * np.abs(x - WIDTH / 2), 0, None))
+    picture = np.full((HEIGHT, WIDTH), 230, np.uint8)
+    picture[np.arange(HEIGHT)[:, None] >= top] = 60
+    picture[FOOT:] = 150
+    for u in (60, 120, 830):
+        cv2.circle(picture, (u, FOOT - 17), 17, 60, -1)
+    slope = np.degrees(np.arctan(0.36))
+    assert angle(picture).quantities[0].value == pytest.approx(slope, abs=0.5)
+    second = FOOT - np.clip(35 - 0.5 * np.abs(x - 70), 0, None)
+    picture[np.arange(HEIGHT)[:, None] >= second] = 60
+    with pytest.raises(MeasurementError, match="two piles"):
+        angle(picture)

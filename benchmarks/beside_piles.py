@@ -1,0 +1,143 @@
+"""What draw-downs and beds tell beside heaps: intervals of the seed–seed parameters of
+one bench of known parameters, with heaps alone and with each further rig.
+
+    python benchmarks/beside_piles.py STORE [--points 24] [--rigs pile,drawdown,bed]
+
+Simulated at `points` Sobol points of the ranges in which a calibration looks, and
+REPEATS times at TRUE, which stand for the bench's recordings. STORE keeps finished
+runs. Prints, for each rig, how far single runs scatter and what the parameters do; and
+the 95 % intervals."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from benchtwin.calibrate.procedure.bench import RigReadings
+from benchtwin.calibrate.procedure.pile_surrogate import (
+    PileObservables,
+    joined,
+    observed,
+)
+from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, RANGES
+from benchtwin.calibrate.procedure.simulator import Run, campaign
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.posterior import on_grid, summary
+from benchtwin.calibrate.statistics.prior import Prior
+from scipy.stats import qmc
+
+BOX = Box.of(RANGES)
+TRUE = dict(zip(RANGES, (0.55, 0.55, 0.05), strict=True))
+REPEATS, SEED, CELLS = 5, 11, 41
+SLICE = {"pile": PILE.simulated({}, 30.0, 60.0)[0]}
+# columns that a bench reads or weighs: all draws of a rig's design know them
+COLUMNS = {
+    "pile": ("repose_angle_deg", "centroid_angle_deg", "filled_mass_g"),
+    "drawdown": (
+        *("shear_angle_deg", "shear_centroid_deg", "heap_angle_deg"),
+        *("heap_centroid_deg", "flow_time_s", "filled_mass_g", "retained_mass_g"),
+    ),
+    "bed": ("bed_rebound_mm",),
+}
+
+
+def runs(rig: str, points: int) -> list[Run]:
+    """The design's runs and the bench's, in this order."""
+    sobol = qmc.Sobol(len(RANGES), rng=np.random.default_rng(7)).random(32)[:points]
+    design = [dict(zip(RANGES, map(float, row))) for row in BOX.natural(2 * sobol - 1)]
+    numbered = [*enumerate(design), *((100 + k, TRUE) for k in range(REPEATS))]
+    description = {rig: SLICE.get(rig, {})}
+    return [Run(rig, at, (SEED, k), description) for k, at in numbered]
+
+
+def table_of(rig: str, points: int, store: Path) -> pd.DataFrame:
+    """A row a run: its parameters, and what the simulation knows of it."""
+    asked = runs(rig, points)
+    with campaign(store, workers=1) as simulate:
+        told = simulate(asked)
+    values = pd.DataFrame([run.values for run in asked])
+    known = told.filter(regex="^true_").rename(
+        columns=lambda c: c.removeprefix("true_")
+    )
+    at = [run.rng[1] for run in asked]
+    return pd.concat([values, known], axis=1).assign(rig=rig, k=at)
+
+
+def seen_of(rig: str, table: pd.DataFrame) -> PileObservables:
+    """What the bench's runs of a rig say, by surfaces through the design's."""
+    own = table[table["rig"] == rig]
+    design, bench = own[own["k"] < 100], own[own["k"] >= 100].head(REPEATS)
+    there = [c for c in COLUMNS[rig] if c in own and bench[c].notna().sum() > 1]
+    read = {c: bench[c].dropna().to_numpy(float) for c in there}
+    response, *further = there
+    readings = RigReadings(
+        rig=rig,
+        response=response,
+        values=read[response],
+        reading_sd=np.zeros(read[response].size),
+        further={c: read[c] for c in further},
+    )
+    told = PILE if rig == PILE.name else BESIDE[rig]
+    return observed(design, readings, BOX, None, alike=True, rig=told)
+
+
+def effects(rig: str, seen: PileObservables) -> str:
+    """Scatter of one run, and each parameter's main effect over half its range, in
+    that scatter."""
+    lines = []
+    for o in seen.observables:
+        s = o.surrogate
+        main = s.coefficients[1 : 1 + len(RANGES)] / s.noise_sd  # type: ignore[attr-defined]
+        shown = "  ".join(f"{v:+6.1f}" for v in main)
+        lines.append(f"  {o.name:32s} {s.noise_sd:7.3f}  {shown}")  # type: ignore[attr-defined]
+    return "\n".join(lines)
+
+
+def intervals(seen: dict[str, PileObservables]) -> pd.DataFrame:
+    """95 % intervals of the parameters from these rigs together."""
+    observables, correlation = joined(tuple(seen.values()))
+    rng, several = np.random.default_rng(1), len(observables) > 1
+    posterior = on_grid(
+        list(observables),
+        Prior.uniform(BOX),
+        rng=rng,
+        cells=CELLS,
+        correlation=correlation.to_numpy() if several else None,
+    )
+    found = summary(posterior, 0.95).set_index("factor")[["median", "low", "high"]]
+    found["width"] = found["high"] - found["low"]
+    found["true"] = pd.Series(TRUE)
+    return found
+
+
+def report(table: pd.DataFrame, rigs: list[str]) -> None:
+    """Print what each rig shows, and the intervals of heaps with every rig more."""
+    seen = {rig: seen_of(rig, table) for rig in rigs}
+    print(f"of one run: scatter; effect of {', '.join(RANGES)} in it")
+    for rig, one in seen.items():
+        print(effects(rig, one))
+    alone = {PILE.name: seen[PILE.name]}
+    others = {rig: one for rig, one in seen.items() if rig != PILE.name}
+    for name, some in {
+        "heaps": alone,
+        **{f"heaps and {rig}": {**alone, rig: one} for rig, one in others.items()},
+        **({"all": seen} if len(others) > 1 else {}),
+    }.items():
+        print(f"{REPEATS} of each: {name}")
+        print(intervals(some).round(4).to_string())
+
+
+def main() -> None:
+    """Simulate and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("store", type=Path)
+    parser.add_argument("--points", type=int, default=24)
+    parser.add_argument("--rigs", default="pile,drawdown,bed")
+    asked = parser.parse_args()
+    rigs = asked.rigs.split(",")
+    tables = [table_of(rig, asked.points, asked.store) for rig in rigs]
+    report(pd.concat(tables, ignore_index=True), rigs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+"""How far seeds rise from a bed → apparent restitution e' = √(h'/h), from the mean of
+h': what is left of the energy."""
+
+import math
+
+from benchtwin.bench.priors import stated_sd
+from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
+from benchtwin.vision.recording import Recording
+
+LEAST_LAYERS = 3.0  # seeds: through a thinner bed the floor is felt
+
+
+def apparent_restitution(recording: Recording, read: Summary, common: float) -> Derived:
+    """common: sd of the mean rise [mm] that repeats do not reduce. 0 mm: it stayed."""
+    height, doubt = recording.bed.height_mm, doubt_of(recording)
+    if height is None:
+        missing = "[bed] height_mm is missing; without it no apparent restitution"
+        return Derived(notes=(f"{recording.toml}: {missing}",), doubts=(doubt,))
+    if read.high > height:
+        high = f"a rise of {read.high:g} mm is higher than the release at {height:g} mm"
+        doubt = "; ".join(filter(None, (doubt, high)))
+    if not read.mean > 0:
+        return Derived(notes=("every seed stayed on the bed",), doubts=(doubt,))
+    e = math.sqrt(read.mean / height)
+    shared = math.hypot(common / read.mean, stated_sd("release-height") / height)
+    own = e / 2 * read.sd_mean / read.mean
+    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1", read.n)
+    return Derived((found,), doubts=(doubt,))
+
+
+def doubt_of(recording: Recording) -> str:
+    """What speaks against a bed; ""."""
+    depth, thick = recording.bed.depth_mm, recording.seed.thickness_mm
+    if depth is None or thick is None or depth >= LEAST_LAYERS * thick:
+        return ""
+    return (
+        f"the bed is {depth / thick:.1f} seeds deep: below {LEAST_LAYERS:g} the floor"
+        " is felt"
+    )

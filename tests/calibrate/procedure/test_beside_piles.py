@@ -1,0 +1,142 @@
+"""Rigs that tell of seed on seed beside the piles, on a stand-in whose truth is known:
+a draw-down whose slope rises with static friction and falls with rolling friction,
+where a heap's angle rises with both."""
+
+import json
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pandas as pd
+import pytest
+from benchtwin.calibrate.procedure import joint, parameters
+from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.calibrate.procedure.simulated import calibrate_simulated
+from benchtwin.calibrate.procedure.simulator import Run
+from benchtwin.calibrate.result_file import write_result
+from benchtwin.report.page import write_report
+from stand_in import TRUE, StandIn, write_bench
+
+FRICTIONS = ["seed_static_friction", "seed_rolling_friction"]
+EASY = replace(QUICK, draws=200)
+
+
+class Beside(StandIn):
+    """The stand-in with draw-downs and beds."""
+
+    def __call__(self, runs) -> pd.DataFrame:
+        others = [r for r in runs if r.rig in ("drawdown", "bed")]
+        if not others:
+            return super().__call__(runs)
+        self.runs += runs
+        if others[0].rig in self.fails:
+            row = {"status": "failed", "reason": "it jammed", "rerun": "X"}
+            return pd.DataFrame([row] * len(runs))
+        done = {"status": "done", "reason": "", "rerun": ""}
+        return pd.DataFrame([done | beside(r) for r in others])
+
+
+def beside(run: Run) -> dict:
+    """What one draw-down, or one bed, shows."""
+    v, rng = run.values, np.random.default_rng([*run.rng, 5])
+    if run.rig == "bed":
+        return {"bed_rebound_mm": 20 * v["seed_restitution"] + 0.3 * rng.normal()}
+    b = (v["seed_static_friction"] - 0.50) / 0.10
+    c = (v["seed_rolling_friction"] - 0.04) / 0.01
+    return {
+        "shear_angle_deg": 34 + 2.0 * b - 1.0 * c + 0.3 * rng.normal(),
+        "flow_time_s": 0.7 + 0.02 * b + 0.03 * c + 0.005 * rng.normal(),
+    }
+
+
+def with_rig(folder, rig: str, repeats: int = 5):
+    """The bench with readings of this rig, as the stand-in's truth gives them."""
+    rows = pd.DataFrame([beside(Run(rig, TRUE, (9, k))) for k in range(repeats)])
+    (folder / rig).mkdir()
+    (folder / rig / "recording.toml").write_text(f'rig = "{rig}"\n')
+    rows.to_csv(folder / rig / "readings.csv", index=False)
+    return folder
+
+
+def calibrated(bench, simulator, effort=EASY):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(joint, "sample", partial(joint.sample, max_steps=500))
+        return calibrate_simulated(bench, simulator, effort=effort, seed=7)
+
+
+def a_bench(folder, *rigs: str):
+    bench = write_bench(folder, np.random.default_rng(7), piles=5)
+    for rig in rigs:
+        with_rig(bench, rig)
+    return bench
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    bench = a_bench(tmp_path_factory.mktemp("alone") / "b")
+    return calibrated(bench, Beside(), replace(EASY, unrecorded=True))
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    bench = a_bench(tmp_path_factory.mktemp("both") / "b", "drawdown", "bed")
+    return calibrated(bench, Beside())
+
+
+def widths(found) -> pd.Series:
+    t = parameters(found).set_index("parameter")
+    return t["high"] - t["low"]
+
+
+def test_draw_downs_narrow_what_heaps_leave_open_and_hold_the_truth(alone, both):
+    before, after = widths(alone), widths(both)
+    for name in [*FRICTIONS, "seed_restitution"]:
+        assert after[name] < 0.7 * before[name], (name, before, after)
+    t = parameters(both).set_index("parameter")
+    truth = pd.Series(TRUE)
+    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    assert "drawdown: shear_angle_deg" in t.loc[FRICTIONS[0], "source"]
+
+
+def test_a_bed_says_that_its_scatter_is_not_the_simulations(both):
+    assert any("mean of its drops" in said for said in both.options["said"])
+
+
+def test_which_test_next_is_told_before_it_is_recorded(alone):
+    """What twenty minutes of draw-downs are said to leave is less than what twenty
+    minutes more of heaps leave, and what they are said to leave of the frictions is
+    about what they left above."""
+    told = alone.joint.next_tests.set_index("test")
+    assert {"heaps", "draw-downs", "drops on beds"} == set(told.index)
+    left = "sd_left_seed_static_friction"
+    assert told.loc["draw-downs", left] < 0.7 < told.loc["heaps", left]
+    assert told.loc["draw-downs", "runs"] == 5
+
+
+def test_files_and_report_hold_them(both, tmp_path):
+    write_result(both, tmp_path)
+    write_report(both, tmp_path)
+    text = (tmp_path / "report.html").read_text()
+    assert "more draw-downs (20 min) would leave" in text
+    runs = pd.read_csv(tmp_path / "tables" / "drawdown_runs.csv")
+    assert len(runs) >= 15 and {"shear_angle_deg", *FRICTIONS} <= set(runs)
+    held = json.loads((tmp_path / "result.json").read_text())["pile"]["observables"]
+    assert {"drawdown: flow_time_s", "bed: bed_rebound_mm"} <= {
+        row["observable"] for row in held
+    }
+
+
+def test_a_rig_that_gives_nothing_is_named_and_costs_the_others_nothing(tmp_path):
+    bench = a_bench(tmp_path / "b", "drawdown")
+    found = calibrated(bench, Beside(fails=("drawdown",)))
+    assert "drawdown: 0 of 15 simulated runs" in found.refused["drawdown"]
+    assert found.pile is not None and not found.beside
+
+
+def test_a_draw_down_without_heaps_says_what_is_missing(tmp_path):
+    bench = a_bench(tmp_path / "b", "drawdown")
+    (bench / "pile" / "readings.csv").unlink()
+    (bench / "pile" / "recording.toml").unlink()
+    (bench / "pile").rmdir()
+    found = calibrated(bench, Beside())
+    assert "no heap was calibrated" in found.refused["drawdown"]
