@@ -71,7 +71,8 @@ def strikes_again(
     whole = {n: float(np.mean([v[n] for v in own.values()])) for n in names}
     more = condition_shifts(finding)
     speeds = float(np.median(-seen.before[:, 1]))
-    changes = ({}, simulation_settings("drop", whole, finding.laws))
+    unchanged: dict[str, dict] = {}
+    changes = (unchanged, simulation_settings("drop", whole, finding.laws))
     old, new = (calibrated(seen, told, speeds, change) for change in changes)
     before = outcome(seen, told, old, speeds, {})
     after = {key: values.copy() for key, values in before.items()}
