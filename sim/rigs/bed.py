@@ -1,5 +1,6 @@
 """Bed: single seeds fall onto a bed of seeds and rise again, a little: what restitution
-of seed on seed leaves, with friction and the bed's own give averaged over (Beladjine, Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
+of seed on seed leaves, with friction and the bed's own give averaged over (Beladjine,
+Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
 
 from dataclasses import dataclass, field
 

@@ -71,7 +71,10 @@ def test_seeds_without_friction_hold_no_slope(rough):
 
 
 def test_a_narrow_slot_jams_and_says_nothing_of_slopes():
-    found = run(replace(SMALL, slab=False, slot_m=0.0112), seed_static_friction=0.9)
+    found = run(
+        replace(SMALL, slab=False, slot_m=0.0112, tray_m=0.060),
+        seed_static_friction=0.9,
+    )
     assert found["jammed"] == 1
     assert all(np.isnan(found[name]) for name in OF_A_FLOW)
 
