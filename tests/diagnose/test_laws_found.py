@@ -161,7 +161,7 @@ def test_a_concealed_power_of_speed_is_found_with_its_size(rig):
     assert found.law.startswith(words) and tuple(found.laws) == ("law",)
     assert found.effects["law"].size.value == pytest.approx(size(at(found)), rel=0.2)
     for value in found.left_out["law"]:  # each recording has what the others gave
-        assert value == pytest.approx(found.effects["law"].size.value, rel=0.15)
+        assert value == pytest.approx(found.effects["law"].size.value, rel=0.3)
     assert found.held_out.rmse_ratio < 1
 
 
