@@ -50,8 +50,10 @@ from benchtwin.twin.engine import Engine
 
 Pairs = Mapping[str, tuple[float, float]]
 # in result.json
-RECORDED = ("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors")
-RECORDED += ("next_test",)
+RECORDED = (
+    *("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors"),
+    "next_test",
+)
 # what a calibration leaves
 OURS = {"result.json", "report.html", "tables", "runs", "twin"}
 
