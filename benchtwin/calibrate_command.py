@@ -50,7 +50,7 @@ from benchtwin.twin.engine import Engine
 
 Pairs = Mapping[str, tuple[float, float]]
 # in result.json
-RECORDED = (
+RECORDED: tuple[str, ...] = (
     *("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors"),
     "next_test",
 )

@@ -16,7 +16,7 @@ def restitution_power(impact_speed, e, slope, speed, power):
     the form that is continuous in p.
 
     >>> [round(restitution_power(v, 0.5, -0.05, 1.0, 2.0), 4) for v in (0.5, 1.0, 2.0)]
-    [0.5187, 0.5, 0.425]
+    [0.5188, 0.5, 0.425]
     >>> round(restitution_power(2.0, 0.5, -0.05, 1.0, 0.0), 4)
     0.4653
     """

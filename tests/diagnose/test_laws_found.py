@@ -38,7 +38,7 @@ def slides(friction) -> tuple[list, Problem]:
     bench = replace(sliding.AIRLESS, friction=friction, rates=(1.0, 5.0))
     seen = sliding.slides(bench, 4, np.random.default_rng(1))
     prepared = prepare(slide_session.assemble(seen))
-    return seen, alternatives(prepared, (), None)[0].problem
+    return seen, alternatives(prepared, None)[0].problem
 
 
 def rolls(size: float) -> tuple[list, Problem]:
