@@ -380,8 +380,8 @@ def _far_off(table: ConditionTable, task: DiagnosisTask) -> tuple[str, ...]:
     name, off = table.far
     return (
         (
-            f"{name}: its {what} lies {off:.2g} off the others'; it tells nothing of"
-            " conditions"
+            f"{name}: its {what} lies {off:.2g} off the others'; it is left out where"
+            " conditions are tested"
         ),
     )
 
