@@ -200,16 +200,15 @@ def _fitted(posterior: Posterior, base: Explanation) -> dict[str, Fitted]:
 
 
 def _p_named(posterior: Posterior, number: int) -> float:
-    """Of an effect that is an alternative baseline: its own p, or from its fall of
-    χ²."""
+    """Of an effect that is an alternative baseline: its own p, or 1/B, the bound on how
+    often noise alone gives a Bayes factor of B and more (Markov's inequality)."""
     own = posterior.alternatives[number]
     if own.p is not None:
         return own.p
     for e in posterior.explanations:
         if e.alternative == number and set(e.names) == set(own.effects):
-            nothing = max(b.table.ln_evidence(())[1] for b in posterior.bases)
-            fall = 2 * (e.table.ln_evidence(own.effects)[1] - nothing)
-            return float(stats.chi2.sf(max(fall, 0.0), 1 + len(e.reduced)))
+            nothing = max(b.table.ln_evidence(())[0] for b in posterior.bases)
+            return float(np.exp(min(nothing - e.table.ln_evidence(own.effects)[0], 0)))
     return 1.0
 
 

@@ -16,7 +16,8 @@ from itertools import pairwise
 
 import numpy as np
 from benchtwin.infer.linear import Reduced
-from scipy.special import log_ndtr, logsumexp
+from benchtwin.infer.physical_range import ln_within
+from scipy.special import logsumexp
 
 PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
 UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics
@@ -92,16 +93,7 @@ class EvidenceTable:
         mean = np.einsum("swij,swj->swi", posterior, h)
         fall = 0.5 * (h * mean).sum(-1)
         every = fall + 0.5 * np.linalg.slogdet(posterior)[1]
-        first = 0
-        for part in parts:
-            if np.isfinite(part.low) or np.isfinite(part.high):
-                sd = part.sd[0] * widths[:, first]
-                own_sd = sd * np.sqrt(posterior[..., first, first])
-                every += _ln_normal_between(
-                    part.low, part.high, sd * mean[..., first], own_sd
-                )
-                every -= _ln_normal_between(part.low, part.high, 0.0, sd)
-            first += len(part.sd)
+        every += _ln_in_range(parts, widths, mean, posterior)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
         return logsumexp(every, axis=1) - np.log(
             len(widths)
@@ -261,6 +253,29 @@ class UnknownScatter:
         return grams, volumes
 
 
+def _ln_in_range(
+    parts: list[Component], widths: np.ndarray, mean: np.ndarray, spread: np.ndarray
+) -> np.ndarray:
+    """ln P(inside the physical ranges) (S, W) after over that before the rows were
+    seen; mean (S, W, k) and covariance `spread` (S, W, k, k) in prior sds."""
+    first = np.cumsum([0, *(len(p.sd) for p in parts)])
+    limits = [
+        (at, p.low, p.high, p.sd[0])
+        for at, p in zip(first, parts, strict=False)
+        if np.isfinite(p.low) or np.isfinite(p.high)
+    ]
+    if not limits:
+        return np.zeros(mean.shape[:2])
+    at, low, high, unit = map(np.array, zip(*limits, strict=True))
+    sd = unit * widths[:, at]
+    to_units = sd[:, :, None] * sd[:, None, :]
+    after = spread[:, :, at[:, None], at] * to_units
+    before = np.eye(len(at)) * to_units
+    return ln_within(sd * mean[..., at], after, low, high) - ln_within(
+        np.zeros_like(sd), before, low, high
+    )
+
+
 def _widths(parts: list[Component]) -> np.ndarray:
     """Factors (W, k) on prior sds: all combinations for two components, joint steps for
     more."""
@@ -289,12 +304,3 @@ def student_ln_likelihood(misfit: float, level_sd: float) -> float:
         return misfit
     freedom = 2 / level_sd**2
     return -0.5 * (freedom + 1) * float(np.log1p(max(-2 * misfit, 0.0) / freedom))
-
-
-def _ln_normal_between(low: float, high: float, mean, sd) -> np.ndarray:
-    """ln P(low < x < high) of normal x, accurate in far tails."""
-    a, b = (low - mean) / sd, (high - mean) / sd
-    swap = a > 0
-    a, b = np.where(swap, -b, a), np.where(swap, -a, b)
-    upper, lower = log_ndtr(b), log_ndtr(a)
-    return upper + np.log1p(-np.exp(np.minimum(lower - upper, -1e-12)))

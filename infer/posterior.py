@@ -170,10 +170,12 @@ class _Search:
                         *self.value(k, parents[listed], names),
                         parents[listed],
                     )
-        best = max(fit for _, fit, _ in weighed.values())
+        # alternatives may differ in what scatter they leave
+        volume = [sum(r.half_ln_det for r in here[()].reduced) for here in self.tables]
+        best = max(fit - volume[k] for (k, _), (_, fit, _) in weighed.items())
         out = {}
-        for (k, names), (value, misfit, own) in weighed.items():
-            level_sd = self.noise[k][1]
+        for (k, names), (value, fit_misfit, own) in weighed.items():
+            misfit, level_sd = fit_misfit - volume[k], self.noise[k][1]
             softer = student_ln_likelihood(misfit - best, level_sd) - (misfit - best)
             out[k, names] = (
                 value

@@ -99,16 +99,18 @@ def fit(
 ) -> Fit:
     """Fit a problem with the effects `free`, each with its physical prior.
 
-    Begins at `start`, at the problem's further starts, and, where there is no other or
-    the fit is poor, at its own start. A repeated call with the same start is looked up.
+    Begins at `start`, at those of the problem's further starts that hold an effect, and
+    where the fit is poor at its own start; without `start` at its own and at those
+    further starts that hold none. A repeated call with the same start is looked up.
     """
     if start is None:
         cache: dict = {}
+        effects = np.isin(problem.names, list(problem.effects))
+        points = [(problem.starts, np.zeros(len(problem.names)))]
+        points += [p for p in problem.further_starts if not p[1][effects].any()]
+        found = [_fit_from(problem, free, *p, cache) for p in points]
         return replace(
-            _fit_from(
-                problem, free, problem.starts, np.zeros(len(problem.names)), cache
-            ),
-            cache=cache,
+            min(found, key=lambda f: np.nan_to_num(f.chi2, nan=np.inf)), cache=cache
         )
     asked = problem, frozenset(free), start.starts.tobytes(), start.values.tobytes()
     if asked not in start.cache:

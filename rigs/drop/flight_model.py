@@ -16,7 +16,7 @@ from benchtwin.infer.effect import Effect
 from benchtwin.infer.power_law import NAMES
 from benchtwin.infer.rivals import INSIDE_SDS
 from benchtwin.rigs.drop.effects import EFFECTS
-from benchtwin.rigs.drop.effects.hooks import Motion, View
+from benchtwin.rigs.drop.effects.hooks import Motion, View, scaled
 from benchtwin.rigs.drop.nuisances import DEPTH_SD_M, LOCK, NUISANCES, READOUT
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.trajectories import (
@@ -78,6 +78,7 @@ class Model:
 
 
 STARTS = 7  # numbers of a start
+FLAT = 4  # the first of them, which have no prior: x, z, v_x, v_z
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
 NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
 SPIN = "own spin"
@@ -156,6 +157,13 @@ def rate_of(values: dict[str, float]) -> float:
     """True over stated frame rate."""
     return float(
         np.prod([clock(v) for n, v in values.items() if (clock := LAWS[n].clock)])
+    )
+
+
+def true_scale(values: dict[str, float]) -> float:
+    """True over stated lengths in the picture."""
+    return float(
+        np.prod([1 + v for n, v in values.items() if LAWS[n].picture is scaled])
     )
 
 

@@ -16,6 +16,7 @@ from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import frame_lag, whiten
 from benchtwin.infer.problem import Problem
 from benchtwin.rigs.drop.flight_model import (
+    FLAT,
     IN_FLIGHT,
     LAWS,
     NEARING,
@@ -36,6 +37,7 @@ from benchtwin.rigs.drop.flight_model import (
     side_rows,
     sides,
     touching,
+    true_scale,
     unseen_rows,
     velocities,
 )
@@ -254,12 +256,14 @@ def _eliminate(
     model: Model, starts: np.ndarray, values: np.ndarray, blocks, count: int, own: int
 ):
     """Reduced of each recording, and a function from a change of θ to that of
-    starts."""
+    starts. Volumes are those of starts in the lengths of the picture, where all places
+    are alike beforehand: in true lengths a larger scale would be less probable."""
     session = model.session
     triangles, sides = blocks
     extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
     approach = values[model.names.index(APPROACH)]
+    ln_unit = np.log(true_scale(dict(zip(model.names, values, strict=True))))
     for r in range(len(session.names)):
         flights = np.flatnonzero(session.recording == r)
         if not len(flights):
@@ -316,7 +320,7 @@ def _eliminate(
         below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
         if not sizes.all():  # singular: forces so great that starts have no effect
             below[:, -1], sizes = np.inf, np.ones(local)
-        half_ln_det = float(np.log(sizes).sum())
+        half_ln_det = float(np.log(sizes).sum()) + FLAT * len(flights) * ln_unit
         reduced.append(
             Reduced(
                 below[:, local : local + count],

@@ -48,6 +48,7 @@ from benchtwin.rigs.slide.vibration import Vibration, vibration
 # vector.
 ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
 UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
+SLOW_CLIMB = 2.0  # sds of ln time: stairs leave side minima between fast and slow
 FIXED_PLATE_NOTE = (
     "the block moves as on a fixed plate under a rotating gravity vector, as some"
     " simulations do"
@@ -100,16 +101,13 @@ def alternatives(
     session = prepared.session
     model = Model(session, 0.0, effects_of(session))
     known = not lets_go(session) or any(run.from_hinge for run in session.runs)
-    problem = _problem(prepared, model)
-    if session.runs:
-        prepared = with_scatter(prepared, problem)
-        problem = _problem(prepared, model)
+    problem = _scattering(prepared, model)
     out = [Alternative(problem, 1.0 if known else ROTATING_PLATE_ODDS)]
     if not known:
-        fixed = _problem(prepared, replace(model, turning=0.0))
+        fixed = _scattering(prepared, replace(model, turning=0.0))
         out.append(Alternative(fixed, FIXED_PLATE_ODDS, FIXED_PLATE_NOTE))
     for height in stairs_of(session):
-        stepped = _problem(prepared, replace(model, stair_deg=height))
+        stepped = _scattering(prepared, replace(model, stair_deg=height))
         size = {STEPPED.name: (STEPPED.unit, height, 0.005 * height)}
         effects = (STEPPED.name,)
         out.append(
@@ -122,7 +120,7 @@ def alternatives(
         others = {
             n: e for n, e in model.effects.items() if SHAKEN.name not in (n, e.group)
         }
-        shaken = _problem(
+        shaken = _scattering(
             prepared,
             replace(model, effects=others, shaking=(heard.amplitude, heard.hertz)),
         )
@@ -164,11 +162,26 @@ def stairs_of(session: Session) -> tuple[float, ...]:
     )
 
 
+def _scattering(prepared: Prepared, model: Model) -> Problem:
+    """With the scatter of friction along each slide that the model leaves: beside the
+    scatter that another leaves, what it gets right would be nothing."""
+    problem = _problem(prepared, model)
+    if not prepared.session.runs:
+        return problem
+    scattered = with_scatter(prepared, problem)
+    return problem if scattered is prepared else _problem(scattered, model)
+
+
 def _problem(prepared: Prepared, model: Model) -> Problem:
-    """With further starting points for a block that loses friction at its onset."""
+    """With further starting points for a block that loses friction at its onset, or for
+    stairs that are climbed slowly."""
     model, starts = initial_onsets(prepared, model)
     problem = problem_of(prepared, model, starts)
-    if not model.stair_deg and prepared.session.runs:
+    if model.stair_deg:
+        slow = {"climb": SLOW_CLIMB}
+        values = np.array([slow.get(n, 0.0) for n in problem.names])
+        return replace(problem, further_starts=((problem.starts, values),))
+    if prepared.session.runs:
         jumping, lost = initial_onsets_with_jump(prepared, model, starts)
         own = np.zeros_like(problem.starts)
         own[:, : jumping.shape[1]] = jumping
