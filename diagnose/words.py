@@ -71,11 +71,21 @@ def followed_condition(name: str) -> tuple[str, str] | None:
 
 def verdict_in_words(finding: Finding) -> str:
     """The one sentence of a finding, wherever it is shown: what it does to a contact
-    parameter, what was found, how probable exactly that is, how large it is, what else
-    is possible, and how often noise alone would do as much."""
+    parameter, what was found, how probable exactly that is, how large it is, by how
+    much it moves a path, what else is possible, and how often noise alone would do as
+    much."""
     told = {"none": _none, "name": _name, "class": _class, "unknown": _unknown}
-    parts = [told[finding.verdict](finding), *_else_possible(finding)]
+    parts = [told[finding.verdict](finding), *_path(finding)]
+    parts += _else_possible(finding)
     return "; ".join([*parts, f"noise alone would do this in {odds(finding.p_global)}"])
+
+
+def _path(finding: Finding) -> list[str]:
+    """ "it moves a path by 0.31 mm at most": how large it is in the recordings."""
+    moved = finding.moves_mm
+    if not math.isfinite(moved):
+        return []
+    return [f"it moves a path by {brief(moved)} mm at most"]
 
 
 def tone(finding: Finding) -> str:

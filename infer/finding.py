@@ -137,6 +137,17 @@ class Finding:
         explanation."""
         return tuple(n for n in self.left_out if "." not in n)
 
+    @property
+    def moves_mm(self) -> float:
+        """By how much at most what is missing moves a tracked path beside the
+        baseline's best fit; NaN where nothing is tracked in mm or nothing is missing.
+        """
+        if self.verdict == "none":
+            return math.nan
+        off = [c.left_by_baseline - c.left_by_model for c in self.curves]
+        paths = [o for o, c in zip(off, self.curves, strict=True) if c.unit == "mm"]
+        return max((float(np.nanmax(np.abs(o))) for o in paths), default=math.nan)
+
     def to_json(self) -> dict:
         """The rig's entry of diagnosis.json; null for what there is not."""
         held = self.held_out
@@ -150,6 +161,7 @@ class Finding:
                 ),
                 "parameters": {name: vars(p) for name, p in self.parameters.items()},
                 "follows": [f.to_json() for f in self.follows],
+                "moves_mm": self.moves_mm,
                 "explanations": [
                     {"effects": names, "probability": p}
                     for names, p in self.explanations[:MOST_EXPLANATIONS]

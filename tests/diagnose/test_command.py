@@ -41,6 +41,7 @@ KEYS = {
     "contact_parameters",
     "matters",
     "p_verdict",
+    "moves_mm",
 }
 
 

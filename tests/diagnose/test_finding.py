@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.infer.condition_table import Follow, Point
 from benchtwin.infer.explanation import UNSHAPED
-from benchtwin.infer.finding import Finding, Parameter, Sector
+from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
 
@@ -90,6 +91,21 @@ def test_a_name_leads_with_what_it_does_then_its_probability_and_its_number():
     quiet = f"found, but it moves nothing that matters: {name}{NEVER}"
     assert said(matters=False) == quiet and words.tone(USUAL) == "name"
     assert words.tone(replace(USUAL, matters=False)) == "quiet"
+
+
+def test_a_sentence_says_by_how_much_a_path_moves():
+    """The greatest difference between what baseline and model leave, of curves in mm
+    only."""
+    along, base = np.arange(4.0), np.array([0.1, -0.2, 0.3, 0.0])
+    path = Curve("a", "travel", "mm", "t_s", along, along, base, np.zeros(4))
+    ratios = Curve("a", "e", "1", "v_m_s", along, along, 9 * base, np.zeros(4))
+    moved = replace(USUAL, curves=(path, ratios))
+    assert moved.to_json()["moves_mm"] == pytest.approx(0.3)
+    assert "; it moves a path by 0.3 mm at most;" in words.verdict_in_words(moved)
+    none = replace(moved, alarm=False, verdict="none", names=())
+    assert none.to_json()["moves_mm"] is None and "path" not in words.verdict_in_words(
+        none
+    )
 
 
 def test_two_effects_are_one_set_and_what_else_is_possible_is_said():
