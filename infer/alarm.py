@@ -17,14 +17,14 @@ from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
-from scipy import stats
+from scipy.special import chdtrc, ndtri
 
 ALARM_P = 0.005  # below which there is an alarm
 UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped
 HIDDEN_POWER = 1e-6  # relative power of a direction that the nuisances absorb
 LEVELS = 15  # quantiles of the noise power, over which p is averaged
 DRAWS = 20_000
-DRAWS_BESIDE = 1_000  # beside an explanation that holds something
+DRAWS_BESIDE = 1_000  # beside an explanation that holds something, or of a sector
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def left_over_p(
     bent = [n for n in fits if n in beside and e.fit.problem.effects[n].nonlinear]
     asked = {n: c for n, c in beside.items() if n not in bent}
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
-    doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
+    doubt = np.exp(table.level_sd * ndtri(quantiles))
     scores = [_scores(table, s, e.names, asked) for s in range(len(table.odds))]
     least = 1.0
     for k, n in enumerate(asked):
@@ -89,8 +89,8 @@ def left_over_p(
             own.append(p)
         else:
             least = min(least, p)
-    least = min([least, *own])
-    draws, total = DRAWS_BESIDE if e.names else DRAWS, 0.0
+    least, total = min([least, *own]), 0.0
+    draws = DRAWS_BESIDE if e.names or sector else DRAWS
     for weight, s in _weights(table.ln_weight(e.names)):
         at_least = _least_p(scores[s], table.level_sd, doubt, rng, draws)
         chosen = float((1 + (at_least <= least).sum()) / (1 + draws))
@@ -175,7 +175,7 @@ def _least_p(
         if not rank:
             continue
         grid = np.linspace(0, fall.max(), 400)
-        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
+        p = chdtrc(rank, grid[:, None] / doubt).mean(axis=1)
         p = np.where(grid > 0, p / 2, 1.0) if one_sided else p
         out = np.minimum(out, np.interp(fall, grid, p))
     return out
