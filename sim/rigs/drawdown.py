@@ -44,7 +44,7 @@ class Drawdown:
     as wide as the box. fill_height_m: the seeds are struck off there. fall_m: from the
     shelf's top down to the tray; tray_m: the tray's length, its middle below the
     slot's; seeds run over its ends. slide_speed_m_s: how fast the slide below the slot
-    is drawn out. pane_friction: static friction of a pane, None: that of the plate.
+    is drawn out. pane_friction: static friction of seed on pane.
     slab: panes without friction, a slice out of a wide box. photo_s: when the picture
     is taken after the slide begins to move, None: when all seeds lie still."""
 
@@ -54,7 +54,7 @@ class Drawdown:
     fall_m: float = 0.080
     tray_m: float = 0.140
     slide_speed_m_s: float = 0.25
-    pane_friction: float | None = None
+    pane_friction: float = 0.3
     slab: bool = False
     photo_s: float | None = None
 
@@ -143,12 +143,9 @@ def vessel(rig: Drawdown, bench: Bench) -> Vessel:
 
 
 def _pane(rig: Drawdown, bench: Bench) -> Material:
-    """What the panes are of: as hard as the plate, under a name of its own where its
-    friction is."""
+    """What the panes are of: as hard as the plate, under a name of their own."""
     if rig.slab:
         return GLASS
-    if rig.pane_friction is None:
-        return bench.wall
     of = bench.wall
     return Material(
         "pane",
@@ -161,13 +158,11 @@ def _pane(rig: Drawdown, bench: Bench) -> Material:
 
 def _on_panes(rig: Drawdown, bench: Bench) -> tuple[Contact, ...]:
     pane, on = _pane(rig, bench), bench.seed_wall
-    if pane is bench.wall:
-        return ()
     both, convention = (bench.seed.name, pane.name), on.rolling_convention
     if rig.slab:
         return (Contact(both, bench.seed_seed.restitution, 0.0, 0.0, convention),)
-    friction = float(rig.pane_friction or 0.0)
-    return (Contact(both, on.restitution, friction, on.rolling_friction, convention),)
+    friction, rolling = rig.pane_friction, on.rolling_friction
+    return (Contact(both, on.restitution, friction, rolling, convention),)
 
 
 def _walls(rig: Drawdown, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
