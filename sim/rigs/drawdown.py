@@ -2,7 +2,7 @@
 slope stays above, a heap lies below (Roessler, Richter, Katterfeld & Will 2019, Powder
 Technol. 343, 803–812)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.sim.engine.walls import Rectangle, Slide, Wall
@@ -15,9 +15,9 @@ from benchtwin.sim.rigs.filling import Filled
 from benchtwin.sim.rigs.heap import (
     RAIN_OVERLAP,
     Vessel,
-    fill,
     grams,
-    let_go,
+    mean_slope,
+    run_heap,
     weights,
 )
 from benchtwin.sim.rigs.parts import slab
@@ -103,19 +103,7 @@ def run_drawdown(
     the mass that comes out is through; filled_mass_g, retained_mass_g in the box,
     tray_mass_g."""
     box = vessel(rig, bench)
-    filled = filled or fill(box, bench, rng, engine, watch)
-    motion = let_go(box, bench, filled, rng, fps or FLOW_FPS, watch, engine)
-    motion.truth.update(_truth(rig, motion))
-    if fps:
-        return motion
-    return replace(
-        motion,
-        t_s=motion.t_s[-1:],
-        positions_m=motion.positions_m[-1:],
-        orientations=motion.orientations[-1:],
-        velocities_m_s=motion.velocities_m_s[-1:],
-        spins_rad_s=motion.spins_rad_s[-1:],
-    )
+    return run_heap(box, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled)
 
 
 def vessel(rig: Drawdown, bench: Bench) -> Vessel:
@@ -139,6 +127,8 @@ def vessel(rig: Drawdown, bench: Bench) -> Vessel:
         contacts=_on_panes(rig, bench),
         clear_m=rig.slot_m,
         overlap=RAIN_OVERLAP,
+        told=lambda motion: _truth(rig, motion),
+        look_fps=FLOW_FPS,
     )
 
 
@@ -216,12 +206,10 @@ def _truth(rig: Drawdown, motion: Motion) -> dict[str, float]:
     first, last = rig.tray_ends_m
     slope = _outline(motion, 0.0, rig.box_m[0], 0.0)
     heap = _outline(motion, first, last, -rig.fall_m)
-    flanks = (slope_angle(*heap), slope_angle(-heap[0][::-1], heap[1][::-1]))
-    there = [angle for angle in flanks if np.isfinite(angle)]
     found = (
         slope_angle(*slope),
         centroid_angle(*slope, wall_m=0.0),
-        float(np.mean(there)) if there else nan,
+        mean_slope(*heap),
         centroid_angle(*heap),
         flow_time(motion),
     )
