@@ -51,9 +51,8 @@ def what_next(
         left = np.sqrt(np.clip(after / np.diag(both)[:k], 0.0, 1.0))
         trace = after.sum() / np.trace(both[:k, :k])
         rows.append((test.name, test.runs, test.minutes, trace, *left))
-    columns = ["test", "runs", "minutes", "variance_left"]
-    columns += [f"sd_left_{n}" for n in of]
-    table = pd.DataFrame(rows, columns=columns)
+    names = ["test", "runs", "minutes", "variance_left"]
+    table = pd.DataFrame(rows, columns=[*names, *(f"sd_left_{n}" for n in of)])
     table["pick"], table["variance_left_after"] = _picked(both, at, noise, k)
     return table.sort_values("variance_left", ignore_index=True)
 

@@ -26,9 +26,9 @@ def observe_slide(
     reason. options: of piles, not used."""
     need_track(recording)
     if recording.evidence in TABLES:
-        seen = Tabled(recording, table_track(recording))
-        slide = measure_slide(seen.track, recording)
-        return seen.observation(slide.quantities, slide.notes, _plot(seen.track, slide))
+        read = Tabled(recording, table_track(recording))
+        slide = measure_slide(read.track, recording)
+        return read.observation(slide.quantities, slide.notes, _plot(read.track, slide))
     source = open_frames(recording)
     tracked, plate = track_slide(source, recording, progress)
     seen = followed(recording, source, tracked)
