@@ -207,6 +207,8 @@ PRIORS = {
     "gate-place": Prior(
         "mm", 0.3, None, "read off a ruler: a light gate's beam is some mm wide"
     ),
+    # a heap, a draw-down
+    "pane-friction": Prior("1", 0.1, None, "of seeds on glass or acrylic, about 0.3"),
     "row-of-few": Prior("mm", 0.5, None, "of a row where too few show their scatter"),
     "depth": Prior("mm", 2.0, None, "a run beside the plane in which the scale holds"),
     "astray": Prior("1", 0.01, None, "tangent of a run's angle to that plane"),

@@ -1,7 +1,7 @@
 """What a rig tells a calibration: one parameter of a seed on the plate, or how seeds
 act on each other. A rig's record names its own as `tells`."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from benchtwin.bench.rig import Rig
@@ -50,7 +50,7 @@ class ByCurve(Reading):
 
     seed_range: where the same parameter of seed on seed is looked for by the rigs that
     tell it, None: it is not; seed_limits: what can be simulated of it; on_seed: what
-    would measure it directly."""
+    would measure it directly; minutes: that one recording takes at a bench."""
 
     parameter: str
     limits: tuple[float, float]
@@ -65,6 +65,7 @@ class ByCurve(Reading):
     seed_range: tuple[float, float] | None = None
     seed_limits: tuple[float, float] = (0.0, 1.0)
     on_seed: str = ""
+    minutes: float = 2.0
 
     @property
     def sd(self) -> str:
@@ -82,6 +83,21 @@ class ByCurve(Reading):
         return self.formula(reading, description.get(self.name, {}))
 
 
+@dataclass(frozen=True)
+class Believed:
+    """What is believed of a key that a bench does not state: normal about the mean, cut
+    off at the ends (low, high) between which it is simulated."""
+
+    mean: float
+    sd: float
+    ends: tuple[float, float]
+
+
+def nothing_open(section: dict) -> dict[str, Believed]:
+    """No key."""
+    return {}
+
+
 @dataclass(frozen=True, kw_only=True)
 class BySurface(Reading):
     """A rig that tells the parameters of seed on seed together: simulated at the points
@@ -90,12 +106,15 @@ class BySurface(Reading):
     simulated(section, width_mm, fill_mm): the section of what is simulated in its
     place, and a note where that is another; shown(section): the camera of the picture
     that is shown beside the bench's; not_seen: columns of a simulated run that no bench
-    can show; minutes: that what one simulated run shows takes at a bench."""
+    can show; minutes: that what one simulated run shows takes at a bench.
+    left_open(section): the section's keys that a bench should state and this one does
+    not, with what is believed of them: they vary along, and are averaged over."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
     not_seen: tuple[str, ...] = ()
     minutes: float = 5.0
+    left_open: Callable[[dict], Mapping[str, Believed]] = nothing_open
 
 
 def by_curve() -> dict[str, ByCurve]:

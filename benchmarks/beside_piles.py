@@ -1,14 +1,18 @@
 """What draw-downs and beds tell beside heaps: intervals of the seed–seed parameters of
-one bench of known parameters, with heaps alone and with each further rig.
+benches of known parameters, with heaps alone and with each further rig.
 
     python benchmarks/beside_piles.py STORE [--points 24] [--rigs pile,drawdown,bed]
+        [--box LARGE|SMALL]
 
 Simulated at `points` Sobol points of the ranges in which a calibration looks, and
-REPEATS times at TRUE, which stand for the bench's recordings. STORE keeps finished
-runs. Prints, for each rig, how far single runs scatter and what the parameters do; and
-the 95 % intervals."""
+REPEATS times at TRUE, which stand for a bench's recordings. STORE keeps finished runs.
+Prints, for each rig, how far single runs scatter and what the parameters do; the 95 %
+intervals of TRUE; and how often and how wide they are of drawn benches: each point of
+the design in turn is a bench of one recording of each rig, left out of the surfaces.
+"""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +32,19 @@ from scipy.stats import qmc
 
 BOX = Box.of(RANGES)
 TRUE = dict(zip(RANGES, (0.55, 0.55, 0.05), strict=True))
-REPEATS, SEED, CELLS = 5, 11, 41
-SLICE = {"pile": PILE.simulated({}, 30.0, 60.0)[0]}
+REPEATS, SEED, CELLS, AT_TRUE = 5, 11, 41, 100
+# slices between smooth panes: of a heap, and of boxes that are ten times as deep
+SLICE = {"slab": True, "pane_friction": 0.0}
+BOXES = {
+    "SMALL": SLICE,
+    "LARGE": {
+        **SLICE,
+        "box_mm": [165.0, 30.0, 140.0],
+        "fill_height_mm": 90.0,
+        "tray_mm": 200.0,
+    },
+}
+HEAP = PILE.simulated({}, 30.0, 60.0)[0]
 # columns that a bench reads or weighs: all draws of a rig's design know them
 COLUMNS = {
     "pile": ("repose_angle_deg", "centroid_angle_deg", "filled_mass_g"),
@@ -41,18 +56,19 @@ COLUMNS = {
 }
 
 
-def runs(rig: str, points: int) -> list[Run]:
+def runs(rig: str, points: int, box: str) -> list[Run]:
     """The design's runs and the bench's, in this order."""
     sobol = qmc.Sobol(len(RANGES), rng=np.random.default_rng(7)).random(32)[:points]
     design = [dict(zip(RANGES, map(float, row))) for row in BOX.natural(2 * sobol - 1)]
-    numbered = [*enumerate(design), *((100 + k, TRUE) for k in range(REPEATS))]
-    description = {rig: SLICE.get(rig, {})}
+    numbered = [*enumerate(design), *((AT_TRUE + k, TRUE) for k in range(REPEATS))]
+    description = {rig: {"pile": HEAP, "drawdown": BOXES[box]}.get(rig, {})}
     return [Run(rig, at, (SEED, k), description) for k, at in numbered]
 
 
-def table_of(rig: str, points: int, store: Path) -> pd.DataFrame:
-    """A row a run: its parameters, and what the simulation knows of it."""
-    asked = runs(rig, points)
+def table_of(rig: str, points: int, box: str, store: Path) -> pd.DataFrame:
+    """A row a run that could be measured: its parameters, and what the simulation knows
+    of it. A draw-down that jammed is none."""
+    asked = runs(rig, points, box)
     with campaign(store, workers=1) as simulate:
         told = simulate(asked)
     values = pd.DataFrame([run.values for run in asked])
@@ -60,14 +76,17 @@ def table_of(rig: str, points: int, store: Path) -> pd.DataFrame:
         columns=lambda c: c.removeprefix("true_")
     )
     at = [run.rng[1] for run in asked]
-    return pd.concat([values, known], axis=1).assign(rig=rig, k=at)
+    table = pd.concat([values, known], axis=1).assign(rig=rig, k=at)
+    return table[told["status"].eq("done").to_numpy()]
 
 
-def seen_of(rig: str, table: pd.DataFrame) -> PileObservables:
-    """What the bench's runs of a rig say, by surfaces through the design's."""
+def seen_of(rig: str, table: pd.DataFrame, at: int = AT_TRUE) -> PileObservables:
+    """What a bench's runs of a rig say, by surfaces through the others: those at TRUE,
+    or the one at point `at` of the design."""
     own = table[table["rig"] == rig]
-    design, bench = own[own["k"] < 100], own[own["k"] >= 100].head(REPEATS)
-    there = [c for c in COLUMNS[rig] if c in own and bench[c].notna().sum() > 1]
+    bench = own[own["k"] >= AT_TRUE] if at == AT_TRUE else own[own["k"] == at]
+    design = own.drop(bench.index) if at != AT_TRUE else own[own["k"] < AT_TRUE]
+    there = [c for c in COLUMNS[rig] if c in own and bench[c].notna().any()]
     read = {c: bench[c].dropna().to_numpy(float) for c in there}
     response, *further = there
     readings = RigReadings(
@@ -93,7 +112,9 @@ def effects(rig: str, seen: PileObservables) -> str:
     return "\n".join(lines)
 
 
-def intervals(seen: dict[str, PileObservables]) -> pd.DataFrame:
+def intervals(
+    seen: dict[str, PileObservables], true: Mapping[str, float]
+) -> pd.DataFrame:
     """95 % intervals of the parameters from these rigs together."""
     observables, correlation = joined(tuple(seen.values()))
     rng, several = np.random.default_rng(1), len(observables) > 1
@@ -106,8 +127,24 @@ def intervals(seen: dict[str, PileObservables]) -> pd.DataFrame:
     )
     found = summary(posterior, 0.95).set_index("factor")[["median", "low", "high"]]
     found["width"] = found["high"] - found["low"]
-    found["true"] = pd.Series(TRUE)
+    found["true"] = pd.Series(true)
     return found
+
+
+def drawn(table: pd.DataFrame, rigs: list[str]) -> pd.DataFrame:
+    """Of benches of one recording a rig, drawn over the ranges: how many there are, how
+    many intervals hold, and their median width; a row a parameter."""
+    found = []
+    points = table[table["k"] < AT_TRUE].groupby("k")
+    for at, rows in points:
+        if set(rigs) <= set(rows["rig"]):
+            seen = {rig: seen_of(rig, table, int(at)) for rig in rigs}
+            found.append(intervals(seen, rows.iloc[0][list(RANGES)]))
+    both = pd.concat(found)
+    both["holds"] = (both["low"] <= both["true"]) & (both["true"] <= both["high"])
+    by = both.groupby(level=0, sort=False)
+    columns = {"benches": by.size(), "hold": by["holds"].sum()}
+    return pd.DataFrame(columns | {"width": by["width"].median()})
 
 
 def report(table: pd.DataFrame, rigs: list[str]) -> None:
@@ -116,15 +153,15 @@ def report(table: pd.DataFrame, rigs: list[str]) -> None:
     print(f"of one run: scatter; effect of {', '.join(RANGES)} in it")
     for rig, one in seen.items():
         print(effects(rig, one))
-    alone = {PILE.name: seen[PILE.name]}
-    others = {rig: one for rig, one in seen.items() if rig != PILE.name}
-    for name, some in {
-        "heaps": alone,
-        **{f"heaps and {rig}": {**alone, rig: one} for rig, one in others.items()},
-        **({"all": seen} if len(others) > 1 else {}),
-    }.items():
-        print(f"{REPEATS} of each: {name}")
-        print(intervals(some).round(4).to_string())
+    further = [rig for rig in rigs if rig != PILE.name]
+    sets = {PILE.name: [PILE.name]}
+    sets |= {f"{PILE.name} and {rig}": [PILE.name, rig] for rig in further}
+    sets |= {"all": rigs} if len(further) > 1 else {}
+    for name, some in sets.items():
+        print(f"{name}: {REPEATS} of each")
+        print(intervals({rig: seen[rig] for rig in some}, TRUE).round(4).to_string())
+        print(f"{name}: drawn benches with 1 of each")
+        print(drawn(table, some).round(4).to_string())
 
 
 def main() -> None:
@@ -133,9 +170,10 @@ def main() -> None:
     parser.add_argument("store", type=Path)
     parser.add_argument("--points", type=int, default=24)
     parser.add_argument("--rigs", default="pile,drawdown,bed")
+    parser.add_argument("--box", choices=tuple(BOXES), default="LARGE")
     asked = parser.parse_args()
     rigs = asked.rigs.split(",")
-    tables = [table_of(rig, asked.points, asked.store) for rig in rigs]
+    tables = [table_of(r, asked.points, asked.box, asked.store) for r in rigs]
     report(pd.concat(tables, ignore_index=True), rigs)
 
 

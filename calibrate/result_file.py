@@ -119,8 +119,8 @@ def _pile(c: Calibration) -> dict | None:
     if len(joint.directions):
         shown = joint.directions[["sd_ratio", "resolved", "statement"]]
         out["directions"] = shown.to_dict("records")
-        best = joint.narrowing["candidate"].iloc[0] if len(joint.narrowing) else None
-        out["measure_next"] = best
+        tests = joint.next_tests
+        out["measure_next"] = tests["test"].iloc[0] if len(tests) else None
     return out
 
 
@@ -159,7 +159,7 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         out["tension"] = joint.posterior.tension
         out |= {"next_tests": joint.next_tests} if len(joint.next_tests) else {}
         if len(joint.directions):
-            out |= {"directions": joint.directions, "narrowing": joint.narrowing}
+            out |= {"directions": joint.directions}
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}
 
 

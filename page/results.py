@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import with_interval
+from benchtwin.calibrate.procedure.next_tests import worth_it
 from benchtwin.page.folder import read_json
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
@@ -17,7 +18,6 @@ SETTLES = "it would settle what is missing"
 SHOWS_MORE = "nothing that matters is missing so far; it would show more"
 MOST_DRAWS = 1500
 MOST_EXPLANATIONS = 8
-LEAST_GAIN = 0.01  # of the variance, of a candidate that is listed
 LEAST_PROBABILITY = 0.005  # of an explanation that is shown
 
 
@@ -121,8 +121,8 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
         "Not calibrated yet": [
             ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()
         ],
-        "To narrow the parameters": _narrowing(
-            _table(results / CALIBRATED / "tables" / "narrowing.csv")
+        "To narrow the parameters": _tests(
+            _table(results / CALIBRATED / "tables" / "next_tests.csv")
         ),
         "To tell explanations apart": [
             ToRecord(
@@ -136,19 +136,17 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
     return {heading: rows for heading, rows in lists.items() if rows}
 
 
-def _narrowing(table: pd.DataFrame | None) -> list[ToRecord]:
+def _tests(table: pd.DataFrame | None) -> list[ToRecord]:
     if table is None or "pick" not in table:
         return []
-    table = table.sort_values("pick")
-    table = table[-table["variance_left_after"].diff().fillna(-1.0) > LEAST_GAIN]
     seed = "of the variance of the seed–seed parameters is left"
     return [
         ToRecord(
-            row.candidate,
+            row.test,
             f"{100 * row.variance_left_after:.0f} %"
             f" {seed}{' with those above' if k else ''}",
         )
-        for k, row in enumerate(table.itertuples())
+        for k, row in enumerate(worth_it(table).itertuples())
     ]
 
 

@@ -15,7 +15,6 @@ HEADINGS = {
     "df": "df",
     "se": "std. error",
     "sd_ratio": "sd left",
-    "information_nats": "information (nats)",
     "variance_left": "variance left",
     "variance_left_after": "variance left, all picks so far",
     "box_fraction": "share of range",

@@ -60,13 +60,6 @@ def _answer(c: Calibration) -> dict:
             c.joint.directions.loc[~c.joint.directions["resolved"], "statement"]
         )
     notes = [sentence(text) for text in notes]
-    if c.joint is not None and len(c.joint.narrowing):
-        best = c.joint.narrowing.iloc[0]
-        notes.append(
-            f"What would narrow them most: {best['candidate']}; it would leave"
-            f" {100 * best['variance_left']:.0f} % of the variance of the three"
-            " seed–seed parameters."
-        )
     if c.joint is not None:
         notes += [sentence(text) for text in in_words(c.joint.next_tests)]
     return {"rows": rows, "notes": notes}

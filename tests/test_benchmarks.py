@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-FILES = (*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "scripts").glob("*.py"))
+PLACES = ("benchmarks", "benchmarks/others", "scripts")
+FILES = (file for place in PLACES for file in (ROOT / place).glob("*.py"))
 PROGRAMS = sorted(
     file for file in FILES if "__main__" in file.read_text(encoding="utf8")
 )

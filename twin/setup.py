@@ -4,9 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.picture import Camera, Look
+from benchtwin.sim.picture import Camera, Look, project
 from benchtwin.vision.recording import Recording
 
 
@@ -57,6 +58,31 @@ class Setup:
     aimed: Callable[[Recording, Camera], Camera] = where_it_stands
     variant: Callable[[Recording], "Setup | None"] = lambda recording: None
     told: Callable[[Any, Camera, Motion], dict[str, Any]] = nothing_more
+
+
+def of_heaps(describe: type, run: Callable, camera: Camera, **more: Any) -> Setup:
+    """A rig of many seeds of which what lies at the end is photographed."""
+    return Setup(
+        describe,
+        run,
+        0.0,
+        camera,
+        Look(),
+        soft_pa=3e6,
+        step=0.3,
+        many=True,
+        photographed=True,
+        **more,
+    )
+
+
+def level_line(
+    camera: Camera, ends_m: tuple[float, float], y_m: float, z_m: float
+) -> tuple[float, float, float, float]:
+    """Where a level line between two x [m] is seen: x1, y1, x2, y2 [px]."""
+    ends = project(camera, np.array([[x, y_m, z_m] for x in ends_m]))
+    x1, y1, x2, y2 = (float(f"{v:.6g}") for v in ends.ravel())
+    return x1, y1, x2, y2
 
 
 def setup_for(rig: str) -> Setup:

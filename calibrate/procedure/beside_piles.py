@@ -40,5 +40,13 @@ def simulate_beside(
     )
     if not seen.observables:
         raise ValueError(f"{name}: nothing of it can be compared with a simulation")
-    said = dict.fromkeys((*stage.notes, *notes, *seen.notes))
-    return replace(seen, notes=tuple(said), runs=done)
+    said = dict.fromkeys((*stage.notes, *_left_open(stage), *notes, *seen.notes))
+    return replace(seen, notes=tuple(said), runs=done, believed=stage.left_open)
+
+
+def _left_open(stage: PileStage) -> list[str]:
+    return [
+        f"[{stage.rig.name}] {key} is not stated: {of.mean:g} ± {of.sd:g} is believed,"
+        " which widens the intervals; measure and state it"
+        for key, of in stage.left_open.items()
+    ]

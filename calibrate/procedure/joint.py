@@ -1,5 +1,5 @@
 """What all recordings together say of all parameters: posterior, resolved directions,
-what else to measure."""
+which test next."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ from benchtwin.calibrate.statistics.posterior import (
     summary,
 )
 from benchtwin.calibrate.statistics.prior import Prior
-from benchtwin.calibrate.statistics.resolution import Candidate, directions, narrowing
+from benchtwin.calibrate.statistics.resolution import directions
 from benchtwin.calibrate.statistics.sampling import sample
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from numpy.typing import ArrayLike
@@ -51,13 +51,12 @@ class DirectReading:
 class Joint:
     """posterior over the parameters that were fitted, table: its summary beside the
     sequential answers (sequential, level), directions of the seed–seed parameters, best
-    resolved first; narrowing: further observables, best first, with their assumed
-    noise; notes; next_tests: what more minutes of each test would leave."""
+    resolved first; notes; next_tests: what each further test would leave, best
+    first."""
 
     posterior: Posterior
     table: pd.DataFrame
     directions: pd.DataFrame = field(default_factory=pd.DataFrame)
-    narrowing: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: tuple[str, ...] = ()
     next_tests: pd.DataFrame = field(default_factory=pd.DataFrame)
 
@@ -78,8 +77,8 @@ def fit_joint(
     surface over the seed–seed parameters alone; beside: what further rigs say of seed
     on seed; others: tests that the bench has not run. priors: {parameter: (mean, sd)}
     of normal ones, else uniform over what was simulated; ess: effective draws.
-    Narrowing weighs what else the piles show, and drop, slide and roll of seed on seed,
-    measured as well as on steel."""
+    Next tests: more of what is recorded, others, what else the piles show, and drop,
+    slide and roll of seed on seed, measured as well as on steel."""
     observables = [
         Observable(f"{n}: {f.rig.response}", f.surrogate, f.bench)
         for n, f in steel.items()
@@ -91,8 +90,11 @@ def fit_joint(
         return None
     sequential = {name: value for name, (value, _) in together(steel.values()).items()}
     sequential |= pile.optimum.point if pile is not None else {}
+    believed = {n: key for part in of_rigs.values() for n, key in part.believed.items()}
+    sequential |= {n: key.mean for n, key in believed.items()}
     ranges = {name: _shared_range(name, observables) for name in sequential}
-    known = {n: v for n, v in (priors or {}).items() if n in ranges}
+    known = {n: (key.mean, key.sd) for n, key in believed.items()}
+    known |= {n: v for n, v in (priors or {}).items() if n in ranges}
     prior = Prior(Box.of(ranges), known)
     posterior = _joint_posterior(observables, prior, rng, ess, correlation)
     table = summary(posterior, LEVEL)
@@ -101,10 +103,9 @@ def fit_joint(
     if pile is None:
         return Joint(posterior, table, notes=notes)
     seeds = _seed_marginal(posterior)
-    to_measure = [*pile.candidates, *_seed_rig_candidates(steel, pile)]
-    further = narrowing(seeds, to_measure)
+    others = (*others, *pile.to_read, *_with_seeds(steel, pile))
     next_ = next_tests(posterior, of_rigs, others, pile.box.names)
-    return Joint(posterior, table, directions(seeds), further, notes, next_)
+    return Joint(posterior, table, directions(seeds), notes, next_)
 
 
 def _of_pile(pile: PileFit | None) -> dict[str, PileObservables]:
@@ -199,16 +200,17 @@ def _seed_marginal(posterior: Posterior) -> Posterior:
     return replace(posterior, prior=prior, draws=draws, r_hat=r_hat, ess=ess)
 
 
-def _seed_rig_candidates(steel: dict[str, SteelFit], pile: PileFit) -> list[Candidate]:
+def _with_seeds(steel: dict[str, SteelFit], pile: PileFit) -> list[BenchTest]:
     """The rigs with seeds in the steel's place: noise as the same rig has on steel,
     relative to the parameter."""
     found = []
     for rig in (ON_SEED[name] for name in pile.box.names):
         low, high = pile.box.range(rig.seed)
-        relative = UNKNOWN_NOISE
+        relative, runs = UNKNOWN_NOISE, 1
         if (fit := steel.get(rig.name)) is not None and fit.inverse.value:
-            relative = fit.inverse.sd / abs(fit.inverse.value)
+            relative, runs = fit.inverse.sd / abs(fit.inverse.value), fit.bench.n
         noise = float(max(relative * (low + high) / 2, LEAST_NOISE * (high - low)))
         reading = DirectReading(Box.of({rig.seed: (low, high)}))
-        found.append(Candidate(f"{rig.on_seed} (± {noise:.2g})", reading, noise))
+        name, minutes = f"{rig.on_seed} (± {noise:.2g})", runs * rig.minutes
+        found.append(BenchTest(name, (reading,), np.array([[noise**2]]), runs, minutes))
     return found

@@ -43,7 +43,7 @@ def add_piles(
     those done; all of them, and a note of how many were added and what they did. known:
     what other rigs say."""
     rng = np.random.default_rng([stage.seed, PACKINGS])
-    prior, widths, added = _prior(stage, box), [], 0
+    prior, widths, added = _prior(stage, box, known), [], 0
     what = "piles" if stage.rig is PILE else stage.rig.rig.in_plural
     while True:
         seen = observed(
@@ -100,12 +100,18 @@ def next_piles(
     return pd.DataFrame(rounded, columns=list(names))
 
 
-def _prior(stage: PileStage, box: Box) -> Prior:
+def _prior(stage: PileStage, box: Box, known: tuple[PileObservables, ...]) -> Prior:
     """Seed–seed parameters uniform over the design's box, seed–steel ones as their own
-    rigs found them."""
+    rigs found them, what nobody stated as it is believed."""
     own = stage.steel.names if stage.steel is not None else ()
     found = {n: v for n, v in stage.steel_found.items() if n in own and v[1] > 0}
-    return Prior(box.with_factors(stage.steel), found)
+    wide = box.with_factors(stage.steel)
+    for name, key in ((n, k) for part in known for n, k in part.believed.items()):
+        wide, found[name] = (
+            wide.with_factors(Box.of({name: key.ends})),
+            (key.mean, key.sd),
+        )
+    return Prior(wide, found)
 
 
 def _width(posterior: Weighted, box: Box) -> float:

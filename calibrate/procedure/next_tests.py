@@ -1,4 +1,4 @@
-"""Which test of seed on seed to run next, per minute at the bench."""
+"""Which test to run next for the parameters of seed on seed."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,11 +12,13 @@ from benchtwin.calibrate.procedure.pile_surrogate import (
 )
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.next_test import BenchTest, after_minutes
+from benchtwin.calibrate.statistics.next_test import BenchTest, what_next
 from benchtwin.calibrate.statistics.posterior import Posterior
 from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface, shrink
 
-MINUTES = 20.0  # that are compared: an afternoon's repeats of any one test
+MINUTES = 20.0  # of a rig's test: an afternoon's repeats
+MOST_SAID = 3  # tests, each together with those said before it
+LEAST_GAIN = 0.01  # of the variance, for a test to be worth a word
 
 
 def recorded_test(name: str, seen: PileObservables) -> BenchTest | None:
@@ -54,7 +56,9 @@ def _test(
 ) -> BenchTest:
     sd = np.array([s.noise_sd for s in surfaces])
     scatter = np.outer(sd, sd) * correlation.to_numpy()
-    return BenchTest(rig.rig.in_plural, tuple(surfaces), scatter, rig.minutes)
+    runs = max(int(MINUTES // rig.minutes), 1)
+    name, minutes = f"more {rig.rig.in_plural}", runs * rig.minutes
+    return BenchTest(name, tuple(surfaces), scatter / runs, runs, minutes)
 
 
 def next_tests(
@@ -63,8 +67,8 @@ def next_tests(
     others: Sequence[BenchTest],
     of: Sequence[str],
 ) -> pd.DataFrame:
-    """What `MINUTES` more of each test would leave of the factors `of`: of those that
-    the bench has recorded, and of `others`."""
+    """What each test would leave of the factors `of`: `MINUTES` more of those that the
+    bench has recorded, and `others`."""
     own = [recorded_test(name, one) for name, one in seen.items()]
     known = set(posterior.draws.columns)
     tests = [
@@ -72,13 +76,24 @@ def next_tests(
         for test in (*own, *others)
         if test is not None and all(set(s.box.names) <= known for s in test.surrogates)
     ]
-    return after_minutes(posterior, tests, of, MINUTES) if tests else pd.DataFrame()
+    return what_next(posterior, tests, of) if tests else pd.DataFrame()
+
+
+def worth_it(tests: pd.DataFrame) -> pd.DataFrame:
+    """The tests in the order of adding them, those that gain next to nothing left
+    out."""
+    picked = tests.sort_values("pick", ignore_index=True)
+    gain = -picked["variance_left_after"].diff().fillna(-1.0)
+    return picked[gain > LEAST_GAIN]
 
 
 def in_words(tests: pd.DataFrame) -> list[str]:
-    """A sentence on each test that may be run next, best first."""
+    """A sentence on each of the first tests that are worth adding."""
+    if tests.empty:
+        return []
     return [
-        f"next: {row.runs} more {row.test} ({row.runs * row.minutes:.0f} min) would"
-        f" leave {row.variance_left:.0%} of the variance of the seed–seed parameters"
-        for row in tests.itertuples()
+        f"next: {row.test}, {row.runs} in {row.minutes:.0f} min, would leave"
+        f" {row.variance_left_after:.0%} of the variance of the seed–seed parameters"
+        + (" with what stands above" if k else "")
+        for k, row in enumerate(worth_it(tests).head(MOST_SAID).itertuples())
     ]

@@ -12,6 +12,7 @@ from benchtwin.calibrate.statistics.ascent import Centre
 from benchtwin.calibrate.statistics.assessment import Quality, coefficients, quality
 from benchtwin.calibrate.statistics.bench import BenchMean, Verification
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.optimum import (
     Optimum,
     SolutionSet,
@@ -25,7 +26,6 @@ from benchtwin.calibrate.statistics.residuals import (
     normality,
     residual_table,
 )
-from benchtwin.calibrate.statistics.resolution import Candidate
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 
 ALPHA = 0.05  # the paper's level
@@ -41,7 +41,7 @@ class PileFit:
     sheet: all points that give the bench's angle; verification: repeats at the optimum;
     informative: what else of the bench's piles shows, beyond packing noise, what the
     parameters do (`filled_mass_g` …); seen: what stands for the piles in the posterior,
-    None for the angle's surface alone; candidates: what else the same piles show."""
+    None for the angle's surface alone; to_read: what else the same piles show."""
 
     bench: BenchMean
     box: Box
@@ -65,7 +65,7 @@ class PileFit:
     verification: Verification | None = None
     informative: tuple[str, ...] = ()
     seen: PileObservables | None = None
-    candidates: tuple[Candidate, ...] = ()
+    to_read: tuple[BenchTest, ...] = ()
 
     @property
     def weak(self) -> bool:

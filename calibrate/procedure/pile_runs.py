@@ -12,9 +12,9 @@ from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import (
     NOT_OBSERVABLES,
     angles_at,
-    candidates,
     informative,
     observed,
+    to_read,
     two_level_pattern,
 )
 from benchtwin.calibrate.procedure.rigs import PILE, SEED_LIMITS
@@ -100,7 +100,7 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
     angles = angles_at(ran.design, seen, steel, stage.fixed)
     design = ran.design.assign(**{PILE.response: angles})
     fit = fit_pile(design, box, bench, rng=rng, near=stage.near, packing=packing)
-    further = candidates(design, box, packing, stage.readings.values.size, seen)
+    further = to_read(design, box, packing, stage.readings.values.size, seen)
     said = dict.fromkeys((*notes, *ran.notes, *more, *seen.notes))
     fit = replace(
         fit,
@@ -111,7 +111,7 @@ def simulate_pile(stage: PileStage, rng: np.random.Generator) -> PileFit:
         plan=ran.plan,
         informative=informative(design, box, packing, seen),
         seen=seen,
-        candidates=further,
+        to_read=further,
     )
     points = pd.DataFrame([{**stage.fixed, **fit.optimum.point}] * stage.effort.piles)
     runs = stage.runs(points, VERIFICATION_PACKINGS + np.arange(len(points)))

@@ -1,10 +1,12 @@
 """What the simulations of a rig that tells of seed on seed need, and how it is run."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.tells import BySurface
+from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -18,8 +20,9 @@ class PileStage:
     seed–steel parameters; ranges: of the factors, for the path; path: one that is
     prescribed, group and the factors; levels: a box that is prescribed instead of the
     path's; near: the point of the sheet to report; steel: seed–steel parameters that
-    vary along in the design; steel_found: their (value, sd) from their own rigs; notes:
-    where another pile is simulated than the bench's."""
+    vary along in the design; steel_found: their (value, sd) from their own rigs;
+    left_open: keys of the rig's section that vary along with them; notes: where another
+    pile is simulated than the bench's."""
 
     readings: RigReadings
     fixed: dict[str, float]
@@ -35,6 +38,24 @@ class PileStage:
     path: pd.DataFrame | None = None
     notes: tuple[str, ...] = ()
     rig: BySurface = PILE
+    left_open: Mapping[str, Believed] = field(default_factory=dict)
+
+    def varying(self, keys: Mapping[str, Believed]) -> Self:
+        """With keys of the rig's section that vary along as seed–steel parameters
+        do."""
+        if not keys:
+            return self
+        box = Box.of({name: key.ends for name, key in keys.items()})
+        return replace(
+            self,
+            steel=box if self.steel is None else self.steel.with_factors(box),
+            fixed={**self.fixed, **{n: key.mean for n, key in keys.items()}},
+            steel_found={
+                **self.steel_found,
+                **{n: (key.mean, key.sd) for n, key in keys.items()},
+            },
+            left_open=keys,
+        )
 
     @property
     def alike(self) -> bool:
@@ -59,14 +80,16 @@ class PileStage:
     def runs(self, points: pd.DataFrame, packings: np.ndarray) -> list[Run]:
         """One pile a row of `points` on that row's packing."""
         return [
-            Run(
-                self.rig.name,
-                {n: float(v) for n, v in row.items()},
-                seed_numbers(self.seed, self.rig.name, packing),
-                self.description,
-            )
+            self._run({str(n): float(v) for n, v in row.items()}, packing)
             for row, packing in zip(self.values(points).to_dict("records"), packings)
         ]
+
+    def _run(self, values: dict[str, float], packing: int) -> Run:
+        name, described = self.rig.name, self.description
+        keys = {n: values.pop(n) for n in self.left_open}
+        if keys:
+            described = described | {name: described.get(name, {}) | keys}
+        return Run(name, values, seed_numbers(self.seed, name, packing), described)
 
     def piles(
         self, points: pd.DataFrame, packings: np.ndarray

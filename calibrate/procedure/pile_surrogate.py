@@ -5,12 +5,12 @@ The seed–steel parameters vary along: every pile of the design has them low or
 a pattern that keeps them apart from the seed–seed ones, so that what they do to a pile
 is known without a pile more, and their uncertainty goes into the posterior."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.tells import BySurface
+from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics import terms as polynomial
@@ -18,8 +18,8 @@ from benchtwin.calibrate.statistics.anova import anova_table
 from benchtwin.calibrate.statistics.assessment import coefficients
 from benchtwin.calibrate.statistics.bench import pooled_mean
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.posterior import Observable
-from benchtwin.calibrate.statistics.resolution import Candidate
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
 from scipy.linalg import block_diag
@@ -46,7 +46,8 @@ class PileObservables:
     """observables of the bench's piles with their surfaces, the angle first;
     correlation between their errors, by name; used: columns they come from; notes;
     angle: the least-squares surface of the angle, None where it was not seen; runs: all
-    that was simulated, where no `PileFit` keeps it."""
+    that was simulated, where no `PileFit` keeps it; believed: what the surfaces depend
+    on beside the contact parameters, and nobody stated."""
 
     observables: tuple[Observable, ...]
     correlation: pd.DataFrame
@@ -54,6 +55,7 @@ class PileObservables:
     notes: tuple[str, ...]
     angle: Surface | None = None
     runs: pd.DataFrame | None = None
+    believed: Mapping[str, Believed] = field(default_factory=dict)
 
 
 def steel_box(
@@ -238,15 +240,15 @@ def informative(
     return tuple(out)
 
 
-def candidates(
+def to_read(
     design: pd.DataFrame,
     box: Box,
     packing: str | None,
     piles: int,
     seen: PileObservables,
-) -> tuple[Candidate, ...]:
-    """What else the same piles show, as observables to measure: their scatter is the
-    simulated piles', over as many piles."""
+) -> tuple[BenchTest, ...]:
+    """What else can be read of the same piles: its scatter is that of simulated ones,
+    over as many."""
     known = {PILE.response, *seen.used, *box.names, *NOT_OBSERVABLES}
     out = []
     for column in design.columns:
@@ -257,7 +259,8 @@ def candidates(
         if not whole or values.nunique() < LEAST_DIFFERENT:
             continue
         surface = fit_surface(design, column, box, packing=packing)
-        name = column.removeprefix("true_").replace("_", " ")
-        sd = surface.noise_sd / np.sqrt(max(piles, 1))
-        out.append(Candidate(name, surface, sd))
+        name = f"{column.removeprefix('true_').replace('_', ' ')} of the same heaps"
+        runs = max(piles, 1)
+        noise = np.array([[surface.noise_sd**2 / runs]])
+        out.append(BenchTest(name, (surface,), noise, runs, 0.0))
     return tuple(out)

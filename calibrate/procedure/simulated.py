@@ -213,8 +213,9 @@ def _stage_beside(found: Calibration, name: str, way: Way) -> PileStage:
     stated = readings.description if readings is not None else {}
     section, notes = way.effort.simulated(rig, stated.get(name, {}))
     described = _described(found, {**stated, name: section})
-    stage = pile_stage(found, way)
-    return replace(stage, rig=rig, description=described, notes=notes)
+    stage = replace(pile_stage(found, way), rig=rig, description=described, notes=notes)
+    # a bench that records one will state all that its page of docs asks for
+    return stage.varying(rig.left_open(section) if readings is not None else {})
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:

@@ -1,8 +1,9 @@
-"""Which test to run next: what so many more minutes of it at the bench would leave of
-the parameters, from the posterior's draws, before anything is measured."""
+"""Which test to run next: what it would leave of the parameters, from the posterior's
+draws, before anything is measured."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -11,55 +12,84 @@ from benchtwin.calibrate.statistics.posterior import Posterior, Surrogate
 
 @dataclass(frozen=True, eq=False)
 class BenchTest:
-    """A test that the bench may run. surrogates: of the m things that one run of it
-    shows; scatter: (m, m) covariance of one run's readings about them; minutes: that a
-    run takes at the bench."""
+    """A test that the bench may run. surrogates: of the m things that it shows; noise:
+    (m, m) covariance of the means of all its runs about them; runs, and the minutes
+    that these take at the bench (0: what is recorded already is read again)."""
 
     name: str
     surrogates: tuple[Surrogate, ...]
-    scatter: np.ndarray
+    noise: np.ndarray
+    runs: int
     minutes: float
 
 
-def after_minutes(
-    posterior: Posterior,
-    tests: Sequence[BenchTest],
-    of: Sequence[str],
-    minutes: float,
+def what_next(
+    posterior: Posterior, tests: Sequence[BenchTest], of: Sequence[str]
 ) -> pd.DataFrame:
-    """What each test leaves of the factors `of` after `minutes` of it, best first.
+    """What each test leaves of the factors `of`, best first.
 
-    Linear-Gaussian from the draws: with g (m) a test's predictions over them, n runs,
-    and F the surrogates' own variances,
+    Linear-Gaussian from the draws: with g (m) a test's predictions over them and F the
+    surrogates' own variances,
 
-        Cov' = Cov − C (Cov g + scatter/n + F)⁻¹ Cᵀ,  C = cov(θ, g).
+        Cov' = Cov − C (Cov g + noise + F)⁻¹ Cᵀ,  C = cov(θ, g).
 
-    Columns test, minutes (of one run), runs (n, at least 1), variance_left (trace of
-    Cov' over that of Cov, in the prior's sds), sd_left_<factor> (shares)."""
-    scale = posterior.prior.sd
-    names = list(posterior.draws.columns)
-    counted = [names.index(name) for name in of]
-    theta = (posterior.draws.to_numpy() / scale)[:, counted]
-    k = len(counted)
-    before = np.cov(theta, rowvar=False).reshape(k, k)
+    Columns test, runs, minutes, variance_left (trace of Cov' over that of Cov, in the
+    prior's sds), sd_left_<factor> (shares), pick (order in which to add them, each
+    given those before) and variance_left_after (with that and all earlier picks).
+    Raises ValueError for no tests, and for one of a factor without draws."""
+    if not tests:
+        raise ValueError("tests: none given")
+    theta = (posterior.draws / posterior.prior.sd)[list(of)].to_numpy()
+    predicted, noise = zip(*(_shown(test, posterior) for test in tests))
+    both = np.atleast_2d(np.cov(np.column_stack([theta, *predicted]), rowvar=False))
+    k = len(of)
+    ends = k + np.cumsum([0, *(len(r) for r in noise)])
+    at = [np.arange(first, last) for first, last in pairwise(ends)]
     rows = []
-    for test in tests:
-        columns = [
-            posterior.draws[list(s.box.names)].to_numpy() for s in test.surrogates
-        ]
-        seen = [s.evaluate(c) for s, c in zip(test.surrogates, columns)]
-        g = np.column_stack([mean for mean, _ in seen])
-        own = np.diag([float(np.mean(variance)) for _, variance in seen])
-        runs = max(int(minutes // test.minutes), 1)
-        m = g.shape[1]
-        both = np.cov(np.column_stack([theta, g]), rowvar=False)
-        across, spread = both[:k, k:], both[k:, k:].reshape(m, m)
-        noise = np.asarray(test.scatter, float) / runs + own
-        after = before - across @ np.linalg.solve(spread + noise, across.T)
-        left = np.sqrt(np.clip(np.diag(after) / np.diag(before), 0.0, 1.0))
-        trace = float(np.trace(after) / np.trace(before))
-        rows.append((test.name, test.minutes, runs, trace, *left))
-    columns = ["test", "minutes", "runs", "variance_left"]
-    columns += [f"sd_left_{n}" for n in of]
-    table = pd.DataFrame(rows, columns=columns)
+    for test, columns, r in zip(tests, at, noise):
+        after = np.diag(observing(both, columns, r))[:k]
+        left = np.sqrt(np.clip(after / np.diag(both)[:k], 0.0, 1.0))
+        trace = after.sum() / np.trace(both[:k, :k])
+        rows.append((test.name, test.runs, test.minutes, trace, *left))
+    names = ["test", "runs", "minutes", "variance_left"]
+    table = pd.DataFrame(rows, columns=[*names, *(f"sd_left_{n}" for n in of)])
+    table["pick"], table["variance_left_after"] = _picked(both, at, noise, k)
     return table.sort_values("variance_left", ignore_index=True)
+
+
+def _shown(test: BenchTest, posterior: Posterior) -> tuple[np.ndarray, np.ndarray]:
+    """What the test would show at the draws (n, m), and its noise (m, m)."""
+    draws = posterior.draws
+    wanted = {n for s in test.surrogates for n in s.box.names}
+    if unknown := sorted(wanted - set(draws.columns)):
+        said = f"{test.name} depends on {', '.join(unknown)}"
+        raise ValueError(f"{said}, of which there are no draws")
+    seen = [s.evaluate(draws[list(s.box.names)].to_numpy()) for s in test.surrogates]
+    own = np.diag([float(np.mean(variance)) for _, variance in seen])
+    return np.column_stack([mean for mean, _ in seen]), test.noise + own
+
+
+def _picked(
+    both: np.ndarray,
+    at: Sequence[np.ndarray],
+    noise: Sequence[np.ndarray],
+    k: int,
+) -> tuple[list[int], list[float]]:
+    """Of every test its place in the order of adding, and the share of the variance of
+    the first k variables that is left with it and those before it."""
+    place, left = [0] * len(at), [0.0] * len(at)
+    state, rest = both, set(range(len(at)))
+    for n in range(len(at)):
+        after = {i: observing(state, at[i], noise[i]) for i in sorted(rest)}
+        best = min(after, key=lambda i: float(np.trace(after[i][:k, :k])))
+        state = after[best]
+        rest.remove(best)
+        place[best] = n + 1
+        left[best] = float(np.trace(state[:k, :k]) / np.trace(both[:k, :k]))
+    return place, left
+
+
+def observing(covariance: np.ndarray, at: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Covariance after the variables `at` (m) have been observed with noise (m, m)."""
+    across, own = covariance[:, at], covariance[np.ix_(at, at)]
+    return covariance - across @ np.linalg.solve(own + noise, across.T)

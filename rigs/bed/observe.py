@@ -8,14 +8,7 @@ from benchtwin.bench.constants import G_MM_S2
 from benchtwin.rigs.bed.equation import doubt_of
 from benchtwin.vision.measurement import Observation, Quantity
 from benchtwin.vision.motion.flight import Flights, find_flights
-from benchtwin.vision.motion.of_recording import (
-    TABLES,
-    Progress,
-    follow_seed,
-    need_track,
-    observation,
-    table_track,
-)
+from benchtwin.vision.motion.of_recording import Progress, seed_of
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording
@@ -26,16 +19,10 @@ def observe_bed(
 ) -> Observation:
     """Measure bed_rebound [mm] and apparent_restitution; MeasurementError with the
     reason. options: of piles, not used."""
-    need_track(recording)
-    if recording.evidence in TABLES:
-        track = table_track(recording)
-        found = measure_rise(track, recording)
-        pictures = {"bed": _plot(track, found)}
-        return observation(recording, found, track.notes, pictures, track)
-    seen = follow_seed(recording, progress, falling=True)
+    seen = seed_of(recording, progress, falling=True)
     found = measure_rise(seen.track, seen.recording)
     pictures = {"bed": _plot(seen.track, found)}
-    return seen.doubted(seen.observation(found, (), pictures, seen.track))
+    return seen.doubted(seen.observation(found, (), pictures))
 
 
 def measure_rise(track: Track, recording: Recording) -> tuple[Quantity, ...]:

@@ -19,7 +19,14 @@ RIG = Rig(
         "flow_time_s": ("flow_time", "s"),
     },
     corrected_in=(),
-    asked=(("[drawdown] slot_mm", "how far does the shelf end before the end wall?"),),
+    asked=(
+        ("[drawdown] slot_mm", "how far does the shelf end before the end wall?"),
+        (
+            "[drawdown] pane_friction",
+            "which static friction do seeds have on the panes (slides on a piece of"
+            " one)?",
+        ),
+    ),
     per_recording=(
         *("upper_px", "lower_px", "shelf_px", "tray_px", "photo_s", "flow_time_s"),
         *("tray_mass_g", "spilt_mass_g", "jammed"),

@@ -34,7 +34,7 @@ class Drawdown(Section):
     slide_speed_mm_s: Positive | None = None
     """How fast the slide below the slot is drawn out."""
     pane_friction: NotNegative | None = None
-    """Static friction of seed on pane. Absent: that of seed on steel."""
+    """Static friction of seed on pane. Absent: unknown, and averaged over."""
     slab: bool | None = None
     """Whether only a slice, between smooth panes, is simulated."""
     photo_s: Positive | None = None

@@ -31,8 +31,8 @@ TIMED_SD_S = 0.01  # a frame of a slow-motion film at either end
 # (Janda et al. 2008, EPL 84, 44002, for discs)
 FREE_WIDTHS = 3.0
 PANES = (
-    "[drawdown] pane_friction is not stated: a simulation takes the panes to rub as the"
-    " plate does"
+    "[drawdown] pane_friction is not stated: a calibration then averages over what is"
+    " believed of panes, and tells less"
 )
 
 

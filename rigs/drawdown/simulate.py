@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.picture import Camera, Look, project
+from benchtwin.sim.picture import Camera, project
 from benchtwin.sim.rigs.drawdown import OF_A_FLOW, Drawdown, run_drawdown
-from benchtwin.twin.setup import Setup
+from benchtwin.twin.setup import level_line, of_heaps
 
 BESIDE_M, BELOW_M = 12e-3, 6e-3  # shown of what stands beside and below a heap
 
@@ -22,8 +22,8 @@ def told(rig: Drawdown, camera: Camera, motion: Motion) -> dict[str, Any]:
             (first - BESIDE_M, -rig.fall_m - BELOW_M),
             (last + BESIDE_M, -BELOW_M),
         ),
-        "shelf_px": _line(camera, 0.0, rig.shelf_m, 0.0),
-        "tray_px": _line(camera, first, last, -rig.fall_m),
+        "shelf_px": level_line(camera, (0.0, rig.shelf_m), 0.0, 0.0),
+        "tray_px": level_line(camera, (first, last), 0.0, -rig.fall_m),
         "jammed": bool(motion.truth["jammed"]),
         "tray_mass_g": round(motion.truth["tray_mass_g"], 2),
     }
@@ -45,25 +45,10 @@ def _region(
     return int(left), int(top), int(right - left), int(bottom - top)
 
 
-def _line(
-    camera: Camera, first_m: float, last_m: float, z_m: float
-) -> tuple[float, float, float, float]:
-    """A level line in the middle plane [px]."""
-    ends = project(camera, np.array([[first_m, 0.0, z_m], [last_m, 0.0, z_m]]))
-    x1, y1, x2, y2 = (float(f"{v:.6g}") for v in ends.ravel())
-    return x1, y1, x2, y2
-
-
-SETUP = Setup(
+SETUP = of_heaps(
     Drawdown,
     run_drawdown,
-    0.0,
     Camera(1900, 2000, 0.1, (0.085, 0.0, 0.005), 10.0),
-    Look(),
-    soft_pa=3e6,
-    step=0.3,
-    many=True,
-    photographed=True,
     truth=OF_A_FLOW,
     told=told,
 )

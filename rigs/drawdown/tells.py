@@ -1,8 +1,11 @@
 """What draw-downs tell a calibration: the parameters of seed on seed, and which thinner
 box is simulated in the place of a deep one."""
 
-from benchtwin.bench.tells import BySurface
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.rigs.drawdown import RIG
+
+PANES = Believed(0.3, unstated_sd("pane-friction"), (0.1, 0.5))
 
 
 def slice_of(
@@ -23,10 +26,17 @@ def slice_of(
     return stated | slab, (note,)
 
 
+def left_open(stated: dict) -> dict[str, Believed]:
+    """Friction on the panes, where they rub and it is not stated."""
+    known = stated.get("slab") or "pane_friction" in stated
+    return {} if known else {"pane_friction": PANES}
+
+
 TELLS = BySurface(
     rig=RIG,
     simulated=slice_of,
     shown=lambda stated: {},
     not_seen=("true_photo_s", "true_lies_still", "true_jammed", "true_tray_mass_g"),
     minutes=4.0,
+    left_open=left_open,
 )

@@ -4,12 +4,11 @@ cylinder."""
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from benchtwin.sim.motion import Motion
-from benchtwin.sim.picture import Camera, Look, project
+from benchtwin.sim.picture import Camera
 from benchtwin.sim.rigs.cylinder import LiftedCylinder, run_cylinder
 from benchtwin.sim.rigs.pile import Pile, run_pile
-from benchtwin.twin.setup import Setup
+from benchtwin.twin.setup import Setup, level_line, of_heaps
 from benchtwin.vision.recording import Recording
 
 
@@ -23,20 +22,13 @@ def plate_seen(rig: Any, camera: Camera, motion: Motion) -> dict[str, Any]:
     seeds may hide it from the measuring code."""
     x, y, _ = camera.target_m
     half = 0.45e-3 * camera.mm_per_px * camera.width_px
-    ends = project(camera, np.array([[x - half, y, 0.0], [x + half, y, 0.0]]))
-    return {"baseline_px": tuple(float(f"{v:.6g}") for v in ends.ravel())}
+    return {"baseline_px": level_line(camera, (x - half, x + half), y, 0.0)}
 
 
-SETUP = Setup(
+SETUP = of_heaps(
     Pile,
     run_pile,
-    0.0,
     Camera(2400, 1600, 0.1, (0.1, 0.0, 0.055), 10.0),
-    Look(),
-    soft_pa=3e6,
-    step=0.3,
-    many=True,
-    photographed=True,
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
     told=plate_seen,

@@ -7,13 +7,9 @@ from benchtwin.rigs.roll.measure import RunOut, measure_roll
 from benchtwin.rigs.roll.roll_path import roll_path
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.motion.of_recording import (
-    TABLES,
     Followed,
     Progress,
-    follow_seed,
-    need_track,
-    observation,
-    table_track,
+    seed_of,
     to_mm,
 )
 from benchtwin.vision.motion.track import Track
@@ -27,14 +23,12 @@ def observe_roll(
 ) -> Observation:
     """Run-out and rolling friction of a roll; quantities that cannot be measured are
     failed, with the reason. options: of piles, not used."""
-    need_track(recording)
-    if recording.evidence in TABLES:
-        track = table_track(recording)
-        roll = measure_roll(track, recording)
-        notes, pictures = (*track.notes, *roll.notes), {"roll": _plot(track, roll)}
-        return observation(recording, roll.quantities, notes, pictures, track)
-    seen = follow_seed(recording, progress)
-    return seen.doubted(_in_pictures(seen))
+    seen = seed_of(recording, progress)
+    if isinstance(seen, Followed):
+        return seen.doubted(_in_pictures(seen))
+    roll = measure_roll(seen.track, recording)
+    pictures = {"roll": _plot(seen.track, roll)}
+    return seen.observation(roll.quantities, roll.notes, pictures)
 
 
 def _in_pictures(seen: Followed) -> Observation:

@@ -1,17 +1,19 @@
 """A recording of a slide, whatever its evidence → what is measured on it."""
 
-from benchtwin.rigs.slide.measure import measure_slide
+import numpy as np
+from benchtwin.rigs.slide.measure import Slide, measure_slide
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.measurement import Observation
 from benchtwin.vision.motion.of_recording import (
     TABLES,
     Progress,
+    Tabled,
     followed,
     need_track,
-    observation,
     table_track,
 )
 from benchtwin.vision.motion.tilting_plate import track_slide
+from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.track import on_picture
 from benchtwin.vision.overlay.travel import caption, plot_travel
 from benchtwin.vision.recording import Recording
@@ -24,12 +26,9 @@ def observe_slide(
     reason. options: of piles, not used."""
     need_track(recording)
     if recording.evidence in TABLES:
-        track = table_track(recording)
-        slide = measure_slide(track, recording)
-        picture = plot_travel(track, slide.fitted, slide.onset, slide.quantities)
-        notes = (*track.notes, *slide.notes)
-        pictures = {"slide": picture}
-        return observation(recording, slide.quantities, notes, pictures, track)
+        read = Tabled(recording, table_track(recording))
+        slide = measure_slide(read.track, recording)
+        return read.observation(slide.quantities, slide.notes, _plot(read.track, slide))
     source = open_frames(recording)
     tracked, plate = track_slide(source, recording, progress)
     seen = followed(recording, source, tracked)
@@ -42,8 +41,12 @@ def observe_slide(
             lines=plate.lines,
             caption=caption(slide.quantities),
         ),
-        "slide": plot_travel(seen.track, slide.fitted, slide.onset, slide.quantities),
+        **_plot(seen.track, slide),
     }
     return seen.observation(
-        slide.quantities, slide.notes, pictures, seen.track, plate.places
+        slide.quantities, slide.notes, pictures, places=plate.places
     )
+
+
+def _plot(track: Track, slide: Slide) -> dict[str, np.ndarray]:
+    return {"slide": plot_travel(track, slide.fitted, slide.onset, slide.quantities)}

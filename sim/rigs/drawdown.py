@@ -2,7 +2,7 @@
 slope stays above, a heap lies below (Roessler, Richter, Katterfeld & Will 2019, Powder
 Technol. 343, 803–812)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.sim.engine.walls import Rectangle, Slide, Wall
@@ -15,9 +15,9 @@ from benchtwin.sim.rigs.filling import Filled
 from benchtwin.sim.rigs.heap import (
     RAIN_OVERLAP,
     Vessel,
-    fill,
     grams,
-    let_go,
+    mean_slope,
+    run_heap,
     weights,
 )
 from benchtwin.sim.rigs.parts import slab
@@ -44,7 +44,7 @@ class Drawdown:
     as wide as the box. fill_height_m: the seeds are struck off there. fall_m: from the
     shelf's top down to the tray; tray_m: the tray's length, its middle below the
     slot's; seeds run over its ends. slide_speed_m_s: how fast the slide below the slot
-    is drawn out. pane_friction: static friction of a pane, None: that of the plate.
+    is drawn out. pane_friction: static friction of seed on pane.
     slab: panes without friction, a slice out of a wide box. photo_s: when the picture
     is taken after the slide begins to move, None: when all seeds lie still."""
 
@@ -54,7 +54,7 @@ class Drawdown:
     fall_m: float = 0.080
     tray_m: float = 0.140
     slide_speed_m_s: float = 0.25
-    pane_friction: float | None = None
+    pane_friction: float = 0.3
     slab: bool = False
     photo_s: float | None = None
 
@@ -103,19 +103,7 @@ def run_drawdown(
     the mass that comes out is through; filled_mass_g, retained_mass_g in the box,
     tray_mass_g."""
     box = vessel(rig, bench)
-    filled = filled or fill(box, bench, rng, engine, watch)
-    motion = let_go(box, bench, filled, rng, fps or FLOW_FPS, watch, engine)
-    motion.truth.update(_truth(rig, motion))
-    if fps:
-        return motion
-    return replace(
-        motion,
-        t_s=motion.t_s[-1:],
-        positions_m=motion.positions_m[-1:],
-        orientations=motion.orientations[-1:],
-        velocities_m_s=motion.velocities_m_s[-1:],
-        spins_rad_s=motion.spins_rad_s[-1:],
-    )
+    return run_heap(box, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled)
 
 
 def vessel(rig: Drawdown, bench: Bench) -> Vessel:
@@ -139,16 +127,15 @@ def vessel(rig: Drawdown, bench: Bench) -> Vessel:
         contacts=_on_panes(rig, bench),
         clear_m=rig.slot_m,
         overlap=RAIN_OVERLAP,
+        told=lambda motion: _truth(rig, motion),
+        look_fps=FLOW_FPS,
     )
 
 
 def _pane(rig: Drawdown, bench: Bench) -> Material:
-    """What the panes are of: as hard as the plate, under a name of its own where its
-    friction is."""
+    """What the panes are of: as hard as the plate, under a name of their own."""
     if rig.slab:
         return GLASS
-    if rig.pane_friction is None:
-        return bench.wall
     of = bench.wall
     return Material(
         "pane",
@@ -161,13 +148,11 @@ def _pane(rig: Drawdown, bench: Bench) -> Material:
 
 def _on_panes(rig: Drawdown, bench: Bench) -> tuple[Contact, ...]:
     pane, on = _pane(rig, bench), bench.seed_wall
-    if pane is bench.wall:
-        return ()
     both, convention = (bench.seed.name, pane.name), on.rolling_convention
     if rig.slab:
         return (Contact(both, bench.seed_seed.restitution, 0.0, 0.0, convention),)
-    friction = float(rig.pane_friction or 0.0)
-    return (Contact(both, on.restitution, friction, on.rolling_friction, convention),)
+    friction, rolling = rig.pane_friction, on.rolling_friction
+    return (Contact(both, on.restitution, friction, rolling, convention),)
 
 
 def _walls(rig: Drawdown, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:
@@ -221,12 +206,10 @@ def _truth(rig: Drawdown, motion: Motion) -> dict[str, float]:
     first, last = rig.tray_ends_m
     slope = _outline(motion, 0.0, rig.box_m[0], 0.0)
     heap = _outline(motion, first, last, -rig.fall_m)
-    flanks = (slope_angle(*heap), slope_angle(-heap[0][::-1], heap[1][::-1]))
-    there = [angle for angle in flanks if np.isfinite(angle)]
     found = (
         slope_angle(*slope),
         centroid_angle(*slope, wall_m=0.0),
-        float(np.mean(there)) if there else nan,
+        mean_slope(*heap),
         centroid_angle(*heap),
         flow_time(motion),
     )

@@ -2,7 +2,7 @@
 to rest and are looked at."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.sim.engine.walls import Vector, Wall
@@ -31,7 +31,9 @@ class Vessel:
     domain: what leaves it is gone. opening_m: the narrowest way out. parts: what the
     camera sees at the end. wall_m: where the wall stands (x) that the heap leans on,
     None: it has two slopes. clear_m: how far the part moves until it is out of the
-    seeds, None: over the filling. overlap: of a radius, allowed in the flow."""
+    seeds, None: over the filling. overlap: of a radius, allowed in the flow. told: what
+    the simulation then knows of the answer, None: of a heap; look_fps: looks at the
+    flow that this needs, where it is not filmed."""
 
     low: Vector
     high: Vector
@@ -48,6 +50,8 @@ class Vessel:
     wall_m: float | None = None
     clear_m: float | None = None
     overlap: float = MOST_OVERLAP
+    told: Callable[[Motion], dict[str, float]] | None = None
+    look_fps: float = 0.0
 
     @property
     def out_m(self) -> float:
@@ -108,12 +112,20 @@ def run_heap(
     """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
     frames before the photo are its film."""
     filled = filled or fill(vessel, bench, rng, engine, watch)
-    motion = let_go(vessel, bench, filled, rng, fps, watch, engine)
-    there = np.isfinite(motion.positions_m[-1]).all(axis=1)
-    motion.truth.update(_truth(motion, vessel.wall_m))
-    motion.truth.update(retained_seeds=float(there.sum()))
-    motion.truth.update(weights(motion, there))
-    return motion
+    looks = fps or vessel.look_fps
+    motion = let_go(vessel, bench, filled, rng, looks, watch, engine)
+    told = vessel.told or (lambda motion: of_heap(motion, vessel.wall_m))
+    motion.truth.update(told(motion))
+    if fps or not looks:
+        return motion
+    return replace(
+        motion,
+        t_s=motion.t_s[-1:],
+        positions_m=motion.positions_m[-1:],
+        orientations=motion.orientations[-1:],
+        velocities_m_s=motion.velocities_m_s[-1:],
+        spins_rad_s=motion.spins_rad_s[-1:],
+    )
 
 
 def let_go(
@@ -166,9 +178,10 @@ def weights(motion: Motion, there: np.ndarray) -> dict[str, float]:
     }
 
 
-def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
+def of_heap(motion: Motion, wall_m: float | None) -> dict[str, float]:
     """Angle of repose (mean of both flanks where there are two), centroid's angle and
-    crest's height of the true outline."""
+    crest's height of the true outline; seeds and weights that are left."""
+    there = np.isfinite(motion.positions_m[-1]).all(axis=1)
     places = motion.positions_m[-1, :, 0]
     x = np.arange(
         np.nanmin(places) - 0.01 if wall_m is None else wall_m,
@@ -176,13 +189,21 @@ def _truth(motion: Motion, wall_m: float | None) -> dict[str, float]:
         1e-4,
     )
     height = outline(motion, x)
-    flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
-    there = flanks[np.isfinite(flanks)]
-    angle = float(there.mean()) if len(there) else float("nan")
+    angle = mean_slope(x, height)
     crest = 1e3 * float(height.max())
     of_centroid = centroid_angle(x, height, wall_m)
     return {
         "repose_angle_deg": angle,
         "centroid_angle_deg": of_centroid,
         "crest_mm": crest,
+        "retained_seeds": float(there.sum()),
+        **weights(motion, there),
     }
+
+
+def mean_slope(x: np.ndarray, height: np.ndarray) -> float:
+    """Mean angle [deg] of those flanks of an outline that can be measured; NaN where
+    none can."""
+    flanks = np.array([slope_angle(x, height), slope_angle(-x[::-1], height[::-1])])
+    there = flanks[np.isfinite(flanks)]
+    return float(there.mean()) if len(there) else float("nan")

@@ -310,7 +310,7 @@ CACHES = (
     "results/measured/measurements.csv",
     "results/calibrated/result.json",
     "results/calibrated/tables/posterior.csv",
-    "results/calibrated/tables/narrowing.csv",
+    "results/calibrated/tables/next_tests.csv",
     "results/calibrated/runs/campaign.json",
     "results/calibrated/runs/runs/0123456789abcdef/measurements.json",
     "results/calibrated/runs/failed/0123456789abcdef.json",

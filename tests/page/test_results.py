@@ -108,10 +108,10 @@ def test_what_to_record_next_is_gathered_and_escaped_on_paper(bench):
     assert told["To tell explanations apart"] == [
         results.ToRecord("drop: a drop from twice the height", results.SETTLES)
     ]
-    table = pd.read_csv(left / "calibrated" / "tables" / "narrowing.csv").sort_values(
+    table = pd.read_csv(left / "calibrated" / "tables" / "next_tests.csv").sort_values(
         "pick"
     )
-    assert told["To narrow the parameters"][0].what == table["candidate"].iloc[0]
+    assert told["To narrow the parameters"][0].what == table["test"].iloc[0]
     page = sheet("be<nch", told)
     assert (
         "<b>drop" not in page
@@ -121,15 +121,15 @@ def test_what_to_record_next_is_gathered_and_escaped_on_paper(bench):
     )
 
 
-def test_a_candidate_that_gains_nothing_is_not_asked_for(tmp_path):
+def test_a_test_that_gains_nothing_is_not_asked_for(tmp_path):
     (tmp_path / "calibrated" / "tables").mkdir(parents=True)
     rows = {
-        "candidate": ["b", "a", "c"],
+        "test": ["b", "a", "c"],
         "pick": [2, 1, 3],
         "variance_left_after": [0.1, 0.4, 0.0999],
     }
     pd.DataFrame(rows).to_csv(
-        tmp_path / "calibrated" / "tables" / "narrowing.csv", index=False
+        tmp_path / "calibrated" / "tables" / "next_tests.csv", index=False
     )
     assert [
         row.what

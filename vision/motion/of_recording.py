@@ -54,6 +54,28 @@ def need_track(recording: Recording) -> None:
 
 
 @dataclass(frozen=True)
+class Tabled:
+    """The track that a recording's table holds; it answers as `Followed` does."""
+
+    recording: Recording
+    track: Track
+
+    def observation(
+        self,
+        quantities: Iterable[Quantity],
+        notes: Iterable[str],
+        pictures: dict[str, np.ndarray],
+    ) -> Observation:
+        """What was measured."""
+        notes = (*self.track.notes, *notes)
+        return observation(self.recording, quantities, notes, pictures, self.track)
+
+    def doubted(self, found: Observation) -> Observation:
+        """The observation: a table shows nothing of a film."""
+        return found
+
+
+@dataclass(frozen=True)
 class Followed:
     """What was followed in the pictures of a recording. recording: with the scale that
     graph paper in the picture tells where none is stated; tracked: with places in
@@ -80,10 +102,12 @@ class Followed:
         quantities: Iterable[Quantity],
         notes: Iterable[str],
         pictures: dict[str, np.ndarray],
-        track: Track,
+        track: Track | None = None,
         places: tuple[np.ndarray, np.ndarray] | None = None,
     ) -> Observation:
-        """What was measured, with the places (columns, rows) in the pictures."""
+        """What was measured, with the places (columns, rows) in the pictures. track:
+        what was measured on, where it is another than what was followed."""
+        track = track or self.track
         notes = (*track.notes, *self.notes, *notes)
         found = observation(self.recording, quantities, notes, pictures, track)
         return self.with_places(found, places)
@@ -102,6 +126,17 @@ class Followed:
         """The observation with the doubts about the film."""
         found = doubted(found, size_doubt(self.tracked, self.recording, self.falling))
         return doubted(found, camera_moved(self.source))
+
+
+def seed_of(
+    recording: Recording, progress: Progress | None, falling: bool = False
+) -> Tabled | Followed:
+    """The seed that moves, in a table or from picture to picture; MeasurementError
+    where the evidence is of another kind."""
+    need_track(recording)
+    if recording.evidence in TABLES:
+        return Tabled(recording, table_track(recording))
+    return follow_seed(recording, progress, falling)
 
 
 def follow_seed(

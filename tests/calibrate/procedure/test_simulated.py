@@ -232,7 +232,8 @@ def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
 
 
 def test_what_else_the_piles_show_is_a_candidate(found):
-    assert "crest mm" in found.joint.narrowing["candidate"].tolist()
+    told = found.joint.next_tests.set_index("test")
+    assert told.loc["crest mm of the same heaps", "minutes"] == 0
 
 
 def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(

@@ -98,8 +98,8 @@ def test_one_angle_does_not_resolve_three_parameters(paper):
     status = parameters(paper).set_index("parameter")["status"]
     seed = [name for name in PRINTED if name.startswith("seed_")]
     assert status[seed].str.startswith("not resolved: the pile narrows it by").all()
-    left = paper.joint.narrowing
-    assert len(left) == 3 and (left["variance_left"] < 1).all()
+    left = paper.joint.next_tests.set_index("test")["variance_left"]
+    assert len(left) == 4 and (left < 1).all() and left.idxmax() == "more heaps"
 
 
 def test_an_interval_that_ends_where_the_simulations_do_bounds_one_side_only(paper):

@@ -4,7 +4,6 @@ resolved, what would narrow it."""
 import dataclasses
 
 import numpy as np
-import pandas as pd
 import pytest
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.bench import BenchMean, bench_mean
@@ -19,7 +18,7 @@ from benchtwin.calibrate.statistics.posterior import (
     summary,
 )
 from benchtwin.calibrate.statistics.prior import Prior
-from benchtwin.calibrate.statistics.resolution import Candidate, directions, narrowing
+from benchtwin.calibrate.statistics.resolution import directions
 from benchtwin.calibrate.statistics.sampling import effective_draws, sample, split_r_hat
 from benchtwin.calibrate.statistics.surface import fit_surface
 from scipy import stats
@@ -320,74 +319,6 @@ def test_priors_are_uniform_or_cut_off_normals(rng):
     log = prior.log_density(y)
     assert log[2] == -np.inf and log[1] - log[0] == pytest.approx(
         cut.logpdf(0.8) - cut.logpdf(0.2)
-    )
-
-
-def test_narrowing_is_exact_for_planes_and_normal_priors(rng):
-    """Expected information ½ log(1 + sᵀDs/r²), variance left (D − D s sᵀ D/(sᵀDs +
-    r²)); here D = 1."""
-    box = Box(("a", "b"), [-8.0, -8.0], [8.0, 8.0])
-    prior = Prior(box, {"a": (0.0, 1.0), "b": (0.0, 1.0)})
-    draws = pd.DataFrame(prior.draw(40_000, rng), columns=["a", "b"])
-    posterior = dataclasses.replace(
-        on_grid(
-            [Observable("y", Plane(box, [1.0, 1.0]), known(0.0, 1e3))], prior, rng=rng
-        ),
-        draws=draws,
-    )
-    candidates = [
-        Candidate("both", Plane(box, [8.0, 8.0]), 1.0),
-        Candidate("a alone", Plane(box, [8.0, 0.0]), 1.0),
-    ]
-    table = narrowing(posterior, candidates).set_index("candidate")
-    assert table.loc["both", "information_nats"] == pytest.approx(
-        0.5 * np.log(3), rel=0.02
-    )
-    assert table.loc["both", "variance_left"] == pytest.approx(2 / 3, rel=0.02)
-    assert table.loc["a alone", "sd_left_a"] == pytest.approx(np.sqrt(0.5), rel=0.02)
-    assert table.loc["a alone", "sd_left_b"] == pytest.approx(1, rel=0.01)
-    assert (
-        table.loc["both", "pick"] == 1
-        and table.loc["a alone", "variance_left_after"]
-        < table.loc["both", "variance_left"]
-    )
-
-
-def test_narrowing_prefers_what_the_angle_does_not_tell(surface, angle, rng):
-    posterior = on_grid([angle], Prior.uniform(surface.box), rng=rng)
-    drop = Candidate("drop", Plane(Box.of({"restitution": (0.55, 0.65)}), [1.0]), 0.2)
-    table = narrowing(posterior, [Candidate("angle again", surface, 0.3), drop])
-    assert list(table["candidate"]) == ["drop", "angle again"] and table[
-        "pick"
-    ].tolist() == [1, 2]
-    assert (
-        table.loc[0, "sd_left_restitution"]
-        < 0.4
-        < 0.9
-        < table.loc[1, "sd_left_restitution"]
-    )
-
-
-def test_narrowing_foretells_what_measuring_then_leaves(surface, angle, rng):
-    """Mean posterior variance over 40 imagined measurements of the candidate, against
-    the table."""
-    prior = Prior.uniform(surface.box)
-    before = on_grid([angle], prior, rng=rng, draws=8000)
-    second = Plane(surface.box, [1.0, -0.7, 0.2])
-    told = narrowing(before, [Candidate("second", second, 0.2)])["variance_left"][0]
-    left = []
-    for at in before.draws.sample(40, random_state=1).to_numpy():
-        value = float(second.evaluate(at[None])[0][0] + 0.2 * rng.standard_normal())
-        after = on_grid(
-            [angle, Observable("second", second, known(value, 0.2))],
-            prior,
-            rng=rng,
-            cells=21,
-            draws=2000,
-        )
-        left.append((after.draws.var() / prior.sd**2).sum())
-    assert np.mean(left) / (before.draws.var() / prior.sd**2).sum() == pytest.approx(
-        told, rel=0.12
     )
 
 
