@@ -17,6 +17,7 @@ from benchtwin.vision.foreign import (
     table_of_places,
     tracker,
     trackmate,
+    waveform,
 )
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import Source
@@ -31,6 +32,7 @@ READERS: tuple[ModuleType, ...] = (
     phyphox,
     accelerometer,
     table_of_places,
+    waveform,
 )
 # suffixes of one tool only: such a file is never ignored
 ONE_TOOL = (".trk", ".trz", ".mdf", ".kva")
