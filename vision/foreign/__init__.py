@@ -38,7 +38,7 @@ READERS: tuple[ModuleType, ...] = (
 ONE_TOOL = (".trk", ".trz", ".mdf", ".kva")
 SUFFIXES = (
     *(*ONE_TOOL, ".txt", ".csv", ".tsv", ".dat"),
-    *(".xml", ".xls", ".xlsx", ".zip"),
+    *(".xml", ".xls", ".xlsx", ".zip", ".mat"),
 )
 
 

@@ -143,8 +143,8 @@ def _by_content(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 yield _draft(path, stem, found, "drop", "impacts.csv", rows, reasons)
     else:
         several = range(1, len(found.tracks) + 1)
-        for number in several if found.repeats and track is None else (track,):
-            yield _track_draft(path, found, rig, number)
+        for one in several if found.repeats and track is None else (track,):
+            yield _track_draft(path, found, rig, one)
 
 
 def _track_draft(path: Path, found: Contents, rig: str, number: int | None) -> Draft:

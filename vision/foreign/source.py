@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element, ParseError
 import defusedxml.ElementTree
 import numpy as np
 from benchtwin.vision.evidence.separators import separators
+from benchtwin.vision.foreign.matlab import MAGIC, columns_of
 from benchtwin.vision.foreign.workbook import sheets_of
 from benchtwin.vision.measurement import MeasurementError
 from defusedxml.common import DefusedXmlException
@@ -101,9 +102,13 @@ class Source:
     def is_xml(self) -> bool:
         return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
 
+    @property
+    def is_matlab(self) -> bool:
+        return self.head.startswith(MAGIC)
+
     @cached_property
     def is_text(self) -> bool:
-        return not (self.is_zip or self.is_xml or self.is_workbook)
+        return not (self.is_zip or self.is_xml or self.is_workbook or self.is_matlab)
 
     @cached_property
     def text(self) -> str:
@@ -199,11 +204,14 @@ class Source:
 
     @cached_property
     def sheets(self) -> dict[str, Rows]:
-        """The tables in the file by name: sheets of a workbook, members of a packed
-        file, or the file's own."""
-        if self.is_workbook:
+        """The tables in the file by name: sheets of a workbook, vectors of a MATLAB
+        file, members of a packed file, or the file's own."""
+        if self.is_workbook or self.is_matlab:
             try:
-                sheets = sheets_of(self.path)
+                if self.is_matlab:
+                    sheets = {self.path.stem: columns_of(self.path)}
+                else:
+                    sheets = sheets_of(self.path)
             except ValueError as error:
                 raise MeasurementError(f"{self.path}: {error}") from error
             return {

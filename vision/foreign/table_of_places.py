@@ -124,7 +124,7 @@ def _with_units(headings: list[Heading], below: list[Cell]) -> list[Heading]:
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its first lines; no table of ours."""
-    if source.is_xml or not (source.is_text or source.is_workbook):
+    if not (source.is_text or source.is_workbook or source.is_matlab):
         return False
     heads = [source.first_rows] if source.is_text else [*source.sheets.values()]
     own = (TRACK_COLUMNS[1:], TRACK_COLUMNS_PX[1:])

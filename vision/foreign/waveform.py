@@ -43,7 +43,7 @@ def recognises(source: Source) -> bool:
         return False
     level = samples - np.median(samples)
     turns = np.count_nonzero(np.diff(np.sign(level[level != 0]))) / len(level)
-    return turns > SWINGS or (wide == 1 and bool(_stated_rate(source, at)))
+    return bool(turns > SWINGS) or (wide == 1 and _stated_rate(source, at) > 0)
 
 
 def read(source: Source) -> Contents:

@@ -40,6 +40,7 @@ GUARDS = (2.0, 1.0, 0.5)
 SLACK = 0.05
 # rows of a fall that are kept, wherever it begins; how many beginnings are tried
 LEAST_FALL, MOST_TRIED = 6, 50
+ODDS = 3.0  # ln, by which a later beginning must tell more
 NO_FALL = (
     "no fall can be distinguished from how the seed was held: too much noise, or too"
     " few frames"
@@ -202,17 +203,30 @@ def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
 
 
 def _let_go(rows, time, height, weight, gamma) -> int:
-    """Row from which the fall is free: that from which fall and rebound tell the places
-    best, so that those of a hand's way are left out."""
+    """Row from which the fall is free: the first from which fall and rebound tell the
+    places about as well as they can, so that those of a hand's way are left out."""
     first, *later = rows
     most = len(first) - LEAST_FALL
     tried = np.unique(np.linspace(0, max(most, 0), MOST_TRIED).astype(int))
     reach, told = float(np.ptp(height)), []
     for k in tried:
         cut = (first[k:], *later)
-        _, residual = parabolas(cut, time, height, weight, _if_few(cut, gamma))
-        told.append(_explained(residual, 2 * len(cut) + 1, reach))
-    return int(first[tried[np.argmax(told)]])
+        flights, residual = parabolas(cut, time, height, weight, _if_few(cut, gamma))
+        residual = _without_drag(flights, residual)
+        told.append(_explained(residual, 2 * len(cut) + 2, reach))
+    return int(first[tried[np.argmax(np.array(told) > max(told) - ODDS)]])
+
+
+def _without_drag(flights: Flights, residual: np.ndarray) -> np.ndarray:
+    """The residuals less what drag as v² takes, of whatever size it fits best: of u
+    since the apex, u³|u| times a number above 0, common to the flights."""
+    bend = np.zeros(len(flights.time))
+    for k, rows in enumerate(flights.rows):
+        since = flights.time[rows] - flights.apex_time(k)
+        bend[rows] = since**3 * np.abs(since)
+    _, own = parabolas(flights.rows, flights.time, bend, flights.weight)
+    share = float(residual @ own) / max(float(own @ own), 1e-300)
+    return residual - max(share, 0.0) * own
 
 
 def _if_few(rows: Sequence[np.ndarray], gamma: float | None) -> float | None:

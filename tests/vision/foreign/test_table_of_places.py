@@ -8,6 +8,7 @@ from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
+from scipy.io import savemat
 from workbooks import workbook
 
 FPS = 120.0
@@ -356,3 +357,15 @@ def test_metres_can_be_said_by_the_scale(tmp_path):
     )
     reasons = {q.reason for o in measure(tmp_path) for q in o.quantities}
     assert not any("no unit" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("in_struct", [False, True])
+def test_vectors_of_a_matlab_file(tmp_path, in_struct):
+    held = {"t": T, "x": X, "y": Y, "note": "by hand", "limits": [0.0, 1.0]}
+    savemat(tmp_path / "fall.mat", {"run": held} if in_struct else held)
+    found = read_foreign(tmp_path / "fall.mat")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-6)
+    whole = (tmp_path / "fall.mat").read_bytes()
+    (tmp_path / "cut.mat").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(MeasurementError, match=r"cut\.mat: the MATLAB file is damaged"):
+        read_foreign(tmp_path / "cut.mat")
