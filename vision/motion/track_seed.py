@@ -42,6 +42,8 @@ MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
 LEAST_ELONGATION = 0.01
 FALLS_AGAIN = 0.5  # of the best score, of a tracklet in which the seed falls once more
 FROM_AS_HIGH = 0.3  # of the height, by which it may begin lower
+# ways up in a picture, y down: as it should be, lying on a side, upside down
+UPWARDS = ((0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
 MOST_SAID = 3  # times at which the seed was lost, in a note
 
 
@@ -158,9 +160,13 @@ def _nearest_to(
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
     """The tracklet with the highest score, joined with others of the same thing; None
-    where all score 0."""
-    scores = [_score(tracklet, falling, scene) for tracklet in tracklets]
-    if not max(scores, default=0.0) > 0:
+    where all score 0. Where nothing falls down, what falls aside or up counts: the
+    picture is turned."""
+    for up in UPWARDS if falling else UPWARDS[:1]:
+        scores = [_score(tracklet, falling, scene, up) for tracklet in tracklets]
+        if max(scores, default=0.0) > 0:
+            break
+    else:
         return None
     best = max(range(len(scores)), key=lambda i: (scores[i], i))
     chosen = join_alike(tracklets[best], tracklets)
@@ -186,11 +192,13 @@ def _with_further_falls(
     return chosen
 
 
-def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
+def _score(
+    tracklet: Tracklet, falling: bool, scene: Scene, up: tuple[float, float]
+) -> float:
     """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
-    height fallen, times contrast."""
+    height fallen, times contrast. up: in the picture, y down."""
     x = np.array([s.x for s in tracklet.shapes])
-    y = -np.array([s.y for s in tracklet.shapes])
+    y = up[0] * x + up[1] * np.array([s.y for s in tracklet.shapes])
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):

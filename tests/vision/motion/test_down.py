@@ -4,11 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.rigs.drop.observe import observe_drop
 from benchtwin.rigs.drop.read import drops_of
 from benchtwin.vision.motion.down import direction_of_fall, upright
+from benchtwin.vision.motion.of_recording import to_mm
 from benchtwin.vision.motion.track import Track
+from benchtwin.vision.motion.track_seed import track_seed
+from drawn_frames import Drawn
 from drops import drop, named
+from synthetic.film import Look, film
 from synthetic.motion import draw_drop, film_track
 
 
@@ -50,6 +55,21 @@ def test_a_turned_picture_is_said_and_measured(tmp_path, deg):
     (seen,) = drops_of(track, known())  # a diagnosis reads it so, too
     assert said in seen.notes
     assert abs((seen.description["camera"]["plumb_deg"] + deg + 180) % 360 - 180) < 0.3
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+def test_a_film_that_lies_on_a_side_is_followed_and_measured(turns):
+    motion = draw_drop(height_mm=180, restitution=0.7, rest_s=0.1, end_s=0.9)
+    look = Look(seed_grey=205, noise=2.0, plate_row=447)
+    frames = film(motion, look, np.random.default_rng(0), fps=240)
+    turned = [np.ascontiguousarray(np.rot90(f, turns)) for f in frames]
+    tracked = track_seed(Drawn(turned, fps=240), falling=True)
+    stated = drop(None, fps=240, mm_per_px=0.5)
+    recording, (said,) = upright(tracked.track, stated)
+    assert f"falls {180 if turns == 2 else 90}.0°" in said
+    found = measure_drop(to_mm(tracked.track, 0.5), recording)
+    normal = named(found)["restitution_normal"]
+    assert abs(normal.value - 0.7) < 3 * normal.sd < 0.02
 
 
 def test_what_a_fit_allows_for_and_what_is_stated_stays(tmp_path):

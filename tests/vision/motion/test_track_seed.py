@@ -1,40 +1,15 @@
 """The tracker on drawn films: centroids, their claimed sds, and which of several moving
 things is the seed."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import find_silhouettes
 from benchtwin.vision.motion.scene import learn_scene
 from benchtwin.vision.motion.track_seed import _fall_height, track_seed
+from drawn_frames import Drawn
 from synthetic.film import Look, draw_frame, draw_scene, film, to_picture
 from synthetic.motion import draw_drop
-
-
-class Drawn(FrameSource):
-    """Frames drawn in memory."""
-
-    def __init__(self, frames, fps=None, times=None):
-        super().__init__(path=Path("drawn"), count=len(frames), fps=fps)
-        self.frames = frames
-        self.times = np.arange(len(frames)) / fps if times is None else times
-
-    def iterate(self):
-        for n, pixels in enumerate(self.frames):
-            yield Frame(n, float(self.times[n]), pixels)
-
-    def picked(self, n):
-        frames = list(self.iterate())
-        return [
-            frames[i]
-            for i in np.unique(
-                np.linspace(0, len(frames) - 1, min(n, len(frames))).astype(int)
-            )
-        ]
-
 
 MOTION = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.75
