@@ -200,8 +200,17 @@ def other_tools_files() -> dict[str, tuple[bytes, str]]:
     points = "".join(
         f"<TrackPoint>{x};{y};{1502 * k}</TrackPoint>\n" for k, _, x, y, _ in places
     )
+    repeats = "Experiment 1\nZeit;Versuch 1;Versuch 2\ns;m;m\n" + "".join(
+        f"{s};{y};{y}\n".replace(".", ",") for _, s, _, _, y in places
+    )
+    wave = "sample rate 8000 Hz\n" + "".join(
+        f"{np.sin(k) * np.exp(-(k % 400) / 30):.4f}\n" for k in range(1200)
+    )
     return {
         "drop.trk": (trk, ">"),
+        "repeats.csv": (repeats.encode(), ";"),
+        "bare.txt": ("".join(f"{s} {y}\n" for _, s, _, _, y in places).encode(), " "),
+        "wave.txt": (wave.encode(), "\n"),
         "drop.trz": (zipped({"a/drop.trk": trk, "video.mp4": b"\0" * 50}), ""),
         "export.txt": (
             (

@@ -173,20 +173,19 @@ def _kind(told: dict) -> tuple[str, tuple[str, ...], str]:
     plain = {"object": "conditions", "boolean": "yes", "string": "text"}
     if one["type"] in plain:
         return plain[one["type"]], (), ""
-    low = one.get("exclusiveMinimum", one.get("minimum"))
-    high = one.get("exclusiveMaximum", one.get("maximum"))
-    return "number", (), _range(low, high, reached="minimum" in one)
+    return "number", (), _range(one)
 
 
-def _range(low: Any, high: Any, *, reached: bool) -> str:
-    """In words; reached: whether the lower end itself may stand there."""
-    if low is not None and high is not None:
+def _range(told: dict) -> str:
+    """Least and greatest value in words, and which of them may not stand there."""
+    low = told.get("exclusiveMinimum", told.get("minimum"))
+    high = told.get("exclusiveMaximum", told.get("maximum"))
+    above, below = "exclusiveMinimum" in told, "exclusiveMaximum" in told
+    if low is not None and high is not None and not (above or below):
         return f"{low:g} to {high:g}"
-    if low is not None and reached:
-        return f"{low:g} or more"
-    if low is not None:
-        return f"above {low:g}"
-    return f"below {high:g}" if high is not None else ""
+    least = "" if low is None else f"above {low:g}" if above else f"{low:g} or more"
+    most = "" if high is None else f"below {high:g}" if below else f"up to {high:g}"
+    return ", ".join(filter(None, (least, most)))
 
 
 def _number(text: str, field: Field) -> float | int:

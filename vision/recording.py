@@ -39,6 +39,7 @@ EVIDENCE = (
     "sound",
     "photos",
 )  # a file of another tool counts as the table that it is converted to
+IN_METRES = 1000  # mm_per_px of lengths that are no pixels
 RESULTS_MARK = ".results"  # in a folder of results, in which no recordings are sought
 RIG_OF_KIND = {  # evidence that belongs to one rig, and why
     kind: (rig.name, why) for rig in RIGS.values() for kind, why in rig.told_by.items()
@@ -150,7 +151,8 @@ def _recording(
     """A recording with the keys `stated`; those that a file of another tool states are
     defaults."""
     if isinstance(evidence, Evidence):
-        if evidence.unitless and (scale := stated.get("camera", {}).get("mm_per_px")):
+        scale = stated.get("camera", {}).get("mm_per_px")
+        if evidence.unitless and scale not in (None, IN_METRES):
             message = (
                 f"its lengths have no unit, and [camera] mm_per_px = {scale} is of"
                 " pixels"

@@ -123,8 +123,9 @@ def as_table(lines: Sequence[Line]) -> pd.DataFrame:
 def _conditions_with_repeats(
     observations: list[Observation],
 ) -> dict[tuple[str, str], list[str]]:
-    """For each bench and rig the conditions at whose levels there are repeats: two
-    recordings a level on average."""
+    """For each bench and rig the conditions whose levels are told apart: words always,
+    numbers where there are repeats at them: two recordings or readings a level on
+    average."""
     kept: dict[tuple[str, str], list[str]] = {}
     for place in dict.fromkeys((o.bench, o.rig) for o in observations):
         inside = [o for o in observations if (o.bench, o.rig) == place]
@@ -132,9 +133,17 @@ def _conditions_with_repeats(
         kept[place] = [
             n
             for n in names
-            if 2 * len({o.conditions.get(n) for o in inside}) <= len(inside)
+            if any(isinstance(o.conditions.get(n), str) for o in inside)
+            or 2 * len({o.conditions.get(n) for o in inside})
+            <= sum(map(_count, inside))
         ]
     return kept
+
+
+def _count(observation: Observation) -> int:
+    """How many repeats an observation stands for: its readings, or itself."""
+    readings = observation.readings
+    return 1 if readings is None or readings.empty else int(readings["n"].max())
 
 
 def _line(key: tuple, repeats: list[tuple[Observation, Quantity]]) -> Line:

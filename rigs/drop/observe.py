@@ -9,6 +9,7 @@ from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
 from benchtwin.vision.measurement import MeasurementError, Observation, all_failed
+from benchtwin.vision.motion.down import upright
 from benchtwin.vision.motion.drop_sound import (
     combine_with_sound,
     observe_sound,
@@ -110,10 +111,11 @@ def _observe_impacts(recording: Recording) -> Observation:
 
 
 def _observe_track(recording: Recording, track: Track) -> Observation:
+    recording, said = upright(track, recording)
     drops = _measure_drops(
         track, recording, lambda rows: measure_drop(track.take(rows), recording)
     )
-    return _of_drops(recording, drops, track, ())
+    return _of_drops(recording, drops, track, said)
 
 
 def _observe_frames(recording: Recording, progress: Progress | None) -> Observation:
@@ -127,6 +129,7 @@ def _drop_in_frames(
 ) -> Observation:
     share = 1 - tracked.track.y / max(tracked.scene.shape[0] - 1, 1)
     seen, camera = to_mm(tracked.track, recording.camera.mm_per_px), recording.camera
+    recording, said = upright(seen, recording)
     high, wide = tracked.scene.shape
     axis = (
         (wide - 1) / 2 * (camera.mm_per_px or 1.0),
@@ -137,7 +140,7 @@ def _drop_in_frames(
         recording,
         lambda rows: measure_drop(seen.take(rows), recording, axis, share[rows]),
     )
-    found = _of_drops(recording, drops, seen, notes)
+    found = _of_drops(recording, drops, seen, [*notes, *said])
     picture = _draw_drop(tracked, drops, recording, caption(found.quantities))
     return replace(found, pictures={"track": picture, **found.pictures})
 

@@ -15,6 +15,7 @@ from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_o
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.down import upright
 from benchtwin.vision.motion.drop_sound import impacts_in_sound, sound_of
 from benchtwin.vision.motion.flight import (
     FEW_ROWS,
@@ -212,6 +213,8 @@ def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
 def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
     """The drops of a track in which the seed is let go several times; the whole as one
     where fewer than two parts of it can be used. Raises as `drop_of`."""
+    recording, said = upright(track, recording)
+    track = replace(track, notes=(*track.notes, *said))
     parts, seen = drop_rows(track, recording), []
     for rows in parts if len(parts) > 1 else []:
         with suppress(MeasurementError):

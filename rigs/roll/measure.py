@@ -74,7 +74,8 @@ LEAST_REST = 5  # rows that show where a seed rests
 NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
-VAGUE = 0.5  # relative sd of a run-out that the rows do not tell
+VAGUE = 0.5  # relative sd of a run-out, or of a resistance, that the rows do not tell
+LITTLE = "known no better than to half of itself"
 TINY = 1e-4  # of a prior sd, for slopes
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 400
@@ -441,7 +442,8 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
         )
     run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
     eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
-    resistance = resistance.doubt(*doubts, *unless(found.rivals, resistance))
+    unsure = "" if resistance.sd < VAGUE * abs(resistance.value) else LITTLE
+    resistance = resistance.doubt(*doubts, unsure, *unless(found.rivals, resistance))
     vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
     lacking = _lacking(told)
     if none := stop.none or vague:

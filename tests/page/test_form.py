@@ -36,7 +36,7 @@ def test_values_and_what_is_inherited():
         8.7,
         0.2,
     )
-    assert found["seed", "length_mm"].bounds.startswith("0.05 to")
+    assert found["seed", "length_mm"].bounds == "above 0.05, up to 2000"
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 outliers are named and never dropped."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from benchtwin.vision.measurement import Observation, Quantity, failed
 from benchtwin.vision.summary import Line, as_table, summarise
@@ -90,6 +91,18 @@ def test_one_group_in_a_hundred_without_outliers_names_one():
         for _ in range(1000)
     ]
     assert np.mean(named) < 0.025  # 1 % is meant; sd of the count .003
+
+
+def test_readings_of_two_materials_are_no_repeats_of_each_other():
+    """One recording each, of ten readings: told apart by the word, and by the number
+    as well."""
+    counted = pd.DataFrame({"quantity": ["restitution"], "n": [10], "sd": [0.02]})
+    for levels in ({"plate": "steel"}, {"plate": "glass"}), ({"t": 5.0}, {"t": 25.0}):
+        read = [
+            drop(str(i), 0.4 + 0.2 * i, conditions=level, readings=counted)
+            for i, level in enumerate(levels)
+        ]
+        assert [line.mean for line in summarise(read)] == [0.4, pytest.approx(0.6)]
 
 
 def test_conditions_part_the_repeats_where_there_are_repeats_at_their_levels():

@@ -17,6 +17,7 @@ from benchtwin.vision.foreign import (
     table_of_places,
     tracker,
     trackmate,
+    waveform,
 )
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import Source
@@ -31,12 +32,13 @@ READERS: tuple[ModuleType, ...] = (
     phyphox,
     accelerometer,
     table_of_places,
+    waveform,
 )
 # suffixes of one tool only: such a file is never ignored
 ONE_TOOL = (".trk", ".trz", ".mdf", ".kva")
 SUFFIXES = (
     *(*ONE_TOOL, ".txt", ".csv", ".tsv", ".dat"),
-    *(".xml", ".xls", ".xlsx", ".zip"),
+    *(".xml", ".xls", ".xlsx", ".zip", ".mat"),
 )
 
 

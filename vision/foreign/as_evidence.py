@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from benchtwin.vision.evidence.sound import Sound, read_sound
 from benchtwin.vision.evidence.tables import Table, read_impacts_csv, read_track_csv
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.contents import Contents, PointTrack
@@ -16,8 +17,8 @@ from benchtwin.vision.measurement import MeasurementError
 
 @dataclass(frozen=True)
 class Evidence:
-    """kind: "track.csv" or "impacts.csv"; rig: "drop" where it can be nothing else,
-    else ""; keys: that the file states."""
+    """kind: "track.csv", "impacts.csv" or "sound"; rig: "drop" where it can be nothing
+    else, else ""; keys: that the file states."""
 
     kind: str
     rig: str
@@ -31,6 +32,8 @@ def evidence_of(path: Path) -> Evidence:
     found = read_foreign(path)
     if found.runs:
         return Evidence("impacts.csv", "drop", found.keys)
+    if found.waveform is not None:
+        return Evidence("sound", "drop", found.keys)
     if found.tilt is not None:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(
@@ -73,6 +76,16 @@ def read_impacts(path: Path) -> Table:
     return Table(impact_rows(path, *runs[0]))
 
 
+def read_heard(path: Path) -> Sound:
+    """The sound of a film or a sound file; a file of another tool converted to it."""
+    if not tool_of(path):
+        return read_sound(path)
+    heard = read_foreign(path).waveform
+    if heard is None:
+        raise MeasurementError(f"{path}: no sound in it")
+    return Sound(path, heard.samples, heard.rate_hz, 0.0, lossy=False)
+
+
 def choose_track(
     path: Path, found: Contents, number: int | None
 ) -> tuple[PointTrack, tuple[str, ...]]:
@@ -83,6 +96,11 @@ def choose_track(
         raise MeasurementError(
             f"{path}: --track {number}: it holds {len(tracks)}"
             f" track{'s' * (len(tracks) > 1)}"
+        )
+    if number is None and found.repeats:
+        raise MeasurementError(
+            f"{path}: {len(tracks)} repeats in it: `benchtwin import` makes a recording"
+            " of each"
         )
     if number is not None or len(tracks) == 1:
         return tracks[(number or 1) - 1], ()

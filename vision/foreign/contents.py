@@ -25,15 +25,24 @@ class PointTrack:
     y: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Waveform:
+    """Sound as samples (n,) of full scale 1, `rate_hz` a second."""
+
+    samples: np.ndarray
+    rate_hz: float
+
+
 @dataclass(frozen=True)
 class Contents:
     """Contents of a file of `tool`.
 
     tracks: in `length_unit` (mm or px) and `time_unit` (s or frame). runs: named series
-    of impact times [s]. tilt: t_s and tilt_deg of a plate. keys: of recording.toml,
-    {section: {key: value}}, that the file states. guesses: assumptions with reasons.
-    questions: what the file leaves open. doubt: why its units cannot be right, or "".
-    unitless: its lengths have no unit; they count as pixels."""
+    of impact times [s]. tilt: t_s and tilt_deg of a plate. waveform: sound. keys: of
+    recording.toml, {section: {key: value}}, that the file states. guesses: assumptions
+    with reasons. questions: what the file leaves open. doubt: why its units cannot be
+    right, or "". unitless: its lengths have no unit; they count as pixels. repeats:
+    each track is a recording of its own."""
 
     tool: str
     tracks: tuple[PointTrack, ...] = ()
@@ -41,11 +50,13 @@ class Contents:
     length_unit: str = "px"
     runs: tuple[tuple[str, np.ndarray], ...] = ()
     tilt: pd.DataFrame | None = None
+    waveform: Waveform | None = None
     keys: dict[str, dict[str, Any]] = field(default_factory=dict)
     guesses: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()
     doubt: str = ""
     unitless: bool = False
+    repeats: bool = False
 
 
 def point_track(

@@ -4,7 +4,7 @@ comments."""
 import re
 import shutil
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from benchtwin.vision.foreign.as_evidence import (
     track_rows,
 )
 from benchtwin.vision.foreign.contents import Contents
+from benchtwin.vision.foreign.source import LENGTH
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
@@ -35,6 +36,10 @@ _COPIED = (
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
+# "drop_150mm_3", "h 15,5 cm"; what follows a letter or a number is another word
+_LENGTH_IN_NAME = re.compile(
+    r"(?<![\d.,])(\d+(?:[.,]\d+)?)[ _-]?(mm|cm|dm|m|in|ft)(?![^\W_])", re.IGNORECASE
+)
 BENCH_QUESTIONS = {  # by the keys that answer them
     "[seed] length_mm, width_mm, thickness_mm, mass_g": (
         "what was dropped, slid or rolled: its sizes and mass?"
@@ -58,6 +63,29 @@ class Draft:
     guesses: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()
 
+    def with_name(self) -> "Draft":
+        """The draft with what the file's name says: a drop's height where it holds one
+        length, as a guess; several are asked."""
+        said = [
+            round(float(number.replace(",", ".")) * LENGTH[unit.lower()], 3)
+            for number, unit in _LENGTH_IN_NAME.findall(self.file.stem)
+        ]
+        if self.rig != "drop" or not said or "height_mm" in self.keys.get("drop", {}):
+            return self
+        if len(said) > 1:
+            which = " or ".join(f"{mm:g}" for mm in said)
+            asked = f"which length in the file's name is [drop] height_mm: {which} mm?"
+            return replace(self, questions=(*self.questions, asked))
+        guess = (
+            f"height_mm = {said[0]:g}: the length in the file's name; is it from the"
+            " seed's lowest point to the plate?"
+        )
+        keys = {
+            **self.keys,
+            "drop": {**self.keys.get("drop", {}), "height_mm": said[0]},
+        }
+        return replace(self, keys=keys, guesses=(*self.guesses, guess))
+
     @property
     def all_questions(self) -> tuple[str, ...]:
         """The questions of the file, and those of the rig whose keys are not stated."""
@@ -73,8 +101,12 @@ class Draft:
 
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
-    """The recordings in one file; rig: "" where it is not stated; track: number of the
-    one to use, None for the likeliest."""
+    """The recordings in one file, with what its name says; rig: "" where it is not
+    stated; track: number of the one to use, None for the likeliest."""
+    return (draft.with_name() for draft in _by_content(path, rig, track))
+
+
+def _by_content(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     kind = next((k for suffixes, k in _COPIED if path.suffix.lower() in suffixes), "")
     if kind:
         told = None if rig else _told(path)
@@ -89,6 +121,9 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             )
         _, guess = _guessed(rig, ("slide", "a plate tilts"))
         yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
+    elif found.waveform is not None:
+        _, guess = _guessed(rig, ("drop", "impacts were heard"))
+        yield Draft(path.stem, path, found.tool, "drop", path.name, None, guesses=guess)
     elif found.runs:
         if rig not in ("", "drop"):
             raise MeasurementError(
@@ -107,15 +142,25 @@ def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
                 rows, reasons = impact_rows(path, name, times), (*which, *guess)
                 yield _draft(path, stem, found, "drop", "impacts.csv", rows, reasons)
     else:
-        one, reasons = choose_track(path, found, track)
-        told = None if found.doubt else rig_of_motion(one.time, one.x, one.y)
-        if falls_freely(found, one):
-            told = "drop", "it falls freely"
-        elif told is not None and told[0] == "drop":
-            told = None  # not with the acceleration of gravity
-        rig, guess = _guessed(rig, told)
-        rows = track_rows(found, one)
-        yield _draft(path, path.stem, found, rig, "track.csv", rows, (*reasons, *guess))
+        several = range(1, len(found.tracks) + 1)
+        for one in several if found.repeats and track is None else (track,):
+            yield _track_draft(path, found, rig, one)
+
+
+def _track_draft(path: Path, found: Contents, rig: str, number: int | None) -> Draft:
+    """One track of a file, of which every track may be a repeat."""
+    one, reasons = choose_track(path, found, number)
+    told = None if found.doubt else rig_of_motion(one.time, one.x, one.y)
+    if falls_freely(found, one):
+        told = "drop", "it falls freely"
+    elif told is not None and told[0] == "drop":
+        told = None  # not with the acceleration of gravity
+    rig, guess = _guessed(rig, told)
+    rows, name = track_rows(found, one), path.stem
+    if found.repeats:
+        name = f"{path.stem}-{number}"
+        reasons = (f"repeat {number} of {len(found.tracks)}: {one.name}".rstrip(": "),)
+    return _draft(path, name, found, rig, "track.csv", rows, (*reasons, *guess))
 
 
 def _guessed(rig: str, told: tuple[str, str] | None) -> tuple[str, tuple[str, ...]]:

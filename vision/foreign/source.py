@@ -12,13 +12,16 @@ from xml.etree.ElementTree import Element, ParseError
 import defusedxml.ElementTree
 import numpy as np
 from benchtwin.vision.evidence.separators import separators
+from benchtwin.vision.foreign.matlab import MAGIC, columns_of
 from benchtwin.vision.foreign.workbook import sheets_of
 from benchtwin.vision.measurement import MeasurementError
 from defusedxml.common import DefusedXmlException
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
+MOST_UNPACKED = 10 * MOST_BYTES  # of a workbook
 MOST_TABLES = 50  # in a packed file
 HEAD = 20_000  # bytes by which a tool is recognised
+MOST_HEADING = 60  # lines of them
 Cell = str | float
 Rows = list[list[Cell]]
 _SAYS_UTF8 = re.compile(rb"""\s*<\?xml[^>]*encoding=["']utf-?8["']""", re.IGNORECASE)
@@ -27,10 +30,20 @@ LARGEST = 2e18  # of any number: nanoseconds since 1970 are 1.8e18
 LENGTH = {  # → millimetres
     name: mm
     for mm, names in (
-        (1.0, "mm millimeter millimeters millimetre"),
-        (10.0, "cm centimeter centimeters centimetre"),
+        (
+            1.0,
+            "mm millimeter millimeters millimetre millimetern millimètres milímetros",
+        ),
+        (
+            10.0,
+            "cm centimeter centimetre zentimeter zentimetern centimètres centímetros",
+        ),
+        (10.0, "centimeters centimetri"),
         (100.0, "dm"),
-        (1000.0, "m meter metre meters metres"),
+        (
+            1000.0,
+            "m meter metre meters metres metern mètre mètres metro metros metri м",
+        ),
         (1e-3, "µm μm um micron microns"),
         (1e-6, "nm"),
         (25.4, "in inch inches"),
@@ -42,11 +55,12 @@ LENGTH = {  # → millimetres
 TIME = {  # → seconds
     name: seconds
     for seconds, names in (
-        (1.0, "s sec secs second seconds"),
-        (1e-3, "ms msec millisecond milliseconds"),
+        (1.0, "s sec secs second seconds sek sekunde sekunden seconde secondes"),
+        (1.0, "segundo segundos secondo secondi с"),
+        (1e-3, "ms msec millisecond milliseconds millisekunden"),
         (1e-6, "µs μs us"),
         (1e-9, "ns nanoseconds"),
-        (60.0, "min minute minutes"),
+        (60.0, "min minute minutes minuten"),
         (3600.0, "h hour"),
     )
     for name in names.split()
@@ -88,9 +102,13 @@ class Source:
     def is_xml(self) -> bool:
         return _decoded(self.head[:400]).lstrip("\ufeff \r\n\t").startswith("<")
 
+    @property
+    def is_matlab(self) -> bool:
+        return self.head.startswith(MAGIC)
+
     @cached_property
     def is_text(self) -> bool:
-        return not (self.is_zip or self.is_xml or self.is_workbook)
+        return not (self.is_zip or self.is_xml or self.is_workbook or self.is_matlab)
 
     @cached_property
     def text(self) -> str:
@@ -109,24 +127,28 @@ class Source:
     def first_rows(self) -> Rows:
         """The cells of the first lines, whatever their decimals; at least one row,
         which may be empty."""
-        return table_of(self.first_lines[:20], strict=False) or [[]]
+        return table_of(self.first_lines[:MOST_HEADING], strict=False) or [[]]
 
     @cached_property
     def members(self) -> list[str]:
         """Names of the files in a packed one."""
         try:
             with zipfile.ZipFile(self.path) as archive:
-                return [
-                    m.filename
-                    for m in archive.infolist()
-                    if m.filename
-                    and not m.is_dir()
-                    and not m.filename.startswith("__MACOSX")
-                ]
+                inside = archive.infolist()
         except Exception as error:  # the library raises many kinds for a damaged file
             raise MeasurementError(
                 f"{self.path}: the zip file is damaged or cut short ({error})"
             ) from error
+        if (size := sum(m.file_size for m in inside)) > MOST_UNPACKED:
+            raise MeasurementError(
+                f"{self.path}: it unpacks to {size / 1e6:,.0f} MB; a file of another"
+                f" tool has {MOST_UNPACKED / 1e6:.0f} MB at most"
+            )
+        return [
+            m.filename
+            for m in inside
+            if m.filename and not m.is_dir() and not m.filename.startswith("__MACOSX")
+        ]
 
     def member(self, name: str) -> bytes:
         """What a packed file holds under `name`."""
@@ -182,11 +204,14 @@ class Source:
 
     @cached_property
     def sheets(self) -> dict[str, Rows]:
-        """The tables in the file by name: sheets of a workbook, members of a packed
-        file, or the file's own."""
-        if self.is_workbook:
+        """The tables in the file by name: sheets of a workbook, vectors of a MATLAB
+        file, members of a packed file, or the file's own."""
+        if self.is_workbook or self.is_matlab:
             try:
-                sheets = sheets_of(self.path)
+                if self.is_matlab:
+                    sheets = {self.path.stem: columns_of(self.path)}
+                else:
+                    sheets = sheets_of(self.path)
             except ValueError as error:
                 raise MeasurementError(f"{self.path}: {error}") from error
             return {

@@ -1,46 +1,66 @@
-"""Tables of times and places, whoever wrote them: Tracker, MTrack2, Viana, a script.
+"""Tables of times and places, whoever wrote them: Tracker, MTrack2, Viana, a script, a
+spreadsheet.
 
 A table is told by its headings: a time or frame number, and x and y of each object or
-one length alone ("t, x, y", "Zeit (in s)", "x / cm", "X1", "Objekt 1 x-Koordinate").
-Lines above the headings may name the objects; lines of words among the numbers are
-passed over; numbers have a point or a comma."""
+lengths alone ("t, x, y", "Zeit (in s)", "x / cm", "X1", "Objekt 1 x-Koordinate").
+Lines above the headings may name the objects, a line below them the units; lines of
+words among the numbers are passed over; numbers have a point or a comma. Numbers
+without headings are t and y, or t, x and y, if something falls freely in them."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
-from benchtwin.vision.foreign.contents import Contents, PointTrack, point_track
+from benchtwin.vision.foreign.contents import (
+    LEAST_ROWS,
+    Contents,
+    PointTrack,
+    point_track,
+)
 from benchtwin.vision.foreign.source import (
     LENGTH,
     PIXELS,
     TIME,
+    Cell,
     Rows,
     Source,
     column,
     name_and_unit,
 )
-from benchtwin.vision.foreign.unit_inference import infer_units
+from benchtwin.vision.foreign.unit_inference import free_fall, infer_units
 from benchtwin.vision.measurement import MeasurementError
 
 TOOL = "table of places"
-CLOCKS = re.compile("t|times?|zeit|temps|tiempo|tempo|tid|tijd|czas|čas|aika|idő")
+CLOCKS = re.compile(
+    "t|times?|zeit|temps|tiempo|tempo|tid|tijd|czas|čas|aika|idő|время|时间|時間"
+)
 COUNTS = re.compile("frames?|step|n|slice|bild|index|nr|no")
-HEIGHTS = re.compile("y|h|height|höhe|hoehe|hauteur|altura|altezza|z")
+HEIGHTS = re.compile(
+    "y|h|height|höhe|hoehe|hauteur|altura|altezza|wysokość|hoogte|höjd|højde|høyde"
+    "|výška|magasság|высота|高度|高さ|z"
+)
+ALONG = re.compile(  # lengths of which only their sign tells where up is
+    "position|posición|posizione|posição|pos|ort|weg|distance|distancia|distanza"
+    "|abstand|displacement|pozycja|položení|afstand|положение|位置"
+)
 BESIDE_A_NAME = re.compile(
     "obje[kc]?t|objeto|oggetto|track|point|punkt|particle|ball|mass|[abc]"
     "|koordinate|coord|coordinates?|coordonnée|coordenada|coordinata"
-    "|position|pos|posición|posizione|ort|centroid|cent(er|re)|of|in"
+    "|centroid|cent(er|re)|of|in|en|em|run|trial|versuch|messung"
 )
 MOST_ABOVE = 40  # lines above the headings
+UNITS = {*TIME, *LENGTH, *PIXELS}
 _WAY = re.compile("x")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
-_OVER = re.compile(r"(.+?)\s*/\s*(?:in\s+)?(\S+)")  # "t/s", "x / cm"
+# a unit behind its name: "t/s", "x / cm", "y_mm", "x in Metern", "Высота, м"
+_BEHIND = re.compile(r"(.+?)(?:\s*/\s*(?:in\s+)?|\s*,\s*|_|\s+)([^\s/,_]+)")
 
 
 @dataclass(frozen=True)
 class Heading:
-    """What a column holds: clock, count, x, y or "" for anything else; its unit."""
+    """What a column holds: clock, count, x, y, length or "" for anything else; its
+    unit."""
 
     holds: str
     unit: str
@@ -52,60 +72,136 @@ def parsed(heading: object) -> Heading:
     >>> parsed("Zeit (in s)"), parsed("Objekt 1 x-Koordinate"), parsed("X1")
     (Heading(holds='clock', unit='s'), Heading(holds='x', unit=''), \
 Heading(holds='x', unit=''))
-    >>> parsed("y / cm"), parsed("x_mm"), parsed("x-Geschwindigkeit").holds
-    (Heading(holds='y', unit='cm'), Heading(holds='x', unit='mm'), '')
+    >>> parsed("y / cm"), parsed("x_mm"), parsed("Zeit in Sekunden")
+    (Heading(holds='y', unit='cm'), Heading(holds='x', unit='mm'), \
+Heading(holds='clock', unit='sekunden'))
+    >>> parsed("Trial 1 (m)"), parsed("x-Geschwindigkeit").holds
+    (Heading(holds='length', unit='m'), '')
     """
     name, unit = name_and_unit(heading)
     unit = unit.removeprefix("in ").strip()
-    if not unit and (over := _OVER.fullmatch(name)):
-        name, unit = over[1], over[2]
-    bare, _, end = name.rpartition("_")
-    if not unit and bare and (end in TIME or end in LENGTH or end in PIXELS):
-        name, unit = bare, end
+    if not unit and (behind := _BEHIND.fullmatch(name)) and behind[2] in UNITS:
+        name, unit = behind[1], behind[2]
     words = [w for w in _WORDS.findall(name) if not w.isdigit()]
     kept = [w for w in words if not BESIDE_A_NAME.fullmatch(w)]
-    if len(kept) != 1:
+    if len(kept) > 1:  # "position x"
+        kept = [w for w in kept if not ALONG.fullmatch(w)]
+    if len(kept) > 1:
         return Heading("", unit)
-    kinds = {"clock": CLOCKS, "count": COUNTS, "x": _WAY, "y": HEIGHTS}
+    if not kept:
+        return Heading("length" if words and unit in LENGTH else "", unit)
+    kinds = {"clock": CLOCKS, "count": COUNTS, "x": _WAY, "y": HEIGHTS, "length": ALONG}
     held = (kind for kind, called in kinds.items() if called.fullmatch(kept[0]))
     return Heading(next(held, ""), unit)
 
 
-def heading_row(rows: Rows) -> int:
-    """Row of the headings, −1 where there are none: a time and a place, numbers
-    below; with one length, nothing but that length and the time."""
+def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
+    """Row of the headings and what they say, with the units in a line below; −1 where
+    there are none: a time and a place, numbers below; with lengths alone, nothing but
+    these and the time."""
     for k, row in enumerate(rows[:MOST_ABOVE]):
-        held = [parsed(cell).holds for cell in row if isinstance(cell, str)]
+        found = [parsed(cell) if isinstance(cell, str) else NOTHING for cell in row]
         below = (sum(isinstance(c, float) for c in r) >= 2 for r in rows[k + 1 : k + 4])
-        timed = "clock" in held or "count" in held
-        place = {"x", "y"} <= {*held} or (len({*held} & {"x", "y"}) == 1 and all(held))
-        if timed and place and any(below):
-            return k
-    return -1
+        held = [h.holds for h in found]
+        alone = {*held} - {"clock", "count"}
+        place = {"x", "y"} <= alone or (len(alone) == 1 and alone <= PLACES)
+        if place and alone != {*held} and any(below):
+            return k, _with_units(found, rows[k + 1])
+    return -1, []
+
+
+NOTHING, PLACES = Heading("", ""), {"x", "y", "length"}
+
+
+def _with_units(headings: list[Heading], below: list[Cell]) -> list[Heading]:
+    """The headings with the units in the line below them, where it holds such."""
+    words = [c.strip("()[] ").lower() if isinstance(c, str) else "?" for c in below]
+    if not {*words} & UNITS or {*words} - UNITS - {""}:
+        return headings
+    words += [""] * (len(headings) - len(words))
+    return [Heading(h.holds, h.unit or w) for h, w in zip(headings, words)]
 
 
 def recognises(source: Source) -> bool:
     """Whether a file is of this kind, by its first lines; no table of ours."""
-    if not source.is_text:
+    if not (source.is_text or source.is_workbook or source.is_matlab):
         return False
-    head = source.first_rows
-    at = heading_row(head)
+    heads = [source.first_rows] if source.is_text else [*source.sheets.values()]
     own = (TRACK_COLUMNS[1:], TRACK_COLUMNS_PX[1:])
-    return at >= 0 and not any({*names} <= {*map(str, head[at])} for names in own)
+    for head in heads:
+        at, _ = headings_of(head)
+        if at >= 0:
+            return not any({*names} <= {*map(str, head[at])} for names in own)
+    return bool(_bare(source))
 
 
 def read(source: Source) -> Contents:
-    """The table's tracks, with the units that its headings name. A single length is
-    the height, or the way where it is called x."""
-    rows, path = source.rows, source.path
-    at = heading_row(rows)
-    if at < 0:
+    """The tracks of all tables, with the units that their headings name. A single
+    length is the height, or the way where it is called x."""
+    path = source.path
+    tracks: list[PointTrack | None] = []
+    units: list[tuple[str, str]] = []
+    alone: set[str] = set()
+    bare = _bare(source)
+    for sheet, rows in source.sheets.items():
+        at, headings = (0, bare) if bare else headings_of(rows)
+        if at >= 0:
+            name = sheet if len(source.sheets) > 1 else ""
+            tracks += _tracks(source, name, rows, at, headings)
+            units.append(_units(source, headings))
+            alone |= {h.holds for h in headings} & PLACES
+    if not units:
         raise MeasurementError(f"{path}: no heading names a time and a place")
-    headings = [parsed(h) for h in rows[at]]
-    numbers = [r for r in rows[at + 1 :] if any(isinstance(c, float) for c in r)]
-    above = [row for row in rows[:at] if not str(row[0]).startswith("#")]
+    time_unit, length_unit = (_one_unit(source, {*unit}) for unit in zip(*units))
+    guesses, one_length = [], not {"x", "y"} <= alone
+    if bare:
+        guesses.append(f"no headings: the {len(bare)} columns are {_in_words(bare)}")
+    if one_length:
+        guesses.append(
+            "one length a row: taken as the "
+            + ("way x along a straight line" if "x" in alone else "height y")
+        )
+    found = infer_units(path, TOOL, tracks, time_unit, length_unit, "", guesses=guesses)
+    several = len(found.tracks) > 1 and (one_length or len(units) > 1)
+    return replace(found, repeats=several)
+
+
+def _bare(source: Source) -> list[Heading]:
+    """What the columns of a text without headings hold; [] unless time runs in the
+    first and something falls freely in the last."""
+    head = source.first_rows
+    wide = len(head[0])
+    if not source.is_text or wide not in (2, 3) or len(head) < LEAST_ROWS:
+        return []
+    if any(len(r) != wide or not all(isinstance(c, float) for c in r) for r in head):
+        return []
+    rows = [r for r in source.rows if len(r) == wide and isinstance(r[0], float)]
+    columns = [column(source.path, rows, k, "a place", 1) for k in range(wide)]
+    if not (np.diff(columns[0]) > 0).all():
+        return []
+    across = columns[1] if wide == 3 else np.zeros(len(rows))
+    if free_fall(columns[0], across, columns[-1]) is None:
+        return []
+    names = ("clock", "y") if wide == 2 else ("clock", "x", "y")
+    return [Heading(name, "") for name in names]
+
+
+def _in_words(headings: list[Heading]) -> str:
+    return ", ".join("t" if h.holds == "clock" else h.holds for h in headings)
+
+
+def _tracks(
+    source: Source, sheet: str, rows: Rows, at: int, headings: list[Heading]
+) -> list[PointTrack | None]:
+    """The tracks of one table; sheet: its name, "" where it is the only one."""
+    path = source.path
+    first = at + isinstance(rows[at][0], str)
+    numbers = [r for r in rows[first:] if any(isinstance(c, float) for c in r)]
+    above = [r for r in rows[:at] if r and not str(r[0]).startswith("#")]
     names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
-    times, xs, ys = (_columns(headings, *h) for h in (("clock", "count"), "x", "y"))
+    times, xs, ys = (
+        _columns(headings, *h) for h in (("clock", "count"), ("x",), ("y", "length"))
+    )
     if xs and ys and len(xs) != len(ys):
         raise MeasurementError(
             f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
@@ -122,20 +218,17 @@ def read(source: Source) -> Contents:
         )
         x, y = places if len(places) == 2 else _one_length(places[0], bool(xs))
         name = next((n for n in reversed(names[: min(here) + 1]) if n), "")
-        tracks.append(point_track(path, name, t, x, y))
-    clocks = _columns(headings, "clock") or times[:1]
+        tracks.append(point_track(path, " ".join(filter(None, (sheet, name))), t, x, y))
+    return tracks
+
+
+def _units(source: Source, headings: list[Heading]) -> tuple[str, str]:
+    """Units of time and length of one table, "" where it names none."""
+    clocks = _columns(headings, "clock") or _columns(headings, "count")[:1]
     held = [(headings[t].unit, headings[t].holds) for t in clocks]
-    time_unit = _one_unit(
-        path, {unit or ("frame" if kind == "count" else "") for unit, kind in held}
-    )
-    length_unit = _one_unit(path, {headings[c].unit for c in (*xs, *ys)})
-    guesses = []
-    if not (xs and ys):
-        guesses.append(
-            "one length a row: taken as the "
-            + ("way x along a straight line" if xs else "height y")
-        )
-    return infer_units(path, TOOL, tracks, time_unit, length_unit, "", guesses=guesses)
+    times = {unit or ("frame" if kind == "count" else "") for unit, kind in held}
+    lengths = {headings[c].unit for c in _columns(headings, *PLACES)}
+    return _one_unit(source, times), _one_unit(source, lengths)
 
 
 def _columns(headings: list[Heading], *held: str) -> list[int]:
@@ -147,10 +240,10 @@ def _one_length(length: np.ndarray, is_x: bool) -> tuple[np.ndarray, np.ndarray]
     return (length, other) if is_x else (other, length)
 
 
-def _one_unit(path: object, units: set[str]) -> str:
+def _one_unit(source: Source, units: set[str]) -> str:
     if len(units) > 1:
         raise MeasurementError(
-            f"{path}: its columns have several units; x and y of all tracks are to have"
-            " one, and t one"
+            f"{source.path}: its columns have several units; x and y of all tracks are"
+            " to have one, and t one"
         )
     return units.pop()

@@ -5,7 +5,7 @@ A stated unit is used, even where a fall contradicts it: then there is a questio
 unstated unit is the one in which a fall has the acceleration of gravity; where none or
 several fit, lengths stay pixels, with a question."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -50,36 +50,55 @@ class Fall:
     worth: float
 
 
-def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
-    """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x
-    has no acceleration; times must increase."""
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Parabolas through w windows of n rows. pull (w, 2): acceleration along x and y;
+    sagitta (w, 2): signed, along each; misfit (w, 2): rms about them; span (w,)."""
+
+    rows: int
+    pull: np.ndarray
+    sagitta: np.ndarray
+    misfit: np.ndarray
+    span: np.ndarray
+
+
+def parabolas_in(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Iterator[Windows]:
+    """Parabolas through windows of many lengths, all over a track; times increase."""
     step = max(1, len(time) // MOST_POINTS)
     time, x, y = time[::step], x[::step], y[::step]
-    extent, found = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0, []
     for n in sorted({int(n) for n in np.geomspace(5, max(len(time), 5), 20)}):
         if n > len(time):
-            break
+            return
         t, across, up = (
             sliding_window_view(column, n)[:: max(1, n // 6)] for column in (time, x, y)
         )
         span = np.ptp(t, axis=1)
         s = (t - t.mean(axis=1, keepdims=True)) / span[:, None]
         powers = np.stack([np.ones_like(s), s, s**2], axis=2)  # windows × rows × 3
-        both = np.stack([up, across], axis=2)
+        both = np.stack([across, up], axis=2)
         squares = np.einsum("wri,wrj->wij", powers, powers)
         fitted = np.linalg.pinv(squares, hermitian=True) @ np.einsum(
             "wri,wrk->wik", powers, both
         )
-        misfit = np.std(up - np.einsum("wri,wi->wr", powers, fitted[:, :, 0]), axis=1)
-        sagitta, aside = np.abs(fitted[:, 2, 0]) / 4, np.abs(fitted[:, 2, 1]) / 4
-        worth = sagitta - misfit / LARGEST_MISFIT
+        misfit = np.std(both - np.einsum("wri,wik->wrk", powers, fitted), axis=1)
+        bend = fitted[:, 2]
+        yield Windows(n, 2 * bend / span[:, None] ** 2, bend / 4, misfit, span)
+
+
+def free_falls(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> list[Fall]:
+    """Windows of rows in which y is a parabola, to LARGEST_MISFIT of its sagitta, and x
+    has no acceleration; times must increase."""
+    found: list[Fall] = []
+    extent = max(float(np.ptp(x)), float(np.ptp(y))) if len(x) else 0.0
+    for w in parabolas_in(time, x, y) if extent > 0 else ():
+        aside, sagitta = np.abs(w.sagitta).T
+        worth = sagitta - w.misfit[:, 1] / LARGEST_MISFIT
         for k in np.flatnonzero(
             (worth > 0)
             & (sagitta > LEAST_SAGITTA * extent)
             & (aside < LARGEST_SIDEWAYS * sagitta)
         ):
-            pull = float(2 * fitted[k, 2, 0] / span[k] ** 2)
-            found.append(Fall(pull, float(span[k]), float(worth[k])))
+            found.append(Fall(float(w.pull[k, 1]), float(w.span[k]), float(worth[k])))
     return found
 
 
@@ -280,6 +299,6 @@ def _length(
         return LENGTH[fitting[0]], "mm", False
     questions.append(
         "in which unit are its lengths? Taken as pixels: [camera] mm_per_px says how"
-        " many millimetres is one"
+        " many millimetres is one (1000 where they are metres)"
     )
     return 1.0, "px", True

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound, read_sound
+from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound
+from benchtwin.vision.foreign.as_evidence import read_heard
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -96,16 +97,14 @@ def read_onsets(file: Path, recording: Recording) -> tuple[Sound, Onsets]:
             f"{file}: sound shows the impacts of a drop; a {recording.rig} needs"
             " pictures, a track or light gates"
         )
-    stated, file_fps = (
-        recording.camera.fps,
-        film_fps(file) if recording.sound is None else None,
-    )
+    film = recording.evidence == "video" and recording.sound is None
+    stated, file_fps = recording.camera.fps, film_fps(file) if film else None
     if stated and file_fps and abs(stated / file_fps - 1) > MOST_RATE_DIFFERENCE:
         raise MeasurementError(
             f"{file}: [camera] fps = {stated:g}, but the file plays {file_fps:g} a"
             " second, and its sound with it: slow motion"
         )
-    sound = read_sound(file)
+    sound = read_heard(file)
     return sound, find_onsets(sound)
 
 

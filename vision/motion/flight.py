@@ -38,6 +38,9 @@ NO_PARABOLA = 0.05
 GUARDS = (2.0, 1.0, 0.5)
 # of the time between two rows, by which noise may move the impact out of that interval
 SLACK = 0.05
+# rows of a fall that are kept, wherever it begins; how many beginnings are tried
+LEAST_FALL, MOST_TRIED = 6, 50
+ODDS = 3.0  # ln, by which a later beginning must tell more
 NO_FALL = (
     "no fall can be distinguished from how the seed was held: too much noise, or too"
     " few frames"
@@ -150,17 +153,21 @@ def find_flights(
         raise MeasurementError(NO_FALL)
     rows = _usable(best.ranges, best.flights.ends(), time, best.outlier, step)
     flights, _ = parabolas(rows, time, height, weight, _if_few(rows, gamma))
-    return replace(flights, outlier=best.outlier, unused=bool(best.begin))
+    off = np.abs(height - flights.height(0, time))[best.led : best.ranges[0][0]]
+    led = off.size > 0 and float(np.median(off)) > SPIKE_SD * flights.noise
+    return replace(flights, outlier=best.outlier, unused=bool(best.begin) or led)
 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """The free flights if the seed was let go behind a lowest point, number `begin`."""
+    """The free flights if the seed was let go behind a lowest point, number `begin`;
+    it leaves its highest place at row `led`, led by a hand until the flights begin."""
 
     flights: Flights
     residual: np.ndarray
     ranges: list[tuple[int, int]]
     outlier: np.ndarray
+    led: int
     begin: int = 0
 
     def explained(self, height: np.ndarray) -> float:
@@ -176,6 +183,9 @@ def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
     """The free flights among these ranges, outliers told apart."""
     outlier = single_spikes(height)
     contact_times = [time[stop - 1] for _, stop in ranges[:-1]]
+    rows = _usable(ranges, contact_times, time, outlier, step)
+    (led, end), *later = ranges
+    ranges = [(_let_go(rows[:2], time, height, weight, gamma), end), *later]
     for _ in range(3):
         rows = _usable(ranges, contact_times, time, outlier, step)
         known = _if_few(rows[:2], gamma)
@@ -189,7 +199,34 @@ def _free(ranges, time, height, across, weight, step, gamma) -> _Tried:
         ranges = ranges[
             : free_flights(rows, time, height, residual, flights.contact_states(), step)
         ]
-    return _Tried(flights, residual, ranges, outlier)
+    return _Tried(flights, residual, ranges, outlier, led)
+
+
+def _let_go(rows, time, height, weight, gamma) -> int:
+    """Row from which the fall is free: the first from which fall and rebound tell the
+    places about as well as they can, so that those of a hand's way are left out."""
+    first, *later = rows
+    most = len(first) - LEAST_FALL
+    tried = np.unique(np.linspace(0, max(most, 0), MOST_TRIED).astype(int))
+    reach, told = float(np.ptp(height)), []
+    for k in tried:
+        cut = (first[k:], *later)
+        flights, residual = parabolas(cut, time, height, weight, _if_few(cut, gamma))
+        residual = _without_drag(flights, residual)
+        told.append(_explained(residual, 2 * len(cut) + 2, reach))
+    return int(first[tried[np.argmax(np.array(told) > max(told) - ODDS)]])
+
+
+def _without_drag(flights: Flights, residual: np.ndarray) -> np.ndarray:
+    """The residuals less what drag as v² takes, of whatever size it fits best: of u
+    since the apex, u³|u| times a number above 0, common to the flights."""
+    bend = np.zeros(len(flights.time))
+    for k, rows in enumerate(flights.rows):
+        since = flights.time[rows] - flights.apex_time(k)
+        bend[rows] = since**3 * np.abs(since)
+    _, own = parabolas(flights.rows, flights.time, bend, flights.weight)
+    share = float(residual @ own) / max(float(own @ own), 1e-300)
+    return residual - max(share, 0.0) * own
 
 
 def _if_few(rows: Sequence[np.ndarray], gamma: float | None) -> float | None:

@@ -42,6 +42,9 @@ MOST_ANGLE_SD_DEG = 12.0  # of an orientation that is used
 LEAST_ELONGATION = 0.01
 FALLS_AGAIN = 0.5  # of the best score, of a tracklet in which the seed falls once more
 FROM_AS_HIGH = 0.3  # of the height, by which it may begin lower
+# ways up in a picture, y down: as it should be, lying on a side, upside down
+UPWARDS = ((0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
+MOST_SAID = 3  # times at which the seed was lost, in a note
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,7 @@ def track_seed(
         raise MeasurementError(
             f"{source.path}: nothing moves {where or f'like a seed in {done} frames'}"
         )
-    track = _to_track(chosen, scene, done, area_px)
+    track = _to_track(chosen, scene, done, max(times), area_px)
     areas = np.array([s.area for s in chosen.shapes])
     size = 2 * float(np.sqrt(np.median(areas) / np.pi))
     if places:
@@ -157,9 +160,13 @@ def _nearest_to(
 
 def _choose(tracklets: list[Tracklet], falling: bool, scene: Scene) -> Tracklet | None:
     """The tracklet with the highest score, joined with others of the same thing; None
-    where all score 0."""
-    scores = [_score(tracklet, falling, scene) for tracklet in tracklets]
-    if not max(scores, default=0.0) > 0:
+    where all score 0. Where nothing falls down, what falls aside or up counts: the
+    picture is turned."""
+    for up in UPWARDS if falling else UPWARDS[:1]:
+        scores = [_score(tracklet, falling, scene, up) for tracklet in tracklets]
+        if max(scores, default=0.0) > 0:
+            break
+    else:
         return None
     best = max(range(len(scores)), key=lambda i: (scores[i], i))
     chosen = join_alike(tracklets[best], tracklets)
@@ -185,11 +192,13 @@ def _with_further_falls(
     return chosen
 
 
-def _score(tracklet: Tracklet, falling: bool, scene: Scene) -> float:
+def _score(
+    tracklet: Tracklet, falling: bool, scene: Scene, up: tuple[float, float]
+) -> float:
     """Score of a tracklet: distance covered, times smoothness and contrast; for a drop,
-    height fallen, times contrast."""
+    height fallen, times contrast. up: in the picture, y down."""
     x = np.array([s.x for s in tracklet.shapes])
-    y = -np.array([s.y for s in tracklet.shapes])
+    y = up[0] * x + up[1] * np.array([s.y for s in tracklet.shapes])
     extent = tracklet.extent
     size = np.sqrt(tracklet.area)
     if extent < max(0.7 * size, 4.0) or tracklet.area > 0.05 * np.prod(scene.shape):
@@ -245,10 +254,15 @@ def _smoothness(x: np.ndarray, size: float) -> float:
 
 
 def _to_track(
-    tracklet: Tracklet, scene: Scene, total: int, area_px: tuple[float, float]
+    tracklet: Tracklet,
+    scene: Scene,
+    total: int,
+    last: int,
+    area_px: tuple[float, float],
 ) -> Track:
     """The tracklet as a Track: y up from the bottom row, orientation unwrapped,
-    outlying silhouettes marked."""
+    outlying silhouettes marked. total: frames that were looked at; last: the number of
+    the last one."""
     shapes = tracklet.shapes
     x, y, sd = np.array([(s.x, s.y, s.sd) for s in shapes]).T
     area, cut = np.array([s.area for s in shapes]), np.array([s.cut for s in shapes])
@@ -263,7 +277,9 @@ def _to_track(
     has_angle = bool(np.isfinite(angle).any())
     notes = []
     if total > len(shapes):
-        notes.append(f"the seed was found in {len(shapes)} of {total} frames")
+        left = cut[-1] or _leaves(shapes, scene)
+        lost = _lost(frame, frame[-1] if left else last)
+        notes.append(f"the seed was found in {len(shapes)} of {total} frames{lost}")
     if cut.any():
         notes.append(
             f"{int(cut.sum())} frames with the seed partly out of the picture (marked"
@@ -286,6 +302,28 @@ def _to_track(
         angle_sd_deg=angle_sd if has_angle else None,
         notes=tuple(notes),
     )
+
+
+def _lost(frame: np.ndarray, last: int) -> str:
+    """Where the seed was lost for longer than a tracklet waits, the longest times
+    first, and whether it was found again until frame `last`."""
+    gone = np.diff(frame) - 1
+    longest = [k for k in np.argsort(-gone, kind="stable") if gone[k] > PATIENCE]
+    parts = [
+        f"lost at frame {frame[k] + 1}, found again at {frame[k + 1]}"
+        for k in sorted(longest[:MOST_SAID])
+    ]
+    if last - frame[-1] > PATIENCE:
+        parts.append(f"lost at frame {frame[-1] + 1} and not found again")
+    return "".join(f"; {part}" for part in parts)
+
+
+def _leaves(shapes: list[Silhouette], scene: Scene) -> bool:
+    """Whether the last step, taken twice more, leads out of the picture."""
+    before, end = shapes[-2:]
+    x, y = 3 * end.x - 2 * before.x, 3 * end.y - 2 * before.y
+    high, wide = scene.shape
+    return not (0 <= x < wide and 0 <= y < high)
 
 
 def _outlying_areas(area: np.ndarray) -> np.ndarray:

@@ -219,3 +219,30 @@ def test_a_name_that_could_break_the_file_does_not(files):
 def test_misuse_is_told(files, words, said):
     result = run(files / words[0], *words[1:], "--out", files / "bench")
     assert result.exit_code == 2 and said in result.output
+
+
+@pytest.mark.parametrize(
+    ("name", "height", "said"),
+    [
+        ("drop_150mm_3", 150.0, "height_mm = 150: the length in the file's name"),
+        ("Fall aus 15,5 cm", 155.0, "height_mm = 155"),
+        ("ball40mm_h2m", None, "which length in the file's name"),
+        ("run_3m2", None, "[drop] height_mm: from which height"),
+    ],
+)
+def test_a_height_in_the_file_s_name_is_a_guess_or_a_question(
+    tmp_path, name, height, said
+):
+    (tmp_path / f"{name}.csv").write_text(HEARD)
+    result = run(tmp_path / f"{name}.csv", "--out", tmp_path / "bench")
+    assert said in result.output
+    (file,) = (tmp_path / "bench").glob("*/recording.toml")
+    assert tomllib.loads(file.read_text()).get("drop", {}).get("height_mm") == height
+
+
+def test_columns_of_repeats_become_a_recording_each(tmp_path):
+    rows = [f"{t},{y},{y + 0.01}" for t, y in zip(FRAME / 120, Y)]
+    (tmp_path / "runs.csv").write_text("\n".join(["t (s),y1 (m),y2 (m)", *rows]))
+    assert run(tmp_path / "runs.csv", "--out", tmp_path / "bench").exit_code == 0
+    measured = measure(tmp_path / "bench")
+    assert [o.recording for o in measured] == ["runs-1", "runs-2"]

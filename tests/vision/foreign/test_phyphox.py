@@ -11,6 +11,7 @@ from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
 from bouncing import HEIGHT_M, IMPACTS_S
+from workbooks import bomb, workbook
 
 START_S = 1.2345
 HEARD = START_S + IMPACTS_S
@@ -37,61 +38,6 @@ GERMAN = {
     "Interval": "Intervall",
     "Difference": "Differenz",
 }
-
-
-def workbook(sheets: dict[str, list[list]]) -> bytes:
-    """An .xlsx with inline strings: the least that the format wants."""
-    kind = "http://schemas.openxmlformats.org"
-    names = list(sheets)
-
-    def cell(value: object) -> str:
-        return (
-            f'<c t="inlineStr"><is><t>{value}</t></is></c>'
-            if isinstance(value, str)
-            else f"<c><v>{float(value)!r}</v></c>"
-        )
-
-    with zipfile.ZipFile(out := io.BytesIO(), "w") as z:
-        z.writestr(
-            "[Content_Types].xml", f'<Types xmlns="{kind}/package/2006/content-types"/>'
-        )
-        z.writestr(
-            "_rels/.rels",
-            f'<Relationships xmlns="{kind}/package/2006/relationships"><Relationship'
-            f' Id="r0" Type="{kind}/officeDocument/2006/relationships/officeDocument"'
-            ' Target="xl/workbook.xml"/></Relationships>',
-        )
-        listed = "".join(
-            f'<sheet name="{n}" sheetId="{k}" r:id="r{k}"/>'
-            for k, n in enumerate(names, 1)
-        )
-        z.writestr(
-            "xl/workbook.xml",
-            f'<workbook xmlns="{kind}/spreadsheetml/2006/main" '
-            f'xmlns:r="{kind}/officeDocument/2006/relationships"><sheets>{listed}</sheets></workbook>',
-        )
-        related = "".join(
-            f'<Relationship Id="r{k}"'
-            f' Type="{kind}/officeDocument/2006/relationships/worksheet"'
-            f' Target="worksheets/sheet{k}.xml"/>'
-            for k in range(1, len(names) + 1)
-        )
-        z.writestr(
-            "xl/_rels/workbook.xml.rels",
-            "<Relationships"
-            f' xmlns="{kind}/package/2006/relationships">{related}</Relationships>',
-        )
-        for k, name in enumerate(names, 1):
-            rows = "".join(
-                f"<row>{''.join(map(cell, row))}</row>" for row in sheets[name]
-            )
-            z.writestr(
-                f"xl/worksheets/sheet{k}.xml",
-                "<worksheet"
-                f' xmlns="{kind}/spreadsheetml/2006/main">'
-                f"<sheetData>{rows}</sheetData></worksheet>",
-            )
-    return out.getvalue()
 
 
 def table(rows: list[list], parting: str = ",", decimal: str = ".") -> str:
@@ -264,6 +210,7 @@ def spread_wide() -> bytes:
 
 
 WRONG = {
+    "bomb.xlsx": (bomb(600), r"it unpacks to 63\d MB; .* has 500 MB at most"),
     "wide.xlsx": (spread_wide(), "spread too wide|more than 2,000,000 cells"),
     "cut.xls": (
         b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600,

@@ -8,6 +8,8 @@ from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
 from bouncing import ball
+from scipy.io import savemat
+from workbooks import workbook
 
 FPS = 120.0
 FRAME, X, Y = ball(FPS)
@@ -286,3 +288,84 @@ def test_one_length_among_other_columns_is_no_track(tmp_path):
     rows = [f"a,{k},{0.1 * k},{50 - k},0.6" for k in range(9)]
     (tmp_path / "bounces.csv").write_text("\n".join([head, *rows]))
     assert tool_of(tmp_path / "bounces.csv") == ""
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit"),
+    [
+        ("Zeit in Sekunden;x in Metern;y in Metern", 1.0),
+        ("Temps (secondes);x (mètres);y (mètres)", 1.0),
+        ("Tiempo [segundos];x [cm];altura [cm]", 100.0),
+        ("Tempo (s);x, m;altezza, m", 1.0),
+        ("Czas [s];x [m];Wysokość [m]", 1.0),
+        ("Tijd (s);x (m);hoogte (m)", 1.0),
+        ("Время, с;x, м;высота, м", 1.0),
+        ("時間 (s);x (m);高さ (m)", 1.0),
+        ("Run 1: Time;Run 1: X;Run 1: Y\ns;m;m", 1.0),
+        ("Zeit;Ort x;Ort y\n(s);(cm);(cm)", 100.0),
+    ],
+)
+def test_units_in_words_and_in_a_line_of_their_own(tmp_path, heading, unit):
+    rows = lines(";", True, T, unit * X, unit * Y)
+    (tmp_path / "fall.csv").write_text("\n".join([heading, *rows]), encoding="utf8")
+    found = read_foreign(tmp_path / "fall.csv")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert not any("which the file does not say" in g for g in found.guesses)
+
+
+@pytest.mark.parametrize("heading", ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m"])
+def test_columns_of_repeats_are_a_recording_each(tmp_path, heading):
+    (tmp_path / "runs.csv").write_text(
+        "\n".join([heading, *lines(",", False, T, Y, Y + 0.01)])
+    )
+    found = read_foreign(tmp_path / "runs.csv")
+    assert found.repeats
+    assert [t.y[0] for t in found.tracks] == pytest.approx(
+        [1000 * Y[0], 1000 * Y[0] + 10]
+    )
+    with pytest.raises(MeasurementError, match="2 repeats in it: `benchtwin import`"):
+        read_track(tmp_path / "runs.csv")
+
+
+@pytest.mark.parametrize("columns", [(T, Y), (T, X, Y)])
+def test_numbers_without_headings_are_told_by_their_fall(tmp_path, columns):
+    (tmp_path / "run.txt").write_text("\n".join(lines(" ", False, *columns)))
+    found = read_foreign(tmp_path / "run.txt")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert any("no headings" in g for g in found.guesses)
+    still = (columns[0], *(0.0 * c + 1 for c in columns[1:]))
+    (tmp_path / "other.txt").write_text("\n".join(lines(" ", False, *still)))
+    assert tool_of(tmp_path / "other.txt") == ""
+
+
+def test_a_workbook_with_lines_above_its_table(tmp_path):
+    rows = [[float(t), float(100 * y)] for t, y in zip(T, Y)]
+    sheet = [["Ball, let go by hand"], [], ["Zeit", "Höhe"], ["s", "cm"], *rows]
+    (tmp_path / "fall.xls").write_bytes(workbook({"Messung": sheet}))
+    found = read_foreign(tmp_path / "fall.xls")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-3)
+    assert not found.repeats
+
+
+def test_metres_can_be_said_by_the_scale(tmp_path):
+    """1000 mm a pixel are no pixels: what table of a roll is in metres says so."""
+    (tmp_path / "recording.toml").write_text(
+        'rig = "roll"\n[camera]\nmm_per_px = 1000\n'
+    )
+    (tmp_path / "run.txt").write_text(
+        "\n".join(["t\tx\ty", *lines("\t", False, T, 0.3 * (1 - np.exp(-T)), 0 * T)])
+    )
+    reasons = {q.reason for o in measure(tmp_path) for q in o.quantities}
+    assert not any("no unit" in reason for reason in reasons)
+
+
+@pytest.mark.parametrize("in_struct", [False, True])
+def test_vectors_of_a_matlab_file(tmp_path, in_struct):
+    held = {"t": T, "x": X, "y": Y, "note": "by hand", "limits": [0.0, 1.0]}
+    savemat(tmp_path / "fall.mat", {"run": held} if in_struct else held)
+    found = read_foreign(tmp_path / "fall.mat")
+    assert found.tracks[0].y == pytest.approx(1000 * Y, abs=1e-6)
+    whole = (tmp_path / "fall.mat").read_bytes()
+    (tmp_path / "cut.mat").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(MeasurementError, match=r"cut\.mat: the MATLAB file is damaged"):
+        read_foreign(tmp_path / "cut.mat")

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from benchtwin.rigs.drop.measure import measure_drop
+from benchtwin.vision.motion.track import track_from_table
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
 
@@ -161,6 +163,49 @@ def test_a_hand_that_moves_before_it_lets_go_costs_no_bounce(amount):
     assert abs(normal.value - 0.75) < 2 * normal.sd < 0.05
     assert any("not in a free fall" in note for note in found.notes)
     assert not any("not in a free fall" in note for note in still.notes)
+
+
+@pytest.mark.parametrize("fps", [60, 240, 1000])
+@pytest.mark.parametrize("restitution", [0.45, 0.8])
+def test_a_hand_that_trembles_until_it_lets_go_is_no_part_of_the_fall(fps, restitution):
+    """It moves by 1 to 3 % of the fall and comes to rest as it lets go: a fall that
+    began 1 % below the highest place would have e off by .05 to .2."""
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        motion = draw_drop(height_mm=400, restitution=restitution, rest_s=0.8, end_s=2)
+        track = film_track(motion, rng, fps=fps, noise_mm=0.4)
+        before = np.clip(0.8 - track.t_s, 0, None)
+        turns = 2 * np.pi * rng.uniform(2, 6)
+        tremor = (
+            rng.uniform(4, 12) * np.sin(turns * before) * np.clip(before * 20, 0, 1)
+        )
+        found = measure_drop(
+            replace(track, y=track.y + tremor), drop(400.0, fps=fps, mm_per_px=1.0)
+        )
+        normal = named(found)["restitution_normal"]
+        assert abs(normal.value - restitution) < 3 * normal.sd < 0.04, seed
+
+
+def test_a_hand_that_follows_the_seed_is_no_part_of_the_fall():
+    """It goes down with 0.4 g for 80 ms, and lets go 12.6 mm below; e 0.5 is read off
+    the fall behind."""
+    hand, led, g = 0.4 * 9810, 0.08, 9810.0
+    t = np.arange(0, 1.0, 1e-3) - 0.3
+    top = 150 - hand * led**2 / 2
+    speed = np.sqrt((hand * led) ** 2 + 2 * g * top)
+    meets = led + (speed - hand * led) / g
+    y = np.where(t < led, 150 - hand * np.clip(t, 0, None) ** 2 / 2, 0.0)
+    free = (t >= led) & (t < meets)
+    y[free] = top - hand * led * (t - led)[free] - g * (t - led)[free] ** 2 / 2
+    up = t >= meets
+    y[up] = 0.5 * speed * (t - meets)[up] - g * (t - meets)[up] ** 2 / 2
+    kept = ~up | (y >= 0)
+    y += np.random.default_rng(3).normal(0, 0.1, len(t))
+    rows = {"frame": np.arange(len(t)), "x_mm": 0 * t, "y_mm": y}
+    known = drop(None, fps=1000, mm_per_px=0.5)
+    track = track_from_table(pd.DataFrame(rows)[kept], known.camera)
+    normal = named(measure_drop(track, known))["restitution_normal"]
+    assert abs(normal.value - 0.5) < 3 * normal.sd < 0.01
 
 
 @pytest.mark.parametrize("fps", [25, 60])

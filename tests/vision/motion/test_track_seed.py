@@ -1,40 +1,15 @@
 """The tracker on drawn films: centroids, their claimed sds, and which of several moving
 things is the seed."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import find_silhouettes
 from benchtwin.vision.motion.scene import learn_scene
 from benchtwin.vision.motion.track_seed import _fall_height, track_seed
-from synthetic.film import Look, film, to_picture
+from drawn_frames import Drawn
+from synthetic.film import Look, draw_frame, draw_scene, film, to_picture
 from synthetic.motion import draw_drop
-
-
-class Drawn(FrameSource):
-    """Frames drawn in memory."""
-
-    def __init__(self, frames, fps=None, times=None):
-        super().__init__(path=Path("drawn"), count=len(frames), fps=fps)
-        self.frames = frames
-        self.times = np.arange(len(frames)) / fps if times is None else times
-
-    def iterate(self):
-        for n, pixels in enumerate(self.frames):
-            yield Frame(n, float(self.times[n]), pixels)
-
-    def picked(self, n):
-        frames = list(self.iterate())
-        return [
-            frames[i]
-            for i in np.unique(
-                np.linspace(0, len(frames) - 1, min(n, len(frames))).astype(int)
-            )
-        ]
-
 
 MOTION = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.75
@@ -220,6 +195,49 @@ def test_frames_without_a_seed_are_left_out():
     assert not set(lost) & set(track.frame)
     assert len(track) >= len(frames) - len(lost) - 5
     assert any("found in" in note for note in track.notes)
+
+
+def behind_shelves(shelves: list[tuple[int, int]], count: int = 170):
+    """A dark drop before a light wall, not to be seen before shelves as dark, at 120
+    frames a second; frames, and where the seed is in them."""
+    look = Look(seed_grey=45, ground_grey=150, noise=2.0, plate_row=447)
+    motion = draw_drop(
+        height_mm=180, restitution=0.8, rest_s=0.2, end_s=1.5, lateral_m_s=0.05
+    )
+    rng, times = np.random.default_rng(0), np.arange(count) / 120
+    scene = draw_scene(look, rng)
+    for top, bottom in shelves:
+        scene[top:bottom] = look.seed_grey
+    frames = [
+        draw_frame(motion, look, rng, scene, float(t), n / count)
+        for n, t in enumerate(times)
+    ]
+    return frames, *to_picture(look, *motion.path(times)[:2])
+
+
+def test_a_seed_that_is_lost_before_a_dark_shelf_is_found_again():
+    """The gaps hold bounces; the frames named are those around the longest ones."""
+    frames, columns, rows = behind_shelves([(230, 300)])
+    track = track_seed(Drawn(frames, fps=120), falling=True).track
+    gaps = np.flatnonzero(np.diff(track.frame) > 7)
+    assert len(gaps) and track.frame[-1] > 160
+    used = track.used()
+    off = (used.x - columns[used.frame], 479 - used.y - rows[used.frame])
+    assert np.hypot(*off).max() < 2
+    (said,) = [n for n in track.notes if "found in" in n]
+    for k in gaps:
+        lost, again = track.frame[k] + 1, track.frame[k + 1]
+        assert f"lost at frame {lost}, found again at {again}" in said
+
+
+def test_a_seed_that_is_lost_for_good_is_said_to_be():
+    frames, _, rows = behind_shelves([(300, 447)])
+    last = int(np.flatnonzero(rows < 290)[-1])
+    frames = [*frames[: last + 1], *[frames[-1]] * 40]
+    track = track_seed(Drawn(frames, fps=120), falling=True).track
+    assert abs(track.frame[-1] - last) < 3
+    said = f"lost at frame {track.frame[-1] + 1} and not found again"
+    assert any(said in n for n in track.notes)
 
 
 def test_a_picture_in_which_nothing_moves_is_an_error():

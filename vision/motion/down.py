@@ -1,0 +1,83 @@
+"""Which way a seed falls in a picture: down, unless the picture lies on its side or the
+camera was held askew."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.vision.foreign.unit_inference import (
+    LARGEST_MISFIT,
+    LEAST_SAGITTA,
+    parabolas_in,
+)
+from benchtwin.vision.motion.track import Track
+from benchtwin.vision.recording import Recording
+
+LEAST_ROWS = 16
+# by which a fall turns from the plumb line before that is said: what fits allow for, by
+# its prior, is left to them
+TURNED_SDS = 5.0
+# windows that agree with the best: relative, of the acceleration's vector
+ALIKE = 0.1
+LEAST_SHARE = 0.5  # of the worth of all parabolas, that of those which agree
+
+
+@dataclass(frozen=True)
+class Fall:
+    """Direction of the falls of a track [deg], clockwise from straight down, and its
+    sd."""
+
+    deg: float
+    sd: float
+
+
+def direction_of_fall(time: np.ndarray, x: np.ndarray, y: np.ndarray) -> Fall | None:
+    """The direction in which most of what flies in a track accelerates, y up; None
+    where nothing does, or not in one."""
+    extent = max(float(np.ptp(x)), float(np.ptp(y)))
+    pulls, worths, sds = [], [], []
+    for w in parabolas_in(time, x, y) if extent > 0 else ():
+        sagitta, misfit = np.hypot(*w.sagitta.T), np.hypot(*w.misfit.T)
+        worth = sagitta - misfit / LARGEST_MISFIT
+        kept = (worth > 0) & (sagitta > LEAST_SAGITTA * extent)
+        pulls.append(w.pull[kept])
+        worths.append(worth[kept])
+        # of a parabola's bend, n rows of sd σ over a span of 1: σ √(180/n)
+        bend = misfit[kept] * np.sqrt(180 / w.rows) / (4 * sagitta[kept])
+        sds.append(np.degrees(bend))
+    if not pulls or not len(worth := np.concatenate(worths)):
+        return None
+    pull, sd = np.concatenate(pulls), np.concatenate(sds)
+    best = pull[np.argmax(worth)]
+    alike = np.hypot(*(pull - best).T) < ALIKE * np.hypot(*best)
+    if worth[alike].sum() < LEAST_SHARE * worth.sum():
+        return None
+    mean = (worth[alike, None] * pull[alike]).sum(0)
+    return Fall(
+        float(np.degrees(np.arctan2(-mean[0], -mean[1]))), float(sd[alike].min())
+    )
+
+
+def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, ...]]:
+    """The recording with the direction in which its seed falls as plumb line, where
+    none is stated and it is not down; and a note on that, or on what is stated."""
+    used, camera = track.used(), recording.camera
+    if len(used) < LEAST_ROWS or not np.ptp(used.x):
+        return recording, ()
+    fall = direction_of_fall(used.time, used.x, used.y)
+    if fall is None:
+        return recording, ()
+    off = abs((fall.deg - (camera.plumb_deg or 0.0) + 180) % 360 - 180)
+    if off < TURNED_SDS * max(unstated_sd("plumb"), fall.sd):
+        return recording, ()
+    way = "clockwise" if fall.deg > 0 else "anticlockwise"
+    said = (
+        f"the seed falls {abs(fall.deg):.1f}° {way} from straight down in the picture"
+    )
+    if camera.plumb_deg is not None:
+        return recording, (
+            f"{said}; [camera] plumb_deg = {camera.plumb_deg:g} is used",
+        )
+    turned = camera.model_copy(update={"plumb_deg": round(fall.deg, 1)})
+    note = f"{said} (turned, or held askew): heights are read along its fall"
+    return replace(recording, camera=turned), (note,)
