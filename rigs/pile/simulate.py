@@ -37,6 +37,7 @@ SETUP = Setup(
     step=0.3,
     many=True,
     photographed=True,
+    begins=True,
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
     told=plate_seen,

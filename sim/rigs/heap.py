@@ -2,7 +2,7 @@
 to rest and are looked at."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.sim.engine.walls import Vector, Wall
@@ -52,7 +52,8 @@ class Vessel:
     @property
     def out_m(self) -> float:
         """How far the part has moved when it is out of the seeds."""
-        return self.clear_m or self.fill_height_m + CLEAR_M
+        filled = self.fill_height_m + CLEAR_M
+        return filled if self.clear_m is None else self.clear_m
 
     def lift(self, begin_s: float | None) -> Chosen:
         """The law of the lift; None: it stands (by the same law, which then need not be
@@ -104,16 +105,29 @@ def run_heap(
     watch: Watch,
     engine: Engine,
     filled: Filled | None = None,
+    lying: Filled | None = None,
 ) -> Motion:
     """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
-    frames before the photo are its film."""
-    filled = filled or fill(vessel, bench, rng, engine, watch)
+    frames before the photo are its film. lying: seeds that lie there already, what is
+    lifted having been taken away."""
+    if lying is not None:
+        vessel = opened(vessel)
+    filled = lying or filled or fill(vessel, bench, rng, engine, watch)
     motion = let_go(vessel, bench, filled, rng, fps, watch, engine)
     there = np.isfinite(motion.positions_m[-1]).all(axis=1)
     motion.truth.update(_truth(motion, vessel.wall_m))
     motion.truth.update(retained_seeds=float(there.sum()))
     motion.truth.update(weights(motion, there))
     return motion
+
+
+def opened(vessel: Vessel) -> Vessel:
+    """The vessel after the lift: without the part that moves."""
+
+    def standing(tall: float, lift: Chosen) -> list[Wall]:
+        return [wall for wall in vessel.walls(tall, lift) if not wall.moves]
+
+    return replace(vessel, walls=standing, clear_m=0.0)
 
 
 def let_go(
