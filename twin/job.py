@@ -251,9 +251,7 @@ def jobs(
     runs have by turns."""
     kind, default = rig_named(rig)
     description = merge(default, description)
-    make = partial(
-        Job, kind, parameters, rendered=rendered, engine=engine, start=start
-    )
+    make = partial(Job, kind, parameters, rendered=rendered, engine=engine, start=start)
     own, rig_of_kind = description.get(kind, {}), RIGS[kind]
     turns = [description | {kind: rig_of_kind.turn(k, own)} for k in range(repeats)]
     return [make(description=d, rng=(rng, k)) for k, d in enumerate(turns)]
