@@ -13,11 +13,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
-from scipy import stats
 
 ALARM_P = 0.005  # below which there is an alarm
 UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped

@@ -4,7 +4,7 @@ eliminated."""
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from benchtwin.bench import distributions as stats
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from benchtwin.sim.engine.interactions import Interactions, interactions
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Wall
 from benchtwin.sim.engine.world import World
 from benchtwin.sim.ondem import FORMAT, UNITS, VERSION
+from benchtwin.sim.ondem.interactions import Interactions, interactions
 from benchtwin.sim.seed import Seed
 from numpy.typing import ArrayLike
 

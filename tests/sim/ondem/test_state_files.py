@@ -6,7 +6,6 @@ import h5py
 import numpy as np
 import pytest
 from benchtwin.bench.constants import G_M_S2
-from benchtwin.sim.engine.interactions import interactions
 from benchtwin.sim.engine.lists import relist
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.step import init, run, tables_of
@@ -15,6 +14,7 @@ from benchtwin.sim.engine.world import Scattered, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.ondem import UNITS
+from benchtwin.sim.ondem.interactions import interactions
 from benchtwin.sim.ondem.read import go_on, read_state
 from benchtwin.sim.ondem.write import write_state
 from benchtwin.sim.rotation import turned
