@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchtwin.bench.numbers import with_interval
+from benchtwin.bench.workbook import WORKBOOK
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
@@ -32,6 +33,7 @@ from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import words
 from benchtwin.report.page import write_report
+from benchtwin.report.spreadsheet import write_spreadsheet
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
@@ -55,7 +57,7 @@ RECORDED: tuple[str, ...] = (
     "next_test",
 )
 # what a calibration leaves
-OURS = {"result.json", "report.html", "tables", "runs", "twin"}
+OURS = {"result.json", "report.html", WORKBOOK, "tables", "runs", "twin"}
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ def calibrate_into(
         found = _simulated(asked, simulator)
     asked.out.mkdir(parents=True, exist_ok=True)
     write_result(found, asked.out)
+    write_spreadsheet(found, asked.out)
     return found, _reported(found, asked.out)
 
 
@@ -117,7 +120,8 @@ def _make_room(asked: Asked) -> None:
     there = check_out(asked.out, OURS, "calibration", "result.json", asked.overwrite)
     if "result.json" in there:
         shutil.rmtree(asked.out / "tables", ignore_errors=True)
-        (asked.out / "result.json").unlink()
+        for name in ("result.json", WORKBOOK):
+            (asked.out / name).unlink(missing_ok=True)
 
 
 def _reported(found: Calibration, out: Path) -> bool:

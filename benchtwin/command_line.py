@@ -34,6 +34,8 @@ COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
     "diagnose": simulations.diagnose,
     "seeds": recordings.seeds,
     "export": simulations.export,
+    "pack": recordings.pack,
+    "unpack": recordings.unpack,
     "prove": simulations.prove,
     "new": recordings.new,
     "page": recordings.page,

@@ -221,3 +221,40 @@ def page(
     from benchtwin.page.command import page_command
 
     raise Exit(page_command(folder, port, browser))
+
+
+def pack(
+    bench: Annotated[Path, given("Bench folder.", metavar="BENCH")],
+    out: Annotated[Path, said("Folder to make; a zip where the name ends in .zip.")],
+    results: Annotated[
+        list[Path] | None,
+        given("Folders of results: measured, calibrated, diagnosed …"),
+    ] = None,
+    runs: Annotated[
+        bool, said("With the simulations that results are computed from.")
+    ] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Pack a bench and its results for an archive such as Zenodo: versions, a hash of
+    every file, what to cite, nothing of this machine.
+
+    Exit code 0: packed; 1: it cannot be written; 2: the command was misused.
+    """
+    from benchtwin.report.archive.commands import pack_command
+
+    raise Exit(pack_command(bench, results or [], out, runs, quiet))
+
+
+def unpack(
+    packed: Annotated[Path, given("What `benchtwin pack` made: a folder or a zip.")],
+    out: Annotated[Path | None, said("Folder to copy it to; else only check.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Check a pack, file by file, and copy it into a folder.
+
+    Exit code 0: every file is as it was packed; 1: some are not, or it cannot be
+    written; 2: it is no pack, or of a newer format.
+    """
+    from benchtwin.report.archive.commands import unpack_command
+
+    raise Exit(unpack_command(packed, out, quiet))

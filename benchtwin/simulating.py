@@ -16,7 +16,7 @@ from benchtwin.twin.campaign.results import Measurement
 from benchtwin.twin.engine import Engine
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.run import RECORD
-from benchtwin.twin.simulate_command import jobs_of, run_jobs
+from benchtwin.twin.simulate_command import check_ready, jobs_of, run_jobs
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +73,8 @@ def simulate(
     threads: int = 2,
     engine: str = "benchtwin",
     ranks: int = 1,
+    save: str | None = None,
+    start: str | Path | None = None,
     progress: bool = False,
 ) -> Simulations:
     """Simulate a rig into the bench folder `out`, and measure that as if it came from
@@ -85,7 +87,9 @@ def simulate(
     dotted names, {"drop.height_mm": 200.0}. like: a recording whose rig, seed and
     camera to copy. rendered: film or photograph the run, else its track is written.
     threads: processor cores for one pile. engine: "benchtwin" or "lammps"; ranks:
-    processes that share one LAMMPS pile. progress: shown on stderr.
+    processes that share one LAMMPS pile. save: "vtkhdf" for state.vtkhdf in each
+    recording, the last state with its contacts; start: such a file, whose heap a pile
+    or cylinder begins with. progress: shown on stderr.
 
     Called again, it goes on where it was stopped. Raises ValueError for a rig, number
     or setting that does not fit; FileExistsError where `out` holds other recordings of
@@ -101,9 +105,10 @@ def simulate(
         None if like is None else Path(like),
         rendered,
         Engine(engine, ranks),
+        None if start is None else Path(start),
     )
-    jobs[0].engine.ready()
-    run_jobs(jobs, rig, folder, threads, not progress)
+    check_ready(jobs, save)
+    run_jobs(jobs, rig, folder, threads, not progress, save)
     names = tuple(
         f"{rig}-{n:0{max(2, len(str(repeats)))}d}" for n in range(1, repeats + 1)
     )

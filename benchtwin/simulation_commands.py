@@ -65,6 +65,14 @@ def simulate(
     threads: Annotated[int, said("Processor cores for one pile.", min=1)] = 2,
     engine: EngineName = "benchtwin",
     ranks: Ranks = 1,
+    save: Annotated[
+        str | None,
+        said("vtkhdf: leave the last state, contacts included, as ParaView opens it."),
+    ] = None,
+    start: Annotated[
+        Path | None,
+        said("A .vtkhdf file: the heap that a pile or cylinder begins with."),
+    ] = None,
     quiet: Quiet = False,
 ) -> None:
     """Simulate a rig, film or photograph it, and measure that as if it came from the
@@ -97,6 +105,8 @@ def simulate(
         engine=engine,
         ranks=ranks,
         quiet=quiet,
+        save=save,
+        start=start,
     )
     raise Exit(
         code

@@ -13,11 +13,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
-from scipy.special import chdtrc, ndtri
 
 ALARM_P = 0.005  # below which there is an alarm
 UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped
@@ -75,7 +75,7 @@ def left_over_p(
     bent = [n for n in fits if n in beside and e.fit.problem.effects[n].nonlinear]
     asked = {n: c for n, c in beside.items() if n not in bent}
     quantiles = (np.arange(LEVELS) + 0.5) / LEVELS
-    doubt = np.exp(table.level_sd * ndtri(quantiles))
+    doubt = np.exp(table.level_sd * stats.norm.ppf(quantiles))
     scores = [_scores(table, s, e.names, asked) for s in range(len(table.odds))]
     least = 1.0
     for k, n in enumerate(asked):
@@ -175,7 +175,7 @@ def _least_p(
         if not rank:
             continue
         grid = np.linspace(0, fall.max(), 400)
-        p = chdtrc(rank, grid[:, None] / doubt).mean(axis=1)
+        p = stats.chi2.sf(grid[:, None] / doubt, rank).mean(axis=1)
         p = np.where(grid > 0, p / 2, 1.0) if one_sided else p
         out = np.minimum(out, np.interp(fall, grid, p))
     return out

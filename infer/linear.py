@@ -4,7 +4,7 @@ eliminated."""
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
+from benchtwin.bench import distributions as stats
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,4 +75,4 @@ def beside_globals(reduced: tuple[Reduced, ...], prior_sd: np.ndarray):
 def chance(fall: float, freedom: int, doubt: np.ndarray) -> float:
     """P(χ² > fall), averaged over `doubt`: draws of the true over the estimated noise
     power."""
-    return float(chdtrc(freedom, fall / doubt).mean())
+    return float(stats.chi2.sf(fall / doubt, freedom).mean())

@@ -7,15 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.world import World
 from benchtwin.sim.lammps.contact import in_lammps_law
 from benchtwin.sim.lammps.engine import LammpsEngine
 from benchtwin.sim.lammps.program import Unavailable, cores_here, lammps_version, needed
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench
-from benchtwin.sim.rigs.engine import Ours
+from benchtwin.sim.rigs.engine import Ours, forget
+from benchtwin.sim.rigs.filling import Filled
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.twin.scene import rig_of, setup_of
 from benchtwin.twin.setup import setup_for
@@ -107,13 +111,17 @@ class Engine:
         watch: Callable,
         threads: int,
         scratch: Path | None,
+        keep: Callable[[World, State], object] = forget,
+        lying: Filled | None = None,
     ) -> Motion:
-        """The rig's motion; LAMMPS works in the folder `scratch`, and goes on from what
-        it left there; None: one that is removed."""
+        """The rig's motion. LAMMPS works in the folder `scratch`, and goes on from what
+        it left there; None: one that is removed. Of our own engine, keep: is told how
+        the run ended; lying: a heap to begin with."""
         rig, run = rig_of(recording), setup_of(recording).run
         if self.name == OURS:
-            ours = Ours(threads)
-            return run(rig, on_bench, rng, fps=fps, watch=watch, engine=ours)
+            how: dict[str, Any] = {"fps": fps, "watch": watch}
+            how |= {"lying": lying} if lying is not None else {}
+            return run(rig, on_bench, rng, engine=Ours(threads, keep), **how)
         with tempfile.TemporaryDirectory() as passing:
             theirs = LammpsEngine(Lammps(scratch or Path(passing), self.ranks))
             return run(rig, on_bench, rng, fps=fps, watch=watch, engine=theirs)

@@ -12,12 +12,15 @@ from typing import Any
 
 import numpy as np
 from benchtwin.bench.rigs import RIGS, VARIANTS
+from benchtwin.sim.ondem import STATE
+from benchtwin.sim.ondem.read import read_state
 from benchtwin.sim.rigs.bench import no_watch
-from benchtwin.twin.engine import OWN, Engine
+from benchtwin.sim.rigs.filling import Filled
+from benchtwin.twin.engine import OURS, OWN, Engine
 from benchtwin.twin.lot import file_digest, lot_digest
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.run import MODEL, RECORD, simulate
-from benchtwin.twin.scene import rig_of
+from benchtwin.twin.scene import rig_of, setup_of
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording, read_recording
@@ -30,7 +33,8 @@ RIG_NAMES = (*RIGS, *VARIANTS)
 class Job:
     """rig; parameters; description: sections of a recording.toml as {"section": {"key":
     value}}; rng: seed numbers of the generator; rendered or not; the engine that
-    computes it. Two jobs of one key give the same recording."""
+    computes it; start: a .vtkhdf file with the heap to begin with. Two jobs of one key
+    give the same recording."""
 
     rig: str
     parameters: Parameters
@@ -38,12 +42,23 @@ class Job:
     rng: tuple[int, ...] = (1,)
     rendered: bool = True
     engine: Engine = OWN
+    start: Path | None = None
 
     def __post_init__(self) -> None:
         if self.rig not in RIGS:
             raise ValueError(f"rig = {self.rig!r}: one of {', '.join(RIGS)}")
         # so that a rig that does not fit is refused before anything runs
         rig_of(self.recording(Path("job")))
+        if self.start is not None:
+            self._check_start(self.start)
+
+    def _check_start(self, start: Path) -> None:
+        if self.engine.name != OURS:
+            raise ValueError("--start: only with our own engine; leave out --engine")
+        if not setup_of(self.recording(Path("job"))).begins:
+            what = "only a pile or cylinder can begin with a heap"
+            raise ValueError(f"--start: {what}, not a {self.rig}")
+        read_state(start)
 
     @property
     def input(self) -> dict:
@@ -57,6 +72,7 @@ class Job:
             "rng": list(self.rng),
             "rendered": self.rendered,
             **self.engine.for_rig(self.rig).told,
+            **({"start": file_digest(self.start)} if self.start else {}),
         }
 
     @property
@@ -94,10 +110,15 @@ class Job:
         *,
         watch: Callable[[str, float], None] = no_watch,
         threads: int = 2,
+        save: bool = False,
     ) -> Recording:
         """Run it into `out`, or read what is there when that is this very job;
-        FileExistsError for anything else."""
+        FileExistsError for anything else. save: with state.vtkhdf."""
         if out.exists():
+            if save and not (out / STATE).is_file():
+                raise FileExistsError(
+                    f"{out} is there already, without {STATE}; choose another --out"
+                )
             if self.is_done(out):
                 return read_recording(out)
             raise FileExistsError(
@@ -117,7 +138,16 @@ class Job:
             threads=threads,
             engine=self.engine,
             more=more,
+            save=save,
+            lying=self._lying(),
         )
+
+    def _lying(self) -> Filled | None:
+        """The heap to begin with."""
+        if self.start is None:
+            return None
+        saved = read_state(self.start)
+        return Filled(saved.shapes, saved.shape_of, saved.positions, saved.orientations)
 
     def converted(self) -> tuple[str, ...]:
         """What its engine converts of the law; ValueError for a law or a rig that the
@@ -215,12 +245,13 @@ def jobs(
     rng: int,
     rendered: bool,
     engine: Engine = OWN,
+    start: Path | None = None,
 ) -> list[Job]:
     """One job a repeat, each with its own generator, and with the keys that the rig's
     runs have by turns."""
     kind, default = rig_named(rig)
     description = merge(default, description)
-    make = partial(Job, kind, parameters, rendered=rendered, engine=engine)
+    make = partial(Job, kind, parameters, rendered=rendered, engine=engine, start=start)
     own, rig_of_kind = description.get(kind, {}), RIGS[kind]
     turns = [description | {kind: rig_of_kind.turn(k, own)} for k in range(repeats)]
     return [make(description=d, rng=(rng, k)) for k, d in enumerate(turns)]

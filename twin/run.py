@@ -13,8 +13,14 @@ from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observe import (
     observe as observe,
 )  # the same call for bench and twin
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.world import World
 from benchtwin.sim.motion import Motion
+from benchtwin.sim.ondem import STATE
+from benchtwin.sim.ondem.write import write_state
 from benchtwin.sim.rigs.bench import no_watch
+from benchtwin.sim.rigs.engine import forget
+from benchtwin.sim.rigs.filling import Filled
 from benchtwin.twin import write
 from benchtwin.twin.engine import OWN, Engine, kept_inputs
 from benchtwin.twin.parameters import Parameters
@@ -47,6 +53,8 @@ def simulate(
     threads: int = 2,
     engine: Engine = OWN,
     more: dict | None = None,
+    save: bool = False,
+    lying: Filled | None = None,
 ) -> Recording:
     """Run a rig, film or photograph it, and write that into the folder `out` as a
     recording with provenance "simulated".
@@ -56,9 +64,10 @@ def simulate(
     rendered=False writes the track (pile: the angle of the true outline) that the
     simulation knows in place of pictures. Beside the recording stands simulation.json:
     what was assumed, by which versions, what the simulation knows of the answer, and
-    `more`. The folder appears whole or not at all; LAMMPS's inputs, in `lammps/`, too.
-    Raises ValueError for a rig, camera or number that does not fit; FileExistsError
-    when `out` is there; RuntimeError where an engine stops."""
+    `more`. save: how our engine's run ended, in state.vtkhdf, contacts included; lying:
+    a heap to begin with. The folder appears whole or not at all; LAMMPS's inputs, in
+    `lammps/`, too. Raises ValueError for a rig, camera or number that does not fit;
+    FileExistsError when `out` is there; RuntimeError where an engine stops."""
     recording = like or Recording(out.name, out, rig, "", ())
     if recording.rig != rig:
         raise ValueError(
@@ -66,6 +75,7 @@ def simulate(
         )
     if out.exists():
         raise FileExistsError(f"{out} is there already")
+    ended: list[tuple[World, State]] = []
     scratch, engine = out.with_name(f".{out.name}.lammps"), engine.for_rig(rig)
     motion, told = run(
         recording,
@@ -75,6 +85,8 @@ def simulate(
         threads=threads,
         engine=engine,
         scratch=scratch,
+        keep=lambda *end: ended.append(end),
+        lying=lying,
     )
     part = out.with_name(f".{out.name}.part-{os.getpid()}")
     part.mkdir(parents=True)
@@ -96,6 +108,8 @@ def simulate(
             record(told, parameters, motion, kind) | {"engine": computed} | (more or {})
         )
         kept_inputs(scratch, part / "lammps")
+        if save:
+            write_state(part / STATE, *ended[-1])
         (part / RECORD).write_text(
             json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8"
         )
@@ -115,16 +129,27 @@ def run(
     threads: int = 2,
     engine: Engine = OWN,
     scratch: Path | None = None,
+    keep: Callable[[World, State], object] = forget,
+    lying: Filled | None = None,
 ) -> tuple[Motion, Recording]:
     """The run itself: its motion, and the recording (without evidence) that states all
-    that it assumed. scratch: the folder in which LAMMPS works."""
+    that it assumed. scratch: the folder in which LAMMPS works; keep: is told how our
+    engine's run ended; lying: a heap to begin with."""
     name = recording.need_rig()
     on_bench, _ = engine.bench(parameters, recording)
     setup = setup_of(recording)
     rate = recording.camera.fps or setup.fps
     fps = 0.0 if setup.photographed else rate
     motion = engine.run(
-        recording, on_bench, rng, fps=fps, watch=watch, threads=threads, scratch=scratch
+        recording,
+        on_bench,
+        rng,
+        fps=fps,
+        watch=watch,
+        threads=threads,
+        scratch=scratch,
+        keep=keep,
+        lying=lying,
     )
     camera = camera_of(recording)
     rig = rig_of(recording)

@@ -6,7 +6,7 @@ from typing import Any
 
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
-from benchtwin.twin.engine import Engine
+from benchtwin.twin.engine import OURS, Engine
 from benchtwin.twin.job import (
     RIG_NAMES,
     Job,
@@ -20,6 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 MOST_REPEATS = 10_000
+SAVED = "vtkhdf"  # the format of a saved state
 
 
 def simulate_command(
@@ -36,18 +37,21 @@ def simulate_command(
     engine: str,
     ranks: int,
     quiet: bool,
+    save: str | None = None,
+    start: Path | None = None,
 ) -> int:
     """Simulate `repeats` recordings of a rig into the bench folder `out`; returns the
     exit code."""
 
     def simulated() -> None:
+        computed = Engine(engine, ranks)
         jobs = jobs_of(
-            rig, numbers, repeats, rng, settings, like, rendered, Engine(engine, ranks)
+            rig, numbers, repeats, rng, settings, like, rendered, computed, start
         )
-        jobs[0].engine.ready()
+        check_ready(jobs, save)
         for line in () if quiet else jobs[0].converted():
             print(line)
-        run_jobs(jobs, rig, out, threads, quiet)
+        run_jobs(jobs, rig, out, threads, quiet, save)
         for line in () if quiet else said_of(jobs[0].description.get("seed", {})):
             print(line)
 
@@ -73,9 +77,10 @@ def jobs_of(
     like: Path | None,
     rendered: bool,
     engine: Engine,
+    start: Path | None = None,
 ) -> list[Job]:
     """A job a recording. numbers: fields of `Parameters`, None for its default;
-    settings: {key: value} of anything else.
+    settings: {key: value} of anything else; start: a file with the heap to begin with.
 
     Raises ValueError for what does not fit, and for a `like` that describes another
     rig."""
@@ -96,12 +101,30 @@ def jobs_of(
         rng=rng,
         rendered=rendered,
         engine=engine,
+        start=start,
     )
 
 
-def run_jobs(jobs: list[Job], rig: str, out: Path, threads: int, quiet: bool) -> None:
+def check_ready(jobs: list[Job], save: str | None) -> None:
+    """ValueError for a state that cannot be saved so; Unavailable where the engine is
+    not there."""
+    if save not in (None, SAVED):
+        raise ValueError(f"--save {save}: {SAVED} is what there is")
+    if save and jobs[0].engine.name != OURS:
+        raise ValueError("--save: only with our own engine; leave out --engine")
+    jobs[0].engine.ready()
+
+
+def run_jobs(
+    jobs: list[Job],
+    rig: str,
+    out: Path,
+    threads: int,
+    quiet: bool,
+    save: str | None = None,
+) -> None:
     """Run the jobs into RIG-01, RIG-02 … below the bench folder `out`; those that are
-    done already are left as they are."""
+    done already are left as they are. save: "vtkhdf" for the state at the end, too."""
     if out.exists() and not out.is_dir():
         raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)
@@ -124,7 +147,7 @@ def run_jobs(jobs: list[Job], rig: str, out: Path, threads: int, quiet: bool) ->
                 )
 
             there = job.is_done(out / name)
-            job.run(out / name, watch=watch, threads=threads)
+            job.run(out / name, watch=watch, threads=threads, save=bool(save))
             progress.remove_task(task)
             if not quiet:
                 progress.console.print(

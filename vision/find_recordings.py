@@ -33,6 +33,7 @@ BESIDE = (
     ".md",
     ".txt",
     ".json",
+    ".vtkhdf",
     "",
 )  # files that may lie beside evidence
 

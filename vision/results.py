@@ -2,13 +2,15 @@
 fifty are looked through in a minute."""
 
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from benchtwin.bench.numbers import stored
+from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -39,10 +41,26 @@ OWN = (
     "measurements.csv",
     "summary.csv",
     "notes.csv",
+    WORKBOOK,
     *(f"{name}.csv" for name in TABLES),
     "overlays",
     "tracks",
 )
+METHODS = {  # what the workbook says of its columns
+    "unit": "of every number of the row; 1 where it has none",
+    "mean": "of the repeats, unweighted",
+    "low, high": (
+        "95 % interval of the mean: Student's t on the scatter between the repeats, and"
+        " what all recordings of a session have in common, in quadrature"
+    ),
+    "scatter": "standard deviation between the repeats",
+    "measuring": "root mean square of the standard deviations of single readings",
+    "common": "standard deviation of what all recordings of a session have in common",
+    "value, sd": "value ± 1.96 sd is a 95 % interval",
+    "sd_common": "the part of sd that all recordings of one session share",
+    "quality": "whether the number means what its name says; reason: why not",
+    "outliers": "named, and part of the mean",
+}
 _ORDER = {FAILED: 0, DOUBTFUL: 1, GOOD: 2}
 
 
@@ -96,8 +114,9 @@ def row_of(observation: Observation, quantity: Quantity) -> tuple:
 
 class Results:
     """Writes observations to a folder that appears whole or not at all.
-    measurements.csv, summary.csv and, where there is content, notes.csv, bounces.csv,
-    readings.csv, seeds.csv, overlays/ (with a contact sheet, index.html), tracks/.
+    measurements.csv, summary.csv, results.xlsx and, where there is content, notes.csv,
+    bounces.csv, readings.csv, seeds.csv, overlays/ (with a contact sheet, index.html),
+    tracks/.
     Conditions that recordings state are columns of every table."""
 
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
@@ -163,6 +182,7 @@ class Results:
         written["summary"] = as_table(self.summary)
         if self.notes:
             written["notes"] = pd.DataFrame(self.notes, columns=["recording", "note"])
+        write_workbook(self.part / WORKBOOK, sheets(written))
         written["measurements"] = _rounded(table, ["value"], table["sd"])
         summary = written["summary"]
         half = (summary["high"] - summary["low"]) / 2
@@ -190,6 +210,21 @@ def _rounded(
         for name in columns
     }
     return table.assign(**texts)
+
+
+def sheets(tables: Mapping[str, pd.DataFrame]) -> dict[str, pd.DataFrame]:
+    """The workbook's sheets by name, of the tables by theirs."""
+    named = {"summary": "means over repeats"}
+    methods = pd.DataFrame([*METHODS.items()], columns=["column", "value or method"])
+    methods.loc[len(methods)] = ["measured by", f"benchtwin {version('benchtwin')}"]
+    return {
+        **{
+            named.get(name, name): tables[name]
+            for name in ("summary", "measurements", "notes")
+            if name in tables
+        },
+        "units and methods": methods,
+    }
 
 
 def _is_own(path: Path) -> bool:

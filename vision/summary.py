@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench import distributions as stats
 from benchtwin.bench.numbers import EXACT_SHARE
 from benchtwin.vision.measurement import (
     DOUBTFUL,
@@ -16,7 +17,6 @@ from benchtwin.vision.measurement import (
     Quantity,
     failed,
 )
-from scipy import stats
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third

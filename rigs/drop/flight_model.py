@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.distributions import t as student
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.power_law import NAMES
 from benchtwin.infer.rivals import INSIDE_SDS
@@ -27,7 +28,6 @@ from benchtwin.rigs.drop.trajectories import (
     speed_basis,
     speeds_at_nodes,
 )
-from scipy.stats import t as student
 
 IN_FLIGHT = {
     n: e

@@ -8,6 +8,7 @@ bounces differently at first."""
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
@@ -39,7 +40,6 @@ from benchtwin.rigs.drop.variance_components import (
     scatter_of,
 )
 from benchtwin.vision.motion.first_bounce import first_flat_sd
-from scipy import stats
 
 E_FLOOR = unstated_sd("bounce-scatter")  # least scatter of restitution
 E_FLOOR_LONG = 0.15  # times elongation²: half the scatter of seeds released nearly flat

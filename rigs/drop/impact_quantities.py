@@ -9,12 +9,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.robust import robust_sd
 from benchtwin.rigs.drop.effects.impacts import REACH, ROUGH
 from benchtwin.rigs.drop.flight_model import ROUND
 from benchtwin.rigs.drop.impacts import Impacts
-from scipy import stats
 
 SLOWEST_M_S = 0.15  # closing speed below which restitution is not used
 CAP = 4.0  # sds at which one impact's offset is clipped

@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 from benchtwin.bench.air import drag_at
 from benchtwin.bench.constants import G_M_S2
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
 from benchtwin.infer.evidence import student_ln_likelihood
 from benchtwin.infer.linear import ridge, stacked
@@ -61,7 +62,6 @@ from benchtwin.vision.motion.least_squares import (
 )
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
-from scipy.stats import t as student
 
 QUANTITIES = (
     ("rebound_height", "mm"),

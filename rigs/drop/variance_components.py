@@ -8,8 +8,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.bench.robust import robust_sd
-from scipy import stats
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
+from benchtwin.bench.distributions import t as student
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.measurement import GOOD, MeasurementError, Observation, Quantity
 from benchtwin.vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
@@ -16,7 +17,6 @@ from benchtwin.vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from benchtwin.vision.pile.surface import binarise, shrink
 from benchtwin.vision.recording import Recording
 from scipy import ndimage
-from scipy.stats import t as student
 
 # of the surface from wall to wall, along the horizontal: between these the line is
 # fitted

@@ -1,13 +1,16 @@
 """A photo of a pile → what is measured on it."""
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.motion.of_recording import Progress
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, measure_repose, rig_options
 from benchtwin.vision.recording import Recording
+
+if TYPE_CHECKING:
+    from benchtwin.vision.motion.of_recording import Progress
 
 LEAST_WINDOW = 0.1  # of the crest's height
 
@@ -15,7 +18,7 @@ LEAST_WINDOW = 0.1  # of the crest's height
 def observe_pile(
     recording: Recording,
     options: PileOptions | None = None,
-    progress: Progress | None = None,
+    progress: "Progress | None" = None,
 ) -> Observation:
     """Measure the first photo of a pile recording (each photo is a recording of its
     own)."""

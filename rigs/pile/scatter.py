@@ -4,10 +4,10 @@ packings."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag
 from benchtwin.rigs.pile.flanks import STEP, Flank, Photo
 from benchtwin.rigs.pile.heap_priors import PACKING_SD, PARTS, straight
-from scipy import stats
 
 SIGMA_FLOOR = 0.003  # of the height: model error of the family of shapes
 ANGLE_SD_DEG = 0.1  # of a flank's line

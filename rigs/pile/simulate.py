@@ -29,6 +29,7 @@ SETUP = of_heaps(
     Pile,
     run_pile,
     Camera(2400, 1600, 0.1, (0.1, 0.0, 0.055), 10.0),
+    begins=True,
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
     told=plate_seen,

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
@@ -62,7 +63,6 @@ from benchtwin.vision.motion.least_squares import (
 )
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
-from scipy.stats import t as student
 
 LEAST_ROWS, LEAST_OF_FILM = 4, 8
 LEAST_TRAVEL = {"mm": 1.0, "px": 4.0}

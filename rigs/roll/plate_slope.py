@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation, Quantity
 from benchtwin.vision.overlay.plot import plot
 from benchtwin.vision.recording import Recording
-from scipy.stats import t as student
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.robust import difference_noise
@@ -70,7 +71,6 @@ from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.outliers import rows_at_rest, single_spikes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
-from scipy.stats import t as student
 
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 LEAST_TRAVEL_PX = 2.0

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench import distributions as stats
 from benchtwin.rigs.slide.problem import Prepared, stretches
-from scipy import stats
 
 SEEN_P = 1e-4  # over all frequencies
 SLOWEST = 6.0  # waves in a slide; the flexible curve absorbs slower ones

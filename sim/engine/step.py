@@ -146,7 +146,7 @@ def init(
         state.path,
     )
     state = relist(tables, state)
-    state = _first_forces(world, tables, state)
+    state = first_forces(world, state)
     _check_apart(state, allowed_overlap)
     return state
 
@@ -197,9 +197,10 @@ def _check_inside(world: World, x: np.ndarray) -> None:
             )
 
 
-def _first_forces(world: World, tables: Tables, state: State) -> State:
-    """Forces at t = 0, for the first prediction: a step of next to no length, which
-    moves nothing."""
+def first_forces(world: World, state: State) -> State:
+    """The same state with the forces of its first prediction: a step of next to no
+    length, which moves nothing."""
+    tables = tables_of(world)
     view = _view(world, tables, state)
     status = np.array([STALE, 0, 0])  # as if the positions had just been predicted
     run = _kernel_of(world, tables)

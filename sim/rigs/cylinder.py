@@ -9,6 +9,7 @@ from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
+from benchtwin.sim.rigs.filling import Filled
 from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
@@ -51,6 +52,7 @@ def run_cylinder(
     fps: float = 0.0,
     watch: Watch = no_watch,
     engine: Engine = OURS,
+    lying: Filled | None = None,
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
     radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
@@ -69,7 +71,9 @@ def run_cylinder(
         opening_m=2 * radius,
         parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
     )
-    return run_heap(vessel, bench, rng, fps=fps, watch=watch, engine=engine)
+    return run_heap(
+        vessel, bench, rng, fps=fps, watch=watch, engine=engine, lying=lying
+    )
 
 
 def _walls(rig: LiftedCylinder, bench: Bench, tall: float, lift: Chosen) -> list[Wall]:

@@ -82,11 +82,17 @@ class Engine(Protocol):
         """
 
 
+def forget(world: World, state: State) -> None:
+    """Keep nothing of a run's end."""
+
+
 @dataclass(frozen=True)
 class Ours:
-    """The engine of `sim.engine`, on so many threads."""
+    """The engine of `sim.engine`, on so many threads. keep: is told how each run of a
+    rig ended."""
 
     threads: int = 2
+    keep: Callable[[World, State], object] = forget
 
     def follow(
         self,
@@ -98,7 +104,8 @@ class Ours:
     ) -> None:
         """As `Engine.follow`."""
         begin = init(world, rng, allowed_overlap=way.overlap)
-        run(world, begin, way.longest_s, observers, threads=self.threads)
+        end = run(world, begin, way.longest_s, observers, threads=self.threads)
+        self.keep(world, end)
 
     def lay(
         self, world: World, rng: np.random.Generator, watch: Watch
@@ -125,6 +132,7 @@ class Ours:
         lifted = world(state.time_s)
         state = run(lifted, state, flow, filmed, threads=self.threads)
         frames.take(state, state.time_s)
+        self.keep(lifted, state)
         return frames.columns(), flow.still
 
     def settle(

@@ -56,7 +56,8 @@ class Vessel:
     @property
     def out_m(self) -> float:
         """How far the part has moved when it is out of the seeds."""
-        return self.clear_m or self.fill_height_m + CLEAR_M
+        filled = self.fill_height_m + CLEAR_M
+        return filled if self.clear_m is None else self.clear_m
 
     def lift(self, begin_s: float | None) -> Chosen:
         """The law of the lift; None: it stands (by the same law, which then need not be
@@ -108,10 +109,14 @@ def run_heap(
     watch: Watch,
     engine: Engine,
     filled: Filled | None = None,
+    lying: Filled | None = None,
 ) -> Motion:
     """Fill (or take a filling that was made before), lift, wait, look; with fps > 0 the
-    frames before the photo are its film."""
-    filled = filled or fill(vessel, bench, rng, engine, watch)
+    frames before the photo are its film. lying: seeds that lie there already, what is
+    lifted having been taken away."""
+    if lying is not None:
+        vessel = opened(vessel)
+    filled = lying or filled or fill(vessel, bench, rng, engine, watch)
     looks = fps or vessel.look_fps
     motion = let_go(vessel, bench, filled, rng, looks, watch, engine)
     told = vessel.told or (lambda motion: of_heap(motion, vessel.wall_m))
@@ -126,6 +131,15 @@ def run_heap(
         velocities_m_s=motion.velocities_m_s[-1:],
         spins_rad_s=motion.spins_rad_s[-1:],
     )
+
+
+def opened(vessel: Vessel) -> Vessel:
+    """The vessel after the lift: without the part that moves."""
+
+    def standing(tall: float, lift: Chosen) -> list[Wall]:
+        return [wall for wall in vessel.walls(tall, lift) if not wall.moves]
+
+    return replace(vessel, walls=standing, clear_m=0.0)
 
 
 def let_go(

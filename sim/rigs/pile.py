@@ -77,12 +77,21 @@ def run_pile(
     watch: Watch = no_watch,
     engine: Engine = OURS,
     filled: Filled | None = None,
+    lying: Filled | None = None,
 ) -> Motion:
     """Fill, lift the gate, wait, look. The motion's last frame is the photo; with fps >
     0 the frames before it are the film. filled: a filling to use in place of a new one
-    (the same packing for other parameters)."""
-    box = vessel(rig, bench)
-    return run_heap(box, bench, rng, fps=fps, watch=watch, engine=engine, filled=filled)
+    (the same packing for other parameters); lying: a heap to begin with."""
+    return run_heap(
+        vessel(rig, bench),
+        bench,
+        rng,
+        fps=fps,
+        watch=watch,
+        engine=engine,
+        filled=filled,
+        lying=lying,
+    )
 
 
 def vessel(rig: Pile, bench: Bench) -> Vessel:

@@ -52,6 +52,18 @@ def test_a_folder_of_photos(run, photos, tmp_path):
     assert "b [2]" in result.output
 
 
+def test_the_workbook_holds_what_the_tables_hold(run, photos, tmp_path):
+    run(photos, "--out", tmp_path / "out")
+    book = pd.read_excel(tmp_path / "out" / "results.xlsx", None, engine="openpyxl")
+    means = pd.read_csv(tmp_path / "out" / "summary.csv")
+    read = book["means over repeats"]
+    assert read["quantity"].tolist() == means["quantity"].tolist()
+    assert np.allclose(read["mean"], means["mean"], rtol=1e-3)  # summary.csv is rounded
+    named = book["units and methods"]["column"]
+    for column in ("scatter", "measuring", "common", "quality", "sd_common"):
+        assert column in set(named)
+
+
 def test_what_failed_stands_last_where_it_is_seen(run, photos, tmp_path):
     Image.fromarray(np.full((300, 300), 99, np.uint8)).save(photos / "z blank.png")
     result = run(photos, "--out", tmp_path / "out")

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
@@ -12,7 +13,6 @@ from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.recording import Recording
-from scipy.stats import t as student
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
 # protractor, ruler or scale, a stop watch by hand; release height.

@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from benchtwin.bench.distributions import chi2 as chi_square
+from benchtwin.bench.distributions import t as student
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize_scalar
-from scipy.stats import chi2 as chi_square
-from scipy.stats import t as student
 
 # beyond this a few thousand frames cannot tell correlated noise from a drift
 RHO_MAX = 0.995
@@ -55,6 +54,8 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
     n, p = design.shape
     if n - p < 5:
         return 0.0
+    from scipy import optimize  # loads for a third of a second
+
     both = np.column_stack([design, data])
 
     def loss(rho: float) -> float:
@@ -65,7 +66,7 @@ def estimate_rho(design: np.ndarray, data: np.ndarray, lag: np.ndarray) -> float
         spread = 2 * np.log(triangle[:p]).sum()
         return (n - p) * 2 * np.log(triangle[p]) + np.log(1 - carried**2).sum() + spread
 
-    found = minimize_scalar(
+    found = optimize.minimize_scalar(
         loss, bounds=(0.0, RHO_MAX), method="bounded", options={"xatol": 2e-3}
     )
     return float(found.x) if loss(found.x) < loss(0.0) else 0.0

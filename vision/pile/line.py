@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from benchtwin.bench.distributions import t as student
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
-from scipy.stats import t as student
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
 LEAST_DEG, ROUGH = 3.0, 0.25  # flatter, or rms over its rise: no flank

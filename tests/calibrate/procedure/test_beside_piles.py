@@ -15,6 +15,7 @@ from benchtwin.calibrate.procedure.simulated import calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.report.page import write_report
+from benchtwin.report.spreadsheet import sheets
 from stand_in import TRUE, StandIn, write_bench
 
 STATED = "[drawdown]\npane_friction = 0.28\n"
@@ -126,6 +127,9 @@ def test_files_and_report_hold_them(both, tmp_path):
     assert f"Next: {best}" in text
     runs = pd.read_csv(tmp_path / "tables" / "drawdown_runs.csv")
     assert len(runs) >= 15 and {"shear_angle_deg", *FRICTIONS} <= set(runs)
+    means = sheets(both)["means over repeats"].set_index(["rig", "reading"])["unit"]
+    assert means["drawdown", "flow_time_s"] == "s"
+    assert means["bed", "bed_rebound_mm"] == "mm"
     held = json.loads((tmp_path / "result.json").read_text())["pile"]["observables"]
     assert {"drawdown: flow_time_s", "bed: bed_rebound_mm"} <= {
         row["observable"] for row in held

@@ -1,0 +1,139 @@
+"""Packs a bench and its results."""
+
+import hashlib
+import json
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST
+from benchtwin.report.archive.about import about
+from benchtwin.report.archive.machine import Machine
+from benchtwin.twin.versions import versions
+from benchtwin.vision.recording import RESULTS_MARK, among_results
+
+RUNS = "runs"  # of simulations: large, and computed again by the same command
+ZIP = ".zip"
+WRITTEN_AT = (1980, 1, 1, 0, 0, 0)  # of every file in a zip: the same content, one file
+
+
+class Unpackable(ValueError):
+    """What is asked for cannot be packed."""
+
+
+@dataclass
+class Packed:
+    """files: {name in the pack: content's path, or its text where it was changed};
+    left_out: links, by name; located: photos that say where they were taken."""
+
+    files: dict[str, Path | str] = field(default_factory=dict)
+    left_out: list[str] = field(default_factory=list)
+    located: list[str] = field(default_factory=list)
+
+
+def pack(bench: Path, results: Sequence[Path], out: Path, runs: bool = False) -> Packed:
+    """Write bench/NAME, results/NAME for each folder of results, README.md and
+    pack.json into the folder `out`, or the zip where its name ends so; it appears whole
+    or not at all.
+
+    runs: the simulations of results, too. Raises FileNotFoundError for a folder that
+    is not there, FileExistsError where `out` is, Unpackable for a bench whose own files
+    name folders of this machine, OSError where it cannot be written."""
+    for folder in (bench, *results):
+        if not folder.is_dir():
+            raise FileNotFoundError(f"{folder}: no such folder")
+    if out.exists():
+        raise FileExistsError(f"{out}: is there already; choose another --out")
+    for folder in (bench, *results):
+        if folder.resolve() in (out.resolve(), *out.resolve().parents):
+            raise Unpackable(f"--out {out}: lies within {folder}, which is packed")
+    gathered = _gathered(bench, results, runs)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part = out.with_name(f".{out.name}.part")
+    try:
+        (_as_zip if out.suffix == ZIP else _as_folder)(part, gathered.files)
+        part.replace(out)
+    finally:
+        if part.is_dir():
+            shutil.rmtree(part)
+        part.unlink(missing_ok=True)
+    return gathered
+
+
+def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
+    places = {bench: f"bench/{bench.resolve().name}"}
+    for folder in results:
+        name = f"results/{folder.resolve().name}"
+        if name in places.values():
+            raise Unpackable(f"two folders of results are called {folder.name}")
+        places[folder] = name
+    machine, found = Machine(places), Packed()
+    for folder, name in places.items():
+        for inside, path in _walk(folder, found):
+            if folder == bench and among_results(path, bench):
+                continue
+            if folder != bench and RUNS in inside.parts[:-1] and not runs:
+                continue
+            at = f"{name}/{inside.as_posix()}"
+            found.files[at] = path if folder == bench else machine.cleaned(path)
+            if folder == bench:
+                if named := machine.named_in(path):
+                    raise Unpackable(
+                        f"{path}: names {named}, a place on this machine; name it from"
+                        " the bench's folder on"
+                    )
+                found.located += [at] if machine.is_located(path) else []
+    found.files[ABOUT] = about(bench.resolve().name, found.files, runs)
+    found.files[MANIFEST] = _manifest(found.files)
+    return found
+
+
+def _walk(folder: Path, found: Packed) -> Iterator[tuple[Path, Path]]:
+    """Files of a folder by their place in it; hidden ones are no part of it, links are
+    named."""
+    for path in sorted(folder.rglob("*")):
+        inside = path.relative_to(folder)
+        hidden = any(part.startswith(".") for part in inside.parts)
+        if path.is_symlink():
+            found.left_out.append(str(path))
+        elif path.is_file() and (not hidden or path.name == RESULTS_MARK):
+            yield inside, path
+
+
+def _manifest(files: Mapping[str, Path | str]) -> str:
+    told = {
+        at: {"bytes": len(raw := content_of(content)), "sha256": digest(raw)}
+        for at, content in sorted(files.items())
+    }
+    content = {"format": FORMAT, "versions": versions(), "files": told}
+    return json.dumps(content, indent=1, ensure_ascii=False)
+
+
+def content_of(content: Path | str) -> bytes:
+    """A file's bytes."""
+    return content.encode() if isinstance(content, str) else content.read_bytes()
+
+
+def digest(raw: bytes) -> str:
+    """SHA-256, in hexadecimal digits."""
+    return hashlib.sha256(raw).hexdigest()
+
+
+def _as_folder(part: Path, files: Mapping[str, Path | str]) -> None:
+    shutil.rmtree(part, ignore_errors=True)
+    for at, content in files.items():
+        place = part / at
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(content_of(content))
+
+
+def _as_zip(part: Path, files: Mapping[str, Path | str]) -> None:
+    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as held:
+        for at, content in sorted(files.items()):
+            held.writestr(
+                zipfile.ZipInfo(at, WRITTEN_AT),
+                content_of(content),
+                zipfile.ZIP_DEFLATED,
+            )

@@ -1,0 +1,113 @@
+"""The contacts of a state as arrays: who touches whom, where, with what force."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import tables_of
+from benchtwin.sim.engine.surfaces import nearest
+from benchtwin.sim.engine.world import Tables, World
+
+PAIR_MODULUS, PAIR_SHEAR = 0, 1  # columns of `Tables.pairs`: E*, G* [Pa]
+
+
+@dataclass(frozen=True, eq=False)
+class Interactions:
+    """k contacts, those between seeds before those with walls.
+
+    first (k,): row of a ball in `State.ball`; second (k,): that of the other ball, or
+    the wall's number; primitive (k,): which of all walls' faces, −1 between seeds;
+    points (k, 3) [m], in the middle of the overlap; normals (k, 3): unit vectors from
+    the second to the first; overlaps_m (k,); pressing_n (k,): what the normal spring
+    and adhesion push the two apart with; shear_n (k, 3): what the tangential spring
+    does to the first; memory (k, columns): what the contact remembers. Dashpots, which
+    do nothing at rest, are left out."""
+
+    first: np.ndarray
+    second: np.ndarray
+    primitive: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    overlaps_m: np.ndarray
+    pressing_n: np.ndarray
+    shear_n: np.ndarray
+    memory: np.ndarray
+
+    @property
+    def on_wall(self) -> np.ndarray:
+        """Which contacts are with walls (k,)."""
+        return self.primitive >= 0
+
+
+def interactions(world: World, state: State) -> Interactions:
+    """All contacts of a state of this world."""
+    tables = tables_of(world)
+    kinds = tables.materials
+    pairs, walls = np.flatnonzero(state.pair_touch), np.flatnonzero(state.wall_touch)
+    i, j = state.pair_i[pairs].astype(int), state.pair_j[pairs].astype(int)
+    w, prim = state.wall_i[walls].astype(int), state.wall_p[walls].astype(int)
+    between, on_wall = _between(state, i, j), _on_walls(tables, state, w, prim)
+    normals, gaps, radii = (
+        np.concatenate(both) for both in zip(between, on_wall, strict=True)
+    )
+    first = np.concatenate([i, w])
+    of_first = state.material[state.owner[first]].astype(int)
+    of_walls = tables.wall_material[tables.walls.wall[prim]].astype(int)
+    of_second = np.concatenate([state.material[state.owner[j]], of_walls]).astype(int)
+    memory = np.concatenate([state.pair_memory[pairs], state.wall_memory[walls]])
+    numbers = tables.pairs[of_first * len(kinds) + of_second]
+    root = np.sqrt(radii * np.maximum(gaps, 0.0))
+    pressing = 4.0 / 3.0 * numbers[:, PAIR_MODULUS] * root * np.maximum(gaps, 0.0)
+    pressing += _adhesion(world, of_first, of_second, gaps, radii, numbers)
+    to_first = state.ball[first, 3] - 0.5 * gaps
+    return Interactions(
+        first=first,
+        second=np.concatenate([j, tables.walls.wall[prim]]),
+        primitive=np.concatenate([np.full(len(i), -1), prim]),
+        points=state.ball[first, :3] - normals * to_first[:, None],
+        normals=normals,
+        overlaps_m=gaps,
+        pressing_n=pressing,
+        shear_n=-(8.0 * numbers[:, PAIR_SHEAR] * root)[:, None] * memory[:, :3],
+        memory=memory,
+    )
+
+
+def _between(state: State, i: np.ndarray, j: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Normals from ball j to ball i, overlaps, effective radii."""
+    apart = state.ball[i, :3] - state.ball[j, :3]
+    distance = np.linalg.norm(apart, axis=1)
+    a, b = state.ball[i, 3], state.ball[j, 3]
+    return apart / distance[:, None], a + b - distance, a * b / (a + b)
+
+
+def _on_walls(
+    tables: Tables, state: State, i: np.ndarray, prim: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Normals from faces of walls to balls, overlaps, radii."""
+    found = [
+        nearest(tables.walls.kind[p], state.prim[p], *state.ball[b, :3])[:4]
+        for b, p in zip(i, prim, strict=True)
+    ]
+    told, radii = np.array(found).reshape(-1, 4), state.ball[i, 3]
+    return told[:, :3], radii - told[:, 3], radii
+
+
+def _adhesion(
+    world: World,
+    first: np.ndarray,
+    second: np.ndarray,
+    gaps: np.ndarray,
+    radii: np.ndarray,
+    numbers: np.ndarray,
+) -> np.ndarray:
+    """What chosen laws of the normal force add at rest (k,) [N]."""
+    names, total = list(world.materials), np.zeros(len(gaps))
+    for chosen in (c for c in world.active_laws if c.law.kind == "normal"):
+        for k, (a, b) in enumerate(zip(first, second, strict=True)):
+            if chosen.between is None or set(chosen.between) == {names[a], names[b]}:
+                modulus = numbers[k, PAIR_MODULUS]
+                total[k] += chosen.law.function(
+                    gaps[k], 0.0, radii[k], modulus, *chosen.numbers
+                )
+    return total
