@@ -19,7 +19,7 @@ from unittest.mock import patch
 import numpy as np
 import pandas as pd
 from benchtwin.diagnose import bench
-from benchtwin.infer import finding
+from benchtwin.infer import inference
 from benchtwin.infer.problem import Fit, ln_evidence
 from scipy import stats
 from scipy.special import logsumexp
@@ -69,13 +69,13 @@ def sampled(fit: Fit, rng: np.random.Generator) -> tuple[float, float]:
 def posterior_of(folder: Path, rig: str):
     """The posterior over explanations of one rig of a bench."""
     kept = []
-    explain = finding.explain
+    explain = inference.explain
 
     def keep(alternatives, windows, bases):
         kept.append(explain(alternatives, windows, bases))
         return kept[-1]
 
-    with patch.object(finding, "explain", keep):
+    with patch.object(inference, "explain", keep):
         bench.diagnose_bench(folder, only=(rig,))
     return kept[-1]
 

@@ -12,9 +12,11 @@ from benchtwin.infer.explanation import (
     Explanation,
     ln_bayes_bound,
 )
-from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.finding import Curve, Finding
+from benchtwin.infer.inference import finding_of
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.drop import impact_problem
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.impacts import SHAPE

@@ -5,9 +5,11 @@ from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
-from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.finding import Curve, Finding
+from benchtwin.infer.inference import finding_of
 from benchtwin.infer.power_law import Family, Term
 from benchtwin.infer.problem import Fit
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import Photo, photos_of

@@ -4,8 +4,10 @@ import numpy as np
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
-from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.finding import Curve, Finding
+from benchtwin.infer.inference import finding_of
 from benchtwin.infer.problem import Fit, Problem, fit
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.model import run_motion
 from benchtwin.rigs.roll.problem import build, roll_problem

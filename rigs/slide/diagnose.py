@@ -17,9 +17,11 @@ from benchtwin.infer.explanation import (
     Explanation,
     ln_bayes_bound,
 )
-from benchtwin.infer.finding import Curve, DiagnosisTask, Finding, finding_of
+from benchtwin.infer.finding import Curve, Finding
+from benchtwin.infer.inference import finding_of
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, Problem
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.slide.effects import EFFECTS
 from benchtwin.rigs.slide.effects.load_and_plate import SHAKEN, STEPPED
 from benchtwin.rigs.slide.effects.tilt_reading import RATE

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchtwin.infer.finding import DiagnosisTask, finding_of
+from benchtwin.infer.inference import finding_of
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.drop import diagnose
 from benchtwin.rigs.drop.diagnose import diagnose_drop, heights_in_words
 from benchtwin.rigs.drop.impacts import (

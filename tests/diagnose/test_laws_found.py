@@ -15,10 +15,12 @@ from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.diagnose.rerun import resimulate_all
 from benchtwin.diagnose.words import lines
 from benchtwin.infer.explanation import Alternative
-from benchtwin.infer.finding import DiagnosisTask, Finding, with_law
+from benchtwin.infer.finding import Finding
 from benchtwin.infer.held_out import held_out, left_out_values
+from benchtwin.infer.law_found import with_law
 from benchtwin.infer.posterior import explanation_of
 from benchtwin.infer.problem import Problem, fit
+from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.verdict import EffectEstimate, Interval
 from benchtwin.rigs.drop import joint_problem
 from benchtwin.rigs.drop import unlisted as of_drops
