@@ -6,10 +6,10 @@ from pathlib import Path
 
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.bench.rigs import RIGS
-from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Finding
+from benchtwin.infer.follow import Follow
 from benchtwin.infer.verdict import MATTERS_SDS
 
 SURE_OF_NOTHING = 0.8  # from which it is said in green

@@ -15,14 +15,21 @@ are controlled at FOUND_P (Benjamini & Hochberg 1995); after each finding the ot
 tested beside it. No curve is tried that rests on one recording."""
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.alarm import ALARM_P
+from benchtwin.infer.condition_curves import (
+    ConditionCurve,
+    UsedCondition,
+    curves_of,
+    shape_of,
+    used_of,
+)
 from benchtwin.infer.conditions import Condition, Contact, effect_name
+from benchtwin.infer.follow import ConditionTable, Follow, Point
 from benchtwin.infer.linear import projector, stacked
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.verdict import ENDS, UNSHAPED_ODDS, Interval, against_noise
@@ -38,9 +45,6 @@ DRAWS = 10_000
 GRID = 500  # shares between which p is interpolated
 # leverage of one recording beyond which a curve, or one of several columns, rests on it
 MOST_SHARE, MOST_SHARE_OF_SEVERAL = 0.6, 0.75
-BENDS = (3.0, 8.0)  # k of 1 − exp(−k u), u = 0 … 1 over the condition's range
-INNER = (1 / 3, 2 / 3)  # u at which a parabola has an end; outside, it is a bent curve
-MOST_LEVELS = 6  # of a number that is tried as levels
 BETTER_CHI2 = 4.0  # by which a curve must fit better for each parameter more
 AS_WELL_P = 0.05  # of a condition beside another, above which either explains both
 FAR_SDS = 8.0  # robust ones, beyond which one recording is left out
@@ -58,80 +62,6 @@ class Numbers:
     recordings: tuple[str, ...]
     values: np.ndarray  # (R,), in the global's unit
     covariance: np.ndarray  # (R, R), usual scatter included
-
-
-@dataclass(frozen=True)
-class Point:
-    """Of a curve: condition (number, or a level's place) and parameter beside its
-    mean."""
-
-    at: float
-    size: Interval
-
-
-@dataclass(frozen=True, eq=False)
-class Follow:
-    """A contact parameter that follows a condition. Sizes are as reported."""
-
-    parameter: str
-    condition: str
-    shape: str  # line | levelling off | steepening | highest | lowest | levels
-    p: float  # over all conditions
-    probability: float
-    slope: Interval  # of a straight line, per unit of the condition; NaN for words
-    curve: tuple[Point, ...]
-    levels: tuple[str, ...]
-    at: dict[str, float]  # the condition, by recording
-    seen: dict[str, tuple[float, float]]  # own value beside the mean, and its sd
-    shift: dict[str, float]  # by recording, in the global's unit, mean 0
-    left_out: dict[str, float]  # the same as the other recordings have it, as reported
-    unlisted: bool = False  # it says when, not why
-    as_well: tuple[str, ...] = field(default=())  # conditions that explain as much
-
-    @property
-    def name(self) -> str:
-        return f"{self.parameter}-follows-{self.condition}"
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The effects of which one is there."""
-        more = (f"{self.parameter}-follows-{c}" for c in self.as_well)
-        return (self.name, *more)
-
-    @property
-    def unit(self) -> str:
-        """Of `slope`."""
-        if self.levels:
-            return "1"
-        return f"1/{self.condition.rpartition('_')[2]}"
-
-    def to_json(self) -> dict:
-        """Its entry under "follows" of diagnosis.json."""
-        return {
-            "parameter": self.parameter,
-            "condition": self.condition,
-            "shape": self.shape,
-            "p": self.p,
-            "probability": self.probability,
-            "as_well": list(self.as_well),
-            "slope": vars(self.slope) | {"unit": self.unit},
-            "curve": [
-                {"at": self.levels[int(p.at)] if self.levels else p.at} | vars(p.size)
-                for p in self.curve
-            ],
-        }
-
-
-@dataclass(frozen=True)
-class ConditionTable:
-    """found: what is followed; p: how often scatter alone makes as much of any
-    condition; next: the likeliest beside what was found, and its probability; far: a
-    recording that was left out, and by how much it lies off, as reported."""
-
-    found: tuple[Follow, ...] = ()
-    p: float | None = None  # None where nothing could be tested
-    next: tuple[str, float] | None = None
-    far: tuple[str, float] | None = None
 
 
 def numbers_of(of: Fit, column: str) -> Numbers | None:
@@ -288,43 +218,12 @@ class _Scatter:
 
 
 @dataclass(frozen=True, eq=False)
-class _Curve:
-    """A shape; columns: u (or places of levels) (n,) → (n, k)."""
-
-    shape: str
-    columns: Callable[[np.ndarray], np.ndarray]
-    parameters: int
-
-
-@dataclass(frozen=True, eq=False)
-class _Use:
-    """A condition as it is used: of the recordings (indices) `kept`, u = (value − low)
-    / reach."""
-
-    condition: Condition
-    values: np.ndarray  # (R,), NaN where not stated
-    kept: np.ndarray
-    low: float
-    reach: float
-
-    def u(self, values: np.ndarray) -> np.ndarray:
-        return (values - self.low) / self.reach
-
-    def shift(self, values: np.ndarray, curve: _Curve) -> np.ndarray:
-        """(R, k): columns, of mean 0, and 0 where the condition was not used."""
-        out = curve.columns(self.u(values[self.kept]))
-        whole = np.zeros((len(values), out.shape[1]))
-        whole[self.kept] = out - out.mean(0)
-        return whole
-
-
-@dataclass(frozen=True, eq=False)
 class _Try:
     """One curve of a condition: its orthonormal columns and the p of its F test."""
 
-    use: _Use
+    use: UsedCondition
     made: "_Whitened"
-    curve: _Curve
+    curve: ConditionCurve
     basis: np.ndarray
     p: float
 
@@ -333,8 +232,8 @@ class _Try:
 class _Test:
     """One condition: its best curve, the p of the least, the same of draws (D,)."""
 
-    use: _Use
-    best: _Curve
+    use: UsedCondition
+    best: ConditionCurve
     p: float
     drawn: np.ndarray
 
@@ -348,57 +247,13 @@ class _Test:
         return self.use.shift(self.use.values, self.best)
 
 
-def _curves(condition: Condition, u: np.ndarray) -> Iterator[_Curve]:
-    """What is tried of a condition."""
-    if condition.levels:
-        yield _levels(np.unique(u))
-        return
-    yield _Curve("line", lambda u: u[:, None], 1)
-    values = np.unique(u)
-    if len(values) < 3:
-        return
-    for k in BENDS:
-        yield _Curve("early", partial(_bent, k=k), 2)
-        yield _Curve("late", partial(_bent, k=-k), 2)
-    yield _Curve("parabola", lambda u: np.column_stack([u, u**2]), 2)
-    if 3 < len(values) <= min(MOST_LEVELS, len(u) / 2):
-        yield _levels(values)
-
-
-def _bent(u: np.ndarray, k: float) -> np.ndarray:
-    """(n, 1): 1 − exp(−k u), steepest at u = 0; with k below 0 at u = 1."""
-    return (1 - np.exp(-k * u))[:, None] * math.exp(min(k, 0.0))
-
-
-def _levels(values: np.ndarray) -> _Curve:
-    def columns(u: np.ndarray) -> np.ndarray:
-        return (np.abs(u[:, None] - values[1:]) < 1e-9) * 1.0
-
-    return _Curve("levels", columns, len(values) - 1)
-
-
-def _used(names: tuple[str, ...], condition: Condition) -> _Use | None:
-    """None where nothing differs."""
-    values = condition.of(names)
-    kept = np.flatnonzero(np.isfinite(values))
-    if condition.levels:  # a level of one recording tells nothing
-        each, count = np.unique(values[kept], return_counts=True)
-        kept = kept[np.isin(values[kept], each[count > 1])]
-    if len(kept) < 3 or not np.ptp(values[kept]):
-        return None
-    if condition.levels:
-        return _Use(condition, values, kept, 0.0, 1.0)
-    low, reach = float(values[kept].min()), float(np.ptp(values[kept]))
-    return _Use(condition, values, kept, low, reach)
-
-
 def _tried(scatter: _Scatter, condition: Condition, beside: list[_Test]) -> list[_Try]:
     """All curves of a condition that can be told beside those found."""
-    use = _used(scatter.numbers.recordings, condition)
+    use = used_of(scatter.numbers.recordings, condition)
     if use is None:
         return []
     u, made, out = use.u(use.values[use.kept]), _whitened(scatter, use, beside), []
-    for curve in _curves(condition, u):
+    for curve in curves_of(condition, u):
         basis = made.basis(curve.columns(u))
         if basis is not None:
             share = made.share(basis, made.y[None], USUAL_FREEDOM)[0]
@@ -479,7 +334,7 @@ class _Whitened:
         return stats.beta.sf(share, 0.5 * rank, left)
 
 
-def _whitened(scatter: _Scatter, use: _Use, beside: list[_Test]) -> _Whitened:
+def _whitened(scatter: _Scatter, use: UsedCondition, beside: list[_Test]) -> _Whitened:
     kept = use.kept
     white = _whitener(scatter.covariance[np.ix_(kept, kept)])
     columns = [one.columns[kept] for one in beside]
@@ -553,7 +408,7 @@ def _follow(
     made = _whitened(scatter, use, beside)
     others = made.nuisance.shape[1]
 
-    def fitted(curve: _Curve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def fitted(curve: ConditionCurve) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Coefficients, covariance, and coefficients without each recording."""
         own = made.white(use.shift(values, curve)[kept])
         x, y = (
@@ -588,7 +443,7 @@ def _follow(
     )
     slope = Interval(math.nan, math.nan, math.nan)
     if not c.levels:
-        line = _Curve("line", lambda u: u[:, None], 1)
+        line = ConditionCurve("line", lambda u: u[:, None], 1)
         own, wide, _ = fitted(line)
         slope = sized(np.array([1 / use.reach]), own, wide)
     columns = test.columns
@@ -600,7 +455,7 @@ def _follow(
     return {
         "parameter": contact.name,
         "condition": c.name,
-        "shape": _shape(test.best, curve),
+        "shape": shape_of(test.best, curve),
         "slope": slope,
         "curve": curve,
         "levels": c.levels,
@@ -613,19 +468,3 @@ def _follow(
         "left_out": dict(zip(names, out.tolist(), strict=True)),
         "unlisted": c.unlisted,
     }
-
-
-def _shape(curve: _Curve, points: tuple[Point, ...]) -> str:
-    """In words; a parabola whose end lies outside is a curve."""
-    if curve.shape in ("line", "levels"):
-        return curve.shape
-    if curve.shape == "parabola":
-        sizes = np.array([p.size.value for p in points])
-        u = np.linspace(0, 1, len(points))
-        for end, name in ((sizes.argmax(), "highest"), (sizes.argmin(), "lowest")):
-            if INNER[0] < u[end] < INNER[1]:
-                return name
-        early = abs(sizes[len(sizes) // 2] - sizes[0]) > 0.5 * abs(sizes[-1] - sizes[0])
-    else:
-        early = curve.shape == "early"
-    return "levelling off" if early else "steepening"

@@ -5,9 +5,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
+from benchtwin.infer.follow import Follow
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.unlisted import Window
 from benchtwin.infer.verdict import EffectEstimate, ParameterShift

@@ -5,16 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.infer.alarm import ALARM_P, left_over_p
-from benchtwin.infer.condition_table import ConditionTable
 from benchtwin.infer.conditions import effect_name
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.finding import Finding, Parameter, Sector
-from benchtwin.infer.followed import (
-    far_off,
-    sets_with_followed,
-    with_conditions,
-    with_followed,
-)
+from benchtwin.infer.follow import ConditionTable
 from benchtwin.infer.held_out import held_out, left_out_values
 from benchtwin.infer.law_found import lawful
 from benchtwin.infer.posterior import explain
@@ -34,6 +28,12 @@ from benchtwin.infer.verdict import (
     sector_shares,
     verdict_of,
     weighed_with_noise,
+)
+from benchtwin.infer.with_conditions import (
+    far_off,
+    sets_with_followed,
+    with_conditions,
+    with_followed,
 )
 
 LIKELY = 0.01  # probability from which an effect's size is stated

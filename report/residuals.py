@@ -3,8 +3,8 @@ recordings. Plain Plotly JSON."""
 
 import numpy as np
 import pandas as pd
-from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.finding import Curve
+from benchtwin.infer.follow import Follow
 from benchtwin.report import draw
 
 AXES = {

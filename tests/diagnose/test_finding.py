@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
-from benchtwin.infer.condition_table import Follow, Point
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
+from benchtwin.infer.follow import Follow, Point
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
 

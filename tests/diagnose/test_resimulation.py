@@ -17,8 +17,8 @@ from benchtwin.diagnose.rerun import (
     reason_not_simulated,
     simulation_settings,
 )
-from benchtwin.infer.condition_table import Follow
 from benchtwin.infer.finding import Finding
+from benchtwin.infer.follow import Follow
 from benchtwin.infer.verdict import Interval
 from benchtwin.rigs.drop.flown import fly, strike
 from benchtwin.rigs.drop.impact_resimulation import NUMBERS_OF_FALL

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.diagnose.rerun import Comparison, Resimulation
-from benchtwin.infer.condition_table import Follow, Point
 from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
+from benchtwin.infer.follow import Follow, Point
 from benchtwin.infer.held_out import HeldOut
 from benchtwin.infer.unlisted import Window
 from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift

@@ -4,13 +4,10 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from benchtwin.infer.condition_table import (
-    ConditionTable,
-    condition_table,
-    numbers_of,
-)
+from benchtwin.infer.condition_table import condition_table, numbers_of
 from benchtwin.infer.conditions import Contact, with_follows
 from benchtwin.infer.explanation import Alternative
+from benchtwin.infer.follow import ConditionTable
 from benchtwin.infer.problem import Fit, fit, ln_evidence
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.verdict import NAME_PROBABILITY, Verdict
