@@ -22,6 +22,7 @@ from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.posterior import Observable
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
+from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 # of a seed–steel parameter: how far to either side it varies at least, so that what it
@@ -113,14 +114,19 @@ def observed(
     weighed = [column for column in readings.further if column in rig.rig.weighed]
     notes: list[str] = []
     if weighed and not alike:
+        ratios = _ratios(read, rig)
         notes.append(
             f"not used in the posterior: {' and '.join(weighed)}, weighed of the"
             f" {rig.name} as described, not of the slice"
+            + "".join(f"; {ratio} is" for ratio in ratios)
         )
-        read = {c: v for c, v in read.items() if c not in weighed}
+        read = {c: v for c, v in read.items() if c not in weighed} | ratios
+        sources = {c: _source(piles, c) for c in weighed}
+        simulated = {c: piles[s] for c, s in sources.items() if s in piles}
+        piles = piles.assign(**_ratios(simulated, rig))
     found, errors, used, angle = [], {}, [], None
     for column, values in read.items():
-        source = column if _there(piles, column) else f"true_{column}"
+        source = _source(piles, column)
         if source not in piles or piles[source].nunique() < LEAST_DIFFERENT:
             continue
         there = piles[piles[source].notna()]
@@ -168,8 +174,20 @@ def joined(
     return observables, pd.DataFrame(blocks, index=names, columns=names, dtype=float)
 
 
-def _there(piles: pd.DataFrame, column: str) -> bool:
-    return column in piles and bool(piles[column].notna().any())
+def _source(piles: pd.DataFrame, column: str) -> str:
+    """The column of simulated runs that a bench's stands beside."""
+    measured = column in piles and bool(piles[column].notna().any())
+    return column if measured else f"true_{column}"
+
+
+def _ratios(read: Mapping[str, ArrayLike], rig: BySurface) -> dict[str, np.ndarray]:
+    """The rig's ratios of what was weighed, of the recordings or runs that have
+    both."""
+    return {
+        name: np.asarray(read[above]) / np.asarray(read[below])
+        for name, (above, below) in rig.ratios.items()
+        if np.shape(read.get(above)) == np.shape(read.get(below)) != ()
+    }
 
 
 def correlation_of(errors: dict[str, pd.Series]) -> pd.DataFrame:
