@@ -22,7 +22,6 @@ from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.posterior import Observable
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
-from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 # of a seed–steel parameter: how far to either side it varies at least, so that what it
@@ -180,13 +179,14 @@ def _source(piles: pd.DataFrame, column: str) -> str:
     return column if measured else f"true_{column}"
 
 
-def _ratios(read: Mapping[str, ArrayLike], rig: BySurface) -> dict[str, np.ndarray]:
-    """The rig's ratios of what was weighed, of the recordings or runs that have
-    both."""
+def _ratios(
+    read: Mapping[str, np.ndarray | pd.Series], rig: BySurface
+) -> dict[str, np.ndarray]:
+    """The rig's ratios of what was weighed, where as many of both were."""
     return {
         name: np.asarray(read[above]) / np.asarray(read[below])
         for name, (above, below) in rig.ratios.items()
-        if np.shape(read.get(above)) == np.shape(read.get(below)) != ()
+        if above in read and below in read and len(read[above]) == len(read[below])
     }
 
 
