@@ -2,7 +2,7 @@
 act on each other. A rig's record names its own as `tells`."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from benchtwin.bench.rig import Rig
 from benchtwin.bench.rigs import RIGS
@@ -107,13 +107,15 @@ class BySurface(Reading):
     place, and a note where that is another; shown(section): the camera of the picture
     that is shown beside the bench's; not_seen: columns of a simulated run that no bench
     can show; minutes: that what one simulated run shows takes at a bench.
-    left_open(section): the section's keys that a bench should state and this one does
-    not, with what is believed of them: they vary along, and are averaged over."""
+    ratios: {name: (above, below)} of what is weighed, which a slice shows as the whole
+    does. left_open(section): keys that a bench should state and this one does not, with
+    what is believed of them: they vary along, and are averaged over."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
     not_seen: tuple[str, ...] = ()
     minutes: float = 5.0
+    ratios: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
     left_open: Callable[[dict], Mapping[str, Believed]] = nothing_open
 
 

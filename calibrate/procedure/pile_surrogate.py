@@ -113,14 +113,19 @@ def observed(
     weighed = [column for column in readings.further if column in rig.rig.weighed]
     notes: list[str] = []
     if weighed and not alike:
+        ratios = _ratios(read, rig)
         notes.append(
             f"not used in the posterior: {' and '.join(weighed)}, weighed of the"
             f" {rig.name} as described, not of the slice"
+            + "".join(f"; {ratio} is" for ratio in ratios)
         )
-        read = {c: v for c, v in read.items() if c not in weighed}
+        read = {c: v for c, v in read.items() if c not in weighed} | ratios
+        sources = {c: _source(piles, c) for c in weighed}
+        simulated = {c: piles[s] for c, s in sources.items() if s in piles}
+        piles = piles.assign(**_ratios(simulated, rig))
     found, errors, used, angle = [], {}, [], None
     for column, values in read.items():
-        source = column if _there(piles, column) else f"true_{column}"
+        source = _source(piles, column)
         if source not in piles or piles[source].nunique() < LEAST_DIFFERENT:
             continue
         there = piles[piles[source].notna()]
@@ -168,8 +173,21 @@ def joined(
     return observables, pd.DataFrame(blocks, index=names, columns=names, dtype=float)
 
 
-def _there(piles: pd.DataFrame, column: str) -> bool:
-    return column in piles and bool(piles[column].notna().any())
+def _source(piles: pd.DataFrame, column: str) -> str:
+    """The column of simulated runs that a bench's stands beside."""
+    measured = column in piles and bool(piles[column].notna().any())
+    return column if measured else f"true_{column}"
+
+
+def _ratios(
+    read: Mapping[str, np.ndarray | pd.Series], rig: BySurface
+) -> dict[str, np.ndarray]:
+    """The rig's ratios of what was weighed, where as many of both were."""
+    return {
+        name: np.asarray(read[above]) / np.asarray(read[below])
+        for name, (above, below) in rig.ratios.items()
+        if above in read and below in read and len(read[above]) == len(read[below])
+    }
 
 
 def correlation_of(errors: dict[str, pd.Series]) -> pd.DataFrame:

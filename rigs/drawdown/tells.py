@@ -38,5 +38,6 @@ TELLS = BySurface(
     shown=lambda stated: {},
     not_seen=("true_photo_s", "true_lies_still", "true_jammed", "true_tray_mass_g"),
     minutes=4.0,
+    ratios={"retained_share": ("retained_mass_g", "filled_mass_g")},
     left_open=left_open,
 )

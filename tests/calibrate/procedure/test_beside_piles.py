@@ -22,6 +22,7 @@ STATED = "[drawdown]\npane_friction = 0.28\n"
 FRICTIONS = ["seed_static_friction", "seed_rolling_friction"]
 EASY = replace(QUICK, draws=200)
 PANE = 0.28  # friction of seed on pane at the bench
+C_TRUE = (TRUE["seed_rolling_friction"] - 0.04) / 0.01
 
 
 class Beside(StandIn):
@@ -47,10 +48,14 @@ def beside(run: Run) -> dict:
     b = (v["seed_static_friction"] - 0.50) / 0.10
     c = (v["seed_rolling_friction"] - 0.04) / 0.01
     pane = run.description.get("drawdown", {}).get("pane_friction", PANE) - PANE
-    return {
+    seen = {
         "shear_angle_deg": 34 + 2.0 * b - 1.0 * c + 25 * pane + 0.3 * rng.normal(),
         "flow_time_s": 0.7 + 0.02 * b + 0.03 * c + 0.005 * rng.normal(),
     }
+    filled = 120.0 + 2 * rng.normal()
+    kept = filled * (0.45 + 0.02 * c + 0.002 * rng.normal())
+    weights = {"true_filled_mass_g": filled, "true_retained_mass_g": kept}
+    return seen | (weights if run.description else {})
 
 
 def with_rig(folder, rig: str, repeats: int = 5, stated: str = STATED):
@@ -174,3 +179,29 @@ def test_what_was_stated_of_the_panes_is_simulated(both):
     runs = pd.DataFrame(both.beside["drawdown"].runs)
     assert "pane_friction" not in runs and not both.beside["drawdown"].believed
     assert "pane_friction" not in both.joint.posterior.draws
+
+
+def test_of_a_deep_box_the_share_that_stays_counts_not_the_weights(tmp_path):
+    """A box of 100 mm is simulated as a slice of 30: 3.3 times as heavy a bench would
+    contradict it in grams, and agrees in the share."""
+    bench, rng = a_bench(tmp_path / "b"), np.random.default_rng(4)
+    for k in range(4):
+        folder = bench / f"drawdown-{k}"
+        folder.mkdir()
+        filled = 400 + 3 * rng.normal()
+        kept = filled * (0.45 + 0.002 * rng.normal()) + 0.02 * C_TRUE * filled
+        (folder / "recording.toml").write_text(
+            'rig = "drawdown"\n[drawdown]\nbox_mm = [105.0, 100.0, 100.0]\n'
+            f"filled_mass_g = {filled:.2f}\nretained_mass_g = {kept:.2f}\n"
+        )
+        row = beside(Run("drawdown", TRUE, (9, k)))
+        pd.DataFrame([row]).to_csv(folder / "readings.csv", index=False)
+    found = calibrated(bench, Beside())
+    seen = {o.name: o for o in found.beside["drawdown"].observables}
+    assert "drawdown: retained_share" in seen
+    assert not {"drawdown: filled_mass_g", "drawdown: retained_mass_g"} & set(seen)
+    assert seen["drawdown: retained_share"].bench.n == 4
+    t, truth = parameters(found).set_index("parameter"), pd.Series(TRUE)
+    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    said = " ".join(found.options["said"])
+    assert "not of the slice; retained_share is" in said
