@@ -1,5 +1,8 @@
 """Quantiles and tails of distributions, to the last bit those of scipy.stats, which
-takes a second to load and calls the same functions of scipy.special."""
+takes a second to load and calls the same functions of scipy.special. A number gives a
+number, an array an array."""
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +13,7 @@ class Student:
     """Student's t."""
 
     @staticmethod
-    def ppf(p: ArrayLike, df: ArrayLike) -> np.ndarray | float:
+    def ppf(p: ArrayLike, df: ArrayLike) -> Any:
         """Quantile at p with df > 0 degrees of freedom, which may be endless."""
         return special.stdtrit(df, p)
 
@@ -19,12 +22,12 @@ class Normal:
     """The standard normal distribution."""
 
     @staticmethod
-    def ppf(p: ArrayLike) -> np.ndarray | float:
+    def ppf(p: ArrayLike) -> Any:
         """Quantile at p."""
         return special.ndtri(p)
 
     @staticmethod
-    def cdf(x: ArrayLike) -> np.ndarray | float:
+    def cdf(x: ArrayLike) -> Any:
         """Probability below x."""
         return special.ndtr(x)
 
@@ -33,12 +36,12 @@ class ChiSquare:
     """The χ² distribution."""
 
     @staticmethod
-    def ppf(p: ArrayLike, df: ArrayLike) -> np.ndarray | float:
+    def ppf(p: ArrayLike, df: ArrayLike) -> Any:
         """Quantile at p with df degrees of freedom."""
         return 2.0 * special.gammaincinv(np.asarray(df, float) / 2.0, p)
 
     @staticmethod
-    def sf(x: ArrayLike, df: ArrayLike) -> np.ndarray | float:
+    def sf(x: ArrayLike, df: ArrayLike) -> Any:
         """Probability above x."""
         return special.chdtrc(df, x)
 
@@ -47,7 +50,7 @@ class FisherF:
     """Fisher's F distribution."""
 
     @staticmethod
-    def sf(x: ArrayLike, dfn: ArrayLike, dfd: ArrayLike) -> np.ndarray | float:
+    def sf(x: ArrayLike, dfn: ArrayLike, dfd: ArrayLike) -> Any:
         """Probability above x with so many degrees of freedom above and below."""
         return special.fdtrc(dfn, dfd, x)
 

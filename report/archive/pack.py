@@ -11,8 +11,8 @@ from pathlib import Path
 from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST
 from benchtwin.report.archive.about import about
 from benchtwin.report.archive.machine import Machine
+from benchtwin.twin.bench_folder import among_results
 from benchtwin.twin.versions import versions
-from benchtwin.vision.recording import RESULTS_MARK, among_results
 
 RUNS = "runs"  # of simulations: large, and computed again by the same command
 ZIP = ".zip"
@@ -98,7 +98,7 @@ def _walk(folder: Path, found: Packed) -> Iterator[tuple[Path, Path]]:
         hidden = any(part.startswith(".") for part in inside.parts)
         if path.is_symlink():
             found.left_out.append(str(path))
-        elif path.is_file() and (not hidden or path.name == RESULTS_MARK):
+        elif path.is_file() and not hidden:
             yield inside, path
 
 

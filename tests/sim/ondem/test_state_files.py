@@ -268,6 +268,14 @@ def test_what_is_no_start_is_refused_in_a_sentence(tmp_path, make, words):
     assert words in str(refused.value) and "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.9, 0.999])
+def test_a_file_that_was_cut_off_is_refused(file, tmp_path, share):
+    raw = file.read_bytes()
+    (tmp_path / "a.vtkhdf").write_bytes(raw[: int(share * len(raw))])
+    with pytest.raises(ValueError, match="no HDF5 file, or a damaged one"):
+        read_state(tmp_path / "a.vtkhdf")
+
+
 def test_a_full_disk_leaves_nothing(heap, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
