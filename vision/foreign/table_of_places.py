@@ -105,7 +105,8 @@ def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
         held = [h.holds for h in found]
         alone = {*held} - {"clock", "count"}
         place = {"x", "y"} <= alone or (len(alone) == 1 and alone <= PLACES)
-        if place and alone != {*held} and any(below):
+        counted = "count" in held and alone != {"length"}  # distances, numbered
+        if place and ("clock" in held or counted) and any(below):
             return k, _with_units(found, rows[k + 1])
     return -1, []
 

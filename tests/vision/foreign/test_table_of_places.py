@@ -282,10 +282,14 @@ def test_one_length_and_one_time(tmp_path, heading, falls):
     assert np.ptp(moving) > 0 and np.ptp(still) == 0
 
 
-def test_one_length_among_other_columns_is_no_track(tmp_path):
-    """A table of bounces has a time and a height, and is none."""
-    head = "recording,bounce,t_s,height_mm,restitution"
-    rows = [f"a,{k},{0.1 * k},{50 - k},0.6" for k in range(9)]
+@pytest.mark.parametrize(
+    "head", ["recording,bounce,t_s,height_mm,restitution", "nr,distance_mm"]
+)
+def test_one_length_among_other_columns_is_no_track(tmp_path, head):
+    """A table of bounces has a time and a height, and is none; so are distances that
+    are numbered."""
+    cells = head.count(",") + 1
+    rows = [",".join(["a", str(k), "0.1", "50", "0.6"][-cells:]) for k in range(9)]
     (tmp_path / "bounces.csv").write_text("\n".join([head, *rows]))
     assert tool_of(tmp_path / "bounces.csv") == ""
 
