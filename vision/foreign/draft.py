@@ -212,8 +212,8 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
     all_questions = [f"{key}: {words}" for key, words in BENCH_QUESTIONS.items()]
     if words := words_that_differ([draft.file.stem for draft in drafts]):
         all_questions.append(
-            f"[conditions]: the names differ by {', '.join(words)}: is that a condition,"
-            f' such as plate = "{words[0]}" beside those recordings?'
+            f"[conditions]: the names differ by {', '.join(words)}: is that a"
+            f' condition, such as plate = "{words[0]}" beside those recordings?'
         )
     document = tomlkit.document()
     document.add(_comment(BENCH_HEADING))

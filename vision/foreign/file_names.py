@@ -19,15 +19,9 @@ _CONDITION = re.compile(  # "moisture12pct", "plate_at_25degC"
 _WORD = re.compile(r"[^\W\d_]{3,}")
 NO_CONDITION = {
     *RIGS,
-    "run",
-    "test",
-    "trial",
-    "file",
-    "video",
-    "film",
-    "img",
-    "dsc",
-} | {*("mov", "track", "raw", "data", "sound", "clap", "messung", "versuch", "export")}
+    *("run", "test", "trial", "file", "video", "film", "img", "dsc", "mov", "track"),
+    *("raw", "data", "sound", "clap", "messung", "versuch", "export"),
+}
 
 
 def lengths_mm(name: str) -> list[float]:
