@@ -9,6 +9,7 @@ without headings are t and y, or t, x and y, if something falls freely in them."
 
 import re
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
@@ -100,27 +101,31 @@ def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
     there are none: a time and a place, numbers below; with lengths alone, nothing but
     these and the time."""
     for k, row in enumerate(rows[:MOST_ABOVE]):
-        found = [parsed(cell) if isinstance(cell, str) else NOTHING for cell in row]
+        found = _parsed_row(row, rows[k + 1] if k + 1 < len(rows) else [])
         below = (sum(isinstance(c, float) for c in r) >= 2 for r in rows[k + 1 : k + 4])
         held = [h.holds for h in found]
         alone = {*held} - {"clock", "count"}
         place = {"x", "y"} <= alone or (len(alone) == 1 and alone <= PLACES)
         counted = "count" in held and alone != {"length"}  # distances, numbered
         if place and ("clock" in held or counted) and any(below):
-            return k, _with_units(found, rows[k + 1])
+            return k, found
     return -1, []
 
 
-NOTHING, PLACES = Heading("", ""), {"x", "y", "length"}
+PLACES = {"x", "y", "length"}
 
 
-def _with_units(headings: list[Heading], below: list[Cell]) -> list[Heading]:
-    """The headings with the units in the line below them, where it holds such."""
+def _parsed_row(row: list[Cell], below: list[Cell]) -> list[Heading]:
+    """The headings of a row, with the units in the line below where it holds such."""
     words = [c.strip("()[] ").lower() if isinstance(c, str) else "?" for c in below]
     if not {*words} & UNITS or {*words} - UNITS - {""}:
-        return headings
-    words += [""] * (len(headings) - len(words))
-    return [Heading(h.holds, h.unit or w) for h, w in zip(headings, words)]
+        words = []
+    return [
+        (parsed(f"{cell} ({unit})") if unit else parsed(cell))
+        if isinstance(cell, str)
+        else Heading("", "")
+        for cell, unit in zip_longest(row, words[: len(row)], fillvalue="")
+    ]
 
 
 def recognises(source: Source) -> bool:

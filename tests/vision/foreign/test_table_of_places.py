@@ -317,7 +317,10 @@ def test_units_in_words_and_in_a_line_of_their_own(tmp_path, heading, unit):
     assert not any("which the file does not say" in g for g in found.guesses)
 
 
-@pytest.mark.parametrize("heading", ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m"])
+@pytest.mark.parametrize(
+    "heading",
+    ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m", "Time,Run 1,Run 2\ns,m,m"],
+)
 def test_columns_of_repeats_are_a_recording_each(tmp_path, heading):
     (tmp_path / "runs.csv").write_text(
         "\n".join([heading, *lines(",", False, T, Y, Y + 0.01)])
