@@ -51,6 +51,7 @@ BESIDE_A_NAME = re.compile(
     "|centroid|cent(er|re)|of|in|en|em|run|trial|versuch|messung"
 )
 MOST_ABOVE = 40  # lines above the headings
+PLACES = {"x", "y", "length"}
 UNITS = {*TIME, *LENGTH, *PIXELS}
 _WAY = re.compile("x")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
@@ -110,9 +111,6 @@ def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
         if place and ("clock" in held or counted) and any(below):
             return k, found
     return -1, []
-
-
-PLACES = {"x", "y", "length"}
 
 
 def _parsed_row(row: list[Cell], below: list[Cell]) -> list[Heading]:
@@ -201,13 +199,12 @@ def _tracks(
 ) -> list[PointTrack | None]:
     """The tracks of one table; sheet: its name, "" where it is the only one."""
     path = source.path
-    first = at + isinstance(rows[at][0], str)
+    first = at + any(isinstance(cell, str) for cell in rows[at])
     numbers = [r for r in rows[first:] if any(isinstance(c, float) for c in r)]
     above = [r for r in rows[:at] if r and not str(r[0]).startswith("#")]
     names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
-    times, xs, ys = (
-        _columns(headings, *h) for h in (("clock", "count"), ("x",), ("y", "length"))
-    )
+    times, xs = _columns(headings, "clock", "count"), _columns(headings, "x")
+    ys = _columns(headings, "y") or ([] if xs else _columns(headings, "length"))
     if xs and ys and len(xs) != len(ys):
         raise MeasurementError(
             f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
@@ -233,7 +230,8 @@ def _units(source: Source, headings: list[Heading]) -> tuple[str, str]:
     clocks = _columns(headings, "clock") or _columns(headings, "count")[:1]
     held = [(headings[t].unit, headings[t].holds) for t in clocks]
     times = {unit or ("frame" if kind == "count" else "") for unit, kind in held}
-    lengths = {headings[c].unit for c in _columns(headings, *PLACES)}
+    places = _columns(headings, "x", "y") or _columns(headings, "length")
+    lengths = {headings[c].unit for c in places}
     return _one_unit(source, times), _one_unit(source, lengths)
 
 

@@ -317,6 +317,15 @@ def test_units_in_words_and_in_a_line_of_their_own(tmp_path, heading, unit):
     assert not any("which the file does not say" in g for g in found.guesses)
 
 
+def test_a_length_beside_x_and_y_is_no_place(tmp_path):
+    """Of the way along a path, in another unit."""
+    (tmp_path / "run.csv").write_text(
+        "\n".join(["t (s),x (m),y (m),distance (cm)", *lines(",", False, T, X, Y, Y)])
+    )
+    (track,) = read_foreign(tmp_path / "run.csv").tracks
+    assert track.y == pytest.approx(1000 * Y, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     "heading",
     ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m", "Time,Run 1,Run 2\ns,m,m"],
