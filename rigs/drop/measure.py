@@ -78,6 +78,7 @@ BELOW, ABOVE = 0.02, 1.0  # restitution of a free bounce
 FELT = 5  # of a flight's starts, those on which its motion depends
 LAWS_FELT = ("scale", "air", "air-slope")  # globals on which lengths and speeds depend
 SURE = 0.9  # share of a height's sd by which it may be off without a word
+SLIPPED_SDS = 4.0  # off the fall, of each row before the impact
 VAGUE = 0.1  # relative sd from which a number is doubtful
 MANY = 5  # rows a parameter, with which effects are told from noise
 ALIKE = 1e-2  # of the greatest: slopes that say the same
@@ -580,6 +581,7 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
             )
     if quantity.value and quantity.sd > VAGUE * abs(quantity.value):
         quantity = quantity.doubt("known no better than 10 %")
+    quantity = quantity.doubt(_slipped(told))
     sd = float(np.median(told.track.sd))
     noise, reach = flights.noise, float(np.ptp(told.track.y))
     if math.isfinite(sd) and noise > 5 * sd and noise > 0.003 * reach:
@@ -589,6 +591,28 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
         )
     return (
         quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
+    )
+
+
+def _slipped(told: Evidence) -> str:
+    """A doubt where the last rows before the impact, used or not, lie off the fall on
+    one side: the tracker may hold another point of the seed from there on."""
+    flights, track = told.flights, told.track
+    up, _ = track.upright(told.recording.camera.plumb_deg)
+    meets = flights.contact_time(0) - float(np.median(np.diff(track.time)))
+    rows = slice(flights.rows[0][0], int(np.searchsorted(track.time, meets)))
+    off = (up[rows] - flights.height(0, track.time[rows]))[::-1]
+    far = np.sign(off) * (np.abs(off) > SLIPPED_SDS * flights.noise)
+    count = int(
+        np.argmin(np.append(far != 0, False) & np.append(far == far[:1], False))
+    )
+    leap = np.abs(np.diff(off[count - 1 : count + 1]))  # drag bends, and leaps nowhere
+    if count < 2 or not (leap > SLIPPED_SDS * flights.noise).all():
+        return ""
+    return (
+        f"the last {count} rows before the impact lie"
+        f" {abs(np.median(off[:count])):.2g} {track.unit} off the fall: did the tracker"
+        " slip?"
     )
 
 

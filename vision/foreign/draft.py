@@ -21,7 +21,11 @@ from benchtwin.vision.foreign.as_evidence import (
     track_rows,
 )
 from benchtwin.vision.foreign.contents import Contents
-from benchtwin.vision.foreign.source import LENGTH
+from benchtwin.vision.foreign.file_names import (
+    conditions_in,
+    lengths_mm,
+    words_that_differ,
+)
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
@@ -36,10 +40,6 @@ _COPIED = (
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
 WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
-# "drop_150mm_3", "h 15,5 cm"; what follows a letter or a number is another word
-_LENGTH_IN_NAME = re.compile(
-    r"(?<![\d.,])(\d+(?:[.,]\d+)?)[ _-]?(mm|cm|dm|m|in|ft)(?![^\W_])", re.IGNORECASE
-)
 BENCH_QUESTIONS = {  # by the keys that answer them
     "[seed] length_mm, width_mm, thickness_mm, mass_g": (
         "what was dropped, slid or rolled: its sizes and mass?"
@@ -64,27 +64,27 @@ class Draft:
     questions: tuple[str, ...] = ()
 
     def with_name(self) -> "Draft":
-        """The draft with what the file's name says: a drop's height where it holds one
-        length, as a guess; several are asked."""
-        said = [
-            round(float(number.replace(",", ".")) * LENGTH[unit.lower()], 3)
-            for number, unit in _LENGTH_IN_NAME.findall(self.file.stem)
-        ]
-        if self.rig != "drop" or not said or "height_mm" in self.keys.get("drop", {}):
-            return self
+        """The draft with what the file's name says: conditions, and a drop's height
+        where it holds one length, as guesses; of several lengths it is asked."""
+        name, keys, guesses = self.file.stem, dict(self.keys), list(self.guesses)
+        if told := conditions_in(name):
+            keys["conditions"] = told
+            guesses += [
+                f"{k} = {v:g}: as the file's name says" for k, v in told.items()
+            ]
+        said = lengths_mm(name) if self.rig == "drop" else []
+        questions = self.questions
         if len(said) > 1:
             which = " or ".join(f"{mm:g}" for mm in said)
             asked = f"which length in the file's name is [drop] height_mm: {which} mm?"
-            return replace(self, questions=(*self.questions, asked))
-        guess = (
-            f"height_mm = {said[0]:g}: the length in the file's name; is it from the"
-            " seed's lowest point to the plate?"
-        )
-        keys = {
-            **self.keys,
-            "drop": {**self.keys.get("drop", {}), "height_mm": said[0]},
-        }
-        return replace(self, keys=keys, guesses=(*self.guesses, guess))
+            questions = (*questions, asked)
+        elif said and "height_mm" not in keys.get("drop", {}):
+            keys["drop"] = {**keys.get("drop", {}), "height_mm": said[0]}
+            guesses.append(
+                f"height_mm = {said[0]:g}: the length in the file's name; is it from"
+                " the seed's lowest point to the plate?"
+            )
+        return replace(self, keys=keys, guesses=tuple(guesses), questions=questions)
 
     @property
     def all_questions(self) -> tuple[str, ...]:
@@ -210,6 +210,11 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
             draft.table.to_csv(evidence, index=False, float_format="%.9g")
         questions += [f"{draft.name}: {q}" for q in draft.all_questions]
     all_questions = [f"{key}: {words}" for key, words in BENCH_QUESTIONS.items()]
+    if words := words_that_differ([draft.file.stem for draft in drafts]):
+        all_questions.append(
+            f"[conditions]: the names differ by {', '.join(words)}: is that a"
+            f' condition, such as plate = "{words[0]}" beside those recordings?'
+        )
     document = tomlkit.document()
     document.add(_comment(BENCH_HEADING))
     document["provenance"] = "measured"

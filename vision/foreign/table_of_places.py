@@ -9,6 +9,7 @@ without headings are t and y, or t, x and y, if something falls freely in them."
 
 import re
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
@@ -50,6 +51,7 @@ BESIDE_A_NAME = re.compile(
     "|centroid|cent(er|re)|of|in|en|em|run|trial|versuch|messung"
 )
 MOST_ABOVE = 40  # lines above the headings
+PLACES = {"x", "y", "length"}
 UNITS = {*TIME, *LENGTH, *PIXELS}
 _WAY = re.compile("x")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
@@ -100,26 +102,28 @@ def headings_of(rows: Rows) -> tuple[int, list[Heading]]:
     there are none: a time and a place, numbers below; with lengths alone, nothing but
     these and the time."""
     for k, row in enumerate(rows[:MOST_ABOVE]):
-        found = [parsed(cell) if isinstance(cell, str) else NOTHING for cell in row]
+        found = _parsed_row(row, rows[k + 1] if k + 1 < len(rows) else [])
         below = (sum(isinstance(c, float) for c in r) >= 2 for r in rows[k + 1 : k + 4])
         held = [h.holds for h in found]
         alone = {*held} - {"clock", "count"}
         place = {"x", "y"} <= alone or (len(alone) == 1 and alone <= PLACES)
-        if place and alone != {*held} and any(below):
-            return k, _with_units(found, rows[k + 1])
+        counted = "count" in held and alone != {"length"}  # distances, numbered
+        if place and ("clock" in held or counted) and any(below):
+            return k, found
     return -1, []
 
 
-NOTHING, PLACES = Heading("", ""), {"x", "y", "length"}
-
-
-def _with_units(headings: list[Heading], below: list[Cell]) -> list[Heading]:
-    """The headings with the units in the line below them, where it holds such."""
+def _parsed_row(row: list[Cell], below: list[Cell]) -> list[Heading]:
+    """The headings of a row, with the units in the line below where it holds such."""
     words = [c.strip("()[] ").lower() if isinstance(c, str) else "?" for c in below]
     if not {*words} & UNITS or {*words} - UNITS - {""}:
-        return headings
-    words += [""] * (len(headings) - len(words))
-    return [Heading(h.holds, h.unit or w) for h, w in zip(headings, words)]
+        words = []
+    return [
+        (parsed(f"{cell} ({unit})") if unit else parsed(cell))
+        if isinstance(cell, str)
+        else Heading("", "")
+        for cell, unit in zip_longest(row, words[: len(row)], fillvalue="")
+    ]
 
 
 def recognises(source: Source) -> bool:
@@ -195,13 +199,12 @@ def _tracks(
 ) -> list[PointTrack | None]:
     """The tracks of one table; sheet: its name, "" where it is the only one."""
     path = source.path
-    first = at + isinstance(rows[at][0], str)
+    first = at + any(isinstance(cell, str) for cell in rows[at])
     numbers = [r for r in rows[first:] if any(isinstance(c, float) for c in r)]
     above = [r for r in rows[:at] if r and not str(r[0]).startswith("#")]
     names = [str(cell).strip() for cell in above[-1]] if above else []  # of the tracks
-    times, xs, ys = (
-        _columns(headings, *h) for h in (("clock", "count"), ("x",), ("y", "length"))
-    )
+    times, xs = _columns(headings, "clock", "count"), _columns(headings, "x")
+    ys = _columns(headings, "y") or ([] if xs else _columns(headings, "length"))
     if xs and ys and len(xs) != len(ys):
         raise MeasurementError(
             f"{path}: {len(xs)} columns x and {len(ys)} columns y; each track has one"
@@ -227,7 +230,8 @@ def _units(source: Source, headings: list[Heading]) -> tuple[str, str]:
     clocks = _columns(headings, "clock") or _columns(headings, "count")[:1]
     held = [(headings[t].unit, headings[t].holds) for t in clocks]
     times = {unit or ("frame" if kind == "count" else "") for unit, kind in held}
-    lengths = {headings[c].unit for c in _columns(headings, *PLACES)}
+    places = _columns(headings, "x", "y") or _columns(headings, "length")
+    lengths = {headings[c].unit for c in places}
     return _one_unit(source, times), _one_unit(source, lengths)
 
 

@@ -4,7 +4,6 @@ camera was held askew."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.foreign.unit_inference import (
     LARGEST_MISFIT,
     LEAST_SAGITTA,
@@ -14,9 +13,9 @@ from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
 LEAST_ROWS = 16
-# by which a fall turns from the plumb line before that is said: what fits allow for, by
-# its prior, is left to them
-TURNED_SDS = 5.0
+# by which a fall turns from the plumb line before that is said; a camera that is rolled
+# by less is fitted, and is what a diagnosis may name (`camera-roll`)
+TURNED_DEG, TURNED_SDS = 10.0, 5.0
 # windows that agree with the best: relative, of the acceleration's vector
 ALIKE = 0.1
 LEAST_SHARE = 0.5  # of the worth of all parabolas, that of those which agree
@@ -68,7 +67,7 @@ def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, .
     if fall is None:
         return recording, ()
     off = abs((fall.deg - (camera.plumb_deg or 0.0) + 180) % 360 - 180)
-    if off < TURNED_SDS * max(unstated_sd("plumb"), fall.sd):
+    if off < max(TURNED_DEG, TURNED_SDS * fall.sd):
         return recording, ()
     way = "clockwise" if fall.deg > 0 else "anticlockwise"
     said = (

@@ -56,8 +56,7 @@ def measure_impacts(
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
     """Quantities, the table of bounces, notes; times, sd [s]; first: whether the first
     impact is that after the release."""
-    gap = np.diff(times)
-    notes = []
+    gap, given, notes = np.diff(times), sd, []
     if sd is None:
         sd = estimate_time_sds(times)
         notes.append(
@@ -184,11 +183,16 @@ def measure_impacts(
             quantities.append(second.doubt(f"of the second impact: {reason}"))
         else:
             quantities.append(failed("restitution_normal", "1", text))
-    if wrong := _wrong_unit(gap, top, recording):
-        return (
-            tuple(failed(q.name, q.unit, wrong) for q in quantities),
-            bounces,
-            [*notes, wrong],
+    if gap.max() > LONGEST_S:
+        wrong = (
+            f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds"
+            " (are these milliseconds?)"
+        )
+        all_wrong = tuple(failed(q.name, q.unit, wrong) for q in quantities)
+        return all_wrong, bounces, [*notes, wrong]
+    if height and top > 1.1 * height + 3 * recording.drop.height_sd:
+        return _without_height(
+            times, given, recording, _too_low(height, gap[0], top, e)
         )
     if at is not None:
         what = (
@@ -235,21 +239,34 @@ def _drag(
     )
 
 
-def _wrong_unit(gap: np.ndarray, top: float, recording: Recording) -> str:
-    """Why times or heights cannot be in their units; "" where they can."""
-    if gap.max() > LONGEST_S:
-        return (
-            f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds"
-            " (are these milliseconds?)"
-        )
-    height = recording.drop.height_mm
-    if height and top > 1.1 * height + 3 * recording.drop.height_sd:
-        return (
-            f"the first interval of {gap[0]:.4g} s is a rebound of {top:.4g} mm, higher"
-            f" than the drop ([drop] height_mm = {height:g}): is height_mm in"
-            " millimetres and t_s in seconds, or was an impact missed?"
-        )
-    return ""
+def _too_low(height: float, gap: float, top: float, e: np.ndarray) -> str:
+    """Why the stated height [mm] is not that of the drop, with the height that the
+    second bounce makes likely."""
+    said = (
+        f"the first interval of {gap:.4g} s is a rebound of {top:.4g} mm, higher than"
+        f" the drop ([drop] height_mm = {height:g}): is height_mm in millimetres and"
+        " t_s in seconds, or was an impact missed?"
+    )
+    if len(e) > 1 and 0 < e[1] < 1:
+        likely = float(f"{top / e[1] ** 2:.2g}")
+        said += f" The bounces behind make {likely:g} mm likely"
+    return said
+
+
+def _without_height(
+    times: np.ndarray, sd: np.ndarray | None, recording: Recording, why: str
+) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
+    """What the impacts tell by themselves, where the stated height cannot be."""
+    unstated = recording.drop.model_copy(update={"height_mm": None})
+    alone = replace(recording, drop=unstated)
+    quantities, bounces, notes = measure_impacts(times, sd, alone)
+    told = tuple(
+        failed(q.name, q.unit, why)
+        if q.quality == FAILED
+        else replace(q, reason="").doubt(why)
+        for q in quantities
+    )
+    return told, bounces, [*notes, why]
 
 
 def _missed_interval(e: np.ndarray) -> int | None:

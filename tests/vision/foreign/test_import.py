@@ -246,3 +246,16 @@ def test_columns_of_repeats_become_a_recording_each(tmp_path):
     assert run(tmp_path / "runs.csv", "--out", tmp_path / "bench").exit_code == 0
     measured = measure(tmp_path / "bench")
     assert [o.recording for o in measured] == ["runs-1", "runs-2"]
+
+
+def test_conditions_in_file_names_are_guesses_and_materials_a_question(tmp_path):
+    names = [
+        f"{plate}_{k}_humidity{50 + k}pct" for plate in ("wood", "tin") for k in (1, 2)
+    ]
+    for name in names:
+        (tmp_path / f"{name}.csv").write_text(HEARD)
+    result = run(tmp_path, "--out", tmp_path / "bench")
+    assert "[conditions]: the names differ by tin, wood" in result.output
+    for name in names:
+        stated = tomllib.loads((tmp_path / f"bench/{name}/recording.toml").read_text())
+        assert stated["conditions"] == {"humidity_pct": 50 + int(name.split("_")[1])}

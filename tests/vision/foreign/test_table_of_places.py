@@ -282,10 +282,14 @@ def test_one_length_and_one_time(tmp_path, heading, falls):
     assert np.ptp(moving) > 0 and np.ptp(still) == 0
 
 
-def test_one_length_among_other_columns_is_no_track(tmp_path):
-    """A table of bounces has a time and a height, and is none."""
-    head = "recording,bounce,t_s,height_mm,restitution"
-    rows = [f"a,{k},{0.1 * k},{50 - k},0.6" for k in range(9)]
+@pytest.mark.parametrize(
+    "head", ["recording,bounce,t_s,height_mm,restitution", "nr,distance_mm"]
+)
+def test_one_length_among_other_columns_is_no_track(tmp_path, head):
+    """A table of bounces has a time and a height, and is none; so are distances that
+    are numbered."""
+    cells = head.count(",") + 1
+    rows = [",".join(["a", str(k), "0.1", "50", "0.6"][-cells:]) for k in range(9)]
     (tmp_path / "bounces.csv").write_text("\n".join([head, *rows]))
     assert tool_of(tmp_path / "bounces.csv") == ""
 
@@ -313,7 +317,19 @@ def test_units_in_words_and_in_a_line_of_their_own(tmp_path, heading, unit):
     assert not any("which the file does not say" in g for g in found.guesses)
 
 
-@pytest.mark.parametrize("heading", ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m"])
+def test_a_length_beside_x_and_y_is_no_place(tmp_path):
+    """Of the way along a path, in another unit."""
+    (tmp_path / "run.csv").write_text(
+        "\n".join(["t (s),x (m),y (m),distance (cm)", *lines(",", False, T, X, Y, Y)])
+    )
+    (track,) = read_foreign(tmp_path / "run.csv").tracks
+    assert track.y == pytest.approx(1000 * Y, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "heading",
+    ["t (s),y1 (m),y2 (m)", "t/s,Trial 1/m,Trial 2/m", "Time,Run 1,Run 2\ns,m,m"],
+)
 def test_columns_of_repeats_are_a_recording_each(tmp_path, heading):
     (tmp_path / "runs.csv").write_text(
         "\n".join([heading, *lines(",", False, T, Y, Y + 0.01)])

@@ -72,11 +72,23 @@ def test_a_missing_impact_and_a_wrong_unit():
         without["restitution_normal"].quality == "doubtful"
         and "missing" in without["restitution_normal"].reason
     )
-    for wrong, says in (
-        (measured(1000 * times), "milliseconds"),
-        (measured(times, drop(height=31)), "in millimetres"),
-    ):
-        assert all(q.quality == "failed" and says in q.reason for q in wrong.values())
+    slow = measured(1000 * times).values()
+    assert all(q.quality == "failed" and "milliseconds" in q.reason for q in slow)
+
+
+def test_a_height_that_cannot_be_leaves_the_bounces_their_own():
+    """31 mm stated of a drop from 310, e 0.5: what hangs on the height fails, the rest
+    is as without it, and the likely height is named."""
+    times = np.array([b["t_s"] for b in draw_drop(max_bounces=5).truth["bounces"]])
+    low, bounces, notes = measure_impacts(times, None, drop(height=31))
+    found = {q.name: q for q in low}
+    assert {found[n].quality for n in ("restitution", "impact_speed")} == {"failed"}
+    for name in ("rebound_height", "rebound_speed", "restitution_normal"):
+        assert found[name].quality == "doubtful"
+        assert "The bounces behind make 310 mm likely" in found[name].reason
+    assert abs(found["rebound_height"].value - 77.5) < 2 * found["rebound_height"].sd
+    assert bounces.restitution[1:].to_numpy() == pytest.approx(0.5, abs=0.01)
+    assert any("no sd_s is stated" in note for note in notes)
 
 
 def test_impact_times_without_a_height_ask_for_it():

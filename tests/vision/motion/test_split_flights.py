@@ -148,6 +148,24 @@ def test_a_slip_of_the_tracker_in_the_fall_costs_no_bounce(rows, low_mm):
     assert named(found)["restitution_normal"].quality == "good"
 
 
+@pytest.mark.parametrize(("rows", "off_mm"), [(5, 4.0), (9, -6.0)])
+def test_a_tracker_that_slips_just_before_the_impact_is_doubted(rows, off_mm):
+    """Up to some rows before the impact it holds a point of the seed some mm beside:
+    e 0.7 is read wrong by more than its sd tells, and is not good."""
+    motion = draw_drop(height_mm=400, restitution=0.7, rest_s=0.2, end_s=1.2)
+    track = film_track(motion, np.random.default_rng(0), fps=1000, noise_mm=0.4)
+    meets = motion.truth["bounces"][0]["t_s"]
+    slipped = int(np.argmax(track.t_s > meets)) - rows
+    y = track.y.copy()
+    y[:slipped] += off_mm
+    known = drop(None, fps=1000, mm_per_px=1.0)
+    normal = named(measure_drop(replace(track, y=y), known))["restitution_normal"]
+    assert normal.quality == "doubtful"
+    assert "rows before the impact lie" in normal.reason
+    clean = named(measure_drop(track, known))["restitution_normal"]
+    assert clean.quality == "good" and abs(clean.value - 0.7) < 3 * clean.sd
+
+
 @pytest.mark.parametrize("amount", [15.0, 40.0])
 def test_a_hand_that_moves_before_it_lets_go_costs_no_bounce(amount):
     """The hand lifts by some mm, lowers below, rests and lets go; at 30 frames a second
