@@ -19,6 +19,7 @@ NAME_SHARE = 0.95  # of the listed explanations, for a class
 SMALL_SHARE = 0.01  # of what may be missing, beside which nothing further is weighed
 MATTERS_SDS = 0.5  # shift of a contact parameter that matters
 ENDS = (0.025, 0.975)  # of a 95 % interval
+EVERYWHERE = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -205,7 +206,7 @@ def size_is_told(posterior: Posterior, name: str) -> bool:
 
 def mixture_interval(
     parts: list[tuple[float, float, float]],
-    within: tuple[float, float] = (-math.inf, math.inf),
+    within: tuple[float, float] = EVERYWHERE,
 ) -> Interval:
     """Mean and 95 % interval of a mixture of normals, (weight, mean, sd) each,
     `within` a physical range."""
@@ -240,27 +241,27 @@ def effect_estimate(posterior: Posterior, name: str) -> EffectEstimate:
         return EffectEstimate(present, unit, size)
     effect = holding[0].fit.problem.effects[name]
 
-    def shown(of: Callable, *within: float) -> Interval:
-        size, show = _averaged(holding, of, *within), effect.reported or float
+    def shown(of: Callable, within: tuple[float, float]) -> Interval:
+        size, show = _averaged(holding, of, within), effect.reported or float
         return Interval(
             show(size.value), *sorted((show(size.low95), show(size.high95)))
         )
 
     # a summary is no fitted parameter, of which the physical range is
-    within = () if effect.summary else (effect.low, effect.high)
-    size = shown(partial(estimate, name=name), *within)
+    within = EVERYWHERE if effect.summary else (effect.low, effect.high)
+    size = shown(partial(estimate, name=name), within)
     return EffectEstimate(present, effect.unit, size)
 
 
 def _averaged(
     holding: list[Explanation],
     of: Callable[[Explanation], tuple[float, float]],
-    *within: float,
+    within: tuple[float, float] = EVERYWHERE,
 ) -> Interval:
     """A value averaged over the explanations that hold an effect."""
     weighty = [e for e in holding if e.held >= 1e-4 * holding[0].held]
     parts = [(e.held, *of(e)) for e in weighty]
-    return mixture_interval(parts, within) if within else mixture_interval(parts)
+    return mixture_interval(parts, within)
 
 
 def estimate(e: Explanation, name: str) -> tuple[float, float]:

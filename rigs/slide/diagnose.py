@@ -39,6 +39,8 @@ from benchtwin.rigs.slide.problem import (
 from benchtwin.rigs.slide.session import (
     COARSE_DEG,
     FINEST_DEG,
+    Read,
+    Run,
     Session,
     assemble,
     lets_go,
@@ -64,7 +66,7 @@ def diagnose_slide(recordings, rng: np.random.Generator) -> Finding:
     be used."""
     prepared = prepare(assemble(recordings))
     session = prepared.session
-    parts = (*session.runs, *session.reads)
+    parts: list[Run | Read] = [*session.runs, *session.reads]
     names = tuple(one.recording for one in parts)
     conditions, said = conditions_of(
         names, list(session.stated), [one.session for one in parts]
