@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from benchtwin.bench.robust import robust_sd
-from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.condition_curves import (
     ConditionCurve,
     UsedCondition,
@@ -32,12 +31,13 @@ from benchtwin.infer.conditions import Condition, Contact, effect_name
 from benchtwin.infer.follow import ConditionTable, Follow, Point
 from benchtwin.infer.linear import projector, stacked
 from benchtwin.infer.problem import Fit
-from benchtwin.infer.verdict import ENDS, UNSHAPED_ODDS, Interval, against_noise
+from benchtwin.infer.verdict import ENDS, Interval, against_noise
 from scipy import stats
 from scipy.linalg import solve_triangular
 
 USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
-FOUND_P = ALARM_P / 2  # a bench has two tests: this, and that of all else
+FOUND_P = 0.0025  # of all conditions of a bench together
+AS_LIKELY_P = 0.005  # at which a stated condition is followed as likely as not
 LEAST_FREEDOM = 2  # of what is left beside a curve
 # prior odds of a drift over those of a condition, which is stated because it may matter
 DRIFT = 0.5
@@ -371,9 +371,10 @@ def _p_beside(scatter: _Scatter, test: _Test, beside: list[_Test]) -> float:
 
 
 def probability_of(p: float, condition: Condition) -> float:
-    """That a condition is followed, by its p: if it is stated, as likely as not at the
-    alarm's level."""
-    odds = UNSHAPED_ODDS * against_noise(p) * (DRIFT if condition.unlisted else 1.0)
+    """That a condition is followed, by its p: if it is stated, as likely as not at
+    AS_LIKELY_P."""
+    odds = against_noise(p) / against_noise(AS_LIKELY_P)
+    odds *= DRIFT if condition.unlisted else 1.0
     return odds / (1 + odds)
 
 

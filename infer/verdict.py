@@ -118,7 +118,7 @@ def bounded(posterior: Posterior) -> Posterior:
     are 1, however narrow the priors on sizes; the right side what it allows something
     unlisted alone. The right side is 1 at ALARM_P and against_noise falls with p. So
     alarm and posterior cannot contradict each other: with an alarm something is more
-    probable than nothing, and without one 1/(1 + against_noise(ALARM_P)) = 13 % and
+    probable than nothing, and without one 1/(1 + against_noise(ALARM_P)) = 5 % and
     more are left to nothing, whatever the explanations."""
     every, bare = posterior.explanations, len(posterior.bases)
     nothing = sum(e.probability for e in every if not e.names)

@@ -176,7 +176,7 @@ def test_the_verdicts_stand_first(page):
         "speed 1.5 to 2.4 m/s",
         (
             "Noise alone makes as great a mismatch in fewer than 1 of 10 000 benches (p"
-            " &lt; 0.0001); an alarm needs p &lt; 0.005"
+            " &lt; 0.0001); an alarm needs p &lt; 0.001"
         ),
         "0.5000 (0.4900 to 0.5100)",
         "3.1 of its sds",
