@@ -164,7 +164,7 @@ def test_a_clear_effect_is_named_and_one_recording_names_nothing():
     sets = {("drag",): 0.97, ("drag", "plate-tilt"): 0.02}
     posterior, verdict = found(sets, 1e-9, 1e-12, 0.6, {})
     assert (verdict.verdict, verdict.names) == ("name", ("drag",))
-    assert verdict.probability == posterior.probability(("drag",)) < 0.93
+    assert verdict.probability == posterior.probability(("drag",)) < 0.97
     assert found(sets, 1e-9, 1e-12, 0.6, {}, recordings=1)[1].verdict == "class"
 
 
