@@ -257,8 +257,8 @@ def _without_height(
     times: np.ndarray, sd: np.ndarray | None, recording: Recording, why: str
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
     """What the impacts tell by themselves, where the stated height cannot be."""
-    unstated = recording.drop.model_copy(update={"height_mm": None})
-    alone = replace(recording, drop=unstated)
+    unstated = {"drop": recording.drop.model_copy(update={"height_mm": None})}
+    alone = replace(recording, **unstated)
     quantities, bounces, notes = measure_impacts(times, sd, alone)
     told = tuple(
         failed(q.name, q.unit, why)
