@@ -32,9 +32,9 @@ def columns_of(path: Path) -> list[list[object]]:
         return []
     most = max(lengths, key=lambda n: (lengths[n], n))
     kept = {name: v for name, v in vectors.items() if len(v) == most}
-    rows = zip(*kept.values(), strict=True)
-    table: list[list[object]] = [[*kept]]
-    return table + [[*map(float, row)] for row in rows]
+    rows: list[list[object]] = [[*kept]]
+    rows += [[float(v) for v in row] for row in zip(*kept.values())]
+    return rows
 
 
 def _vectors(held: dict[str, Any]) -> list[tuple[str, np.ndarray]]:
