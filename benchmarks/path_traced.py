@@ -240,8 +240,8 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
     radius = float(rng.uniform(50, 75))
     size = float(rng.uniform(*(GRAIN_MM if shot.grain else BEAN_MM)))
     plain = PLAIN.get(shot.background, 9.0)
-    seen = [k for k in BEANS if np.ptp([np.mean(BEANS[k][0]), plain]) > 0.2]
-    kind = shot.grain or str(rng.choice(seen))
+    unlike = [k for k in BEANS if np.ptp([np.mean(BEANS[k][0]), plain]) > 0.2]
+    kind = shot.grain or str(rng.choice(unlike))
     colour, scatter, form = (BEANS | GRAINS)[kind]
     grains = heap(
         float(rng.uniform(*shot.slope_deg)), radius, size, form, shot.wall, rng

@@ -111,7 +111,7 @@ def followed(
     motion: dict, mu: float = MU, laws: tuple[Chosen, ...] = (), solid: Material = SOLID
 ) -> tuple[np.ndarray, np.ndarray]:
     """Force and torque (n, 3) on ball i in our engine, without damping."""
-    ball = Seed.from_spheres([[0.0, 0.0, 0.0]], [1.0], solid.density_kg_m3)
+    ball = Seed.from_spheres(np.zeros((1, 3)), np.ones(1), solid.density_kg_m3)
     places = np.stack([motion["x_i"], motion["x_j"]], axis=1)
     speeds = np.stack([motion["v_i"], motion["v_j"]], axis=1)
     spins = np.stack([motion["omega_i"], motion["omega_j"]], axis=1)
@@ -187,7 +187,7 @@ def _until_turned_round(slip: np.ndarray, shear: np.ndarray, pull: np.ndarray) -
     way, held = (np.linalg.norm(v, axis=1) for v in (slip, pull))
     slides = np.flatnonzero(np.linalg.norm(shear, axis=1) > (1 - 1e-9) * MU * held)
     back = np.flatnonzero(np.diff(way) < -1e-12)
-    later = back[back >= slides[0]] if len(slides) else ()
+    later = back[back >= slides[0]] if len(slides) else back[:0]
     return int(later[0]) + 1 if len(later) else len(slip)
 
 
@@ -198,9 +198,8 @@ def published_shear(folder: Path) -> Line:
     force, spring = [], (0.0, 0.0, 0.0)
     cap = SHEAR_MU * np.abs((told["F_i"] * told["n_ij"]).sum(axis=1))
     for n, v, dt, limit in zip(told["n_ij"], told["v_s"], told["dt"], cap):
-        *shear, a, b, c = hertz_mindlin.tangential_force(
-            *spring, *n, *v, dt, SHEAR_N_M, 1.0, 0.0, limit
-        )
+        known = [*spring, *n, *v, dt, SHEAR_N_M, 1.0, 0.0, limit]
+        *shear, a, b, c = hertz_mindlin.tangential_force(*known)
         spring = (a, b, c)
         force.append(shear)
     across = told["F_i"] - (told["F_i"] * told["n_ij"]).sum(1)[:, None] * told["n_ij"]
@@ -239,16 +238,16 @@ def viscous(laws: ModuleType) -> list[Line]:
     rng, young = np.random.default_rng(1), SOLID.young_modulus_pa
     modulus = young / 2 / (1 - SOLID.poisson_ratio**2)
     gamma = hertz_mindlin.damping_factor(RESTITUTION)
-    n, mass, rows = np.array([0.0, 0.0, 1.0]), 0.5, {"n": [], "t": []}
+    n, mass = np.array([0.0, 0.0, 1.0]), 0.5
+    rows: dict[str, list] = {"n": [], "t": []}
     of = {f"{k}_{s}": v for k, v in (("m", 1.0), ("R", 1.0)) for s in "ij"}
     of |= {f"{k}_{s}": v for k, v in (("E", young), ("nu", 0.3)) for s in "ij"}
     for overlap, speed in zip(rng.uniform(0.01, 0.1, 50), rng.uniform(-1, 1, 50)):
         s_n = hertz_mindlin.normal_stiffness(overlap, 0.5, modulus)
         _, damped = hertz_mindlin.normal_force(s_n, overlap, speed, mass, gamma)
         across = np.array([speed, 0.0, 0.0])
-        shear = hertz_mindlin.tangential_force(
-            *(0.0, 0.0, 0.0), *n, *across, 0.0, s_n, mass, gamma, np.inf
-        )[:3]
+        known = [0.0, 0.0, 0.0, *n, *across, 0.0, s_n, mass, gamma, np.inf]
+        shear = hertz_mindlin.tangential_force(*known)[:3]
         of |= {"k_n": s_n, "k_t": s_n, "restitution": RESTITUTION}
         of |= {"beta_n": gamma / 2, "beta_t": gamma / 2}
         seen = {"v_n": np.array([-speed]), "v_t": across[None], "n_ij": n[None]}

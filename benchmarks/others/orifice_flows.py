@@ -43,7 +43,8 @@ def world(folder: Path, at: dict[str, float]) -> World:
     """Their cylinder, floor and plug, and 4000 grains above."""
     meshes = folder / "templates" / "meshes"
     away = LAWS["motion_steady"].use(rate=0.5, start=FILL_S, duration=0.18)
-    balls = [Seed.from_spheres([[0, 0, 0]], [r], GRAIN.density_kg_m3) for r in RADII_M]
+    middle, density = np.zeros((1, 3)), GRAIN.density_kg_m3
+    balls = [Seed.from_spheres(middle, np.array([r]), density) for r in RADII_M]
     grains = tuple(b for b, n in zip(balls, SHARES) for _ in range(n))
     law = (at["rest"], at["fric"], at["rollfric"], "type_c")
     return World(
