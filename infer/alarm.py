@@ -19,8 +19,8 @@ from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.linear import chance
 from benchtwin.infer.posterior import WIDE_PRIOR
 
-# below which there is an alarm: of real and independent benches in which nothing is
-# missing, 5 % have a p below 0.005 and 2 % one below this
+# below which there is an alarm: of 364 benches in which nothing is missing (real ones,
+# and drawn by others) 5 % have a p below 0.005 and 2 % one below this
 ALARM_P = 0.001
 UNLIKELY = 0.01  # weight of a size of scatter below which it is skipped
 HIDDEN_POWER = 1e-6  # relative power of a direction that the nuisances absorb
