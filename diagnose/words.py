@@ -71,9 +71,8 @@ def followed_condition(name: str) -> tuple[str, str] | None:
 
 def verdict_in_words(finding: Finding) -> str:
     """The one sentence of a finding, wherever it is shown: what it does to a contact
-    parameter, what was found, how probable exactly that is, how large it is, by how
-    much it moves a path, what else is possible, and how often noise alone would do as
-    much."""
+    parameter, what was found, how probable exactly that is, how large it is, what else
+    is possible, and how often noise alone would do as much."""
     told = {"none": _none, "name": _name, "class": _class, "unknown": _unknown}
     parts = [told[finding.verdict](finding), *_path(finding)]
     parts += _else_possible(finding)
@@ -81,9 +80,10 @@ def verdict_in_words(finding: Finding) -> str:
 
 
 def _path(finding: Finding) -> list[str]:
-    """ "it moves a path by 0.31 mm at most": how large it is in the recordings."""
+    """ "it moves a path by 0.031 mm at most", beside what each recording's own start
+    and friction take up: of what does not matter, how little it is."""
     moved = finding.moves_mm
-    if not math.isfinite(moved):
+    if finding.matters or not math.isfinite(moved):
         return []
     return [f"it moves a path by {brief(moved)} mm at most"]
 

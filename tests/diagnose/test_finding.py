@@ -93,15 +93,16 @@ def test_a_name_leads_with_what_it_does_then_its_probability_and_its_number():
     assert words.tone(replace(USUAL, matters=False)) == "quiet"
 
 
-def test_a_sentence_says_by_how_much_a_path_moves():
+def test_what_does_not_matter_says_by_how_much_a_path_moves():
     """The greatest difference between what baseline and model leave, of curves in mm
     only."""
     along, base = np.arange(4.0), np.array([0.1, -0.2, 0.3, 0.0])
     path = Curve("a", "travel", "mm", "t_s", along, along, base, np.zeros(4))
     ratios = Curve("a", "e", "1", "v_m_s", along, along, 9 * base, np.zeros(4))
-    moved = replace(USUAL, curves=(path, ratios))
+    moved = replace(USUAL, curves=(path, ratios), matters=False)
     assert moved.to_json()["moves_mm"] == pytest.approx(0.3)
     assert "; it moves a path by 0.3 mm at most;" in words.verdict_in_words(moved)
+    assert "path" not in words.verdict_in_words(replace(moved, matters=True))
     none = replace(moved, alarm=False, verdict="none", names=())
     assert none.to_json()["moves_mm"] is None and "path" not in words.verdict_in_words(
         none
