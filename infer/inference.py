@@ -40,7 +40,7 @@ LIKELY = 0.01  # probability from which an effect's size is stated
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class Inferred:
     """All that a finding says is taken from this."""
 
     task: DiagnosisTask
@@ -76,7 +76,7 @@ class Judged:
 
 def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     """The finding of one rig."""
-    of = _judged(task, rng)
+    of = _inferred(task, rng)
     base, verdict, table = of.posterior.base, of.verdict, of.table
     window, best_axis = strongest_window(
         base.reduced,
@@ -119,7 +119,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     )
 
 
-def _judged(task: DiagnosisTask, rng: np.random.Generator) -> Judged:
+def _inferred(task: DiagnosisTask, rng: np.random.Generator) -> Inferred:
     """Fits, posterior and verdict."""
     fits = tuple(fit(a.problem) for a in task.alternatives)
     table, alternatives, bases = with_conditions(task, fits, rng)
@@ -129,14 +129,14 @@ def _judged(task: DiagnosisTask, rng: np.random.Generator) -> Judged:
     verdict, base = verdict_of(posterior), posterior.base
     bare = replace(base, fit=fits[base.alternative])
     chosen = _chosen(posterior, verdict)
-    of = Judged(task, posterior, table, bare, verdict, chosen, chosen)
+    of = Inferred(task, posterior, table, bare, verdict, chosen, chosen)
     if verdict.verdict != "unknown":
         return of
     model, terms, verdict = lawful(posterior, verdict, chosen, task)
     return replace(of, model=model, terms=terms, of_motions=verdict)
 
 
-def _effects(of: Judged) -> dict[str, EffectEstimate]:
+def _effects(of: Inferred) -> dict[str, EffectEstimate]:
     """Sizes of the effects that are likely, of what is followed and of a law found."""
     posterior = of.posterior
     listed = {n for e in posterior.explanations for n in e.listed}
@@ -160,14 +160,14 @@ def _parameters(
     return {n: Parameter(e.unit, *vars(e.size).values()) for n, e in sizes.items()}
 
 
-def _contact(of: Judged) -> dict[str, ParameterShift]:
+def _contact(of: Inferred) -> dict[str, ParameterShift]:
     return {
         n: parameter_shift(of.posterior, of.bare, value)
         for n, value in of.task.contact.items()
     }
 
 
-def _ln_bayes(of: Judged) -> tuple[float, float]:
+def _ln_bayes(of: Inferred) -> tuple[float, float]:
     """ln odds of what was chosen over nothing missing, and over the next set; NaN
     without an alarm."""
     if not of.alarm:
@@ -179,7 +179,7 @@ def _ln_bayes(of: Judged) -> tuple[float, float]:
     return _ln_odds(ours, nothing), _ln_odds(ours, max(others, default=0.0))
 
 
-def _left_out(of: Judged) -> dict[str, tuple[float, ...]]:
+def _left_out(of: Inferred) -> dict[str, tuple[float, ...]]:
     """What the other recordings say of each effect, recording by recording."""
     found = left_out_values(of.model) if of.posterior.p_noise < ALARM_P else {}
     recordings = of.bare.fit.problem.recordings
@@ -188,7 +188,7 @@ def _left_out(of: Judged) -> dict[str, tuple[float, ...]]:
     return found
 
 
-def _unlisted(of: Judged) -> frozenset[str]:
+def _unlisted(of: Inferred) -> frozenset[str]:
     """Of the explanations' parts those that are no listed effect, drifts among them."""
     drifts: set[str] = set()
     if of.task.follows:
@@ -248,7 +248,7 @@ def _matters(contact: dict[str, ParameterShift], table: ConditionTable) -> bool:
     )
 
 
-def _sectors(of: Judged, rng: np.random.Generator) -> tuple[Sector, ...]:
+def _sectors(of: Inferred, rng: np.random.Generator) -> tuple[Sector, ...]:
     """Each sector; what has no shape that was tried acts where noise explains least. A
     condition that is followed acts where the parameter does."""
     posterior, table, follows = of.posterior, of.table, of.task.follows
@@ -275,7 +275,7 @@ def _sectors(of: Judged, rng: np.random.Generator) -> tuple[Sector, ...]:
     return tuple(sorted(out, key=lambda s: (-np.nan_to_num(s.explained), s.p)))
 
 
-def _notes(of: Judged) -> tuple[str, ...]:
+def _notes(of: Inferred) -> tuple[str, ...]:
     """Of the rig, of what was fitted and of the likeliest alternative."""
     posterior = of.posterior
     note = posterior.alternatives[posterior.explanations[0].alternative].note
