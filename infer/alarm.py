@@ -5,9 +5,9 @@ Its score h is normal with the covariance J where nothing else is missing, so th
 fall is χ² of the rank of J; a fit in full may add to it. The least of all these p
 values is compared with its own distribution, drawn with the J of all components, and
 with independent p values for what has no score. So p is uniform where nothing is
-missing, however many components there are and however alike. Sources: Rao (1948), Math.
-Proc. Cambridge Philos. Soc. 44, 50; Westfall & Young (1993), Resampling-Based Multiple
-Testing."""
+missing and noise and scatter are as modelled, however many components there are and
+however alike. Sources: Rao (1948), Math. Proc. Cambridge Philos. Soc. 44, 50; Westfall
+& Young (1993), Resampling-Based Multiple Testing."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -104,9 +104,10 @@ class Finding:
     @property
     def moves_mm(self) -> float:
         """By how much at most what is missing moves a tracked path beside the
-        baseline's best fit; NaN where nothing is tracked in mm or nothing is missing.
-        """
-        if self.verdict == "none":
+        baseline's best fit; NaN where nothing is tracked in mm, nothing is missing, or
+        what is missing is in no fit: something unlisted without a law."""
+        fitted = self.laws.keys() & self.left_out.keys()
+        if self.verdict == "none" or (self.verdict == "unknown" and not fitted):
             return math.nan
         off = [c.left_by_baseline - c.left_by_model for c in self.curves]
         paths = [o for o, c in zip(off, self.curves, strict=True) if c.unit == "mm"]

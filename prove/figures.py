@@ -5,7 +5,8 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.prove.intervals import GRID, binomial_interval, reliability
+from benchtwin.bench.distributions import norm
+from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
 from benchtwin.prove.judge import Judged
 from benchtwin.prove.plan import CLEAN
 from benchtwin.prove.rigs import RIGS
@@ -16,7 +17,10 @@ COLOURS = {"all": BLACK} | {name: rig.colour for name, rig in RIGS.items()}
 BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
 # ticks of the reliability diagram, on a scale of ln p/(1 − p)
 ODDS = (0.05, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
-THEORY = {0.5: 3.53, 0.9: 4.81}
+# SNR at these powers of a two-sided test of a known law among EFFECTS others
+EFFECTS = 12
+LEAST_SNR = float(norm.ppf(1 - FALSE_ALARM / EFFECTS / 2))
+THEORY = {p: LEAST_SNR + float(norm.ppf(p)) for p in (0.5, 0.9)}
 
 
 def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:

@@ -9,7 +9,7 @@ from benchtwin.prove.judge import Judged
 from scipy.optimize import minimize
 from scipy.stats import beta
 
-FALSE_ALARM = 0.005
+FALSE_ALARM = 0.001  # p below which the diagnosis raises an alarm
 GRID = np.exp(np.linspace(np.log(0.5), np.log(60), 120))
 EDGES = (0.0, 0.5, 0.75, 0.9, 0.97, 1.0)
 FLOOR = 1e-6  # of the log score: who rules the truth out loses 13.8, not everything

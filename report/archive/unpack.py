@@ -86,7 +86,9 @@ def _own(path: Path) -> bool:
 def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
     """What a pack lists; NoPack where it lists nothing that can be followed."""
     if MANIFEST not in names:
-        raise NoPack(f"{packed}: {MANIFEST} is not in it: `benchtwin pack` made it not")
+        raise NoPack(
+            f"{packed}: {MANIFEST} is not in it: `benchtwin pack` did not make it"
+        )
     try:
         told = json.loads(read(MANIFEST))
         made, written = told["format"], told["files"]

@@ -103,6 +103,8 @@ def test_what_does_not_matter_says_by_how_much_a_path_moves():
     assert moved.to_json()["moves_mm"] == pytest.approx(0.3)
     assert "; it moves a path by 0.3 mm at most;" in words.verdict_in_words(moved)
     assert "path" not in words.verdict_in_words(replace(moved, matters=True))
+    unknown = replace(moved, verdict="unknown", names=())  # its fit does not hold it
+    assert unknown.to_json()["moves_mm"] is None
     none = replace(moved, alarm=False, verdict="none", names=())
     assert none.to_json()["moves_mm"] is None and "path" not in words.verdict_in_words(
         none

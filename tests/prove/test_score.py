@@ -253,7 +253,7 @@ def test_a_solver_that_always_names_fails():
 def test_the_power_curve_finds_the_points_that_it_was_drawn_from():
     rng = np.random.default_rng(5)
     snr = np.exp(rng.uniform(np.log(2), np.log(40), 600))
-    share = 0.005 + 0.995 / (1 + (3.6 / snr) ** 7)
+    share = 0.001 + 0.999 / (1 + (3.6 / snr) ** 7)
     curve = power_curve(snr, rng.random(600) < share, rng)
     assert curve.interval50[0] < 3.6 < curve.interval50[1]
     assert curve.snr50 == pytest.approx(
