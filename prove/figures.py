@@ -5,12 +5,12 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.bench.distributions import norm
 from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
 from benchtwin.prove.judge import Judged
 from benchtwin.prove.plan import CLEAN
 from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.score import confusion, power
+from scipy.special import ndtri
 
 BLACK, GREY, RIGHT, WRONG = "#1b1f24", "#6b7280", "#2e7d4f", "#b3261e"
 COLOURS = {"all": BLACK} | {name: rig.colour for name, rig in RIGS.items()}
@@ -19,8 +19,8 @@ BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
 ODDS = (0.05, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
 # SNR at these powers of a two-sided test of a known law among EFFECTS others
 EFFECTS = 12
-LEAST_SNR = float(norm.ppf(1 - FALSE_ALARM / EFFECTS / 2))
-THEORY = {p: LEAST_SNR + float(norm.ppf(p)) for p in (0.5, 0.9)}
+LEAST_SNR = float(ndtri(1 - FALSE_ALARM / EFFECTS / 2))
+THEORY = {p: LEAST_SNR + float(ndtri(p)) for p in (0.5, 0.9)}
 
 
 def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
