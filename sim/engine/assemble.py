@@ -8,7 +8,7 @@ that laws still run in vector registers."""
 from collections.abc import Callable
 
 from benchtwin.sim.engine import tiles
-from benchtwin.sim.engine.compiled import OPTIONS, inner
+from benchtwin.sim.engine.compiled import INNER, inner
 from benchtwin.sim.laws.law import CONTACT_KINDS, Law
 from numba import njit
 
@@ -17,14 +17,14 @@ def _numbers_from(first: int, count: int, lanes: bool):
     """Compiled function that makes the tuple of `count` numbers from rows of a tile (or
     columns of a table row)."""
     if count == 0:
-        return njit(**OPTIONS)(lambda P, t: ())
+        return njit(**INNER)(lambda P, t: ())
     before = _numbers_from(first, count - 1, lanes)
     at = first + count - 1
     if lanes:
         where = tiles.EXTRA + at * tiles.STRIDE
-        return njit(**OPTIONS)(lambda P, t: (*before(P, t), P[where + t]))
+        return njit(**INNER)(lambda P, t: (*before(P, t), P[where + t]))
     column = tiles.COLUMNS + at
-    return njit(**OPTIONS)(lambda P, t: (*before(P, t), P[t, column]))
+    return njit(**INNER)(lambda P, t: (*before(P, t), P[t, column]))
 
 
 def extra_columns(laws: tuple[Law, ...]) -> list[tuple[Law, int]]:
@@ -62,7 +62,7 @@ def _one(law: Law, on: int, fixed: int, neutral):
                 )
             return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def _normal(law: Law, on: int, fixed: int, neutral):
@@ -70,7 +70,7 @@ def _normal(law: Law, on: int, fixed: int, neutral):
     own reach, whatever another law's is."""
     f, is_on = inner(law.function), _numbers_from(on, 1, True)
     take_numbers = _numbers_from(on + 1, len(law.parameters), True)
-    reach = njit(**OPTIONS)(law.reach or _touching)
+    reach = njit(**INNER)(law.reach or _touching)
 
     def call(overlap, closing, radius, modulus, P, t):
         if is_on(P, t)[0] > 0.5 and -overlap <= reach(
@@ -79,7 +79,7 @@ def _normal(law: Law, on: int, fixed: int, neutral):
             return f(overlap, closing, radius, modulus, *take_numbers(P, t))
         return 0.0
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def _touching(radius, modulus, *numbers):
@@ -93,19 +93,19 @@ def _after(first, second):
     def call(speed, value, P, t):
         return second(speed, first(speed, value, P, t), P, t)
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def _sum(first, second):
     def call(a, b, c, d, P, t):
         return first(a, b, c, d, P, t) + second(a, b, c, d, P, t)
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def contact_laws(placed: list[tuple[Law, int]]) -> dict:
     """What `tiles.laws` is bound to: the chosen laws of each kind as one function."""
-    second_of_two = njit(**OPTIONS)(lambda a, b: b)
+    second_of_two = njit(**INNER)(lambda a, b: b)
     names = {
         "restitution": ("HAS_RESTITUTION", 2, _after),
         "friction": ("HAS_FRICTION", 2, _after),
@@ -147,7 +147,7 @@ def reach(placed: list[tuple[Law, int]]) -> Callable | None:
 
 
 def _farther(f, is_on, numbers, before):
-    before = before or njit(**OPTIONS)(lambda radius, modulus, row, table: 0.0)
+    before = before or njit(**INNER)(lambda radius, modulus, row, table: 0.0)
 
     def call(radius, modulus, row, table):
         own = before(radius, modulus, row, table)
@@ -155,7 +155,7 @@ def _farther(f, is_on, numbers, before):
             own = max(own, f(radius, modulus, *numbers(table, row)))
         return own
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def body_laws(laws: tuple[Law, ...]) -> Callable | None:
@@ -182,14 +182,14 @@ def _with_body(f, numbers, before):
             h, i, j, k, m, n = before(vx, vy, vz, wx, wy, wz, diameter, row)
             return a + h, b + i, c + j, d + k, e + m, g + n
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)
 
 
 def _array_numbers(first: int, count: int):
     if count == 0:
-        return njit(**OPTIONS)(lambda row: ())
+        return njit(**INNER)(lambda row: ())
     before, at = _array_numbers(first, count - 1), first + count - 1
-    return njit(**OPTIONS)(lambda row: (*before(row), row[at]))
+    return njit(**INNER)(lambda row: (*before(row), row[at]))
 
 
 def motions(laws: tuple[Law, ...]) -> Callable | None:
@@ -204,11 +204,11 @@ def motions(laws: tuple[Law, ...]) -> Callable | None:
 
 
 def _with_motion(f, numbers, mine, others):
-    others = others or njit(**OPTIONS)(lambda number, t, row: (0.0, 0.0))
+    others = others or njit(**INNER)(lambda number, t, row: (0.0, 0.0))
 
     def call(number, t, row):
         if number == mine:
             return f(t, *numbers(row))
         return others(number, t, row)
 
-    return njit(**OPTIONS)(call)
+    return njit(**INNER)(call)

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from benchtwin.sim.engine import sleeping, turning
-from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.tiles import LANES
 from numba import njit
@@ -133,7 +133,7 @@ def end_step(t, P, m, q, spun):
 turn_round, turn_free = turning.turn_round, turning.turn_free
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def put_ball(at, x, y, z, ball, path):
     """Move a ball there; how long its path is by now, a sum of straight steps. ball is
     flat, four numbers a ball."""
@@ -143,7 +143,7 @@ def put_ball(at, x, y, z, ball, path):
     return path[at]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def place_balls(at, cx, cy, cz, turned, kind, shape_start, shape_ball, ball, path):
     """Move the balls of a body (from number `at` on) to where its centre and rotation
     matrix have them; their longest path."""

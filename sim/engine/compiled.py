@@ -19,6 +19,37 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.compiler import Compiler, Flags
+
+
+class _QuickFlags(Flags):
+    """numba's flags, compared by those that are set: numba asks for each of forty
+    options on both sides, two hundred thousand times."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Flags):
+            return NotImplemented
+        if self._values == other._values:
+            return True
+        names = {**self._values, **other._values}
+        return all(getattr(self, n) == getattr(other, n) for n in names)
+
+    def __hash__(self) -> int:
+        return NAMES  # numba hashes the options' names alone
+
+
+NAMES = hash(Flags())
+
+
+class _Compiler(Compiler):
+    """numba's own, with flags that compare quickly."""
+
+    def __init__(self, typing, target, library, args, returned, flags, local):
+        quick = _QuickFlags(flags)
+        super().__init__(typing, target, library, args, returned, quick, local)
+
 
 # Of fastmath only "contract", a·b + c rounded once: sums are not reordered, which would
 # make a force depend on how a loop was cut into vectors. error_model numpy drops the
@@ -32,8 +63,12 @@ OPTIONS: dict[str, Any] = {
     "nogil": True,
     "boundscheck": False,
     "_nrt": False,
+    "pipeline_class": _Compiler,
+    "no_cfunc_wrapper": True,
 }
 ALLOCATING: dict[str, Any] = {**OPTIONS, "_nrt": True}
+# of a part of a kernel, which only compiled code calls
+INNER: dict[str, Any] = {**OPTIONS, "no_cpython_wrapper": True}
 
 
 @cache
@@ -99,7 +134,7 @@ def bind(template: Callable, **names: object) -> Callable:
 def inner(template: Callable, **names: object) -> Callable:
     """`template` with `names` bound, compiled as a part of a kernel (kept on disk only
     inside that kernel)."""
-    return numba.njit(forceinline=True, **OPTIONS)(bind(template, **names))
+    return numba.njit(forceinline=True, **INNER)(bind(template, **names))
 
 
 def kernel(

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from benchtwin.sim.engine import gathering, tiles
 from benchtwin.sim.engine.bodies import FROM_CONTACTS
-from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.gathering import S_CONTACTS
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.surfaces import nearest, shares_feature
@@ -147,7 +147,7 @@ def touching_walls(first, last, look, s, active, meet):
     return count
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def copy(into, row):
     """Copy a row into another of the same length."""
     for k in range(len(row)):

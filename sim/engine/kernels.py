@@ -17,7 +17,7 @@ from benchtwin.sim.engine import (
     tiles,
     turning,
 )
-from benchtwin.sim.engine.compiled import OPTIONS, fingerprint, inner, kernel
+from benchtwin.sim.engine.compiled import INNER, fingerprint, inner, kernel
 from benchtwin.sim.engine.gathering import S_OVERLAP
 from benchtwin.sim.engine.parallel import barrier, take
 from benchtwin.sim.laws import hertz_mindlin
@@ -148,7 +148,7 @@ def advance(
         forces = True
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def stale(totals, wall_way, skin):
     """Whether a ball, or a ball and a wall together, may have come nearer than the
     lists know."""
@@ -158,7 +158,7 @@ def stale(totals, wall_way, skin):
     return not (2.0 * way < skin and way + wall_way[0] < skin)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def squeeze(sums):
     """Largest overlap over the smaller ball's radius."""
     overlap = 0.0
@@ -167,7 +167,7 @@ def squeeze(sums):
     return overlap
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def runaway(totals, most_speed):
     """RUNAWAY where a body is faster than `most_speed` [m/s] or its speed is not a
     number, else DONE."""
@@ -177,7 +177,7 @@ def runaway(totals, most_speed):
     return DONE
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def add_walls(wall_push, wall_load, dt, impulse):
     """Total push of the seeds on each wall, block by block, and its time integral."""
     for w in range(len(wall_load)):
@@ -189,7 +189,7 @@ def add_walls(wall_push, wall_load, dt, impulse):
             impulse[w, k] += total * dt
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def add_ledger(sums, dt, ledger):
     """Add the work that the laws did in one step of `dt` [s] to the energy ledger
     [J]."""

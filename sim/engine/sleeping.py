@@ -9,21 +9,21 @@ speeds of √(g d)."""
 
 import math
 
-from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.compiled import INNER
 from numba import njit
 
 SLEEP_EVERY, CALM = 16, 8
 CALM_SPEED, CALM_FORCE, WAKING_FORCE, WAKING_SPEED = 4e-3, 0.05, 0.1, 0.02
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def is_struck(speed2, g, diameter):
     """Whether something touches a sleeper with a squared speed that wakes it at
     once."""
     return speed2 > WAKING_SPEED * WAKING_SPEED * g * diameter
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def is_balanced(asleep, fx, fy, fz, tx, ty, tz, brake, diameter, weight):
     """Whether force and torque leave a body at rest where it is; `brake` is the torque
     that rolling friction can hold."""
@@ -35,7 +35,7 @@ def is_balanced(asleep, fx, fy, fz, tx, ty, tz, brake, diameter, weight):
     )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def is_slow(vx, vy, vz, wx, wy, wz, g, diameter):
     """Whether a body moves and turns as slowly as one at rest."""
     moving2 = vx * vx + vy * vy + vz * vz

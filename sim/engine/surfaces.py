@@ -8,7 +8,7 @@ the axis to the other end, radius; a thin shell, felt from inside and outside.""
 
 import math
 
-from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.compiled import INNER, OPTIONS
 from numba import njit
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
@@ -45,7 +45,7 @@ def nearest(kind, row, x, y, z):
     return nx / distance, ny / distance, nz / distance, distance, feature
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _on_cylinder(row, dx, dy, dz):
     ax, ay, az = row[3], row[4], row[5]
     length2 = ax * ax + ay * ay + az * az
@@ -57,7 +57,7 @@ def _on_cylinder(row, dx, dy, dz):
     return s * ax + k * rx, s * ay + k * ry, s * az + k * rz
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _on_parallelogram(row, dx, dy, dz):
     """Exact for rectangles, which is what `walls.Rectangle` makes."""
     ax, ay, az, bx, by, bz = row[3], row[4], row[5], row[6], row[7], row[8]
@@ -70,7 +70,7 @@ def _on_parallelogram(row, dx, dy, dz):
     return u * ax + v * bx, u * ay + v * by, u * az + v * bz
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _on_triangle(row, dx, dy, dz):
     """Ericson (2005), Real-Time Collision Detection, section 5.1.5, keeping which
     corner, edge or face it was."""
@@ -104,7 +104,7 @@ def _on_triangle(row, dx, dy, dz):
     return v * ax + w * bx, v * ay + w * by, v * az + w * bz, FACE
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def shares_feature(corners, feature, others):
     """Whether the triangle with corner numbers `others` contains the given feature of
     the triangle `corners`."""
@@ -194,7 +194,7 @@ def place_walls(t, view):
             view.wall_way[0] = max(view.wall_way[0], moved(prim[k], view.prim_ref[k]))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def moved(row, ref):
     """How far a point of a primitive has moved at most: its corners, and for a cylinder
     its rim."""
@@ -213,7 +213,7 @@ def moved(row, ref):
     return math.sqrt(way2) + rim
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def rotate(ux, uy, uz, c, s, x, y, z):
     """Vector turned about the unit axis u by the angle with cosine c and sine s
     (Rodrigues)."""

@@ -16,7 +16,7 @@ from step to step.)"""
 
 import math
 
-from benchtwin.sim.engine.compiled import OPTIONS
+from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.tiles import COMPUTED, rows
 from numba import njit
 
@@ -35,7 +35,7 @@ THIRD = 1.0 / 3.0
 HAS_BRAKE = False  # whether a law brakes bodies' own spin; `kernels.build` says so
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def matrix(w, x, y, z):
     """Rotation matrix, body to world, of a unit quaternion."""
     return (
@@ -51,7 +51,7 @@ def matrix(w, x, y, z):
     )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def turned(P, t):
     """The matrix in lane t."""
     return (
@@ -67,13 +67,13 @@ def turned(P, t):
     )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def _half_tangent(angle):
     half = 0.5 * angle
     return half + half * half * half * THIRD
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def braked(p1, p2, p3, j1, j2, j3, most):
     """Angular momentum about principal axes after rolling friction has taken up to
     `most` of it, against the spin.
