@@ -34,6 +34,7 @@ from benchtwin.report.draw import name
 from benchtwin.report.numbers import words
 from benchtwin.report.page import write_report
 from benchtwin.report.spreadsheet import write_spreadsheet
+from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
@@ -57,7 +58,7 @@ RECORDED: tuple[str, ...] = (
     "next_test",
 )
 # what a calibration leaves
-OURS = {"result.json", "report.html", WORKBOOK, "tables", "runs", "twin"}
+OURS = {"result.json", PAGE, PRINTED, WORKBOOK, "tables", "runs", "twin"}
 
 
 @dataclass(frozen=True)
@@ -256,7 +257,7 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     ]
     if c.joint is not None:
         lines += in_words(c.joint.next_tests)
-    left = f"report: {out / 'report.html'}" if reported else f"tables: {out / 'tables'}"
+    left = f"report: {out / PAGE}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
 
 

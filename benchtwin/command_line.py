@@ -34,6 +34,7 @@ COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
     "diagnose": simulations.diagnose,
     "seeds": recordings.seeds,
     "export": simulations.export,
+    "pdf": recordings.pdf,
     "pack": recordings.pack,
     "unpack": recordings.unpack,
     "prove": simulations.prove,

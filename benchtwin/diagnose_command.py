@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -27,11 +28,7 @@ if TYPE_CHECKING:
     from benchtwin.diagnose.bench import Diagnosis
     from benchtwin.twin.bench_folder import Observed
 
-OURS = {
-    "diagnosis.json",
-    "report.html",
-    "twin",
-}  # what a diagnosis leaves in its folder
+OURS = {"diagnosis.json", PAGE, PRINTED, "twin"}  # what a diagnosis leaves
 RIG_NAMES = tuple(rig.name for rig in RIGS.values() if rig.diagnose)
 
 
@@ -98,7 +95,7 @@ def _check(asked: Asked) -> None:
 
 def _clear(asked: Asked) -> None:
     """Remove an older diagnosis once a new one is at hand."""
-    for name in ("diagnosis.json", "report.html"):
+    for name in ("diagnosis.json", PAGE, PRINTED):
         (asked.out / name).unlink(missing_ok=True)
 
 
@@ -130,5 +127,5 @@ def _show(found, asked: Asked, drawn: bool) -> None:
         for line in (*lines(found), f"nothing could be diagnosed in {asked.bench}"):
             say("diagnose", line, FAILED)
     elif not asked.quiet:
-        report = asked.out / ("report.html" if drawn else "diagnosis.json")
+        report = asked.out / (PAGE if drawn else "diagnosis.json")
         print_lines(result_console(), *lines(found), f"report: {report}")

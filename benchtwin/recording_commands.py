@@ -223,6 +223,24 @@ def page(
     raise Exit(page_command(folder, port, browser))
 
 
+def pdf(
+    results: Annotated[
+        Path, given("Folder of results with a report.html, or the page itself.")
+    ],
+    out: Annotated[
+        Path | None, said("The PDF; else report.pdf beside the page.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Print a report as PDF, by Chromium, Chrome or Edge.
+
+    Exit code 0: printed; 1: it cannot be; 2: there is no report.
+    """
+    from benchtwin.report.pdf import pdf_command
+
+    raise Exit(pdf_command(results, out, quiet))
+
+
 def pack(
     bench: Annotated[Path, given("Bench folder.", metavar="BENCH")],
     out: Annotated[Path, said("Folder to make; a zip where the name ends in .zip.")],

@@ -23,6 +23,7 @@ PROOF_FILES = {  # what a proof leaves in its folder
     "prove.json",
     "cases.csv",
     "report.html",
+    "report.pdf",
 }
 
 

@@ -45,6 +45,7 @@ def write_all(
     )
     write_whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
     write_whole(out / "report.html", render(judged, rows, tables, seed))
+    (out / "report.pdf").unlink(missing_ok=True)  # a print of an older one
 
 
 def cases_table(judged: list[Judged]) -> pd.DataFrame:

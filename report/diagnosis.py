@@ -20,8 +20,7 @@ from benchtwin.report.residuals import (
     points,
     recorded,
 )
-from benchtwin.report.template import fill
-from benchtwin.twin.command import write_whole
+from benchtwin.report.template import fill, write_page
 
 TAGS = {
     "sure": "nothing missing",
@@ -36,7 +35,7 @@ MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
 
 def write_report(found: Diagnosis, out: Path) -> None:
     """report.html in the folder `out`. OSError when it cannot be written."""
-    write_whole(out / "report.html", render(found))
+    write_page(out, render(found))
 
 
 def render(found: Diagnosis) -> str:

@@ -12,13 +12,12 @@ from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.statistics.assessment import natural_coefficients
 from benchtwin.report import draw, figures, pile_figures, side_by_side
 from benchtwin.report.numbers import cells, sentence
-from benchtwin.report.template import fill
-from benchtwin.twin.command import write_whole
+from benchtwin.report.template import fill, write_page
 
 
 def write_report(c: Calibration, out: Path) -> None:
     """report.html in the folder `out`. OSError when it cannot be written."""
-    write_whole(out / "report.html", render(c))
+    write_page(out, render(c))
 
 
 def render(c: Calibration) -> str:

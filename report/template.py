@@ -4,9 +4,20 @@ network."""
 import json
 from collections.abc import Callable
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
+from benchtwin.twin.command import write_whole
 from benchtwin.twin.versions import versions
+
+PAGE, PRINTED = "report.html", "report.pdf"
+
+
+def write_page(out: Path, page: str) -> None:
+    """Write a report's page into the folder of its results; a print of an older one
+    goes."""
+    write_whole(out / PAGE, page)
+    (out / PRINTED).unlink(missing_ok=True)
 
 
 def fill(

@@ -24,7 +24,8 @@ def pack_command(
         size = (out.stat().st_size if out.is_file() else _size(out)) / 1e6
         print(f"{out}: {len(packed.files)} files, {size:.1f} MB")
         if packed.left_out:
-            print(f"links are left out: {_some(packed.left_out)}")
+            why = "links, and prints of pages that name folders of this machine"
+            print(f"left out ({why}): {_some(packed.left_out)}")
         if packed.located:
             print(f"where they were taken is in photos (EXIF): {_some(packed.located)}")
         return DONE

@@ -11,6 +11,7 @@ from pathlib import Path
 from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST
 from benchtwin.report.archive.about import about
 from benchtwin.report.archive.machine import Machine
+from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.bench_folder import among_results
 from benchtwin.twin.versions import versions
 
@@ -77,6 +78,9 @@ def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
             if folder != bench and RUNS in inside.parts[:-1] and not runs:
                 continue
             at = f"{name}/{inside.as_posix()}"
+            if path.name == PRINTED and _changed(machine, path.with_name(PAGE)):
+                found.left_out.append(str(path))  # a print cannot be changed
+                continue
             found.files[at] = path if folder == bench else machine.cleaned(path)
             if folder == bench:
                 if named := machine.named_in(path):
@@ -88,6 +92,10 @@ def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
     found.files[ABOUT] = about(bench.resolve().name, found.files, runs)
     found.files[MANIFEST] = _manifest(found.files)
     return found
+
+
+def _changed(machine: Machine, page: Path) -> bool:
+    return page.is_file() and isinstance(machine.cleaned(page), str)
 
 
 def _walk(folder: Path, found: Packed) -> Iterator[tuple[Path, Path]]:

@@ -57,8 +57,8 @@ def with_pictures(
         return drawn
     filmed = tuple(_filmed(flown, r, rows, seen, folder, say))
     how = (
-        f"{again.how} The old and the new twin of {s.names[r]} were also rendered, and"
-        " followed by the code that measures films."
+        f"{again.how}; the old and the new twin of {s.names[r]} were also rendered, and"
+        " followed by the code that measures films"
     )
     return replace(drawn, compared=(*again.compared, *filmed), how=how)
 

@@ -111,8 +111,11 @@ def test_links_and_photos_that_say_where_are_named(place):
     exif.get_ifd(0x8825)[1] = "N"
     photo.save(place / "Körner bench" / "heap.jpg", exif=exif)
     photo.save(place / "Körner bench" / "plain.jpg")
-    said = run("pack", "Körner bench", "--out", "packed").output
-    assert "links are left out" in said and "link.txt" in said
+    (place / "calibrated" / "report.html").write_text(f"made in {place}", "utf8")
+    (place / "calibrated" / "report.pdf").write_bytes(b"%PDF made there")
+    said = run("pack", "Körner bench", "calibrated", "--out", "packed").output
+    left = next(line for line in said.splitlines() if line.startswith("left out"))
+    assert "link.txt" in left and "report.pdf" in left
     assert "heap.jpg" in said and "plain.jpg" not in said
     assert not (place / "packed/bench/Körner bench/link.txt").exists()
 
