@@ -115,16 +115,16 @@ class Engine:
         lying: Filled | None = None,
     ) -> Motion:
         """The rig's motion. LAMMPS works in the folder `scratch`, and goes on from what
-        it left there; None: one that is removed. Of our own engine, keep: is told how
-        the run ended; lying: a heap to begin with."""
+        it left there; None: one that is removed. keep: is told how the run ended, of
+        LAMMPS a heap's; lying: a heap to begin with."""
         rig, run = rig_of(recording), setup_of(recording).run
+        how: dict[str, Any] = {"fps": fps, "watch": watch}
+        how |= {"lying": lying} if lying is not None else {}
         if self.name == OURS:
-            how: dict[str, Any] = {"fps": fps, "watch": watch}
-            how |= {"lying": lying} if lying is not None else {}
             return run(rig, on_bench, rng, engine=Ours(threads, keep), **how)
         with tempfile.TemporaryDirectory() as passing:
-            theirs = LammpsEngine(Lammps(scratch or Path(passing), self.ranks))
-            return run(rig, on_bench, rng, fps=fps, watch=watch, engine=theirs)
+            lammps = Lammps(scratch or Path(passing), self.ranks)
+            return run(rig, on_bench, rng, engine=LammpsEngine(lammps, keep), **how)
 
 
 OWN = Engine()

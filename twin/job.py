@@ -16,7 +16,7 @@ from benchtwin.sim.ondem import STATE
 from benchtwin.sim.ondem.read import read_state
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.sim.rigs.filling import Filled
-from benchtwin.twin.engine import OURS, OWN, Engine
+from benchtwin.twin.engine import OWN, Engine
 from benchtwin.twin.lot import file_digest, lot_digest
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.run import MODEL, RECORD, simulate
@@ -52,10 +52,13 @@ class Job:
         if self.start is not None:
             self._check_start(self.start)
 
+    @property
+    def heaps(self) -> bool:
+        """Whether it can begin with a heap."""
+        return setup_of(self.recording(Path("job"))).begins
+
     def _check_start(self, start: Path) -> None:
-        if self.engine.name != OURS:
-            raise ValueError("--start: only with our own engine; leave out --engine")
-        if not setup_of(self.recording(Path("job"))).begins:
+        if not self.heaps:
             what = "only a pile or cylinder can begin with a heap"
             raise ValueError(f"--start: {what}, not a {self.rig}")
         read_state(start)

@@ -64,10 +64,11 @@ def simulate(
     rendered=False writes the track (pile: the angle of the true outline) that the
     simulation knows in place of pictures. Beside the recording stands simulation.json:
     what was assumed, by which versions, what the simulation knows of the answer, and
-    `more`. save: how our engine's run ended, in state.vtkhdf, contacts included; lying:
-    a heap to begin with. The folder appears whole or not at all; LAMMPS's inputs, in
-    `lammps/`, too. Raises ValueError for a rig, camera or number that does not fit;
-    FileExistsError when `out` is there; RuntimeError where an engine stops."""
+    `more`. save: how the run ended, in state.vtkhdf, contacts included (of LAMMPS, a
+    heap's); lying: a heap to begin with. The folder appears whole or not at all;
+    LAMMPS's inputs, in `lammps/`, too. Raises ValueError for a rig, camera or number
+    that does not fit; FileExistsError when `out` is there; RuntimeError where an engine
+    stops."""
     recording = like or Recording(out.name, out, rig, "", ())
     if recording.rig != rig:
         raise ValueError(
@@ -85,7 +86,7 @@ def simulate(
         threads=threads,
         engine=engine,
         scratch=scratch,
-        keep=lambda *end: ended.append(end),
+        keep=(lambda *end: ended.append(end)) if save else forget,
         lying=lying,
     )
     part = out.with_name(f".{out.name}.part-{os.getpid()}")
@@ -133,8 +134,8 @@ def run(
     lying: Filled | None = None,
 ) -> tuple[Motion, Recording]:
     """The run itself: its motion, and the recording (without evidence) that states all
-    that it assumed. scratch: the folder in which LAMMPS works; keep: is told how our
-    engine's run ended; lying: a heap to begin with."""
+    that it assumed. scratch: the folder in which LAMMPS works; keep: is told how the
+    run ended; lying: a heap to begin with."""
     name = recording.need_rig()
     on_bench, _ = engine.bench(parameters, recording)
     setup = setup_of(recording)

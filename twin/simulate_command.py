@@ -110,8 +110,8 @@ def check_ready(jobs: list[Job], save: str | None) -> None:
     not there."""
     if save not in (None, SAVED):
         raise ValueError(f"--save {save}: {SAVED} is what there is")
-    if save and jobs[0].engine.name != OURS:
-        raise ValueError("--save: only with our own engine; leave out --engine")
+    if save and jobs[0].engine.name != OURS and not jobs[0].heaps:
+        raise ValueError(f"--save: of LAMMPS only heaps, not a {jobs[0].rig}")
     jobs[0].engine.ready()
 
 

@@ -14,13 +14,22 @@ from typing import cast
 import numpy as np
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.step import Every
+from benchtwin.sim.engine.step import Every, init
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.lammps.follow import read_pushes
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.lammps.stage import Stage
 from benchtwin.sim.rigs.bench import Columns, Watch
-from benchtwin.sim.rigs.engine import FLOWN_S, POURED, QUIET, SETTLED_S, Lift, Way
+from benchtwin.sim.rigs.engine import (
+    FLOWN_S,
+    POURED,
+    QUIET,
+    SETTLED_BED,
+    SETTLED_S,
+    Lift,
+    Way,
+    forget,
+)
 
 ASKED_S = 0.05  # about how often a single body's end is asked for
 LOOK_S = 0.01  # and a heap's
@@ -30,9 +39,11 @@ FRAME_S = 0.05  # of a heap's places where no film is asked for
 @dataclass(frozen=True)
 class LammpsEngine:
     """LAMMPS in its folder. Worlds: with a law that LAMMPS has
-    (`sim.lammps.contact.in_lammps_law`); RuntimeError says what it stopped with."""
+    (`sim.lammps.contact.in_lammps_law`); RuntimeError says what it stopped with. keep:
+    is told how the run of a heap ended, as `heap_of` has it."""
 
     lammps: Lammps
+    keep: Callable[[World, State], object] = forget
 
     def follow(
         self,
@@ -101,6 +112,9 @@ class LammpsEngine:
             still=None if photo else QUIET,
         )
         found = self.lammps.run(pile, "lifting and settling", watch)
+        if self.keep is not forget:
+            time_s = float(found.steps[-1]) * pile.step_s
+            self.keep(*heap_of(lifted, found.rows[-1], time_s))
         return found.columns(pile.step_s), self.lammps.still(pile)
 
     def _settle(
@@ -109,6 +123,26 @@ class LammpsEngine:
         """The seeds' rows, as `follow.Way` has them, once they lie `quiet`."""
         stage = Stage(name, world, None, FRAME_S, LOOK_S, SETTLED_S, still=quiet)
         return self.lammps.run(stage, title, watch).rows[-1]
+
+
+def heap_of(world: World, rows: np.ndarray, time_s: float) -> tuple[World, State]:
+    """LAMMPS's heap, rows (seeds, 13) as `follow.Way` has them, as a state of ours in
+    the world without what was lifted: normal forces follow from the overlaps by the
+    same law, and friction's springs begin anew."""
+    there, lifted = np.isfinite(rows).all(axis=1), cast(Placed, world.seeds[0])
+    rows = rows[there]  # without seeds that left
+    placed = replace(
+        lifted,
+        positions=rows[:, :3],
+        orientations=rows[:, 3:7],
+        velocities=rows[:, 7:10],
+        spins=rows[:, 10:13],
+        shape_of=None if lifted.shape_of is None else lifted.shape_of[there],
+    )
+    standing = tuple(wall for wall in world.walls if not wall.moves)
+    world = replace(world, seeds=(placed,), walls=standing)
+    state = init(world, np.random.default_rng(0), allowed_overlap=SETTLED_BED)
+    return world, replace(state, step=round(time_s / state.dt))
 
 
 @dataclass(frozen=True, eq=False)

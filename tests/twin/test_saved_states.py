@@ -72,13 +72,9 @@ def test_another_start_is_another_run(heap, tmp_path):
         (["drop", "--save", "stl"], "--save stl: vtkhdf is what there is"),
         (
             ["drop", "--save", "vtkhdf", "--engine", "lammps"],
-            "--save: only with our own",
+            "--save: of LAMMPS only heaps, not a drop",
         ),
         (["drop", "--start", "STATE"], "only a pile or cylinder can begin with a heap"),
-        (
-            ["pile", "--start", "STATE", "--engine", "lammps"],
-            "--start: only with our own",
-        ),
         (["pile", "--start", "nowhere.vtkhdf"], "nowhere.vtkhdf: no such file"),
         (
             ["pile", *SLAB, "--set", "pile.plate_mm=[61,20]", "--start", "RAISED"],
