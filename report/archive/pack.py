@@ -6,6 +6,7 @@ import shutil
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from io import SEEK_END, BufferedIOBase, BytesIO
 from pathlib import Path
 
 from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST
@@ -111,22 +112,23 @@ def _walk(folder: Path, found: Packed) -> Iterator[tuple[Path, Path]]:
 
 
 def _manifest(files: Mapping[str, Path | str]) -> str:
-    told = {
-        at: {"bytes": len(raw := content_of(content)), "sha256": digest(raw)}
-        for at, content in sorted(files.items())
-    }
-    content = {"format": FORMAT, "versions": versions(), "files": told}
-    return json.dumps(content, indent=1, ensure_ascii=False)
+    rows = {}
+    for at, content in sorted(files.items()):
+        with stream_of(content) as stream:
+            hashed, size = digest(stream), stream.seek(0, SEEK_END)
+        rows[at] = {"bytes": size, "sha256": hashed}
+    told = {"format": FORMAT, "versions": versions(), "files": rows}
+    return json.dumps(told, indent=1, ensure_ascii=False)
 
 
-def content_of(content: Path | str) -> bytes:
-    """A file's bytes."""
-    return content.encode() if isinstance(content, str) else content.read_bytes()
+def stream_of(content: Path | str) -> BufferedIOBase:
+    """A file's bytes, of films too large for the memory, too."""
+    return BytesIO(content.encode()) if isinstance(content, str) else content.open("rb")
 
 
-def digest(raw: bytes) -> str:
-    """SHA-256, in hexadecimal digits."""
-    return hashlib.sha256(raw).hexdigest()
+def digest(stream: BufferedIOBase) -> str:
+    """SHA-256 of all that is left of a stream, in hexadecimal digits."""
+    return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _as_folder(part: Path, files: Mapping[str, Path | str]) -> None:
@@ -134,14 +136,15 @@ def _as_folder(part: Path, files: Mapping[str, Path | str]) -> None:
     for at, content in files.items():
         place = part / at
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_bytes(content_of(content))
+        with stream_of(content) as source, place.open("wb") as target:
+            shutil.copyfileobj(source, target)
 
 
 def _as_zip(part: Path, files: Mapping[str, Path | str]) -> None:
     with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as held:
         for at, content in sorted(files.items()):
-            held.writestr(
-                zipfile.ZipInfo(at, WRITTEN_AT),
-                content_of(content),
-                zipfile.ZIP_DEFLATED,
-            )
+            told = zipfile.ZipInfo(at, WRITTEN_AT)
+            told.compress_type = zipfile.ZIP_DEFLATED
+            entry = held.open(told, "w", force_zip64=True)
+            with stream_of(content) as source, entry as target:
+                shutil.copyfileobj(source, target)

@@ -7,13 +7,15 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BufferedIOBase
 from pathlib import Path, PurePosixPath
+from typing import cast
 
 from benchtwin.report.archive import FORMAT, MANIFEST
 from benchtwin.report.archive.pack import digest
 from benchtwin.twin.versions import versions
 
-Reader = Callable[[str], bytes]
+Reader = Callable[[str], BufferedIOBase]
 
 
 class NoPack(ValueError):
@@ -67,14 +69,14 @@ def _opened(packed: Path) -> Iterator[tuple[set[str], Reader]]:
     """Names in a pack, and what reads one of them."""
     if packed.is_dir():
         files = {p.relative_to(packed).as_posix() for p in packed.rglob("*") if _own(p)}
-        yield files, lambda name: (packed / name).read_bytes()
+        yield files, lambda name: (packed / name).open("rb")
         return
     if not packed.exists():
         raise NoPack(f"{packed}: no such file or folder")
     try:
         with zipfile.ZipFile(packed) as held:
             names = {n for n in held.namelist() if not n.endswith("/")}
-            yield names, held.read
+            yield names, lambda name: cast(BufferedIOBase, held.open(name))
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError) as error:
         raise NoPack(f"{packed}: a damaged zip, or none ({error})") from None
 
@@ -90,7 +92,8 @@ def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
             f"{packed}: {MANIFEST} is not in it: `benchtwin pack` did not make it"
         )
     try:
-        told = json.loads(read(MANIFEST))
+        with read(MANIFEST) as stream:
+            told = json.load(stream)
         made, written = told["format"], told["files"]
         names_safe = all(_safe(name) for name in written)
         hashed = all(isinstance(row["sha256"], str) for row in written.values())
@@ -119,17 +122,18 @@ def _copied(listed: dict, names: set[str], read: Reader, out: Path) -> list[str]
     part, wrong = out.with_name(f".{out.name}.part"), []
     try:
         for name in (n for n in listed if n in names):
-            raw = read(name)
-            if _differs(raw, listed[name]):
-                wrong.append(name)
             place = part / name
             place.parent.mkdir(parents=True, exist_ok=True)
-            place.write_bytes(raw)
+            with read(name) as source, place.open("wb") as target:
+                shutil.copyfileobj(source, target)
+            if _differs(place.open("rb"), listed[name]):
+                wrong.append(name)
         part.replace(out)
     finally:
         shutil.rmtree(part, ignore_errors=True)
     return wrong
 
 
-def _differs(raw: bytes, row: dict) -> bool:
-    return digest(raw) != row["sha256"]
+def _differs(stream: BufferedIOBase, row: dict) -> bool:
+    with stream:
+        return digest(stream) != row["sha256"]
