@@ -16,6 +16,7 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 
 SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
+SPREAD = 9  # frames that show what a film is of
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,10 @@ class FrameSource(ABC):
         frames = [frame.pixels for frame in self.picked(n)]
         shapes = [p.shape for p in frames]
         return [p for p in frames if p.shape == max(set(shapes), key=shapes.count)]
+
+    def spread(self) -> list[Frame]:
+        """About SPREAD frames of the whole film."""
+        return self.picked(SPREAD)
 
     def note(self, message: str) -> None:
         if message not in self.notes:
@@ -177,9 +182,19 @@ class Video(FrameSource):
         super().__init__(path=file, count=expected, fps=fps or self._file_fps)
         self._stated_fps = fps
         self._grey: bool | None = None  # whether it is grey, by the first decoded frame
+        self._spread: list[Frame] = []  # of the last time that all were decoded
 
     def iterate(self) -> Iterator[Frame]:
-        yield from self._decode(every=1)
+        spread: list[Frame] = []
+        every = max(1, -(-self.count // SPREAD))
+        for frame in self._decode(every=1):
+            if frame.index % every == 0 and len(spread) < 2 * SPREAD:
+                spread.append(frame)
+            yield frame
+        self._spread = spread
+
+    def spread(self) -> list[Frame]:
+        return self._spread or super().spread()
 
     def sample(self, n: int) -> list[np.ndarray]:
         """About n evenly spaced pictures, of key frames only where there are enough,

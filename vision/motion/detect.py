@@ -222,13 +222,7 @@ def _coverage(
     background = _shaded(image, background, outer == 0, scene)
     noise = float(1 / scene.matrix[0, 0] / np.sqrt(len(scene.matrix)))
     inside, depth_px = (inner > 0) & (depth < half + 3.5), half + 1.0
-    channels = range(image.shape[2])
-    colour = np.dstack(
-        [
-            _own_brightness(image[..., k], inside, depth_px, noise, scene.white)
-            for k in channels
-        ]
-    )
+    colour = _own_colour(image, inside, depth_px, noise, scene.white)
     shift, background_sds, off = (
         np.atleast_3d(in_sds(v, scene.matrix))
         for v in (image - background, background, colour - background)
@@ -271,34 +265,35 @@ def _shaded(
     )
 
 
-def _own_brightness(
+def _own_colour(
     image: np.ndarray, inner: np.ndarray, reach: float, noise: float, white: float
 ) -> np.ndarray:
-    """The seed's brightness extrapolated from its inside: a plane for the light's
+    """The seed's colour extrapolated from its inside: a plane a channel for the light's
     direction, plus the local mean of the rest."""
     rows, columns = np.nonzero(inner)
     values = image[rows, columns].astype(float)
     if len(values) < 12:
-        return np.full(image.shape, values.mean() if len(values) else 0.0)
+        mean = values.mean(axis=0) if len(values) else np.zeros(image.shape[2])
+        return np.broadcast_to(mean, image.shape)
     u, v = columns - columns.mean(), rows - rows.mean()
     uu, vv, uv, zu, zv = u @ u, v @ v, u @ v, u @ values, v @ values
+    slope_u, slope_v = np.zeros((2, image.shape[2]))
     determinant = uu * vv - uv**2
-    slope_u = slope_v = 0.0
     if determinant > 1e-6:
         slope_u = (zu * vv - zv * uv) / determinant
         slope_v = (zv * uu - zu * uv) / determinant
-    if slope_u * zu + slope_v * zv < 18 * noise**2:  # a gradient within the noise
-        slope_u = slope_v = 0.0
-    plane = values.mean() + slope_u * (np.arange(image.shape[1]) - columns.mean())
-    plane = (
-        plane[None, :] + slope_v * (np.arange(image.shape[0]) - rows.mean())[:, None]
-    ).astype(np.float32)
+    steep = slope_u * zu + slope_v * zv >= 18 * noise**2  # else within the noise
+    across = np.arange(image.shape[1]) - columns.mean()
+    down = np.arange(image.shape[0]) - rows.mean()
+    plane = (values.mean(axis=0) + np.outer(across, slope_u * steep)).astype(np.float32)
+    plane = plane + np.outer(down, slope_v * steep).astype(np.float32)[:, None]
     core = inner.astype(np.float32)
-    weight = cv2.GaussianBlur(core, (0, 0), reach)
-    rest = cv2.GaussianBlur((image - plane) * core, (0, 0), reach)
-    return np.minimum(
-        plane + np.where(weight > 1e-4, rest / np.maximum(weight, 1e-4), 0.0), white
+    weight = cv2.GaussianBlur(core, (0, 0), reach)[..., None]
+    rest = np.atleast_3d(
+        cv2.GaussianBlur((image - plane) * core[..., None], (0, 0), reach)
     )
+    local = np.where(weight > 1e-4, rest / np.maximum(weight, 1e-4), 0.0)
+    return np.minimum(plane + local, white)
 
 
 def _band(share: np.ndarray, mask: np.ndarray) -> float:

@@ -45,7 +45,7 @@ def track_edge(
 ) -> tuple[dict[int, Line] | None, tuple[int, int], np.ndarray]:
     """The rotating edge by frame number (None: no edge rotates), the shape of the
     pictures, the last one."""
-    sample = source.picked(9)
+    sample = source.spread()
     last = sample[-1].pixels
     stretched = []
     for image in (grey(f.pixels) for f in sample):

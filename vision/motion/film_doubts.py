@@ -11,7 +11,6 @@ from benchtwin.vision.motion.scene import grey
 from benchtwin.vision.motion.track_seed import TrackedSeed
 from benchtwin.vision.recording import Recording
 
-LOOKED_AT = 9  # frames, spread over the film
 ROWS, COLUMNS = 4, 5  # tiles of the picture, whose shifts are measured
 LARGEST_SIDE = 1280  # px of the picture that is compared
 # least sd of a tile, grey levels of 255: the shift of a plain wall is unknown
@@ -30,7 +29,7 @@ LEAST_ROWS = 8
 
 def camera_moved(source: FrameSource) -> str:
     """When and how far the camera moved, as a doubt; "" where it did not."""
-    frames = source.picked(LOOKED_AT)
+    frames = source.spread()
     grey_frames = [
         grey(f.pixels) for f in frames if f.pixels.shape == frames[0].pixels.shape
     ]

@@ -249,4 +249,8 @@ def weighted_product(
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Scalar product over the last axis."""
-    return np.einsum("...k,...k->...", a, b)
+    product = a * b
+    if product.ndim != 3:
+        return product.sum(axis=-1)
+    # a picture: some times as fast as einsum
+    return cv2.transform(product, np.ones((1, product.shape[2]), product.dtype))

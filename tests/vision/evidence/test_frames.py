@@ -143,6 +143,20 @@ def test_samples_are_spread_over_the_whole(tmp_path):
     assert 8 <= len(picked) <= 20 and picked[0].index == 0 and picked[-1].index >= 40
 
 
+def test_a_film_that_was_read_is_not_decoded_again(tmp_path):
+    """The frames kept on the way through it are those that are picked else."""
+    source = open_frames(video_of(tmp_path, 50))
+    before = source.spread()
+    for _ in source.iterate():
+        pass
+    source.path.unlink()
+    after = source.spread()
+    assert [f.index for f in after] == [f.index for f in before]
+    assert all(
+        np.array_equal(a.pixels, b.pixels) for a, b in zip(after, before, strict=True)
+    )
+
+
 def test_fractions_of_a_frame_rate(tmp_path):
     source = open_frames(video_of(tmp_path, 12, fps=float(Fraction(30000, 1001))))
     assert source.fps == pytest.approx(29.97, abs=0.01)

@@ -15,8 +15,8 @@ class Film:
     def __init__(self, pictures):
         self.pictures = pictures
 
-    def picked(self, n):
-        kept = np.unique(np.linspace(0, len(self.pictures) - 1, n).astype(int))
+    def spread(self):
+        kept = np.unique(np.linspace(0, len(self.pictures) - 1, 9).astype(int))
         return [Frame(int(k), k / 100, self.pictures[k]) for k in kept]
 
 
