@@ -151,7 +151,7 @@ def test_a_few_lost_runs_are_told_and_many_stop_it(calibrated, tmp_path, capsys)
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"rig": "hopper"}, "no such rig to predict; there are cylinder and drum"),
+        ({"rig": "hopper"}, "no such rig to predict; there are pile, cylinder, drum"),
         ({"draws": 2}, "--draws 2: at least 4"),
         ({"draws": 900}, "--draws 900: the calibration keeps 500"),
         ({"packings": 1}, "--packings 1: at least 3"),
