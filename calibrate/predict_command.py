@@ -194,10 +194,11 @@ def _show(
     for heading in COLUMNS:
         shown.add_column(heading, justify="right")
     for r in rows(found).itertuples():
+        q = str(r.quantity)
         shown.add_row(
-            QUANTITIES[found.rig][str(r.quantity)],
+            QUANTITIES[found.rig][q],
             *intervals(r),
-            *(digits(r.quantity, v, 1) + sign(r.quantity) for v in r[-3:-1]),
+            *(digits(q, v, 1) + sign(q) for v in (r.parameter_sd, r.packing_sd)),
         )
     console.print(shown)
     written = f"picture: {out / 'prediction.svg'}; numbers: {out / 'predicted.csv'}"

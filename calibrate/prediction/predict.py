@@ -2,6 +2,7 @@
 show, and how well that is known."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 from benchtwin.bench.tells import by_surface
@@ -85,7 +86,7 @@ def digits(quantity: str, value: float, more: int = 0) -> str:
     return f"{value:.{DECIMALS.get(UNITS[quantity], 1) + more}f}"
 
 
-def intervals(row) -> tuple[str, str]:
+def intervals(row: Any) -> tuple[str, str]:
     """Of a row of `rows`, in words: 95 % of single packings with the mean, and of the
     mean over packings."""
     q = row.quantity

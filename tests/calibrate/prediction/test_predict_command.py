@@ -85,6 +85,17 @@ def test_the_known_answer_is_predicted_and_written(calibrated, tmp_path, rig):
     assert (tmp_path / "out" / "prediction.svg").read_text().startswith("<svg")
 
 
+def test_a_length_is_predicted_in_millimetres(calibrated, tmp_path, capsys):
+    bed = asked(calibrated, tmp_path, rig="bed", draws=60, packings=20)
+    assert predict_command(bed, Angles()) == 0
+    row = pd.read_csv(tmp_path / "out" / "predicted.csv").iloc[0]
+    expected = 0.1 * (15 + SLOPE_DEG * MEAN["seed_static_friction"])
+    assert row["unit"] == "mm" and row["mean"] == pytest.approx(expected, abs=0.1)
+    assert f"{row['mean']:.1f} ({row['low']:.1f} to {row['high']:.1f}) mm" in (
+        capsys.readouterr().out
+    )
+
+
 @pytest.mark.parametrize(
     ("angles", "word"),
     [([24.6, 25.3, 25.2], "within"), ([33.0, 33.9, 33.4], "above"), ([14.0], "below")],
