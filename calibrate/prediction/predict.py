@@ -101,7 +101,8 @@ def rows(found: Prediction) -> pd.DataFrame:
     table = []
     for quantity, p in found.of.items():
         one, many = p.half_width(), p.half_width(float("inf"))
-        row = {"rig": found.rig, "quantity": quantity, "unit": UNITS[quantity]}
+        row: dict[str, object] = {"rig": found.rig, "quantity": quantity}
+        row |= {"unit": UNITS[quantity]}
         row |= {"mean": p.mean, "low": p.mean - one, "high": p.mean + one}
         row |= {"mean_low": p.mean - many, "mean_high": p.mean + many}
         row |= {"parameter_sd": p.parameter_sd, "packing_sd": p.packing_sd}
