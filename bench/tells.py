@@ -2,7 +2,7 @@
 act on each other. A rig's record names its own as `tells`."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from benchtwin.bench.rig import Rig
 from benchtwin.bench.rigs import RIGS
@@ -109,7 +109,8 @@ class BySurface(Reading):
     can show; minutes: that what one simulated run shows takes at a bench.
     ratios: {name: (above, below)} of what is weighed, which a slice shows as the whole
     does. left_open(section): keys that a bench should state and this one does not, with
-    what is believed of them: they vary along, and are averaged over."""
+    what is believed of them: they vary along, and are averaged over. variant: of the
+    rig, whose recordings are evidence of their own."""
 
     simulated: Callable[[dict, float | None, float], tuple[dict, tuple[str, ...]]]
     shown: Callable[[dict], dict]
@@ -117,6 +118,26 @@ class BySurface(Reading):
     minutes: float = 5.0
     ratios: Mapping[str, tuple[str, str]] = field(default_factory=dict, hash=False)
     left_open: Callable[[dict], Mapping[str, Believed]] = nothing_open
+    variant: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the rig, or of its variant."""
+        return self.variant or self.rig.name
+
+    @property
+    def in_plural(self) -> str:
+        """ "heaps"."""
+        return f"{self.variant}s" if self.variant else self.rig.in_plural
+
+    @property
+    def keys(self) -> dict:
+        """{section: keys} that every recording of it states."""
+        return dict(self.rig.variants[self.variant]) if self.variant else {}
+
+    def all_variants(self) -> Iterator["BySurface"]:
+        """The rig as it is, then built otherwise."""
+        return (replace(self, variant=name) for name in ("", *self.rig.variants))
 
 
 def by_curve() -> dict[str, ByCurve]:
@@ -125,9 +146,11 @@ def by_curve() -> dict[str, ByCurve]:
 
 
 def by_surface() -> dict[str, BySurface]:
-    """Rigs that tell of seed on seed, by name, in their order: along the first one's
-    reading the design is laid, the others are simulated over the same design."""
-    return {told.name: told for told in _told() if isinstance(told, BySurface)}
+    """Rigs and their variants that tell of seed on seed, by name, in their order: along
+    the first one's reading the design is laid, the others are simulated over the same
+    design."""
+    told = (one for one in _told() if isinstance(one, BySurface))
+    return {one.name: one for rig in told for one in rig.all_variants()}
 
 
 def _told() -> Iterator[Reading]:

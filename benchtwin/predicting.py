@@ -10,7 +10,13 @@ from plotly.graph_objects import Figure
 from benchtwin import shown
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.calibrate.predict_command import Asked, predict_into
-from benchtwin.calibrate.prediction.predict import QUANTITIES, Prediction, rows
+from benchtwin.calibrate.prediction.predict import (
+    QUANTITIES,
+    Prediction,
+    intervals,
+    rows,
+    sign,
+)
 from benchtwin.calibrating import CalibrationSummary, folder_of
 from benchtwin.measuring import Bench, recordings_of
 from benchtwin.report.draw import BLUE, GREY, RED
@@ -20,7 +26,7 @@ from benchtwin.report.draw import BLUE, GREY, RED
 class PredictionSummary:
     """What was predicted.
 
-    quantities: a row a quantity [deg]: mean; low, high: 95 % of single packings;
+    quantities: a row a quantity: unit; mean; low, high: 95 % of single packings;
     mean_low, mean_high: 95 % of the mean over packings; parameter_sd, packing_sd.
     beside: a row a quantity that was recorded: its mean, and where that was expected
     (low to high, z). runs: a row a simulated run. notes: what was assumed or left out.
@@ -39,7 +45,7 @@ class PredictionSummary:
         single packings (blue), the mean of the recordings (red)."""
         names = QUANTITIES[self.details.rig]
         table = self.quantities
-        titles = [f"{names[quantity]} (°)" for quantity in table["quantity"]]
+        titles = [f"{names[q]} ({sign(q).strip()})" for q in table["quantity"]]
         figure, places = shown.panels(titles)
         recorded = self.beside.set_index("quantity")["measured"]
         for row, place in zip(table.itertuples(), places, strict=True):
@@ -56,19 +62,9 @@ class PredictionSummary:
 
     def _repr_html_(self) -> str:
         names, table = QUANTITIES[self.details.rig], self.quantities
-        cells = pd.DataFrame(
-            {
-                "quantity": table["quantity"].map(names),
-                "one packing, 95 %": [
-                    f"{r.mean:.1f} ({r.low:.1f} to {r.high:.1f})°"
-                    for r in table.itertuples()
-                ],
-                "mean of many, 95 %": [
-                    f"{r.mean_low:.1f} to {r.mean_high:.1f}°"
-                    for r in table.itertuples()
-                ],
-            }
-        )
+        one, many = zip(*map(intervals, table.itertuples()))
+        columns = {"one packing, 95 %": one, "mean of many, 95 %": many}
+        cells = pd.DataFrame({"quantity": table["quantity"].map(names), **columns})
         said = [*self.beside["said"], *self.notes]
         return shown.html(f"Predicted {self.details.rig}", cells, said)
 
@@ -97,14 +93,14 @@ def predict(
     """Predict another system from calibrated parameters; beside recordings of it, say
     whether they agree.
 
-    calibrated: what `calibrate` found, or the folder that it wrote. rig: "cylinder" (a
-    heap left by a lifted cylinder) or a rotating drum. out: folder for the prediction
-    and its finished runs. beside: recordings of that rig: a bench folder, or what
-    `measure` found on it. settings: keys of recording.toml by their dotted names,
-    {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed to copy. draws: sets
-    of parameters from the posterior, a run each; packings: runs at its mean. rendered:
-    film every run and measure the pictures. rng, workers, scheduler, overwrite,
-    progress: as `calibrate` takes them.
+    calibrated: what `calibrate` found, or the folder that it wrote. rig: "pile",
+    "cylinder" (a heap left by a lifted cylinder), "drum", "drawdown" or "bed". out:
+    folder for the prediction and its finished runs. beside: recordings of that rig: a
+    bench folder, or what `measure` found on it. settings: keys of recording.toml by
+    their dotted names, {"drum.speed_rpm": 20.0}; like: a recording whose rig and seed
+    to copy. draws: sets of parameters from the posterior, a run each; packings: runs at
+    its mean. rendered: film every run and measure the pictures. rng, workers,
+    scheduler, overwrite, progress: as `calibrate` takes them.
 
     Raises FileNotFoundError for a calibration that is not there; FileExistsError where
     `out` must not be replaced; ValueError for what does not fit; RuntimeError where

@@ -188,7 +188,11 @@ def predict(
         given("What `benchtwin calibrate … --out DIR` left.", metavar="CALIBRATED"),
     ],
     rig: Annotated[
-        str, said("cylinder (a heap left by a lifted cylinder) or drum (rotating).")
+        str,
+        said(
+            "pile, cylinder (a heap left by a lifted cylinder), drum (rotating),"
+            " drawdown or bed."
+        ),
     ],
     out: Annotated[
         Path,

@@ -15,8 +15,11 @@ from benchtwin.calibrate.prediction.posterior import Kept, read_posterior
 from benchtwin.calibrate.prediction.predict import (
     QUANTITIES,
     Prediction,
+    digits,
+    intervals,
     predict,
     rows,
+    sign,
 )
 from benchtwin.calibrate.procedure.rigs import PARAMETERS
 from benchtwin.calibrate.procedure.simulator import Simulator, campaign
@@ -118,7 +121,7 @@ def predict_into(
 def _check(asked: Asked) -> None:
     """Misuse for what cannot be; FileExistsError where `out` must not be replaced."""
     if asked.rig not in QUANTITIES:
-        there = " and ".join(QUANTITIES)
+        there = ", ".join(QUANTITIES)
         raise Misuse(f"--rig {asked.rig}: no such rig to predict; there are {there}")
     for option, least in (("draws", LEAST_DRAWS), ("packings", LEAST_PACKINGS)):
         if getattr(asked, option) < least:
@@ -159,7 +162,6 @@ def _write(
         "schema": 1,
         "rig": found.rig,
         "described": description,
-        "unit": "deg",
         "interval": INTERVAL,
         "quantities": quantities.to_dict("index"),
         "beside": [asdict(c) for c in compared],
@@ -192,12 +194,11 @@ def _show(
     for heading in COLUMNS:
         shown.add_column(heading, justify="right")
     for r in rows(found).itertuples():
+        q = str(r.quantity)
         shown.add_row(
-            QUANTITIES[found.rig][str(r.quantity)],
-            f"{r.mean:.1f} ({r.low:.1f} to {r.high:.1f})°",
-            f"{r.mean_low:.1f} to {r.mean_high:.1f}°",
-            f"{r.parameter_sd:.2f}°",
-            f"{r.packing_sd:.2f}°",
+            QUANTITIES[found.rig][q],
+            *intervals(r),
+            *(digits(q, v, 1) + sign(q) for v in (r.parameter_sd, r.packing_sd)),
         )
     console.print(shown)
     written = f"picture: {out / 'prediction.svg'}; numbers: {out / 'predicted.csv'}"

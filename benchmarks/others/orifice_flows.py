@@ -39,16 +39,29 @@ COUNTED_M = -0.03  # height of their counting plane
 PROBE = Path("results/phase9-drum/drawdown-probe/drawdown_probe.csv")
 
 
-def world(folder: Path, at: dict[str, float]) -> World:
-    """Their cylinder, floor and plug, and 4000 grains above."""
-    meshes = folder / "templates" / "meshes"
-    away = LAWS["motion_steady"].use(rate=0.5, start=FILL_S, duration=0.18)
+def grains() -> Scattered:
+    """4000 of theirs, falling."""
     middle, density = np.zeros((1, 3)), GRAIN.density_kg_m3
     balls = [Seed.from_spheres(middle, np.array([r]), density) for r in RADII_M]
-    grains = tuple(b for b, n in zip(balls, SHARES) for _ in range(n))
+    seeds = tuple(b for b, n in zip(balls, SHARES) for _ in range(n))
+    return Scattered(seeds, GRAIN, COUNT, LOW, HIGH, (0.0, 0.0, -0.3))
+
+
+def contacts(at: dict[str, float]) -> tuple[Contact, Contact]:
+    """Grain on grain and on the walls, alike."""
     law = (at["rest"], at["fric"], at["rollfric"], "type_c")
+    return (
+        Contact((GRAIN.name, GRAIN.name), *law),
+        Contact((GRAIN.name, WALL.name), *law),
+    )
+
+
+def world(folder: Path, at: dict[str, float]) -> World:
+    """Their cylinder, floor and plug, and the grains above."""
+    meshes = folder / "templates" / "meshes"
+    away = LAWS["motion_steady"].use(rate=0.5, start=FILL_S, duration=0.18)
     return World(
-        (Scattered(grains, GRAIN, COUNT, LOW, HIGH, (0.0, 0.0, -0.3)),),
+        (grains(),),
         (
             Mesh.from_file(meshes / "cylinder_r0.040_h0.100.stl", "cylinder", WALL),
             Mesh.from_file(meshes / "floor_annulus_r0.046_o0.011.stl", "floor", WALL),
@@ -59,10 +72,7 @@ def world(folder: Path, at: dict[str, float]) -> World:
                 moves=(Slide(away, (0, 0, -1)),),
             ),
         ),
-        (
-            Contact((GRAIN.name, GRAIN.name), *law),
-            Contact((GRAIN.name, WALL.name), *law),
-        ),
+        contacts(at),
         laws=(LAWS["rolling_type_c"].use(damping=0.0),),
         domain=((-0.14, -0.14, -0.06), (0.14, 0.14, 0.3)),
         cap_damped=True,

@@ -5,8 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from benchtwin.bench.rigs import VARIANTS, variant_of
-from benchtwin.calibrate.prediction.predict import MEAN, QUANTITIES, Prediction
+from benchtwin.bench.rigs import variant_of
+from benchtwin.calibrate.prediction.predict import (
+    MEAN,
+    QUANTITIES,
+    UNITS,
+    Prediction,
+    digits,
+    sign,
+)
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
 from benchtwin.twin import Parameters
 from benchtwin.twin.bench_folder import Observed, RecordingReadings, read_bench
@@ -19,9 +26,9 @@ APART_P = 0.01  # F test: the recordings scatter more than the simulated packing
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Measured:
-    """values: {quantity: (n,) readings [deg]}; reading_sd, shared_sd: of single
-    readings and of all of them together [deg]; recordings: their names; notes: what was
-    left out, and why."""
+    """values: {quantity: (n,) readings}; reading_sd, shared_sd: of single readings and
+    of all of them together, of the rig's first quantity and others of its unit;
+    recordings: their names; notes: what was left out, and why."""
 
     values: dict[str, np.ndarray]
     reading_sd: float
@@ -32,7 +39,7 @@ class Measured:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """One quantity: n readings with their mean [deg]; predicted mean and low, high:
+    """One quantity: n readings with their mean; predicted mean and low, high:
     where the mean of so many recordings is expected, 95 %; z: difference over that
     expectation's sd; said: one sentence."""
 
@@ -49,12 +56,11 @@ class Comparison:
 def recordings(folder: Path | Observed, rig: str) -> list[RecordingReadings]:
     """Recordings of this kind of rig under `folder`, measured, and what cannot be read
     at all. FileNotFoundError without a folder; ValueError where there is none."""
-    found, what = read_bench(folder, rig_named(rig)[0]), rig
-    if rig in VARIANTS:
-        of, keys = rig_named(rig)
-        stated = ", ".join(keys[of])
-        what = f"{of} whose [{of}] states {stated}"
-        found = [s for s in found if variant_of(of, s.description) == rig or not s.rig]
+    of, keys = rig_named(rig)
+    stated = ", ".join(keys.get(of, ()))
+    what = f"{of} whose [{of}] states {stated}" if stated else rig
+    found = read_bench(folder, of)
+    found = [s for s in found if not s.rig or variant_of(of, s.description) == rig]
     if not any(s.rig for s in found):
         trouble = "".join(f"; {s.trouble}" for s in found)
         raise ValueError(f"{folder}: no recording of a {what}{trouble}")
@@ -128,19 +134,21 @@ def _compared(found: Prediction, seen: Measured, quantity: str) -> Comparison:
     count with their own scatter."""
     p, values = found.of[quantity], seen.values[quantity]
     n, mean = values.size, float(values.mean())
-    errors, note = seen.shared_sd**2 + seen.reading_sd**2 / n, ""
+    own, shared = _reading_errors(found.rig, seen, quantity)
+    errors, note = shared**2 + own**2 / n, ""
     if n > 1:
         runs = found.runs.loc[found.runs["kind"].eq(MEAN), quantity].dropna()
         variance = values.var(ddof=1)
-        ratio = variance / (runs.var(ddof=1) + seen.reading_sd**2)
+        ratio = variance / (runs.var(ddof=1) + own**2)
         if stats.f.sf(ratio, n - 1, len(runs) - 1) < APART_P:
             errors += max(0.0, float(variance) - p.packing_sd**2) / n
-            sd = f"{np.sqrt(variance):.1f}°"
+            sd = f"{digits(quantity, np.sqrt(variance))}{sign(quantity)}"
             note = f"; the recordings scatter by {sd}, more than packings do"
     half = float(np.hypot(p.half_width(n), NORMAL_95 * np.sqrt(errors)))
     low, high, z = p.mean - half, p.mean + half, (mean - p.mean) / (half / NORMAL_95)
     where = "within" if abs(mean - p.mean) <= half else "above" if z > 0 else "below"
     many = f"the mean of {n} recordings" if n > 1 else "one recording"
+    at, *ends = (digits(quantity, v) + sign(quantity) for v in (mean, low, high))
     return Comparison(
         quantity=quantity,
         measured=mean,
@@ -150,7 +158,14 @@ def _compared(found: Prediction, seen: Measured, quantity: str) -> Comparison:
         high=high,
         z=z,
         said=(
-            f"{QUANTITIES[found.rig][quantity]}: {many}, {mean:.1f}°, lies {where} the"
-            f" predicted {low:.1f} to {high:.1f}° (z = {z:+.1f}){note}"
+            f"{QUANTITIES[found.rig][quantity]}: {many}, {at}, lies {where} the"
+            f" predicted {' to '.join(ends)} (z = {z:+.1f}){note}"
         ),
     )
+
+
+def _reading_errors(rig: str, seen: Measured, quantity: str) -> tuple[float, float]:
+    """sd of single readings of a quantity, and of all of them together."""
+    first = next(iter(QUANTITIES[rig]))
+    alike = UNITS[quantity] == UNITS[first]
+    return (seen.reading_sd, seen.shared_sd) if alike else (0.0, 0.0)

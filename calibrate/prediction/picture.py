@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
-from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction
+from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction, sign
 
 # px: the picture, what names and ends need beside the axis, a quantity, the title
 WIDTH, LEFT, RIGHT, ROW, TOP = 760, 150, 20, 110, 40
@@ -27,7 +27,7 @@ def picture(
     runs; red: recordings and their mean."""
     said = [c.said for c in compared or []]
     height = TOP + ROW * len(found.of) + 22 * len(said) + 40
-    size, title = f"0 0 {WIDTH} {height}", f"Predicted {escape(found.rig)}: degrees"
+    size, title = f"0 0 {WIDTH} {height}", f"Predicted {escape(found.rig)}"
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" style="{STYLE}">',
         f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
@@ -47,7 +47,8 @@ def _row(found: Prediction, quantity: str, top: float, red: np.ndarray) -> list[
     one, many = p.half_width(), p.half_width(np.inf)
     runs = found.runs.loc[found.runs["kind"] == DRAWN, quantity].dropna().to_numpy()
     shown = np.concatenate([runs, [p.mean - one, p.mean + one], red])
-    low, high = np.floor(shown.min() - 0.5), np.ceil(shown.max() + 0.5)
+    step = _step(np.ptp(shown) / 8)
+    low, high = np.floor(shown.min() / step) * step, np.ceil(shown.max() / step) * step
 
     def x(value: float) -> float:
         return round(LEFT + (WIDTH - LEFT - RIGHT) * (value - low) / (high - low), 1)
@@ -69,7 +70,7 @@ def _row(found: Prediction, quantity: str, top: float, red: np.ndarray) -> list[
         )
 
     name, axis = QUANTITIES[found.rig][quantity], top + 76
-    parts = [f'<text x="12" y="{top + 52}">{name}</text>']
+    parts = [f'<text x="12" y="{top + 52}">{name} ({sign(quantity).strip()})</text>']
     parts += [bar(one, LIGHT), bar(many, BLUE)]
     parts += [dot(v, top + 28, f'fill="{GREY}"') for v in runs]
     parts.append(upright(p.mean, top + 36, top + 58, '"#111" stroke-width="2"'))
@@ -77,11 +78,17 @@ def _row(found: Prediction, quantity: str, top: float, red: np.ndarray) -> list[
     if red.size:
         look = f'"{RED}" stroke-width="2"'
         parts.append(upright(float(red.mean()), top + 36, top + 72, look))
-    for value in np.arange(low, high + 1e-9, max(1, round((high - low) / 8))):
+    for value in np.arange(low, high + step / 2, step):
         parts.append(upright(value, axis, axis + 5, '"#222"'))
         parts.append(
             f'<text x="{x(value)}" y="{axis + 20}"'
-            f' text-anchor="middle">{value:g}</text>'
+            f' text-anchor="middle">{value:.4g}</text>'
         )
     ends = f'x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{axis}" y2="{axis}"'
     return [*parts, f'<line {ends} stroke="#222"/>']
+
+
+def _step(least: float) -> float:
+    """1, 2 or 5 times a power of ten, `least` or above."""
+    power = 10.0 ** np.floor(np.log10(max(least, 1e-6)))
+    return float(next(f * power for f in (1, 2, 5, 10) if f * power >= least))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.rigs import RIGS, variant_of
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, STEEL
 from benchtwin.calibrate.statistics.bench import (
     BenchMean,
@@ -92,12 +92,11 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
     observed = Observed.under(folder)
     seen = read_bench(observed)
     trouble = tuple((s.recording, s.rig, s.trouble) for s in seen if s.trouble)
+    apart = _by_name(seen)
     rigs = {
-        rig: _pooled(
-            rig, [s for s in seen if s.rig == rig], (trimmed or {}).get(rig, 0)
-        )
-        for rig in (*STEEL, PILE.name, *BESIDE)
-        if any(s.rig == rig and s.readings.size for s in seen)
+        name: _pooled(name, apart[name], (trimmed or {}).get(name, 0))
+        for name in (*STEEL, PILE.name, *BESIDE)
+        if any(s.readings.size for s in apart.get(name, ()))
     }
     if not rigs:
         why = "; ".join(why for *_, why in trouble)
@@ -112,6 +111,21 @@ def bench_of(folder: Path | Observed, trimmed: dict[str, int] | None = None) -> 
         provenance,
         observed,
     )
+
+
+def _by_name(seen: list[RecordingReadings]) -> dict[str, list[RecordingReadings]]:
+    """Recordings by the rig that they are evidence of: a variant stands beside its rig
+    where both were read, else in its place."""
+    plain = {s.rig for s in seen if s.readings.size and _variant(s) == s.rig}
+    apart: dict[str, list[RecordingReadings]] = {}
+    for s in seen:
+        apart.setdefault(_variant(s) if s.rig in plain else s.rig, []).append(s)
+    return apart
+
+
+def _variant(s: RecordingReadings) -> str:
+    name = variant_of(s.rig, s.description) if s.rig else ""
+    return name if name in BESIDE else s.rig
 
 
 def missing(bench: Bench) -> dict[str, str]:

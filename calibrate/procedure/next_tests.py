@@ -57,7 +57,7 @@ def _test(
     sd = np.array([s.noise_sd for s in surfaces])
     scatter = np.outer(sd, sd) * correlation.to_numpy()
     runs = max(int(MINUTES // rig.minutes), 1)
-    name, minutes = f"more {rig.rig.in_plural}", runs * rig.minutes
+    name, minutes = f"more {rig.in_plural}", runs * rig.minutes
     return BenchTest(name, tuple(surfaces), scatter / runs, runs, minutes)
 
 

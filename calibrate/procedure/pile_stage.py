@@ -85,11 +85,12 @@ class PileStage:
         ]
 
     def _run(self, values: dict[str, float], packing: int) -> Run:
-        name, described = self.rig.name, self.description
+        name, described = self.rig.rig.name, self.description
         keys = {n: values.pop(n) for n in self.left_open}
         if keys:
             described = described | {name: described.get(name, {}) | keys}
-        return Run(name, values, seed_numbers(self.seed, name, packing), described)
+        rng = seed_numbers(self.seed, self.rig.name, packing)
+        return Run(name, values, rng, described)
 
     def piles(
         self, points: pd.DataFrame, packings: np.ndarray

@@ -1,5 +1,5 @@
 """The rigs of the procedure, as their folders state them (`bench/tells.py`): those that
-tell one parameter each, and those that tell of seed on seed."""
+tell one parameter each, and those, with their variants, that tell of seed on seed."""
 
 from benchtwin.bench.tells import ByCurve, by_curve, by_surface
 

@@ -210,9 +210,9 @@ def _stage_beside(found: Calibration, name: str, way: Way) -> PileStage:
     """The piles' stage for another rig, as the bench describes it, else as the rig
     itself is."""
     rig, readings = BESIDE[name], found.bench.rigs.get(name)
-    stated = readings.description if readings is not None else {}
-    section, notes = way.effort.simulated(rig, stated.get(name, {}))
-    described = _described(found, {**stated, name: section})
+    stated = readings.description if readings is not None else rig.keys
+    section, notes = way.effort.simulated(rig, stated.get(rig.rig.name, {}))
+    described = _described(found, {**stated, rig.rig.name: section})
     stage = replace(pile_stage(found, way), rig=rig, description=described, notes=notes)
     # a bench that records one will state all that its page of docs asks for
     return stage.varying(rig.left_open(section) if readings is not None else {})

@@ -13,4 +13,5 @@ RIG = Rig(
     readings={"flowing_angle_deg": ("flowing_angle", "deg")},
     observe=".observe:observe_drum",
     setup=".simulate:SETUP",
+    tells=".tells:TELLS",
 )

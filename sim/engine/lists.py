@@ -1,7 +1,6 @@
 """Making the neighbour lists of a state anew: seeds outside removed, bodies sorted,
 pairs found, memory carried over, blocks cut."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -33,7 +32,7 @@ def _kernels():
         "sort": kernel(neighbours.sort_into_cells, mark, ALLOCATING),
         "pairs": kernel(neighbours.find_pairs, mark, ALLOCATING, stencil=stencil),
         "walls": kernel(neighbours.find_walls, mark, nearest=nearest, extent=extent),
-        "hand_over": kernel(neighbours.hand_over, mark),
+        "carry": kernel(neighbours.carry, mark, ALLOCATING),
     }
 
 
@@ -72,21 +71,18 @@ def relist(
     if len(keep) < state.count:
         removed = np.concatenate([removed, np.setdiff1d(state.ids, state.ids[keep])])
     order, grid = _grid(tables, state, keep)
-    state = _reordered(tables, state, keep[order])
-    path = np.zeros(len(state.ball))
-    state = replace(state, removed=removed, path=path, prim_ref=state.prim.copy())
+    state = _reordered(tables, state, keep[order], removed)
     bodies = Bodies(
         state.motion, state.shape_of, tables.shape, state.ball_start, state.ball
     )
     first_pair, pair_i, pair_j = _pairs(state, bodies, grid)
     memory, touch = _carried_pairs(old, state, pair_i, pair_j)
     wall_i, wall_p = _walls(tables, state, bodies, grid)
-    wall_memory, wall_touch = _carried_walls(tables, old, state, wall_i, wall_p)
+    wall_memory, wall_touch = _carried_walls(old, state, wall_i, wall_p)
     blocks = cut_blocks(state.count)
     window = _window(state, blocks, first_pair, pair_j)
     wall_owner = state.owner[wall_i]
-    return replace(
-        state,
+    return state.changed(
         pair_i=pair_i,
         pair_j=pair_j,
         pair_memory=memory,
@@ -127,13 +123,14 @@ def _grid(tables: Tables, state: State, keep: np.ndarray) -> tuple[np.ndarray, G
     return order, Grid(size, sides, low, strides, axes, starts)
 
 
-def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
+def _reordered(
+    tables: Tables, state: State, keep: np.ndarray, removed: np.ndarray
+) -> State:
     counts = ball_counts(tables, state.shape_of[keep])
     ball_start = np.concatenate([[0], np.cumsum(counts)])
     within = np.arange(ball_start[-1]) - np.repeat(ball_start[:-1], counts)
     balls = np.repeat(state.ball_start[keep], counts) + within
-    return replace(
-        state,
+    return state.changed(
         ids=state.ids[keep],
         motion=state.motion[keep],
         turn=state.turn[keep],
@@ -146,6 +143,9 @@ def _reordered(tables: Tables, state: State, keep: np.ndarray) -> State:
         ball_id=state.ball_id[balls],
         owner=np.repeat(np.arange(len(keep), dtype=np.uint32), counts),
         ball_start=ball_start,
+        path=np.zeros(len(balls)),
+        prim_ref=state.prim.copy(),
+        removed=removed,
     )
 
 
@@ -161,23 +161,24 @@ def _pairs(state: State, bodies: Bodies, grid: Grid):
 
 
 def _carried_pairs(old: State, state: State, pair_i: np.ndarray, pair_j: np.ndarray):
-    memory = np.zeros((len(pair_i), old.pair_memory.shape[1]))
-    touch = np.zeros(len(pair_i), np.uint8)
-    touching = np.flatnonzero(old.pair_touch)
-    if len(touching):
-        a, b = old.ball_id[old.pair_i[touching]], old.ball_id[old.pair_j[touching]]
-        kept = old.pair_memory[touching]
-        swapped = a > b
-        # the impact speed has no direction
-        signs = np.where(np.arange(kept.shape[1]) == 3, 1.0, -1.0)
-        kept[swapped] *= signs
-        lo, hi = np.minimum(a, b), np.maximum(a, b)
-        order = np.argsort(lo, kind="stable")
-        most = int(max(old.ball_id.max(), state.ball_id.max()))
-        bucket = np.concatenate([[0], np.cumsum(np.bincount(lo, minlength=most + 1))])
-        _kernels()["hand_over"](
-            state.ball_id, pair_i, pair_j, memory, touch, hi[order], kept[order], bucket
-        )
+    before = old.ball_id[old.pair_i], old.ball_id[old.pair_j]
+    now = state.ball_id[pair_i], state.ball_id[pair_j]
+    return _carried(before, old.pair_touch, old.pair_memory, now, directed=True)
+
+
+def _carried(
+    before: tuple[np.ndarray, np.ndarray],
+    old_touch: np.ndarray,
+    old_memory: np.ndarray,
+    now: tuple[np.ndarray, np.ndarray],
+    *,
+    directed: bool,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the contacts `now` remember, and whether they touch, from those before."""
+    memory = np.zeros((len(now[0]), old_memory.shape[1]))
+    touch = np.zeros(len(now[0]), np.uint8)
+    carry = _kernels()["carry"]
+    carry(*before, old_touch, old_memory, *now, directed, memory, touch)
     return memory, touch
 
 
@@ -202,31 +203,15 @@ def _walls(tables: Tables, state: State, bodies: Bodies, grid: Grid):
         room = int(1.1 * count)
     i, p = i[:count], p[:count]
     # balls of one body on one wall next to each other
-    order = np.lexsort((p, i, walls.wall[p], state.owner[i]))
+    key = state.owner[i].astype(np.int64) * len(state.twist) + walls.wall[p]
+    order = np.argsort((key * len(state.ball) + i) * len(walls.kind) + p)
     return i[order], p[order]
 
 
-def _carried_walls(
-    tables: Tables, old: State, state: State, wall_i: np.ndarray, wall_p: np.ndarray
-):
-    memory = np.zeros((len(wall_i), old.wall_memory.shape[1]))
-    touch = np.zeros(len(wall_i), np.uint8)
-    touching = np.flatnonzero(old.wall_touch)
-    if len(touching) and len(wall_i):
-        primitives = len(tables.walls.kind)
-        new_key = state.ball_id[wall_i].astype(np.int64) * primitives + wall_p
-        old_key = (
-            old.ball_id[old.wall_i[touching]].astype(np.int64) * primitives
-            + old.wall_p[touching]
-        )
-        order = np.argsort(new_key)
-        at = np.searchsorted(new_key[order], old_key)
-        found = (at < len(order)) & (
-            new_key[order[np.minimum(at, len(order) - 1)]] == old_key
-        )
-        memory[order[at[found]]] = old.wall_memory[touching[found]]
-        touch[order[at[found]]] = 1
-    return memory, touch
+def _carried_walls(old: State, state: State, wall_i: np.ndarray, wall_p: np.ndarray):
+    before = old.ball_id[old.wall_i], old.wall_p
+    now = state.ball_id[wall_i], wall_p
+    return _carried(before, old.wall_touch, old.wall_memory, now, directed=False)
 
 
 def _window(

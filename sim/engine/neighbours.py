@@ -209,18 +209,42 @@ def extent(kind, row, k):
     return min(ends) - row[9], max(ends) + row[9]
 
 
-def hand_over(ball_id, pair_i, pair_j, memory, touch, old_hi, old_memory, bucket):
-    """Memory of the touching pairs of the old list into the new one. Old ones stand,
-    seen from their lower permanent ball number, in that ball's bucket; seen from the
-    other side, directions change sign (the impact speed, column 3, does not)."""
-    for k in range(len(pair_i)):
-        a, b = ball_id[pair_i[k]], ball_id[pair_j[k]]
-        lo, hi, sign = (a, b, 1.0) if a < b else (b, a, -1.0)
-        for c in range(bucket[lo], bucket[lo + 1]):
-            if old_hi[c] == hi:
+def carry(
+    old_first, old_second, old_touch, old_memory, first, second, directed, memory, touch
+):
+    """Memory of the old list's touching pairs into the new one. Pairs stand by
+    permanent numbers, old ones in a bucket each of their first; `directed`: of their
+    lower. Seen from the other side, directions change sign (the impact speed, column 3,
+    does not)."""
+    most = 0
+    for k in range(len(old_first)):
+        most = max(most, old_first[k], old_second[k])
+    for k in range(len(first)):
+        most = max(most, first[k], second[k])
+    bucket, at = np.zeros(most + 2, np.int64), np.zeros(most + 1, np.int64)
+    for k in range(len(old_first)):
+        if old_touch[k]:
+            a, b = old_first[k], old_second[k]
+            bucket[(min(a, b) if directed else a) + 1] += 1
+    for a in range(most + 1):
+        bucket[a + 1] += bucket[a]
+        at[a] = bucket[a]
+    rows = np.empty(bucket[most + 1], np.int64)
+    for k in range(len(old_first)):
+        if old_touch[k]:
+            a, b = old_first[k], old_second[k]
+            lower = min(a, b) if directed else a
+            rows[at[lower]] = k
+            at[lower] += 1
+    for k in range(len(first)):
+        a, b = first[k], second[k]
+        lower = min(a, b) if directed else a
+        for c in range(bucket[lower], bucket[lower + 1]):
+            r = rows[c]
+            same = old_first[r] == a and old_second[r] == b
+            if same or (directed and old_first[r] == b and old_second[r] == a):
                 touch[k] = 1
                 for m in range(memory.shape[1]):
-                    memory[k, m] = (
-                        old_memory[c, m] if m == 3 else sign * old_memory[c, m]
-                    )
+                    kept = old_memory[r, m]
+                    memory[k, m] = kept if same or m == 3 else -kept
                 break

@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -349,7 +349,7 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
             threads, time.perf_counter() - began, int(status[1]) * len(state.ball)
         )
         steps -= int(status[1])
-        state = replace(state, step=state.step + int(status[1]))
+        state = state.changed(step=state.step + int(status[1]))
         if status[0] in (SQUEEZED, RUNAWAY):
             raise Stopped(_why(world, state, int(status[0])), state)
         if status[0] == STALE:

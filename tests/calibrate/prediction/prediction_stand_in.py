@@ -69,6 +69,8 @@ class Angles:
         done = {"status": "done", "reason": "", "rerun": "", "seconds": 1.0}
         if run.rig == "drum":
             return done | {"true_flowing_angle_deg": angle + 10 + noise[0]}
+        if run.rig == "bed":
+            return done | {"true_bed_rebound_mm": 0.1 * (angle + noise[0])}
         return done | {
             "true_repose_angle_deg": angle + noise[0],
             "true_centroid_angle_deg": angle - 2 + noise[1],

@@ -85,6 +85,17 @@ def test_the_known_answer_is_predicted_and_written(calibrated, tmp_path, rig):
     assert (tmp_path / "out" / "prediction.svg").read_text().startswith("<svg")
 
 
+def test_a_length_is_predicted_in_millimetres(calibrated, tmp_path, capsys):
+    bed = asked(calibrated, tmp_path, rig="bed", draws=60, packings=20)
+    assert predict_command(bed, Angles()) == 0
+    row = pd.read_csv(tmp_path / "out" / "predicted.csv").iloc[0]
+    expected = 0.1 * (15 + SLOPE_DEG * MEAN["seed_static_friction"])
+    assert row["unit"] == "mm" and row["mean"] == pytest.approx(expected, abs=0.1)
+    assert f"{row['mean']:.1f} ({row['low']:.1f} to {row['high']:.1f}) mm" in (
+        capsys.readouterr().out
+    )
+
+
 @pytest.mark.parametrize(
     ("angles", "word"),
     [([24.6, 25.3, 25.2], "within"), ([33.0, 33.9, 33.4], "above"), ([14.0], "below")],
@@ -151,7 +162,7 @@ def test_a_few_lost_runs_are_told_and_many_stop_it(calibrated, tmp_path, capsys)
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"rig": "hopper"}, "no such rig to predict; there are cylinder and drum"),
+        ({"rig": "hopper"}, "no such rig to predict; there are pile, cylinder, drum"),
         ({"draws": 2}, "--draws 2: at least 4"),
         ({"draws": 900}, "--draws 900: the calibration keeps 500"),
         ({"packings": 1}, "--packings 1: at least 3"),

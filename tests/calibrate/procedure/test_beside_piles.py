@@ -1,6 +1,7 @@
 """Rigs that tell of seed on seed beside the piles, on a stand-in whose truth is known:
 a draw-down whose slope rises with static friction and falls with rolling friction,
-where a heap's angle rises with both."""
+where a heap's angle rises with both; a drum that sees static friction alone, and a
+lifted cylinder that sees rolling friction alone."""
 
 import json
 from dataclasses import replace
@@ -19,6 +20,8 @@ from benchtwin.report.spreadsheet import sheets
 from stand_in import TRUE, StandIn, write_bench
 
 STATED = "[drawdown]\npane_friction = 0.28\n"
+CYLINDER = "[pile]\ncylinder_mm = [70, 150]\n"
+DRUM = "[drum]\ndrum_mm = [120, 80]\nfill_share = 0.4\nspeed_rpm = 12\n"
 FRICTIONS = ["seed_static_friction", "seed_rolling_friction"]
 EASY = replace(QUICK, draws=200)
 PANE = 0.28  # friction of seed on pane at the bench
@@ -26,10 +29,10 @@ C_TRUE = (TRUE["seed_rolling_friction"] - 0.04) / 0.01
 
 
 class Beside(StandIn):
-    """The stand-in with draw-downs and beds."""
+    """The stand-in with draw-downs, beds, drums and lifted cylinders."""
 
     def __call__(self, runs) -> pd.DataFrame:
-        others = [r for r in runs if r.rig in ("drawdown", "bed")]
+        others = [r for r in runs if r.rig in ("drawdown", "bed", "drum") or lifted(r)]
         if not others:
             return super().__call__(runs)
         self.runs += runs
@@ -40,13 +43,21 @@ class Beside(StandIn):
         return pd.DataFrame([done | beside(r) for r in others])
 
 
+def lifted(run: Run) -> bool:
+    return "cylinder_mm" in run.description.get("pile", {})
+
+
 def beside(run: Run) -> dict:
-    """What one draw-down, or one bed, shows."""
+    """What one draw-down, bed, drum or cylinder shows."""
     v, rng = run.values, np.random.default_rng([*run.rng, 5])
     if run.rig == "bed":
         return {"bed_rebound_mm": 20 * v["seed_restitution"] + 0.3 * rng.normal()}
     b = (v["seed_static_friction"] - 0.50) / 0.10
     c = (v["seed_rolling_friction"] - 0.04) / 0.01
+    if run.rig == "drum":
+        return {"flowing_angle_deg": 38 + 2.0 * b + 0.3 * rng.normal()}
+    if lifted(run):
+        return {"repose_angle_deg": 20 + 2.0 * c + 0.3 * rng.normal()}
     pane = run.description.get("drawdown", {}).get("pane_friction", PANE) - PANE
     seen = {
         "shear_angle_deg": 34 + 2.0 * b - 1.0 * c + 25 * pane + 0.3 * rng.normal(),
@@ -117,11 +128,37 @@ def test_which_test_next_is_told_before_it_is_recorded(alone):
     minutes more of heaps leave, and what they are said to leave of the frictions is
     about what they left above."""
     told = alone.joint.next_tests.set_index("test")
-    more = ["more heaps", "more draw-downs", "more drops on beds"]
-    assert set(more) < set(told.index)
+    more = ["heaps", "draw-downs", "drops on beds", "drums", "cylinders"]
+    assert {f"more {rig}" for rig in more} < set(told.index)
     left = "sd_left_seed_static_friction"
     assert told.loc["more draw-downs", left] < 0.7 < told.loc["more heaps", left]
     assert told.loc["more draw-downs", "runs"] == 5
+
+
+def test_a_drum_and_a_lifted_cylinder_are_evidence_as_any_rig(alone, tmp_path):
+    """Each narrows what it answers, beside the heaps out of a box and not in their
+    place; a drum wider than a slice is simulated as one."""
+    bench, simulator = a_bench(tmp_path / "b"), Beside()
+    as_cylinder = {"pile": {"cylinder_mm": [70, 150]}}
+    for name, rig, toml, keys in (
+        ("drum", "drum", DRUM, {}),
+        ("tube", "pile", CYLINDER, as_cylinder),
+    ):
+        rows = [beside(Run(rig, TRUE, (9, k), keys)) for k in range(8)]
+        (bench / name).mkdir()
+        (bench / name / "recording.toml").write_text(f'rig = "{rig}"\n{toml}')
+        pd.DataFrame(rows).to_csv(bench / name / "readings.csv", index=False)
+    found = calibrated(bench, simulator, replace(EASY, more=0))
+    assert set(found.beside) == {"drum", "cylinder"} and found.pile.bench.n == 5
+    before, after = widths(alone), widths(found)
+    for name in FRICTIONS:
+        assert after[name] < 0.7 * before[name], (name, before, after)
+    t, truth = parameters(found).set_index("parameter"), pd.Series(TRUE)
+    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    assert "cylinder: repose_angle_deg" in t.loc[FRICTIONS[1], "source"]
+    drums = [r.description["drum"] for r in simulator.runs if r.rig == "drum"]
+    assert drums and all(d["drum_mm"] == [120, 30.0] for d in drums)
+    assert any("as a slice 30 mm wide" in said for said in found.options["said"])
 
 
 def test_files_and_report_hold_them(both, tmp_path):

@@ -1,0 +1,151 @@
+"""Heaps of a lifted cylinder that another program (LIGGGHTS) simulated, run again by
+ours, beside Zhou's closed form.
+
+    git clone https://github.com/JoshuaMayo-vectr/DEM-calibration FOLDER
+    python benchmarks/others/heaps.py FOLDER [--points 12] [--of 0/1] [--seed 1]
+
+FOLDER's `templates/aor.in` fills a cylinder of 80 mm with 4000 spheres, lifts it by 55
+mm at 10 mm/s and lets the heap come to rest; its `lhs_results.csv` holds angle and bulk
+density of 45 points, two runs each. Of those above 10° (below, a layer runs out to the
+walls) `--points` are taken, spread evenly over their angles (`--of 1/2`: the second of
+two parts, for two processes). Ours are measured
+by their own code, `calibration/measure.py`. Printed: ours beside theirs, their mean
+difference with its 95 % interval, and how many agree within the scatter of one run of
+ours and the mean of their two.
+
+Zhou's form (Zhou, Xu, Yu and Zulli 2002, Powder Technol. 125, 45): angle = 68.61
+μ_s,pp^0.27 μ_s,pw^0.22 μ_r,pp^0.06 μ_r,pw^0.12 d^−0.2 [°], rolling friction and
+diameter in mm. It is for spheres of 2 to 10 mm with rolling friction up to 0.1 mm;
+elsewhere no number is printed. Their rolling friction is a share of the reduced radius.
+
+As theirs: E = 1e7 Pa, Poisson's ratio 0.25, friction capped by the whole normal force.
+Not as theirs: filled from a grid, not at random; a round tube in the place of a mesh;
+rolling friction by Ai's type C without dashpot, whose cap is that of epsd2, but whose
+spring is softer; steps of 0.3 of the Rayleigh time (theirs 0.07); seeds at rest
+sleep."""
+
+import argparse
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pandas as pd
+from benchtwin.sim.engine.bodies import V, X
+from benchtwin.sim.engine.state import State
+from benchtwin.sim.engine.step import init, run
+from benchtwin.sim.engine.walls import Cylinder, Plane, Slide
+from benchtwin.sim.engine.world import World
+from benchtwin.sim.laws import LAWS
+from orifice_flows import WALL, contacts, grains
+from scipy import stats
+
+SETTLE_S, LIFT_M, LIFT_M_S, RELAX_S = 0.4, 0.055, 0.010, 0.4
+TUBE_M = (0.040, 0.100)  # radius, height
+DIAMETER_MM, MOST_ROLLING_MM = 3.7, 0.1
+LAYER_DEG = 10.0
+TABLE = Path("results/phase7-lhs/lhs_results.csv")
+
+
+def world(at: dict[str, float]) -> World:
+    """Their plate and tube, and 4000 grains above."""
+    radius, height = TUBE_M
+    lift = LAWS["motion_steady"].use(
+        rate=LIFT_M_S, start=SETTLE_S, duration=LIFT_M / LIFT_M_S
+    )
+    end = (0.0, 0.0, height)
+    return World(
+        (grains(),),
+        (
+            Plane("plate", WALL, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+            Cylinder("tube", WALL, (0, 0, 0), end, radius, (Slide(lift, (0, 0, 1)),)),
+        ),
+        contacts(at),
+        laws=(LAWS["rolling_type_c"].use(damping=0.0),),
+        domain=((-0.14, -0.14, -0.02), (0.14, 0.14, 0.3)),
+        cap_damped=True,
+        most_overlap=0.3,
+        rayleigh_fraction=0.3,
+        sleep=True,
+    )
+
+
+def spheres(state: State) -> pd.DataFrame:
+    """Places [m], radii [m] and velocities [m/s], as their code reads them."""
+    columns = {"radius": state.ball[:, 3]}
+    for k, axis in enumerate("xyz"):
+        columns |= {
+            axis: state.motion[:, X + k],
+            f"v{axis}": state.motion[:, V + k],
+        }
+    return pd.DataFrame(columns)
+
+
+def heap(at: dict[str, float], seed: int, theirs: ModuleType) -> tuple[float, float]:
+    """Angle of the heap [°] and bulk density in the tube [kg/m³] of one run."""
+    made = world(at)
+    state = run(made, init(made, np.random.default_rng(seed)), SETTLE_S)
+    density = theirs.measure_bulk_density(spheres(state))["bulk_density_kgm3"]
+    state = run(made, state, SETTLE_S + LIFT_M / LIFT_M_S + RELAX_S)
+    return theirs.measure_angle(spheres(state))["angle_deg"], density
+
+
+def zhou_deg(friction: float, rolling: float) -> float:
+    """Zhou's angle [°] with one friction of grain and wall; NaN where it does not claim
+    to hold."""
+    rolling_mm = rolling * DIAMETER_MM / 4
+    if rolling_mm > MOST_ROLLING_MM:
+        return float("nan")
+    return 68.61 * friction**0.49 * rolling_mm**0.18 * DIAMETER_MM**-0.2
+
+
+def beside_zhou(heaps: pd.DataFrame) -> str:
+    """Zhou's angle less theirs, where it claims to hold."""
+    formed = [zhou_deg(mu, mu_r) for mu, mu_r in zip(heaps["fric"], heaps["rollfric"])]
+    apart = (pd.Series(formed, index=heaps.index) - heaps["aor"]).dropna()
+    told = f"{apart.mean():+.1f}°, sd {apart.std():.1f}°"
+    return f"Zhou less theirs, {len(apart)} heaps: {told}"
+
+
+def chosen(table: pd.DataFrame, points: int, part: str) -> pd.DataFrame:
+    """Points spread over the angles, and of these one part."""
+    heaps = table[table["aor"] > LAYER_DEG]
+    ranked = heaps.sort_values("aor", ascending=False, ignore_index=True)
+    spread = ranked.iloc[np.linspace(0, len(ranked) - 1, points).round().astype(int)]
+    first, parts = map(int, part.split("/"))
+    return spread.iloc[first::parts]
+
+
+def main() -> None:
+    """Run and print, point by point."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--points", type=int, default=12)
+    parser.add_argument("--of", default="0/1")
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    sys.path.insert(0, str(asked.folder / "calibration"))
+    theirs = import_module("measure")
+    table = pd.read_csv(asked.folder / TABLE)
+    one = float(np.sqrt((table["aor_std"] ** 2).mean()))  # sd of one run of theirs
+    print(beside_zhou(table[table["aor"] > LAYER_DEG]))
+    print("friction  rolling  restitution   theirs (sd)    ours   Zhou [deg]   kg/m³")
+    apart = []
+    for row in chosen(table, asked.points, asked.of).to_dict("records"):
+        angle, density = heap(row, asked.seed, theirs)
+        apart.append(angle - row["aor"])
+        zhou = zhou_deg(row["fric"], row["rollfric"])
+        at = f"{row['fric']:8.3f} {row['rollfric']:8.3f} {row['rest']:12.2f}"
+        told = f"{row['aor']:6.1f} ({row['aor_std']:.1f})  {angle:6.1f}  {zhou:6.1f}"
+        print(f"{at}   {told}    {row['bulk_density']:.0f}, {density:.0f}", flush=True)
+    if len(apart) > 1:
+        half = stats.t.ppf(0.975, len(apart) - 1) * stats.sem(apart)
+        print(f"ours less theirs: {np.mean(apart):+.2f} ± {half:.2f}° (95 %)")
+        most = 1.96 * one * np.sqrt(1.5)
+        near = int((np.abs(apart) <= most).sum())
+        print(f"within {most:.1f}°, 1.96 sd of the difference: {near} of {len(apart)}")
+
+
+if __name__ == "__main__":
+    main()
