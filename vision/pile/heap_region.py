@@ -27,6 +27,11 @@ FEATURES_PX = 480
 COARSE_PX = 240
 CUT_PX = 480
 ROUNDS = 2  # of a cut, each with colours learnt anew: a third moves 0.3 % of a heap
+AGAIN = 8
+WIDE = 2.0
+FAR = 1e3
+EDGE = 5.0
+SETTLED = 0.003
 CUTS = 5  # odd: most of them is a majority
 # of a triangle's sides, sd: as much as the triangle moves when the picture is cropped
 MOVED = 0.05
@@ -93,8 +98,15 @@ class Start:
         rough = _coarse_cut(coarse, clusters, moved / factor).astype(np.uint8)
         shape = self.lab.shape[1::-1]
         grown = cv2.resize(rough, shape, interpolation=cv2.INTER_NEAREST)
-        found = _fine_cut(self.lab, grown, self.halo, rng)
-        return _heap_component(found, moved), grown > 0
+        clusters = cluster_pixels(self.lab, 2 * CLUSTERS, rng)
+        heap = grown > 0
+        for _ in range(AGAIN):
+            before = heap
+            found = _fine_cut(self.lab, clusters, heap.astype(np.uint8), self.halo)
+            heap = _heap_component(found, moved)
+            if (heap ^ before).sum() <= SETTLED * before.sum():
+                break
+        return heap, grown > 0
 
 
 @dataclass(frozen=True)
@@ -317,22 +329,66 @@ def _confidence(mask: np.ndarray, start: Start) -> float:
 
 
 def _fine_cut(
-    lab: np.ndarray, grown: np.ndarray, halo: float, rng: np.random.Generator
+    lab: np.ndarray, clusters: np.ndarray, guess: np.ndarray, halo: float
 ) -> np.ndarray:
-    """The coarse mask, up to `halo` px too large where texture was averaged, refined by
-    local colour."""
+    """The heap by local colour, about a mask that is up to some `halo` px off."""
     disc = [
         cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
-        for r in (2.0, 0.5)
+        for r in (2.0, WIDE)
     ]
-    core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
-    odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS, rng), core > 0, reach == 0)
-    certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    unsure = np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
-    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
-    chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
-    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
-    return _graph_cut(picture, mask)
+    core, reach = cv2.erode(guess, disc[0]) > 0, cv2.dilate(guess, disc[1]) > 0
+    if not core.any() or reach.all():
+        return np.zeros(guess.shape, bool)
+    odds = _local_odds(clusters, core, ~reach)
+    odds = np.where(reach, odds, -FAR)
+    return _column_cut(odds, lab, max(1, int(guess.sum(axis=1).argmax())))
+
+
+def _column_cut(odds: np.ndarray, lab: np.ndarray, middle: int) -> np.ndarray:
+    """The most likely heap that is whole in every column and reaches up and down from
+    row `middle`. odds (h, w): logarithms, of every pixel; its border costs EDGE a
+    pixel, less where the colour changes."""
+    across, down = (np.square(np.diff(lab, axis=a)).sum(axis=2) for a in (1, 0))
+    scale = across.mean() + down.mean() + 1e-6
+    across, down = (EDGE * np.exp(-change / scale) for change in (across, down))
+    above, below = np.s_[middle - 1 :: -1], np.s_[middle:]
+    upper = _extent(odds[above], across[above], down[: middle - 1][::-1])
+    lower = _extent(odds[below], across[below], down[middle:])
+    rows = np.arange(len(odds))[:, None]
+    return (rows >= middle - upper) & (rows < middle + lower)
+
+
+def _extent(odds: np.ndarray, across: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """How many rows of each column, from the first on, belong to the heap."""
+    cost = np.pad(-np.cumsum(odds, axis=0), ((1, 0), (0, 0)))
+    cost[1:-1] += down
+    return _least_path(cost, np.pad(np.cumsum(across, axis=0), ((1, 0), (0, 0))))
+
+
+def _least_path(cost: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Row y in each column for which Σ cost[y(x), x] + Σ |beside[y(x + 1), x] −
+    beside[y(x), x]| is least; beside grows downwards."""
+    count, width = cost.shape
+    index = np.arange(count)
+    came = np.empty((width, count), np.int32)
+    total = cost[:, 0]
+    for x in range(1, width):
+        level = beside[:, x - 1]
+        v = total - level
+        up = np.minimum.accumulate(v)
+        from_up = np.maximum.accumulate(np.where(v <= up, index, 0))
+        v = (total + level)[::-1]
+        low = np.minimum.accumulate(v)
+        from_low = count - 1 - np.maximum.accumulate(np.where(v <= low, index, 0))[::-1]
+        up, low = up + level, low[::-1] - level
+        better = low < up
+        came[x] = np.where(better, from_low, from_up)
+        total = np.where(better, low, up) + cost[:, x]
+    path = np.empty(width, int)
+    path[-1] = total.argmin()
+    for x in range(width - 1, 0, -1):
+        path[x - 1] = came[x, path[x]]
+    return path
 
 
 def _graph_cut(picture: np.ndarray, mask: np.ndarray) -> np.ndarray:
@@ -389,7 +445,7 @@ def _local_odds(
         return np.array(spread) / (np.sum(spread, axis=0) + 1e-6)
 
     odds = np.log((density(seeds) + LEAST_SHARE) / (density(others) + LEAST_SHARE))
-    return np.clip(cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7) / 8 + 0.5, 0, 1)
+    return cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7)
 
 
 def _coarse_cut(
