@@ -37,6 +37,8 @@ def centroid_angle(
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     for side in walls - set(good):
         at = _wall_face(heap, side)
+        if at is None and not heap.walls:  # seeds alone: they end at the wall
+            at = next(f.toe for f in heap.flanks if f.side == side)
         if at is None:
             return failed(
                 NAME, "deg", "where the wall stands that the pile leans on is not seen"

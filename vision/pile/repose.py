@@ -110,12 +110,14 @@ class Repose:
 
 @dataclass(frozen=True)
 class _Photo:
-    """The part of the picture that is looked at, and how it is read."""
+    """The part of the picture that is looked at, and how it is read. seeds_only: its
+    outline is that of the seeds, without what they lean on."""
 
     crop: np.ndarray
     camera: Camera
     options: PileOptions
     roi: tuple[int, int, int, int]
+    seeds_only: bool = False
 
 
 def measure_repose(
@@ -162,16 +164,17 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     """The pile by the more exact of two readings, if both show the same heap; what they
     differ by is in the sds."""
     options, smooth = photo.options, _on_smooth_background(photo)
+    seeds = replace(photo, seeds_only=True)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
-        first = _of_mask(photo, region, region.first)
+        first = _of_mask(seeds, region, region.first)
         if isinstance(first, Repose) and _same_heap(smooth, first, 0.0):
             return _widened(smooth, [first])
-    segmented = _of_region(photo, region)
+    segmented = _of_region(seeds, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(
             smooth, segmented, _apart(region)
@@ -364,7 +367,10 @@ def _at_base_line(
     options = photo.options
     surface, layered = without_layer(surface, base)
     heap = find_heap(
-        _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
+        _shrink_profile(surface, factor),
+        in_reduced_px(base, factor),
+        options.window,
+        walled=not photo.seeds_only,
     )
     if heap.problem:
         return heap.problem
