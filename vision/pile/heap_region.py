@@ -216,13 +216,14 @@ def cluster_pixels(
     some = np.ascontiguousarray(flat[rng.integers(0, len(flat), SOME)])
     labels = np.zeros((SOME, 1), np.int32)
     centres = cv2.kmeans(some, count, labels, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
-    nearest, labels = np.full(len(flat), np.inf, np.float32), np.zeros(len(flat), int)
+    nearest = np.full(len(flat), np.inf, np.float32)
+    labels = np.zeros(len(flat), np.uint8)
     by_feature = np.ascontiguousarray(flat.T)
     for label, centre in enumerate(centres):
         off = centre @ centre - 2 * (centre @ by_feature)
-        labels[off < nearest] = label
+        np.copyto(labels, label, where=off < nearest)
         np.minimum(nearest, off, out=nearest)
-    return labels.reshape(features.shape[:2])
+    return labels.reshape(features.shape[:2]).astype(int)
 
 
 def find_region(image: np.ndarray) -> Region | None:
