@@ -214,8 +214,8 @@ def cluster_pixels(
     cv2.setRNGSeed(int(rng.integers(1, 2**31 - 1)))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[rng.integers(0, len(flat), SOME)])
-    labels = np.zeros((SOME, 1), np.int32)
-    centres = cv2.kmeans(some, count, labels, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
+    of_some = np.zeros((SOME, 1), np.int32)
+    centres = cv2.kmeans(some, count, of_some, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
     nearest = np.full(len(flat), np.inf, np.float32)
     labels = np.zeros(len(flat), np.uint8)
     by_feature = np.ascontiguousarray(flat.T)
