@@ -306,7 +306,7 @@ def foot_line(region: Region, mask: np.ndarray, level: float) -> BaseLine | None
         )
         sd = np.radians(unstated_sd("plumb"))
         foot, source = replace(level_foot, slope=level, slope_sd=sd), "toe"
-    if abs(foot.slope) > MAX_PLATE_SLOPE:
+    if abs(foot.slope) > MAX_PLATE_SLOPE or foot.sag > MOST_SAG * half:
         return None
     x0, y0 = region.origin
     f = region.factor

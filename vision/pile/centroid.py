@@ -13,6 +13,7 @@ from benchtwin.vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
+HIGH = 0.8  # of the crest's height: what leans on a wall stands higher there
 BARE = 0.02  # of the crest's height: lower is bare plate
 # of the crest's height: how far beyond the toe loose seeds may belong to the pile
 LOOSE = 0.25
@@ -36,12 +37,7 @@ def centroid_angle(
         )
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
     for side in walls - set(good):
-        at = _wall_face(heap, side)
-        if at is None:
-            return failed(
-                NAME, "deg", "where the wall stands that the pile leans on is not seen"
-            )
-        ends[side] = at * factor
+        ends[side] = _wall_face(surface, base, heap, factor, side)
     found = _rise_and_reach(surface, base, heap, factor, ends, walls - set(good))
     if found is None:
         return failed(NAME, "deg", "nothing stands above the base line")
@@ -111,13 +107,16 @@ def _alternative_toes(
     }
 
 
-def _wall_face(heap: Heap, side: str) -> float | None:
-    """Column [small px] of the face of the wall nearest to the crest on that side; None
-    where no wall is seen."""
+def _wall_face(surface, base: BaseLine, heap: Heap, factor: float, side: str) -> float:
+    """Column [px] of the face of the wall on that side, where the crest leans on it. A
+    near camera sees the face from aside: seeds before and behind the crest meet it
+    elsewhere in the picture."""
+    high = base.at(np.arange(surface.size)) - surface > HIGH * heap.height_px * factor
+    for low, end in heap.walls:
+        high[int((low + MARGIN) * factor) : int((end - MARGIN) * factor) + 1] = False
+    crest = min(int((heap.crest + 0.5) * factor), surface.size - 1)
     if side == "left":
-        ends = (high - MARGIN for _, high in heap.walls)
-        return max((end for end in ends if end <= heap.crest + 1), default=None)
-    return min(
-        (low + MARGIN for low, _ in heap.walls if low + MARGIN >= heap.crest - 1),
-        default=None,
-    )
+        below = np.flatnonzero(~high[:crest])
+        return float(below[-1] + 1 if below.size else 0)
+    below = np.flatnonzero(~high[crest + 1 :])
+    return float(crest + below[0] if below.size else surface.size - 1)

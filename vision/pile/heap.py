@@ -111,12 +111,17 @@ def _refit_level_line(
     return float(intercept), float(slope)
 
 
-def find_heap(profile: np.ndarray, base: BaseLine, window: tuple[float, float]) -> Heap:
-    """Crest and flanks of the tallest part of the profile (n,), without box walls;
-    window: shares of the height to be spanned."""
+def find_heap(
+    profile: np.ndarray,
+    base: BaseLine,
+    window: tuple[float, float],
+    walled: bool = True,
+) -> Heap:
+    """Crest and flanks of the tallest part of the profile (n,), without box walls where
+    it may have some; window: shares of the height to be spanned."""
     x = np.arange(profile.size)
     height = base.at(x) - profile
-    walls = _walls(height)
+    walls = _walls(height) if walled else ()
     free = np.isfinite(height)
     for low, high in walls:
         free[low:high] = False

@@ -2,13 +2,15 @@
 behind it.
 
 Every pixel is described by colour and texture. The triangle that differs most from its
-surroundings (`triangle_search`) is the start of a graph cut (GrabCut: Rother,
-Kolmogorov & Blake, ACM Trans. Graphics 23 (2004) 309), first coarse, then on a
-close-up. Where seeds and surroundings are alike, a cut bites into the flank or reaches
-beyond it, here or there by what it started from. It is therefore made several times,
-each from a triangle and from clusters of its own; the heap is what most cuts contain,
-and how far they differ is how well it is known. On a smooth background `surface` is far
-more exact."""
+surroundings (`triangle_search`) is the first guess of a heap. Then, on a close-up, the
+colours of the seeds and of what surrounds them are learnt about each place, and the
+heap is cut anew: the surface and the foot for which these colours are most likely, with
+the shortest border, found for all columns at once by dynamic programming. A cut starts
+from the one before until it settles. Where seeds and surroundings are alike it may
+settle elsewhere by what it started from. It is therefore made several times, each from
+a triangle and from clusters of its own; the heap is what most cuts contain, and how far
+they differ is how well it is known. On a smooth background `surface` is far more
+exact."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -21,13 +23,15 @@ from benchtwin.vision.pile.triangle_search import NO_SIDE, Found, best_triangle
 AREA = cv2.INTER_AREA
 TEXTURE = 4  # of the features: how grainy, whatever the direction
 # longest side: for the triangles, for colour and texture among which they are sought;
-# in the close-up of a cut's first step, and of the cut
+# of the close-up of a cut
 SEARCH_PX = 96
 FEATURES_PX = 480
-COARSE_PX = 240
 CUT_PX = 480
-ROUNDS = 2  # of a cut, each with colours learnt anew: a third moves 0.3 % of a heap
 CUTS = 5  # odd: most of them is a majority
+MOST_ROUNDS, SETTLED = 9, 0.003  # of a cut; share of it that a round still changes
+# times the reach of texture: that far about a cut's border the next one may lie
+FREE = 2.0
+EDGE = 5.0  # of a border's px where nothing changes, as log odds of a pixel
 # of a triangle's sides, sd: as much as the triangle moves when the picture is cropped
 MOVED = 0.05
 SOME = 4000  # pixels that are clustered; the others go to the nearest
@@ -36,7 +40,7 @@ CLUSTERS = 20  # of colour and texture
 # of the close-up's width: radius within which colours of seeds and surroundings are
 # compared
 LOCAL = 0.08
-CELL_PX = 4  # px of the close-up in which those colours are counted
+CELL_PX = 8  # px of the close-up in which those colours are counted
 LEAST_SHARE = 0.003  # of a cluster among them: less tells nothing
 TURNED = {  # by quarter turns anticlockwise that put it right
     1: "turned to the right by 90°",
@@ -74,27 +78,33 @@ class Start:
         x0, y0 = self.origin
         return self.triangle * self.zoom + [x0, y0, y0, 0, 0]
 
-    def cut(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """(heap, coarse heap) of one cut, masks of the close-up; the heap is empty
-        where there is none. The first starts from the triangle itself."""
+    @cached_property
+    def border_costs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of a border between a pixel and the next one to the right (h, w − 1), below
+        (h − 1, w): less where the colour changes."""
+        changes = [np.square(np.diff(self.lab, axis=a)).sum(axis=2) for a in (1, 0)]
+        usual = sum(float(change.mean()) for change in changes) + 1e-6
+        across, down = (EDGE * np.exp(-change / usual) for change in changes)
+        return across, down
+
+    def cut(self, number: int) -> np.ndarray:
+        """The heap (mask of the close-up) by one cut, empty where there is none. The
+        first starts from the triangle itself."""
         rng = np.random.default_rng(number)
         _, top, foot, *wide = self.triangle
         size = np.array([sum(wide), foot - top, foot - top, *[sum(wide)] * 2])
         moved = self.triangle + (number > 0) * MOVED * rng.normal(size=5) * size
         moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
         moved[3:] = np.maximum(moved[3:], NO_SIDE)
-        factor = max(1.0, max(self.features.shape[:2]) / COARSE_PX)
-        colour, texture = (
-            cv2.resize(half, None, fx=1 / factor, fy=1 / factor, interpolation=AREA)
-            for half in (self.features[..., :3], self.features[..., 3:])
-        )
-        coarse = np.dstack([colour, texture])
-        clusters = cluster_pixels(coarse, CLUSTERS, rng)
-        rough = _coarse_cut(coarse, clusters, moved / factor).astype(np.uint8)
-        shape = self.lab.shape[1::-1]
-        grown = cv2.resize(rough, shape, interpolation=cv2.INTER_NEAREST)
-        found = _fine_cut(self.lab, grown, self.halo, rng)
-        return _heap_component(found, moved), grown > 0
+        clusters = cluster_pixels(self.lab, 2 * CLUSTERS, rng)
+        heap = _triangle_mask(self.lab.shape, moved)
+        for _ in range(MOST_ROUNDS):
+            before = heap
+            found = _cut_about(before, self, clusters)
+            heap = _heap_component(found, moved)
+            if (heap ^ before).sum() <= SETTLED * before.sum():
+                break
+        return heap
 
 
 @dataclass(frozen=True)
@@ -131,14 +141,12 @@ class Region:
     """The pixels of a heap in a close-up whose px are `factor` full px each and whose
     corner is `origin` in the picture.
 
-    first (h, w): the heap by the first cut; grown (h, w): its coarse segmentation, a
-    little too large. confidence: 1 or more where the inside has the texture of seeds
-    all over, more than around it, and a heap's form. rival: triangle [px of the
-    picture] of another part that looks as much like a heap, None where there is
-    none."""
+    first (h, w): the heap by the first cut. confidence: 1 or more where the inside has
+    the texture of seeds all over, more than around it, and a heap's form. rival:
+    triangle [px of the picture] of another part that looks as much like a heap, None
+    where there is none."""
 
     first: np.ndarray
-    grown: np.ndarray
     confidence: float
     rival: np.ndarray | None
     start: Start
@@ -155,7 +163,7 @@ class Region:
     @cached_property
     def cuts(self) -> tuple[np.ndarray, ...]:
         """The heap by every cut that finds one."""
-        again = [self.start.cut(number)[0] for number in range(1, CUTS)]
+        again = [self.start.cut(number) for number in range(1, CUTS)]
         return (self.first, *(mask for mask in again if mask.any()))
 
     @property
@@ -206,10 +214,16 @@ def cluster_pixels(
     cv2.setRNGSeed(int(rng.integers(1, 2**31 - 1)))
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 12, 0.01)
     some = np.ascontiguousarray(flat[rng.integers(0, len(flat), SOME)])
-    labels = np.zeros((SOME, 1), np.int32)
-    centres = cv2.kmeans(some, count, labels, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
-    distance = (centres**2).sum(axis=1) - 2 * flat @ centres.T
-    return distance.argmin(axis=1).reshape(features.shape[:2])
+    of_some = np.zeros((SOME, 1), np.int32)
+    centres = cv2.kmeans(some, count, of_some, stop, 1, cv2.KMEANS_PP_CENTERS)[2]
+    nearest = np.full(len(flat), np.inf, np.float32)
+    labels = np.zeros(len(flat), np.uint8)
+    by_feature = np.ascontiguousarray(flat.T)
+    for label, centre in enumerate(centres):
+        off = centre @ centre - 2 * (centre @ by_feature)
+        np.copyto(labels, label, where=off < nearest)
+        np.minimum(nearest, off, out=nearest)
+    return labels.reshape(features.shape[:2]).astype(int)
 
 
 def find_region(image: np.ndarray) -> Region | None:
@@ -223,16 +237,16 @@ def find_region(image: np.ndarray) -> Region | None:
     if triangle is None:
         return None
     start = _start(small, triangle, CUT_PX / 2)
-    first = start.cut(0)[0]
+    first = start.cut(0)
     if _confidence(first, start) < 1:  # of what is no seeds, too
         grainy = start.features[..., TEXTURE] > SEED_TEXTURE
         first = _heap_component(first & grainy, start.triangle)
     if _confidence(first, start) >= 1:
         start = replace(start, triangle=_triangle_of(first, start.triangle))
     start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
-    mask, grown = start.cut(0)
+    mask = start.cut(0)
     elsewhere = None if rival is None else rival * factor
-    return Region(mask, grown, _confidence(mask, start), elsewhere, start, seen)
+    return Region(mask, _confidence(mask, start), elsewhere, start, seen)
 
 
 def _start(image: np.ndarray, triangle: np.ndarray, longest_px: float) -> Start:
@@ -268,7 +282,7 @@ def _triangle_of(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
 
 def _overlap(mask: np.ndarray, triangle: np.ndarray) -> float:
     """Intersection over union of mask and triangle."""
-    form = _triangle_mask(mask.shape, triangle, 0.0)
+    form = _triangle_mask(mask.shape, triangle)
     return float((mask & form).sum() / max((mask | form).sum(), 1))
 
 
@@ -281,9 +295,7 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     count, labels = cv2.connectedComponents(
         cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4
     )
-    inside = np.bincount(
-        labels[_triangle_mask(mask.shape, triangle, 0.0)], minlength=count
-    )
+    inside = np.bincount(labels[_triangle_mask(mask.shape, triangle)], minlength=count)
     inside[0] = 0
     whole = np.zeros(mask.shape, np.uint8)
     if count < 2 or not inside.max():
@@ -316,43 +328,64 @@ def _confidence(mask: np.ndarray, start: Start) -> float:
     )
 
 
-def _fine_cut(
-    lab: np.ndarray, grown: np.ndarray, halo: float, rng: np.random.Generator
-) -> np.ndarray:
-    """The coarse mask, up to `halo` px too large where texture was averaged, refined by
-    local colour."""
-    disc = [
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
-        for r in (2.0, 0.5)
-    ]
-    core, reach = cv2.erode(grown, disc[0]), cv2.dilate(grown, disc[1])
-    odds = _local_odds(cluster_pixels(lab, 2 * CLUSTERS, rng), core > 0, reach == 0)
-    certain, likely = (core > 0) & (odds > 0.4), (grown > 0) & (odds > 0.5)
-    unsure = np.where(likely, cv2.GC_PR_FGD, cv2.GC_PR_BGD)
-    mask = np.where(certain, cv2.GC_FGD, np.where(reach == 0, cv2.GC_BGD, unsure))
-    chroma = 128 + lab[..., 1:] @ _chroma(lab, core > 0, reach == 0)
-    picture = np.dstack([255 * odds, 2.55 * lab[..., 0], chroma])
-    return _graph_cut(picture, mask)
-
-
-def _graph_cut(picture: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Foreground of a graph cut that starts from `mask` (GC_FGD … GC_PR_BGD); empty
-    where it has no seeds or no surroundings."""
-    seeds = np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
-    if not seeds.any() or seeds.all():
-        return np.zeros(mask.shape, bool)
-    mask = np.ascontiguousarray(mask, dtype=np.uint8)
-    cv2.setRNGSeed(1)
-    models = np.zeros((1, 65)), np.zeros((1, 65))
-    cv2.grabCut(
-        picture.clip(0, 255).astype(np.uint8),
-        mask,
-        (0, 0, 1, 1),
-        *models,
-        ROUNDS,
-        cv2.GC_INIT_WITH_MASK,
+def _cut_about(guess: np.ndarray, start: Start, clusters: np.ndarray) -> np.ndarray:
+    """The heap by the colours that a guess has about each place, inside and beyond it,
+    near the guess's border."""
+    disc = cv2.getStructuringElement(
+        cv2.MORPH_ELLIPSE, (2 * round(FREE * start.halo) + 1,) * 2
     )
-    return np.isin(mask, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    core, reach = (f(guess.astype(np.uint8), disc) > 0 for f in (cv2.erode, cv2.dilate))
+    found = np.zeros(guess.shape, bool)
+    if not core.any() or reach.all():
+        return found
+    (top, bottom), (left, right) = (
+        np.flatnonzero(reach.any(axis=axis))[[0, -1]] for axis in (1, 0)
+    )
+    rows, columns = slice(top, bottom + 1), slice(left, right + 1)
+    odds = np.where(reach, _local_odds(clusters, core, ~reach), -np.inf)
+    across, down = start.border_costs
+    found[rows, columns] = _column_cut(
+        odds[rows, columns],
+        across[rows, left:right],
+        down[top:bottom, columns],
+        max(1, int(guess[rows].sum(axis=1).argmax())),
+    )
+    return found
+
+
+def _column_cut(
+    odds: np.ndarray, across: np.ndarray, down: np.ndarray, middle: int
+) -> np.ndarray:
+    """The most likely heap that is whole in every column and reaches up and down from
+    row `middle`. odds (h, w): logarithms, of every pixel; across (h, w − 1), down
+    (h − 1, w): what a border costs between a pixel and the next."""
+    above, below = np.s_[middle - 1 :: -1], np.s_[middle:]
+    upper = _extent(odds[above], across[above], down[: middle - 1][::-1])
+    lower = _extent(odds[below], across[below], down[middle:])
+    rows = np.arange(len(odds))[:, None]
+    return (rows >= middle - upper) & (rows < middle + lower)
+
+
+def _extent(odds: np.ndarray, across: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """How many rows of each column, from the first on, belong to the heap."""
+    cost = np.pad(-np.cumsum(odds, axis=0), ((1, 0), (0, 0)))
+    cost[1:-1] += down
+    return _least_path(cost, np.pad(np.cumsum(across, axis=0), ((1, 0), (0, 0))))
+
+
+def _least_path(cost: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Row y in each column for which Σ cost[y(x), x] + Σ |beside[y(x + 1), x] −
+    beside[y(x), x]| is least; beside grows downwards."""
+    total, beside = np.ascontiguousarray(cost.T), np.ascontiguousarray(beside.T)
+    for x, level in enumerate(beside, start=1):
+        before = total[x - 1]
+        from_above = np.minimum.accumulate(before - level) + level
+        from_below = np.minimum.accumulate((before + level)[::-1])[::-1] - level
+        total[x] += np.minimum(from_above, from_below)
+    path = [int(total[-1].argmin())]
+    for before, level in zip(total[-2::-1], beside[::-1]):
+        path.append(int((before + np.abs(level - level[path[-1]])).argmin()))
+    return np.array(path[::-1])
 
 
 def _as_rgb(small: np.ndarray) -> np.ndarray:
@@ -362,21 +395,11 @@ def _as_rgb(small: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(small, dtype=np.float32) / 255
 
 
-def _chroma(lab: np.ndarray, seeds: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Unit vector in (a, b) from the colour of the surroundings to that of the
-    seeds."""
-    if seeds.any() and others.any():
-        off = lab[seeds, 1:].mean(axis=0) - lab[others, 1:].mean(axis=0)
-    else:
-        off = np.ones(2)
-    return (off / max(float(np.linalg.norm(off)), 1e-6)).astype(np.float32)
-
-
 def _local_odds(
     clusters: np.ndarray, seeds: np.ndarray, others: np.ndarray
 ) -> np.ndarray:
-    """Log odds, scaled to 0…1, that a pixel's cluster belongs to the seeds rather than
-    to the surroundings near it."""
+    """Log odds that a pixel's cluster belongs to the seeds rather than to the
+    surroundings near it."""
     height, width = clusters.shape
     count, tall, wide = clusters.max() + 1, -(-height // CELL_PX), -(-width // CELL_PX)
     rows, columns = np.arange(height)[:, None] // CELL_PX, np.arange(width) // CELL_PX
@@ -389,59 +412,12 @@ def _local_odds(
         return np.array(spread) / (np.sum(spread, axis=0) + 1e-6)
 
     odds = np.log((density(seeds) + LEAST_SHARE) / (density(others) + LEAST_SHARE))
-    return np.clip(cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7) / 8 + 0.5, 0, 1)
+    return cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7)
 
 
-def _coarse_cut(
-    features: np.ndarray, clusters: np.ndarray, triangle: np.ndarray
-) -> np.ndarray:
-    """Graph cut of colour and of the log odds that a pixel's cluster lies inside the
-    triangle rather than outside."""
-    core, body, shell = (
-        _triangle_mask(clusters.shape, triangle, grow) for grow in (-0.35, 0.0, 0.8)
-    )
-    beyond = np.where(shell, cv2.GC_PR_BGD, cv2.GC_BGD)
-    mask = np.where(core, cv2.GC_FGD, np.where(body, cv2.GC_PR_FGD, beyond)).astype(
-        np.uint8
-    )
-    near = _triangle_mask(clusters.shape, triangle, 1.5)
-    inside = np.bincount(clusters[body], minlength=CLUSTERS) / max(body.sum(), 1) + 1e-3
-    outside = (
-        np.bincount(clusters[near & ~body], minlength=CLUSTERS)
-        / max((near & ~body).sum(), 1)
-        + 1e-3
-    )
-    odds = np.clip(np.log(inside / outside) / 6 + 0.5, 0, 1)[clusters]
-    odds = cv2.GaussianBlur(odds.astype(np.float32), (0, 0), 1.0)
-    colour = features[..., :3] * 20
-    within = np.cov(colour[body].T) + np.cov(colour[near & ~body].T) + np.eye(3)
-    axis = np.linalg.solve(
-        within, colour[body].mean(axis=0) - colour[near & ~body].mean(axis=0)
-    )
-    along = colour @ (axis / max(np.linalg.norm(axis), 1e-9)).astype(np.float32)
-    low, high = np.percentile(along, [1, 99])
-    height = 255 * np.clip((along - low) / max(high - low, 1.0), 0, 1)
-    picture = np.dstack([255 * odds, height, colour[..., 0] * 2.55])
-    return _graph_cut(picture, mask)
-
-
-def _triangle_mask(
-    shape: tuple[int, ...], triangle: np.ndarray, grow: float
-) -> np.ndarray:
-    """Mask of the triangle, enlarged by a share `grow` of its height and half
-    widths."""
+def _triangle_mask(shape: tuple[int, ...], triangle: np.ndarray) -> np.ndarray:
     x, top, foot, left, right = triangle
-    rise, wide = foot - top, grow * (left + right) / 2
-    points = [
-        (x - left - wide, foot + grow * rise / 2),
-        (x, top - grow * rise),
-        (x + right + wide, foot + grow * rise / 2),
-    ]
-    if grow > 0:  # flanks may bulge
-        points[1:2] = [
-            (x - 0.3 * left - wide / 2, top - grow * rise),
-            (x + 0.3 * right + wide / 2, top - grow * rise),
-        ]
+    corners = np.array([(x - left, foot), (x, top), (x + right, foot)])
     mask = np.zeros(shape[:2], np.uint8)
-    cv2.fillPoly(mask, [np.array(points).round().astype(np.int32)], 1)
+    cv2.fillPoly(mask, [corners.round().astype(np.int32)], 1)
     return mask.astype(bool)

@@ -110,12 +110,14 @@ class Repose:
 
 @dataclass(frozen=True)
 class _Photo:
-    """The part of the picture that is looked at, and how it is read."""
+    """The part of the picture that is looked at, and how it is read. seeds_only: its
+    outline is that of the seeds, without what they lean on."""
 
     crop: np.ndarray
     camera: Camera
     options: PileOptions
     roi: tuple[int, int, int, int]
+    seeds_only: bool = False
 
 
 def measure_repose(
@@ -162,19 +164,20 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     """The pile by the more exact of two readings, if both show the same heap; what they
     differ by is in the sds."""
     options, smooth = photo.options, _on_smooth_background(photo)
+    seeds = replace(photo, seeds_only=True)
     by_hand = options.roi is not None or options.baseline is not None
     enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     if isinstance(smooth, Repose):
         # the more exact one: its edges are read off the full picture
-        first = _of_mask(photo, region, region.first)
-        if isinstance(first, Repose) and _same_heap(smooth, first, region, 0.0):
+        first = _of_mask(seeds, region, region.first)
+        if isinstance(first, Repose) and _same_heap(smooth, first, 0.0):
             return _widened(smooth, [first])
-    segmented = _of_region(photo, region)
+    segmented = _of_region(seeds, region)
     if isinstance(smooth, Repose):
         if isinstance(segmented, Repose) and _same_heap(
-            smooth, segmented, region, _apart(region)
+            smooth, segmented, _apart(region)
         ):
             return _widened(smooth, [segmented])
         if isinstance(segmented, str):
@@ -289,9 +292,7 @@ def _apart(region: Region) -> float:
     return float(np.mean([(cut ^ agreed).sum() for cut in region.cuts]) / agreed.sum())
 
 
-def _same_heap(
-    smooth: Repose, segmented: Repose, region: Region, apart_by: float
-) -> bool:
+def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:
     """Whether the silhouette on a smooth background and the segmented region are the
     same heap. Then it misses few of the segmented seeds and none of the flanks,
     includes little that has no seed texture, and has the same base line and crest.
@@ -302,21 +303,16 @@ def _same_heap(
     x = np.arange(segmented.surface.size)
     foot = segmented.base.at(x)
     surface = np.fmin(smooth.surface, foot)
-    textured = np.minimum(_upper_border(region, region.grown, x.size), foot)
     crest = smooth.crest[0] - smooth.roi[0]
     left, right = (crest if toe is None else toe for toe in smooth.toes)
     heap = (x >= left) & (x <= right)  # without the wall that it may lean on
     if not heap.any():
         return False
     missed = np.clip(surface - segmented.surface, 0, None).sum()
-    surplus = np.clip(textured - surface, 0, None)[heap].sum()
+    surplus = np.clip(segmented.surface - surface, 0, None)[heap].sum()
     under = foot - segmented.surface > 0
-    top, loose, close = (
-        float(s[heap].min()) for s in (surface, textured, segmented.surface)
-    )  # the crest lies between the last two
-    apart = max(
-        np.abs(smooth.base.at(x) - foot)[under].mean(), loose - top, top - close
-    )
+    crests = [s[heap].min() for s in (surface, segmented.surface)]
+    apart = max(np.abs(smooth.base.at(x) - foot)[under].mean(), np.ptp(crests))
     height = float(np.ptp(segmented.surface[under]))
     area = float((foot - segmented.surface).sum())
     return bool(
@@ -371,7 +367,10 @@ def _at_base_line(
     options = photo.options
     surface, layered = without_layer(surface, base)
     heap = find_heap(
-        _shrink_profile(surface, factor), in_reduced_px(base, factor), options.window
+        _shrink_profile(surface, factor),
+        in_reduced_px(base, factor),
+        options.window,
+        walled=not photo.seeds_only,
     )
     if heap.problem:
         return heap.problem

@@ -62,7 +62,9 @@ def fit_illumination(
     terms, values = _terms(x / width, y / height, order), image[y, x]
     keep = np.ones(y.size, dtype=bool)
     for _ in range(3):
-        coefficients, *_ = np.linalg.lstsq(terms[keep], values[keep], rcond=None)
+        kept_terms = terms[keep]
+        normal = kept_terms.T @ kept_terms, kept_terms.T @ values[keep]
+        coefficients, *_ = np.linalg.lstsq(*normal, rcond=None)
         residual = np.linalg.norm(values - terms @ coefficients, axis=1)
         limit = 3 * max(1.48 * float(np.median(residual)), 0.5)
         if (
