@@ -13,7 +13,9 @@ from benchtwin.vision.pile.heap import BaseLine, Heap
 
 NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
-HIGH = 0.8  # of the crest's height: what leans on a wall stands higher there
+# of the crest's height: what leans on a wall stands higher there; and what may be taken
+# for that height as well, where seeds beside the wall are missing
+HIGH, LESS_HIGH = 0.8, 0.4
 BARE = 0.02  # of the crest's height: lower is bare plate
 # of the crest's height: how far beyond the toe loose seeds may belong to the pile
 LOOSE = 0.25
@@ -36,17 +38,22 @@ def centroid_angle(
             NAME, "deg", "the pile's foot is not in the picture on both sides"
         )
     ends = {side: (flank.toe + 0.5) * factor for side, flank in good.items()}
-    for side in walls - set(good):
-        ends[side] = _wall_face(surface, base, heap, factor, side)
-    found = _rise_and_reach(surface, base, heap, factor, ends, walls - set(good))
+    leaning = walls - set(good)
+    faces, others = (
+        {s: _wall_face(surface, base, heap, factor, s, share) for s in leaning}
+        for share in (HIGH, LESS_HIGH)
+    )
+    ends |= faces
+    found = _rise_and_reach(surface, base, heap, factor, ends, leaning)
     if found is None:
         return failed(NAME, "deg", "nothing stands above the base line")
     slope, rise, reach = found
-    others = [
-        _rise_and_reach(surface, base, heap, factor, ends | toes, walls - set(good))
-        for toes in _alternative_toes(surface, base, heap, factor, ends, good)
+    toes = _alternative_toes(surface, base, heap, factor, ends, good)
+    elsewhere = [
+        _rise_and_reach(surface, base, heap, factor, ends | end, leaning)
+        for end in (*toes, others)
     ]
-    toe_sd = float(np.ptp([slope, *(other[0] for other in others if other)])) / 2
+    toe_sd = float(np.ptp([slope, *(other[0] for other in elsewhere if other)])) / 2
     # half a small pixel in the surface's height, one in where the wall or the foot
     # stands
     edge_sd = slope * np.hypot(
@@ -107,11 +114,13 @@ def _alternative_toes(
     }
 
 
-def _wall_face(surface, base: BaseLine, heap: Heap, factor: float, side: str) -> float:
-    """Column [px] of the face of the wall on that side, where the crest leans on it. A
-    near camera sees the face from aside: seeds before and behind the crest meet it
-    elsewhere in the picture."""
-    high = base.at(np.arange(surface.size)) - surface > HIGH * heap.height_px * factor
+def _wall_face(
+    surface, base: BaseLine, heap: Heap, factor: float, side: str, share: float
+) -> float:
+    """Column [px] of the face of the wall on that side, where what is higher than
+    `share` of the crest leans on it. A near camera sees the face from aside: seeds
+    before and behind the crest meet it elsewhere in the picture."""
+    high = base.at(np.arange(surface.size)) - surface > share * heap.height_px * factor
     for low, end in heap.walls:
         high[int((low + MARGIN) * factor) : int((end - MARGIN) * factor) + 1] = False
     crest = min(int((heap.crest + 0.5) * factor), surface.size - 1)
