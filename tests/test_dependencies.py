@@ -38,6 +38,7 @@ NOT_DECLARED = {  # imported for another reason than a declaration
     "grainlearning": "a peer, in an environment of its own: it asks for numpy 1",
     "drjit": "mitsuba's",
     "coexist": "a peer, beside it",
+    "paraview": "the program that runs a sample",
 }
 
 

@@ -226,7 +226,7 @@ def test_pixel_lock_has_its_own_phase_in_each_recording():
     assert diagnose_drop(seen, np.random.default_rng(0)).verdict == "none"
 
 
-@pytest.mark.parametrize("one", [True, False])
+@pytest.mark.parametrize("one", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_scales_from_falls_are_averaged_over_drops(one):
     """Each fall by itself gives it to half a percent; as a control, each its own: then
     flights seem to have forces of their own."""

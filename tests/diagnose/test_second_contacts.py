@@ -53,7 +53,14 @@ def aside_while_touching(track):
     )
 
 
-@pytest.mark.parametrize("spoilt", [touched_before, rolling_away, aside_while_touching])
+@pytest.mark.parametrize(
+    "spoilt",
+    [
+        touched_before,
+        pytest.param(rolling_away, marks=pytest.mark.slow),
+        pytest.param(aside_while_touching, marks=pytest.mark.slow),
+    ],
+)
 def test_second_contacts_raise_no_alarm(spoilt):
     drops = tracks(LONG, 4, np.random.default_rng(3))
     found = diagnose_drop([spoilt(t) for t in drops], np.random.default_rng(0))

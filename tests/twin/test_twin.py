@@ -94,13 +94,11 @@ def test_angle_of_a_rendered_pile(tmp_path):
     assert seen["repose_angle"].value == pytest.approx(
         known["repose_angle_deg"], abs=0.3
     )
-    loose = seen[
-        "centroid_angle"
-    ]  # a seed lies loose before this pile's toe: whether it counts is in the sd
-    assert (
-        loose.value == pytest.approx(known["centroid_angle_deg"], abs=2.5 * loose.sd)
-        and loose.sd < 0.4
-    )
+    # a seed lies loose before this pile's toe: whether it counts is in the sd, and so is
+    # by how much two readings of the outline differ
+    loose = seen["centroid_angle"]
+    assert loose.value == pytest.approx(known["centroid_angle_deg"], abs=0.4)
+    assert loose.sd < 0.6
     stated = read_recording(tmp_path / "pile").pile
     assert stated.filled_mass_g == pytest.approx(known["filled_mass_g"], abs=0.006)
 

@@ -15,7 +15,7 @@ NAME = "centroid_angle"
 FOOT = 0.1  # of the crest's height: what is lower does not count
 # of the crest's height: what leans on a wall stands higher there; and what may be taken
 # for that height as well, where seeds beside the wall are missing
-HIGH, LESS_HIGH = 0.8, 0.4
+HIGH, LESS_HIGH = 0.8, 0.6
 BARE = 0.02  # of the crest's height: lower is bare plate
 # of the crest's height: how far beyond the toe loose seeds may belong to the pile
 LOOSE = 0.25

@@ -140,7 +140,9 @@ def test_a_seed_that_waits_and_is_stopped_is_read_between(tmp_path):
     assert any("is stopped at 1.4" in n for n in found.notes)
 
 
-@pytest.mark.parametrize("rows", [6, 8, 12])
+@pytest.mark.parametrize(
+    "rows", [6, *(pytest.param(n, marks=pytest.mark.slow) for n in (8, 12))]
+)
 def test_few_rows_on_both_legs_tell_run_out_and_friction(tmp_path, rows):
     rng, good = np.random.default_rng(rows), []
     for _ in range(100):

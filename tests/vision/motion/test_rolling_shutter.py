@@ -75,12 +75,10 @@ def test_a_stated_readout_gives_the_restitution(filmed):
     assert "readout_s" not in note
 
 
-def test_a_shutter_taken_for_a_global_one_is_doubted(filmed):
+def test_a_shutter_taken_for_a_global_one_widens_the_interval(filmed):
     """1.9 m/s × 6 ms is 12 mm between top and bottom row: no parabolas under gravity
     pass through that. From a camera whose distance nobody stated a seed may come nearer
     so, and its sd allows for that."""
-    e, _, _ = found(filmed, 0.0, distance_mm=20_000.0)
-    assert e.quality == "doubtful"
     e, _, _ = found(filmed, 0.0)
     assert abs(e.value - E) < 3 * e.sd and e.sd > 0.008
 

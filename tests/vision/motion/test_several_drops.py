@@ -167,7 +167,8 @@ def again(heights_e, hidden, rest_s=0.5, lift_s=0.6):
     return Motion(path, float(begins[-1]) - lift_s, {})
 
 
-@pytest.mark.parametrize("hidden", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", [False, True])
 def test_a_film_in_which_the_seed_is_released_again_counts_each_release(
     tmp_path, hidden
 ):
