@@ -94,8 +94,8 @@ def test_angle_of_a_rendered_pile(tmp_path):
     assert seen["repose_angle"].value == pytest.approx(
         known["repose_angle_deg"], abs=0.3
     )
-    # a seed lies loose before this pile's toe: whether it counts is in the sd, and so is
-    # by how much two readings of the outline differ
+    # a seed lies loose before this pile's toe: whether it counts is in the sd, and so
+    # is by how much two readings of the outline differ
     loose = seen["centroid_angle"]
     assert loose.value == pytest.approx(known["centroid_angle_deg"], abs=0.4)
     assert loose.sd < 0.6
