@@ -4,6 +4,7 @@ height would see."""
 from collections.abc import Sequence
 
 import numpy as np
+from benchtwin.bench.slope_window import line_window
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rotation import turned
 from scipy.ndimage import uniform_filter1d
@@ -53,43 +54,19 @@ def slope_angle(
     x_m: np.ndarray, height_m: np.ndarray, window: Sequence[float] = WINDOW
 ) -> float:
     """Inclination [deg] of the least-squares line through an outline that falls towards
-    +x, between two shares of its crest's height; NaN without such a slope.
-
-    The stretch is where a cubic through the slope lies between these heights, found by
-    repeated fitting: points picked by their own height would cut the bumps off at both
-    ends and flatten the line."""
+    +x, where it lies between two shares of its crest's height; NaN without such a
+    slope."""
     top = float(height_m.max())
     side = np.arange(len(x_m)) >= int(
         np.argmax(uniform_filter1d(height_m, max(3, len(x_m) // 50)))
     )
     side &= np.cumsum(height_m[::-1] > 0.02 * top)[::-1] > 0
-    low, high = window[0] * top, window[1] * top
-    inside, wider = (
-        side & (height_m > low - m * top) & (height_m < high + m * top)
-        for m in (0.0, 0.1)
-    )
-    for _ in range(5):
-        if inside.sum() < 12 or wider.sum() < 12:
-            return float("nan")
-        cubic = np.polynomial.Polynomial.fit(x_m[wider], height_m[wider], 3)(x_m)
-        least = x_m[wider].min()
-        most = x_m[wider].max()
-        chosen = np.flatnonzero(
-            side & (x_m >= least) & (x_m <= most) & (cubic > low) & (cubic < high)
-        )
-        if len(chosen) < 12:
-            return float("nan")
-        first, last = x_m[chosen[0]], x_m[chosen[-1]]
-        margin = 0.17 * (last - first)
-        fitted = side & (x_m >= first) & (x_m <= last)
-        wider = side & (x_m >= first - margin) & (x_m <= last + margin)
-        if (fitted == inside).all():
-            break
-        inside = fitted
-    angle = float(
-        -np.degrees(np.arctan(np.polyfit(x_m[inside], height_m[inside], 1)[0]))
-    )
-    return angle if angle > 0 else float("nan")  # a heap of a layer or two has no slope
+    inside = line_window(x_m, height_m, side, window[0] * top, window[1] * top)
+    if inside is None:
+        return float("nan")
+    slope = np.polyfit(x_m[inside], height_m[inside], 1)[0]
+    # a heap of a layer or two has no slope
+    return float(-np.degrees(np.arctan(slope))) if slope < 0 else float("nan")
 
 
 def centroid_angle(

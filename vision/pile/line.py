@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.robust import robust_sd
+from benchtwin.bench.slope_window import line_window
 from benchtwin.vision.pile.heap import BaseLine, Flank, Heap
 
 EDGE_FLOOR_PX = 0.01  # least error of an edge, however smooth it is
@@ -182,7 +183,8 @@ def fit_flank(
         (x <= crest) & (x >= toe) if flank.side == "left" else (x >= crest) & (x <= toe)
     )
     side &= np.isfinite(height)
-    inside = _columns_in_window(x, height, side, heap.height_px, window)
+    low, high = (share * heap.height_px for share in window)
+    inside = line_window(x, height, side, low, high)
     if inside is None:
         return None
     line = fit_line(x[inside], surface[inside], floor=EDGE_FLOOR_PX)
@@ -215,28 +217,3 @@ def fit_flank(
         )
     angle_sd_deg = float(np.hypot(line.angle_sd_deg, horizontal_sd))
     return FlankLine(flank.side, line, angle, angle_sd_deg, tuple(doubts))
-
-
-def _columns_in_window(x, height, side, top, window) -> np.ndarray | None:
-    """Columns whose fitted height lies in the window: a cubic through the flank,
-    refitted until it selects the same columns. Points are not selected by their own
-    height: that would cut the bumps off at both ends and flatten the line."""
-    low, high = window[0] * top, window[1] * top
-    inside = side & (height > low) & (height < high)
-    wider = side & (height > low - 0.1 * top) & (height < high + 0.1 * top)
-    for _ in range(5):
-        if inside.sum() < 12 or wider.sum() < 12:
-            return None
-        cubic = np.polynomial.Polynomial.fit(x[wider], height[wider], 3)
-        columns = np.flatnonzero(side & (x >= x[wider].min()) & (x <= x[wider].max()))
-        fitted = cubic(columns)
-        chosen = columns[(fitted > low) & (fitted < high)]
-        if chosen.size < 12:
-            return None
-        columns_now = side & (x >= chosen.min()) & (x <= chosen.max())
-        margin = 0.17 * (chosen.max() - chosen.min())
-        wider = side & (x >= chosen.min() - margin) & (x <= chosen.max() + margin)
-        if (columns_now == inside).all():
-            break
-        inside = columns_now
-    return inside

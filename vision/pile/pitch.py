@@ -24,16 +24,19 @@ def level_angle(
 ) -> tuple[float, float]:
     """The angle [deg] as a level camera would see it, and how far off it may be.
 
-    name: of the quantity; form: CONE, SLAB, or "" where it is not known: then as it is
-    seen, ± half of what a cone's would be off. A cone's, too: the seeds along its foot
-    hide some of that (0.4 to 1 of it is right for cones of 7 to 14 seeds' radius)."""
+    name: of the quantity; form: CONE, SLAB, or "" where it is not known: then midway
+    between what a slab and a cone would be, ± half of what they differ by. A cone's is
+    ± half of what it is off: the seeds along its foot hide some of that (0.4 to 1 of it
+    is right for cones of 7 to 14 seeds' radius)."""
     p = round(pitch_deg, 1)
     slab = np.degrees(np.arctan(np.tan(np.radians(seen_deg)) / np.cos(np.radians(p))))
     cones = ANGLES_DEG[p < ANGLES_DEG]  # the foot's far half hides flatter ones
     cone = np.interp(seen_deg, _seen(name, p, window)[-cones.size :], cones)
     if form == SLAB:
         return float(slab), 0.0
-    return float(cone) if form else seen_deg, float(abs(cone - seen_deg)) / 2
+    if form == CONE:
+        return float(cone), float(abs(cone - seen_deg)) / 2
+    return float(slab + cone) / 2, float(abs(cone - slab)) / 2
 
 
 @cache
