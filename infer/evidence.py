@@ -17,7 +17,6 @@ from itertools import pairwise
 import numpy as np
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.physical_range import ln_within
-from scipy.special import logsumexp
 
 PRIOR_WIDTHS = (3.0, 1.0, 0.3, 0.1, 0.03)  # of the prior on size, times its sd
 UNLISTED_SNRS = (2.0, 6.0, 20.0, 60.0)  # signal-to-noise ratios of unlisted physics
@@ -77,7 +76,7 @@ class EvidenceTable:
     def ln_evidence(self, names: tuple[str, ...]) -> tuple[float, float]:
         """ln Z of exactly this set, and −½ χ² where it fits best."""
         parts, misfit = self.by_scatter(names)
-        return float(logsumexp(parts)), float(misfit[np.argmax(parts)])
+        return float(np.logaddexp.reduce(parts)), float(misfit[np.argmax(parts)])
 
     def by_scatter(self, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         """(S,) each: the terms of ln Z, one a size of scatter, and −½ χ² with it."""
@@ -95,7 +94,7 @@ class EvidenceTable:
         every = fall + 0.5 * np.linalg.slogdet(posterior)[1]
         every += _ln_in_range(parts, widths, mean, posterior)
         best = np.take_along_axis(fall, every.argmax(1)[:, None], 1)[:, 0]
-        return logsumexp(every, axis=1) - np.log(
+        return np.logaddexp.reduce(every, axis=1) - np.log(
             len(widths)
         ) + self.ln_z_nothing + self.odds, self.misfit + best
 

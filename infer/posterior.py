@@ -26,7 +26,6 @@ from benchtwin.infer.unlisted import (
     unlisted_components,
     window_columns,
 )
-from scipy.special import logsumexp
 
 # Prior probability of (listed, unlisted) components, learnt by the log score of 66
 # benches of an independent generator (both halves of them and each rig agree).
@@ -116,7 +115,7 @@ class _Search:
         """Refit sets with weight from a larger set's lower minimum: χ² may have
         several."""
         weights = self.weights()
-        total = logsumexp([w for w, _ in weights.values()])
+        total = np.logaddexp.reduce([w for w, _ in weights.values()])
         for k, here in enumerate(self.tables):
             for listed in sorted(here, key=len, reverse=True):
                 larger = [
@@ -208,7 +207,7 @@ class _Search:
         if sum(map(len, self.tables)) - len(self.tables) >= MOST_FITS:
             return None
         weights = self.weights()
-        total = logsumexp([w for w, _ in weights.values()])
+        total = np.logaddexp.reduce([w for w, _ in weights.values()])
         plain = [k for k, a in enumerate(self.alternatives) if not a.effects]
         nothing = sum(np.exp(weights[k, ()][0] - total) for k in plain)
         if nothing > NOTHING_CERTAIN:
@@ -218,7 +217,7 @@ class _Search:
             for key, (w, _) in weights.items()
             if all(self.kind(key[0], n) is not Kind.UNLISTED for n in key[1])
         }
-        total = logsumexp(list(listed.values()))
+        total = np.logaddexp.reduce(list(listed.values()))
         singles = self._single_effects_to_fit() if nothing < NOTHING_DOUBTFUL else {}
         if singles:
             return max(singles, key=lambda key: singles[key])
@@ -254,7 +253,7 @@ class _Search:
             for names, prior in self.priors[k].items()
             if len(names) == 1 and self.kind(k, names[0]) is not Kind.UNLISTED
         }
-        total = logsumexp(list(weights.values())) if weights else 0.0
+        total = np.logaddexp.reduce(list(weights.values())) if weights else 0.0
         heavy = total + np.log(SINGLE_WEIGHT)
         unfitted: dict[tuple[int, tuple[str, ...]], float] = {}
         for (k, names), value in weights.items():
@@ -265,7 +264,7 @@ class _Search:
 
     def posterior(self) -> Posterior:
         weights = self.weights()
-        total = logsumexp([w for w, _ in weights.values()])
+        total = np.logaddexp.reduce([w for w, _ in weights.values()])
         found, bases = [], []
         for (k, names), (weight, own) in weights.items():
             probability = float(np.exp(weight - total))

@@ -26,6 +26,7 @@ MOST_LOSS = (TAILS + 3) / (
 )  # of information by the weights, where the scatter is Student's t itself
 SCALE_LOSS = 3 / (TAILS + 3)  # of information on the scale
 USUAL_ROWS = 2.0  # rows that the prior of a scatter is worth
+LEAST_VALUE = 1e-15  # of the largest: a smaller eigenvalue is none
 VAGUE = 0.1  # prior information on ln of a variance component
 
 
@@ -224,12 +225,11 @@ def _fitted(
             return np.inf
         white = np.linalg.solve(triangle, rows).reshape(-1, rows.shape[-1])
         gram = white.T @ white
-        slope = np.linalg.pinv(gram[:-1, :-1]) @ gram[:-1, -1]
-        chance = (
-            2 * np.log(np.diagonal(triangle, axis1=1, axis2=2)).sum()
-            + np.linalg.slogdet(gram[:-1, :-1])[1]
-        )
-        chance += gram[-1, -1] - gram[:-1, -1] @ slope
+        values, vectors = np.linalg.eigh(gram[:-1, :-1])
+        values = np.maximum(values, LEAST_VALUE * values[-1])
+        chance = 2 * np.log(np.diagonal(triangle, axis1=1, axis2=2)).sum()
+        chance += np.log(values).sum()
+        chance += gram[-1, -1] - ((gram[-1, :-1] @ vectors) ** 2 / values).sum()
         beforehand = sum(
             np.log(v) + sd**2 / v for v, sd in zip(found, expected, strict=False) if sd
         )

@@ -9,6 +9,7 @@ and begins on the level so far behind it."""
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from benchtwin.infer.effect import Effect
@@ -55,16 +56,29 @@ class Model:
         `corner`."""
         return usual_loss(self.incline[r], self.seed.inertia, self.mu, rank)
 
-    def relevant(self, r: int) -> tuple[str, ...]:
-        """Globals on which run r depends: no other session's scale, no other run's
-        parameter."""
-        scale = f"scale.{self.runs[r].session}"
+    @cached_property
+    def relevant(self) -> tuple[tuple[str, ...], ...]:
+        """Of every run the globals on which it depends: no other session's scale, no
+        other run's parameter."""
         return tuple(
-            n
-            for n in self.names
-            if (n == scale or not n.startswith("scale."))
-            and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
+            tuple(
+                n
+                for n in self.names
+                if (n == scale or not n.startswith("scale."))
+                and (not n[-1].isdigit() or n.endswith(f".{r}") or n == scale)
+            )
+            for r, scale in enumerate(f"scale.{run.session}" for run in self.runs)
         )
+
+    @cached_property
+    def speeds(self) -> np.ndarray:
+        """Speeds [m/s] of the table of resistance."""
+        return np.linspace(0, self.top, SPEEDS)
+
+    @cached_property
+    def unit_drag(self) -> np.ndarray:
+        """Drag at these speeds over that at 0.5 m/s."""
+        return drag_over_weight(self.speeds, 1.0, self.seed.reynolds_per_speed)
 
 
 @dataclass(frozen=True)
@@ -138,8 +152,7 @@ def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -
     ]
     if not air and not acting:
         return NOTHING
-    speed = np.linspace(0, model.top, SPEEDS)
-    values = drag_over_weight(speed, air, model.seed.reynolds_per_speed)
+    speed, values = model.speeds, air * model.unit_drag
     for resist, value in acting:
         values = values + resist(speed, value, model.seed, at)
     return Table(0.0, float(speed[1]), values)
@@ -148,7 +161,7 @@ def resistance_of(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -
 def predict(model: Model, r: int, own: np.ndarray, at: dict[str, float]) -> np.ndarray:
     """Travel (n,) [m] that the camera reads of run r, and, where that was seen in the
     picture, the place of the junction."""
-    key = (r, *own, *(at[n] for n in model.relevant(r)))
+    key = (r, *own, *(at[n] for n in model.relevant[r]))
     if key not in model.seen:
         if len(model.seen) >= REMEMBERED:
             model.seen.clear()
@@ -169,7 +182,7 @@ def beside_m(model: Model, r: int, own: np.ndarray, x: np.ndarray) -> np.ndarray
     """By how much less than x (n,) [m] a camera reads of a run beside the plane of the
     scale: perspective about the picture's middle."""
     run = model.runs[r]
-    off = x - 0.5 * (run.x.min() + run.x.max())
+    off = x - run.middle
     return off * (own[6] + own[7] * (x - own[1])) / run.away
 
 
@@ -205,13 +218,8 @@ def run_motion(
     # Rows are block means: the mean of two points one sd before and after agrees to
     # third order.
     run = model.runs[r]
-    times = np.column_stack([run.time_s - run.spread_s, run.time_s + run.spread_s])
-    x, v = (
-        both.reshape(-1, 2).mean(1)
-        for both in travel(
-            times.ravel(), way or way_of(model, r, own, at), by_speed, place, time
-        )
-    )
+    both = travel(run.around_s, way or way_of(model, r, own, at), by_speed, place, time)
+    x, v = ((each[::2] + each[1::2]) / 2 for each in both)
     x = as_read(model, r, own, at, x)
     if run.gates:
         x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])

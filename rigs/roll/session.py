@@ -3,6 +3,7 @@ sds."""
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
@@ -62,6 +63,17 @@ class Run:
         default_factory=lambda: np.zeros(0)
     )  # (n,): stated, or NaN
     notes: tuple[str, ...] = field(default=())
+
+    @cached_property
+    def middle(self) -> float:
+        """Of what was seen [m]."""
+        return float(self.x.min() + self.x.max()) / 2
+
+    @cached_property
+    def around_s(self) -> np.ndarray:
+        """(2 n,): one sd before and one after the time of every row."""
+        pair = [self.time_s - self.spread_s, self.time_s + self.spread_s]
+        return np.column_stack(pair).ravel()
 
     def gate(self, k: int) -> str:
         """Name of the global for the misplacement of row k's light gate."""
