@@ -222,5 +222,5 @@ def run_motion(
     x, v = ((each[::2] + each[1::2]) / 2 for each in both)
     x = as_read(model, r, own, at, x)
     if run.gates:
-        x = x - np.array([at.get(run.gate(k), 0.0) for k in range(len(x))])
+        x = x - np.array([at.get(gate, 0.0) for gate in run.gate_of])
     return x, v

@@ -104,9 +104,7 @@ def build(
     effects = effects | quadratures(len(runs)) if ripple else effects
     if not ripple:
         effects.pop(NAME, None)
-    passed = Counter(
-        run.gate(k) for run in runs if run.gates for k in range(len(run.x))
-    )
+    passed = Counter(gate for run in runs for gate in run.gate_of)
     # of one run alone, what its gates are off is in its noise
     gates = tuple(name for name, times in passed.items() if times > 1)
     names = (

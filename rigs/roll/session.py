@@ -75,9 +75,12 @@ class Run:
         pair = [self.time_s - self.spread_s, self.time_s + self.spread_s]
         return np.column_stack(pair).ravel()
 
-    def gate(self, k: int) -> str:
-        """Name of the global for the misplacement of row k's light gate."""
-        return f"gate.{self.session}.{1000 * self.x[k]:.6g}mm"
+    @cached_property
+    def gate_of(self) -> tuple[str, ...]:
+        """Name of the global for the misplacement of every row's light gate; none
+        without gates."""
+        places = 1000 * self.x if self.gates else ()
+        return tuple(f"gate.{self.session}.{x:.6g}mm" for x in places)
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,15 @@ from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_
 from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
+OTHERWISE = (
+    "by colour and texture another part of the picture, or more, is the pile: name it"
+    " by --roi"
+)
 NO_LINE = "the surface is too rough or too short for a line"
 # of a region that is measured, with a doubt, where there is no smooth background
 LEAST_CONFIDENCE = 0.6
+# shares of the heap's height and area by which two segmentations of one heap may differ
+MOST_APART, MOST_AREA = (0.1, 0.15)
 # shares of the picture: a foot that is nearer to its border is cut by it
 LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
 # a flank's height is known from the side: lopsided heaps differ by less
@@ -113,11 +119,6 @@ class _Photo:
     roi: tuple[int, int, int, int]
     seeds_only: bool = False
 
-    @property
-    def by_hand(self) -> bool:
-        """Whether the user has said where the pile is."""
-        return self.options.roi is not None or self.options.baseline is not None
-
 
 def measure_repose(
     image: np.ndarray,
@@ -160,19 +161,31 @@ def _lies(region: Region | None) -> str:
 
 
 def _measure(photo: _Photo, region: Region | None) -> Repose:
-    """The pile as seeds where they are surely seen as such, else before one smooth
-    background, else as what may be seeds."""
-    sure = region is not None and region.confidence >= 1
-    if sure and isinstance(found := _as_seeds(photo, region), Repose):
-        return found
-    smooth = _on_smooth_background(photo)
+    """The pile by the more exact of two readings, if both show the same heap; what they
+    differ by is in the sds."""
+    options, smooth = photo.options, _on_smooth_background(photo)
+    seeds = replace(photo, seeds_only=True)
+    by_hand = options.roi is not None or options.baseline is not None
+    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
+    if region is None or region.confidence < enough:
+        return _or_raise(smooth)
     if isinstance(smooth, Repose):
-        return smooth
-    least = 0.0 if photo.by_hand else LEAST_CONFIDENCE
-    perhaps = region is not None and least <= region.confidence < 1
-    if perhaps and isinstance(found := _as_seeds(photo, region), Repose):
-        return found
-    raise MeasurementError(smooth)
+        # the more exact one: its edges are read off the full picture
+        first = _of_mask(seeds, region, region.first)
+        if isinstance(first, Repose) and _same_heap(smooth, first, 0.0):
+            return _widened(smooth, [first])
+    segmented = _of_region(seeds, region)
+    if isinstance(smooth, Repose):
+        if isinstance(segmented, Repose) and _same_heap(
+            smooth, segmented, _apart(region)
+        ):
+            return _widened(smooth, [segmented])
+        if isinstance(segmented, str):
+            return smooth.doubted(OTHERWISE)
+    if isinstance(segmented, str):
+        raise MeasurementError(str(smooth))
+    doubt = "" if by_hand else _doubt_of_region(region)
+    return segmented.doubted(doubt)
 
 
 def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
@@ -186,6 +199,12 @@ def _roi(image: np.ndarray, options: PileOptions) -> tuple[int, int, int, int]:
             f" {height} px)"
         )
     return x, y, w, h
+
+
+def _or_raise(found: Repose | str) -> Repose:
+    if isinstance(found, str):
+        raise MeasurementError(found)
+    return found
 
 
 def _on_smooth_background(photo: _Photo) -> Repose | str:
@@ -233,10 +252,8 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     return _at_base_line(photo, surface, base, region.factor)
 
 
-def _as_seeds(photo: _Photo, region: Region) -> Repose | str:
-    """The pile that most cuts agree on, with what they differ by in every sd; the
-    reason where there is none."""
-    photo = replace(photo, seeds_only=True)
+def _of_region(photo: _Photo, region: Region) -> Repose | str:
+    """The pile that most cuts agree on, with what they differ by in every sd."""
     agreed = _of_mask(photo, region, region.agreed)
     if isinstance(agreed, str):
         return agreed
@@ -245,8 +262,6 @@ def _as_seeds(photo: _Photo, region: Region) -> Repose | str:
     if 2 * len(found) <= CUTS:
         why = f"{CUTS - len(found)} of {CUTS} cuts of the picture show no such pile"
         agreed = agreed.doubted(f"{why}: name it by --roi")
-    if not photo.by_hand:
-        agreed = agreed.doubted(_doubt_of_region(region))
     return _widened(_with_base_error(photo, agreed, region.factor), found)
 
 
@@ -269,6 +284,41 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
     rows = mask[:, columns].argmax(axis=0) * region.factor - 0.5 + region.origin[1]
     x = (columns + 0.5) * region.factor - 0.5 + region.origin[0]
     return np.interp(np.arange(width), x, rows, left=np.inf, right=np.inf)
+
+
+def _apart(region: Region) -> float:
+    """Share of the heap's area by which a cut differs from what most agree on."""
+    agreed = region.agreed
+    return float(np.mean([(cut ^ agreed).sum() for cut in region.cuts]) / agreed.sum())
+
+
+def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:
+    """Whether the silhouette on a smooth background and the segmented region are the
+    same heap. Then it misses few of the segmented seeds and none of the flanks,
+    includes little that has no seed texture, and has the same base line and crest.
+    apart_by: share by which the cuts themselves differ, which no two outlines need to
+    agree better than."""
+    if len(smooth.slopes) < len(segmented.slopes):
+        return False
+    x = np.arange(segmented.surface.size)
+    foot = segmented.base.at(x)
+    surface = np.fmin(smooth.surface, foot)
+    crest = smooth.crest[0] - smooth.roi[0]
+    left, right = (crest if toe is None else toe for toe in smooth.toes)
+    heap = (x >= left) & (x <= right)  # without the wall that it may lean on
+    if not heap.any():
+        return False
+    missed = np.clip(surface - segmented.surface, 0, None).sum()
+    surplus = np.clip(segmented.surface - surface, 0, None)[heap].sum()
+    under = foot - segmented.surface > 0
+    crests = [s[heap].min() for s in (surface, segmented.surface)]
+    apart = max(np.abs(smooth.base.at(x) - foot)[under].mean(), np.ptp(crests))
+    height = float(np.ptp(segmented.surface[under]))
+    area = float((foot - segmented.surface).sum())
+    return bool(
+        max(missed, surplus) < (MOST_AREA + apart_by) * area
+        and apart < (MOST_APART + apart_by) * height
+    )
 
 
 def _doubt_of_region(region: Region) -> str:

@@ -1,6 +1,7 @@
 """Heaps of drawn seeds before cloth, wood, a horizon and clutter, drawn here by code of
 its own: each seed a shaded disc."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import cv2
@@ -190,7 +191,9 @@ def test_a_line_that_contradicts_the_plumb_is_no_base_line():
     assert abs(q.quantities[0].value - 30.0) <= max(3 * q.quantities[0].sd, 1.0)
 
 
-def test_a_wall_taller_than_the_heap_is_no_part_of_it():
+def test_a_wall_that_the_heap_leans_on_does_not_cost_the_sharper_reading():
+    """A box wall taller than the heap: the reading off the smooth background, which
+    knows where the wall stands, is kept."""
     picture = heap_of_seeds("plain", 30.0, seed=1, half=True)
     picture[FOOT - 220 : FOOT, WIDTH // 2 - 60 : WIDTH // 2 - 4] = (60, 70, 60)
     found = {q.name: q for q in angle(picture, side="right").quantities}
@@ -233,6 +236,24 @@ def test_what_the_cuts_differ_by_is_in_every_sd(monkeypatch):
     assert sds["apart"]["repose_angle_left"] < 1.5 * sds["alike"]["repose_angle_left"]
     for name in ("repose_angle", "repose_angle_right", "centroid_angle"):
         assert sds["apart"][name] > 1.3 * sds["alike"][name]
+
+
+def test_what_two_readings_of_one_heap_differ_by_is_in_the_sd():
+    """Before a smooth background; the cut has bitten a wedge out of the right flank."""
+    picture = heap_of_seeds("plain", 30.0, seed=1)
+    region = find_region(picture)
+    down, across = np.indices(region.first.shape)
+    top = region.first.argmax(axis=0)
+    crest = int(np.where(top > 0, top, np.inf).argmin())
+    bitten = down >= top + 0.06 * np.clip(across[0] - crest, 0, None)
+    found = [
+        {q.name: q for q in measure_repose(picture, find=lambda _, r=r: r).quantities}
+        for r in (region, replace(region, first=region.first & bitten))
+    ]
+    for name, grows in (("repose_angle_left", False), ("repose_angle_right", True)):
+        one, other = (each[name] for each in found)
+        assert other.value == one.value
+        assert (other.sd > 1.5 * one.sd) == grows
 
 
 def test_a_picture_that_cuts_the_foot_is_doubted_in_every_quantity():
