@@ -215,6 +215,7 @@ def not_again(*_, **__):
     raise AssertionError("a recording was measured again")
 
 
+@pytest.mark.slow
 def test_what_was_measured_is_not_measured_again(monkeypatch):
     """Photos, frames, a video, a sound and tracks: what calibration and diagnosis read
     of them is the same to the last bit, and nobody looks at them twice."""

@@ -226,7 +226,8 @@ def test_pixel_lock_has_its_own_phase_in_each_recording():
     assert diagnose_drop(seen, np.random.default_rng(0)).verdict == "none"
 
 
-@pytest.mark.parametrize("one", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("one", [True, False])
 def test_scales_from_falls_are_averaged_over_drops(one):
     """Each fall by itself gives it to half a percent; as a control, each its own: then
     flights seem to have forces of their own."""
@@ -394,6 +395,7 @@ def test_analytic_derivatives_equal_finite_differences():
         ), p
 
 
+@pytest.mark.slow
 def test_unlisted_force_and_drifting_clock_are_in_their_sectors():
     """Few terms common to all drops see both, and tell them apart; a clock that drifts
     by 3 % in a second, over half a second."""

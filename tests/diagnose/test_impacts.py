@@ -145,6 +145,7 @@ def test_damage_is_a_class_where_each_count_has_its_own_speed():
     assert rising.alarm and rising.verdict in ("class", "unknown", "name")
 
 
+@pytest.mark.slow
 def test_only_tilt_beyond_the_stated_one_is_found():
     made = drops(replace(BALL, tilt_deg=2.0), 1)
     told = [
@@ -333,6 +334,7 @@ def lying(slope, rng):
     )
 
 
+@pytest.mark.slow
 def test_restitution_by_attitude_is_unknown_with_its_law():
     """As controls none where it does not, and none where nobody saw how the seed
     lay."""

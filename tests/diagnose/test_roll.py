@@ -154,6 +154,7 @@ def astray(seen, away_mm: float | None, rng):
     return out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stated_mm", [1000.0, pytest.param(None, marks=pytest.mark.slow)]
 )
@@ -387,6 +388,7 @@ def test_a_great_slope_is_not_underestimated():
     )
 
 
+@pytest.mark.slow
 def test_a_sticky_patch_is_unknown_with_its_place():
     found = diagnosed(Bench(patch=(60.0, 110.0, 0.004)), count=3)
     assert found.verdict == "unknown" and found.sectors[0].name == "run-out"

@@ -97,7 +97,7 @@ def test_an_apparatus_that_leans_is_named_from_both_directions(camera, slope):
     )
 
 
-@pytest.mark.parametrize("camera", [0, 10])
+@pytest.mark.parametrize("camera", [pytest.param(0, marks=pytest.mark.slow), 10])
 def test_a_level_apparatus_raises_no_alarm(camera):
     alarms = []
     for k in range(6):

@@ -53,6 +53,7 @@ def aside_while_touching(track):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "spoilt",
     [

@@ -2,6 +2,7 @@
 dimensions."""
 
 import numpy as np
+import pytest
 from benchtwin.rigs.drop.silhouette_spin import (
     silhouette_rotation,
     smoothed,
@@ -81,6 +82,7 @@ def test_rotation_about_the_line_of_sight_is_trusted_in_full():
     assert (np.abs(np.array([t.rate for t in found]) - spin) < 4 * sd).all()
 
 
+@pytest.mark.slow
 def test_spin_of_tumbling_seeds_is_unbiased():
     """The spin's regression on the whole rate is 0.5 to 0.8, by shape, on the trusted
     part 1; and its sd is of the right size."""

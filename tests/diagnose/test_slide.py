@@ -47,11 +47,12 @@ def grows(v, x):
 
 
 CASES = [
-    (
+    pytest.param(
         "kinetic-friction",
         {"static": 0.006, "rates": (1.0, 5.0), "fps": 240.0},
         0.006,
         ("onset", "sliding"),
+        marks=pytest.mark.slow,
     ),
     ("viscous-sliding", {"friction": grows}, 0.08, ("sliding",)),
     (
@@ -84,6 +85,7 @@ def test_a_concealed_effect_is_located_named_and_measured(
     )  # 4.3 sd: six cases must all pass
 
 
+@pytest.mark.slow
 def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     """A wrong sensor, a wrong clock, a pull and a little rolling all scale the
     acceleration and do nothing else."""
@@ -99,6 +101,7 @@ def test_what_one_rate_and_one_load_cannot_tell_is_a_class():
     assert finding.next_record
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "counts", [pytest.param((1,), marks=pytest.mark.slow), (1, 4, 8)]
 )
@@ -133,6 +136,7 @@ def test_weak_viscous_friction_is_in_the_class_of_scaled_acceleration():
     } <= set(finding.names)
 
 
+@pytest.mark.slow
 def test_friction_that_grows_with_the_way_is_never_a_name():
     """From rest, way goes as the square of speed: laws of speed are about as probable
     as something unlisted, and neither is said for certain."""

@@ -17,6 +17,7 @@ def test_friction_that_is_lost_at_once_is_found(static):
     assert set(finding.names) <= {"kinetic-friction", "stribeck"}
 
 
+@pytest.mark.slow
 def test_friction_that_fades_over_a_few_mm_per_s_is_not_called_lost_at_once():
     """Even where the candidate of greater speeds explains less."""
     finding = found(
@@ -42,6 +43,7 @@ def test_stribeck_friction_is_found_beside_near_equals():
     assert set(finding.names) <= {"kinetic-friction", "stribeck"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("friction", "verdict", "names"),
     [
@@ -69,6 +71,7 @@ def test_what_friction_grows_with_is_told_beside_friction_lost_at_once(
     )  # beside the friction that is lost at once
 
 
+@pytest.mark.slow
 def test_two_effects_are_both_named_though_the_onset_has_two_minima():
     """Begun at the baseline's onset, a fit beside a clock's offset ends at a friction
     that is greater in motion than at rest."""
@@ -111,6 +114,7 @@ def test_a_weak_vibration_is_named_from_the_onset():
     assert parameter.low95 < 0.06 < parameter.high95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "friction",
     [

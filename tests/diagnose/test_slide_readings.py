@@ -11,6 +11,7 @@ from benchtwin.rigs.slide.tilt import seen_tilt
 from sliding import LIGHT, G, found, readings
 
 
+@pytest.mark.slow
 def test_a_stepped_plate_is_separated_from_a_rounded_column():
     """The block moves evenly between climbs; as a control it moves as on an even climb,
     and the column alone is on a grid."""

@@ -88,6 +88,7 @@ def measured(out, *paths):
     return pd.read_csv(out / "summary.csv").set_index("quantity")
 
 
+@pytest.mark.slow
 def test_ten_heap_photos_give_an_angle(brought, tmp_path):
     """A heap's angle is right to 1° (README): so is the mean of ten."""
     folder, angles, _ = brought
@@ -97,6 +98,7 @@ def test_ten_heap_photos_give_an_angle(brought, tmp_path):
     assert line.low < line["mean"] < line.high and line.unit == "deg"
 
 
+@pytest.mark.slow
 def test_one_sound_of_ten_drops_gives_a_restitution(brought, tmp_path):
     """By the file alone, in doubt and with the reason; with the height, good: AAC moves
     single times by 0.5 ms, of intervals of 300."""
@@ -119,6 +121,7 @@ def test_one_sound_of_ten_drops_gives_a_restitution(brought, tmp_path):
     assert abs(line["mean"] - e.mean()) < 5e-3
 
 
+@pytest.mark.slow
 def test_a_film_of_a_slide_gives_a_friction(brought, tmp_path):
     """The angle is against the picture's horizontal, which nobody stated: ± 1°."""
     folder, *_ = brought

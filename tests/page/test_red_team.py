@@ -618,7 +618,7 @@ def clicks(bench: Path, folder: Folder) -> dict:
     }
 
 
-@pytest.mark.parametrize("how", [killed, full])
+@pytest.mark.parametrize("how", [killed, pytest.param(full, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("click", ["upload", "save", "queue", "stop", "go on", "zip"])
 def test_cut_off_at_every_operation_on_files_the_next_click_works(
     bench, folder, quiet, click, how, monkeypatch

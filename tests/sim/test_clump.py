@@ -93,6 +93,7 @@ def test_fit_is_the_same_wherever_the_shape_lies_and_each_time():
     assert np.sort(sizes) == pytest.approx(np.sort(radii), abs=4e-4)
 
 
+@pytest.mark.slow
 def test_no_ball_is_hidden_and_all_are_one_piece():
     for shape in (*SHAPES.values(), seed_forms.ellipsoid(16e-3, 4e-3, 3e-3)):
         for n in (5, 12):  # the longest is 4.6 times as long as thick

@@ -63,7 +63,10 @@ def ran(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
-@pytest.mark.parametrize("rig", FILMS)
+@pytest.mark.parametrize(
+    "rig",
+    ["drop", *(pytest.param(r, marks=pytest.mark.slow) for r in ("slide", "roll"))],
+)
 def test_a_film_by_itself_is_measured_and_imported_as_its_rig(rig, tmp_path):
     file = bare(tmp_path, "IMG_0042", FILMS[rig])
     said = ran("measure", file, "--out", tmp_path / "out")

@@ -78,6 +78,7 @@ def test_frames_stand_at_whole_multiples_of_the_frame_time():
     )
 
 
+@pytest.mark.slow
 def test_the_answer_does_not_depend_on_the_frame_rate():
     slow, fast = (
         run_drop(Drop(orientation=LEVEL), SMOOTH, rng(), fps=fps).truth

@@ -48,7 +48,10 @@ def named(quantities):
     return {q.name: q for q in quantities}
 
 
-@pytest.mark.parametrize(("seed", "mean"), [(0, 0.6), (1, 0.5), (2, 0.88)])
+@pytest.mark.parametrize(
+    ("seed", "mean"),
+    [(0, 0.6), pytest.param(1, 0.5, marks=pytest.mark.slow), (2, 0.88)],
+)
 def test_ten_drops_are_ten_and_their_mean_has_the_scatter_in_it(tmp_path, seed, mean):
     """Times are known to 0.05 ms, the height to 5 mm: the interval is Student's of the
     scatter that was drawn, the height's error added."""

@@ -100,7 +100,7 @@ def test_the_turning_plate_is_borne_less_on(monkeypatch):
     assert abs(found["kinetic_friction"].value - 0.34) > 1e-3
 
 
-@pytest.mark.parametrize("ar", [0.0, 0.9])
+@pytest.mark.parametrize("ar", [pytest.param(0.0, marks=pytest.mark.slow), 0.9])
 def test_intervals_hold_the_truth_when_the_sensor_is_off_by_its_sd(ar):
     inside = []
     for seed in range(80):
@@ -291,6 +291,7 @@ def test_a_stated_plate_that_stands(rate):
     assert ("no tilt_rate_deg_s is stated" in result.notes[0]) == (rate is None)
 
 
+@pytest.mark.slow
 def test_intervals_of_blocks_in_motion_hold():
     rng, inside = np.random.default_rng(5), []
     for _ in range(60):

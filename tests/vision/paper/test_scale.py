@@ -258,6 +258,7 @@ def standard_scores(count: int, shape: tuple[int, int], first: int = 0) -> np.nd
     return np.abs(np.array(scores))
 
 
+@pytest.mark.slow
 def test_sd_covers():
     """16 papers: at 95 % each, fewer than 12 covered would come up once in 10,000."""
     scores = standard_scores(16, SHAPE)

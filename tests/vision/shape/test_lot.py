@@ -95,6 +95,7 @@ def errors(seeds, rows):
     return off / [seed.sizes_mm for seed in seeds], off / sds
 
 
+@pytest.mark.slow
 def test_a_drawn_spread_is_measured_without_bias_and_its_intervals_hold(photos):
     """60 seeds: mean error ≤ 0.3 %, at least 52 of 60 within 1.96 sd (fewer: chance 1
     %)."""
@@ -115,6 +116,7 @@ def test_touching_seeds_are_split_and_told_apart_from_those_that_lie_alone(photo
     ).sum() == 10
 
 
+@pytest.mark.slow
 def test_a_stated_distance_undoes_what_height_adds_an_unknown_one_is_in_the_interval(
     photos,
 ):
