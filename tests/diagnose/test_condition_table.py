@@ -79,6 +79,7 @@ def test_each_shape_is_found_and_called_so(shape):
     assert named >= 0.9 * cases and right >= 0.75 * named
 
 
+@pytest.mark.slow
 def test_where_nothing_is_followed_nothing_is_found():
     """p is small no more often than it says, whatever the scatter is."""
     rng = np.random.default_rng(12)

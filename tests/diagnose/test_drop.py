@@ -112,6 +112,7 @@ def test_two_effects_are_named_and_a_third_that_mimics_both_is_not():
     assert min(told.effects[n].probability for n in told.names) > 0.7
 
 
+@pytest.mark.slow
 def test_scale_and_clock_are_a_class_when_no_height_is_stated():
     """Exact twins once nothing but t² tells them apart: never a definite name."""
     seen = tracks(replace(LIGHT, scale=0.02), 3, np.random.default_rng(1))
@@ -176,6 +177,7 @@ def test_speed_through_air_is_smooth_at_negative_squared_unseen_speed():
     )
 
 
+@pytest.mark.slow
 def test_magnus_lift_includes_motion_along_the_line_of_sight():
     """Magnus' force with C = 1; as a control without what its unseen spin does with its
     unseen speed."""

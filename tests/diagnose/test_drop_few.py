@@ -67,6 +67,7 @@ FALSE_ALARMS = pytest.mark.xfail(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gates", "seeds"),
     [

@@ -116,6 +116,7 @@ def test_a_concealed_effect_of_impacts_is_located_named_and_measured(
     )  # four standard deviations: six cases must all pass
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bench", [pytest.param(LIGHT, marks=pytest.mark.slow), BALL])
 def test_clean_drops_raise_no_alarm(bench):
     found = diagnosed(bench, 2, count=5)
@@ -174,6 +175,7 @@ def test_only_tilt_beyond_the_stated_one_is_found():
     )
 
 
+@pytest.mark.slow
 def test_drag_and_tilt_together_are_both_named():
     found = diagnosed(replace(BALL, tilt_deg=1.0, stated_air=0.0), 1)
     assert found.verdict == "name" and set(found.names) == {"drag", "plate-tilt"}
@@ -348,6 +350,7 @@ def test_restitution_by_attitude_is_unknown_with_its_law():
         assert not diagnose_impacts(quiet).alarm
 
 
+@pytest.mark.slow
 def test_a_film_is_found_from_short_last_hops():
     """Three drops of a ball at 500 fps: what is left of .5 m/s, a hop of 26 ms, is a
     third of what a constant e would leave."""
@@ -406,6 +409,7 @@ def microphone(e_of, seed, heights=(0.31, 0.1), low_mm=0.0):
     )
 
 
+@pytest.mark.slow
 def test_times_of_impacts_alone_show_restitution_that_falls_with_speed():
     found = diagnose_impacts(microphone(lambda v, n: 0.75 - 0.09 * v, 1))
     assert found.verdict in ("name", "class") and set(found.names) <= set(FALLING)

@@ -39,6 +39,7 @@ def test_clean_rolls_raise_no_alarm():
     assert found.verdict == "none" and not found.alarm and found.names == ()
 
 
+@pytest.mark.slow
 def test_noise_of_short_runs_is_not_overestimated():
     """Power at low frequency as drawn, 1.7 σ²; a ripple of the places as read took the
     noise of the slow end for itself, 14."""
@@ -234,6 +235,7 @@ def test_slope_is_named_with_its_sign_from_both_directions_and_hidden_in_one():
     assert one.verdict == "none" and "the other way" in one.next_record
 
 
+@pytest.mark.slow
 def test_a_small_slope_is_found_beside_scattering_friction():
     """On its way down each run tells its own friction from the plate's slope: 0.08°
     beside friction that differs by as much. A plate called level is off by 0.005°."""
@@ -248,7 +250,9 @@ def test_a_small_slope_is_found_beside_scattering_friction():
     assert not diagnosed(replace(steady, slope_deg=0.0), count=6).alarm
 
 
-@pytest.mark.parametrize("levels_off", [False, True])
+@pytest.mark.parametrize(
+    "levels_off", [pytest.param(False, marks=pytest.mark.slow), True]
+)
 def test_a_condition_is_found_beside_a_slope(levels_off):
     """Friction that grows by four tenths with moisture, on a plate that is not level:
     both are named, and neither is taken for the other."""
@@ -278,6 +282,7 @@ def test_a_condition_is_found_beside_a_slope(levels_off):
     assert grown == pytest.approx(0.4 * 0.04, rel=0.3)  # 3 % of scatter each
 
 
+@pytest.mark.slow
 def test_slip_on_a_steep_incline_is_not_taken_for_a_loss_at_the_corner():
     """Fitted in full: its slope at nothing says little of 0.15 m/s of 0.4."""
     steep = Bench(stated=BALL, radius_mm=3.5, incline_deg=28.0, slip=0.15, mu=0.03)

@@ -168,6 +168,7 @@ def test_outlying_rows_are_dropped_without_an_alarm():
     assert diagnose_slide(seen, np.random.default_rng(0)).verdict == "none"
 
 
+@pytest.mark.slow
 def test_one_recording_is_never_enough_for_a_name():
     finding = found(replace(LIGHT, static=0.05), 1, count=1)
     assert finding.alarm and finding.verdict != "name" and finding.held_out is None

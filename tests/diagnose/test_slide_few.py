@@ -36,7 +36,7 @@ def bench(folder, rng, rate: float, start: str = f"start_deg = {START}\n") -> No
         )
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_slides_past_gates_are_diagnosed(tmp_path, seed):
     bench(tmp_path / "a", np.random.default_rng(seed), RATE)
     found = diagnose_slide(read_slides(tmp_path / "a"), np.random.default_rng(0))

@@ -8,7 +8,7 @@ import pytest
 from sliding import AIRLESS, LIGHT, found
 
 
-@pytest.mark.parametrize("static", [0.002, 0.006])
+@pytest.mark.parametrize("static", [pytest.param(0.002, marks=pytest.mark.slow), 0.006])
 def test_friction_that_is_lost_at_once_is_found(static):
     """By its name, or in the class of what fades over a few mm/s, which looks the same
     where little is lost."""
@@ -30,6 +30,7 @@ def test_friction_that_fades_over_a_few_mm_per_s_is_not_called_lost_at_once():
     )
 
 
+@pytest.mark.slow
 def test_stribeck_friction_is_found_beside_near_equals():
     """Each of them says that the block is the faster from the first moment on, and more
     of them than are fitted at a time."""
@@ -104,6 +105,7 @@ def test_a_vibration_is_heard():
     assert parameter.low95 < 0.34 and parameter.high95 > 0.26
 
 
+@pytest.mark.slow
 def test_a_weak_vibration_is_named_from_the_onset():
     """A ripple of 5 µm under noise of 30: the block lets go early, and is the faster
     for it."""

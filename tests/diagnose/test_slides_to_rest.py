@@ -86,6 +86,7 @@ def test_what_something_pushes_is_taken_from_its_greatest_speed_on():
     assert friction.value == pytest.approx(0.22, abs=0.006)
 
 
+@pytest.mark.slow
 def test_it_would_be_one_if_friction_were_taken_for_steady(monkeypatch):
     module = sys.modules["benchtwin.rigs.slide.diagnose"]
     monkeypatch.setattr(module, "with_scatter", lambda prepared, problem: prepared)
@@ -104,6 +105,7 @@ def test_alarms_where_nothing_is_missing():
     assert kstest(ps, "uniform").pvalue > 0.01
 
 
+@pytest.mark.slow
 def test_friction_that_grows_with_speed_in_all_is_found():
     rng = np.random.default_rng(1)
     found = diagnose_slide(slides_to_rest(rng, along=0.002, viscous=0.15), rng)

@@ -114,6 +114,7 @@ def test_unseen_thickness_is_stated_or_asked_for(tmp_path):
     assert 1e3 * lot.dimensions_m[:, 2].mean() == pytest.approx(5.0, abs=0.5)
 
 
+@pytest.mark.slow
 def test_the_stated_mass_of_one_seed_gives_the_density(folder, few_shapes):
     lot = measured_lot(str(folder), **{**HOW, "mass_g": 0.2, "density_kg_m3": None})
     assert np.mean([seed.mass_kg for seed in lot.seeds]) == pytest.approx(

@@ -194,6 +194,7 @@ def test_a_draw_down_without_heaps_says_what_is_missing(tmp_path):
     assert "no heap was calibrated" in found.refused["drawdown"]
 
 
+@pytest.mark.slow
 def test_friction_on_panes_that_nobody_stated_is_averaged_over(both, tmp_path):
     """It varies along in the simulations, comes out as it was believed, and leaves the
     frictions wider than where it was stated; what the bench holds is inside."""
@@ -218,6 +219,7 @@ def test_what_was_stated_of_the_panes_is_simulated(both):
     assert "pane_friction" not in both.joint.posterior.draws
 
 
+@pytest.mark.slow
 def test_of_a_deep_box_the_share_that_stays_counts_not_the_weights(tmp_path):
     """A box of 100 mm is simulated as a slice of 30: 3.3 times as heavy a bench would
     contradict it in grams, and agrees in the share."""

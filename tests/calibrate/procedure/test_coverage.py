@@ -15,6 +15,7 @@ def _rates(designs, benches, **case):
     }
 
 
+@pytest.mark.slow
 def test_a_few_posteriors_hold_the_truth_as_often_as_they_say():
     """96 benches on 12 designs; benches of one design are alike, so that chance alone
     moves a rate by 4 % (95) and 6 % (50)."""

@@ -220,6 +220,7 @@ def test_piles_that_scatter_beyond_all_packings_are_a_finding(spoilt):
     assert any("the bench's piles scatter by 8°" in f for f in found.findings)
 
 
+@pytest.mark.slow
 def test_a_prior_narrows_what_the_pile_leaves_open(bench, found):
     known_before = Prescribed(priors={"seed_restitution": (0.6, 0.01)})
     known = calibrated(bench, StandIn(), prescribed=known_before).joint.table.set_index(

@@ -87,6 +87,7 @@ def test_few_bench_readings_leave_students_tails(rng):
         )
 
 
+@pytest.mark.slow
 def test_ensembles_and_grid_agree(angle, rng):
     prior = Prior.uniform(angle.surrogate.box)
     chain, grid = (

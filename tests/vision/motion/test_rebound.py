@@ -94,6 +94,7 @@ def test_every_bounce_has_its_row():
         assert abs(row.restitution - 0.6) < 4 * row.restitution_sd
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ar", [pytest.param(0.0, marks=pytest.mark.slow), 0.9])
 def test_intervals_hold_the_truth(ar):
     """Impact time and second restitution, which only the noise disturbs: 95 % of 60

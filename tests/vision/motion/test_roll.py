@@ -140,6 +140,7 @@ def test_a_seed_that_waits_and_is_stopped_is_read_between(tmp_path):
     assert any("is stopped at 1.4" in n for n in found.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rows", [6, *(pytest.param(n, marks=pytest.mark.slow) for n in (8, 12))]
 )

@@ -48,9 +48,12 @@ def named(quantities):
     return {q.name: q for q in quantities}
 
 
+MORE = ((1, 0.5), (2, 0.88))
+
+
 @pytest.mark.parametrize(
     ("seed", "mean"),
-    [(0, 0.6), pytest.param(1, 0.5, marks=pytest.mark.slow), (2, 0.88)],
+    [(0, 0.6), *(pytest.param(*case, marks=pytest.mark.slow) for case in MORE)],
 )
 def test_ten_drops_are_ten_and_their_mean_has_the_scatter_in_it(tmp_path, seed, mean):
     """Times are known to 0.05 ms, the height to 5 mm: the interval is Student's of the
@@ -96,6 +99,7 @@ def test_the_command_counts_events_and_calibration_and_diagnosis_get_all(tmp_pat
     assert all(len(d.contacts_s) > 2 for d in drops)
 
 
+@pytest.mark.slow
 def test_one_file_of_ten_drops_and_ten_of_one_have_one_mean(tmp_path):
     """The same sound cut between the drops: each impact is heard to a tenth of a
     millisecond either way."""

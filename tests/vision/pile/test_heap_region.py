@@ -299,7 +299,9 @@ def test_a_background_without_seeds_is_refused_or_doubted(kind):
         assert q.quality == DOUBTFUL
 
 
-@pytest.mark.parametrize("kind", ["cloth", "horizon"])
+@pytest.mark.parametrize(
+    "kind", ["cloth", pytest.param("horizon", marks=pytest.mark.slow)]
+)
 def test_a_picture_that_does_not_stand_upright_is_said_to_lie(kind):
     picture = heap_of_seeds(kind, 33.0, seed=1)
     assert find_region(picture).seen.way_up == ""

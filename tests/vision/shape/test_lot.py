@@ -142,6 +142,7 @@ def test_a_stated_distance_undoes_what_height_adds_an_unknown_one_is_in_the_inte
     )
 
 
+@pytest.mark.slow
 def test_thickness_is_read_from_the_same_seeds_on_their_side_one_by_one_or_for_the_lot(
     photos,
 ):
