@@ -1,5 +1,5 @@
-"""Ctrl-C that cannot get lost: Python drops a KeyboardInterrupt that is raised inside a
-destructor."""
+"""Ctrl-C that cannot get lost: Python prints and drops a KeyboardInterrupt that is
+raised inside a destructor."""
 
 import signal
 import threading
@@ -10,8 +10,8 @@ from types import FrameType
 
 @contextmanager
 def kept_interrupt() -> Iterator[Callable[[], None]]:
-    """While open, Ctrl-C raises KeyboardInterrupt as ever, and is remembered; the
-    function given raises it again if it was dropped.
+    """While open, Ctrl-C raises KeyboardInterrupt as ever, except inside a destructor,
+    and is remembered; the function given raises it if it has not come through.
 
     Outside the main thread, which alone receives signals, and where Ctrl-C is ignored
     or handled otherwise, nothing changes."""
@@ -19,7 +19,8 @@ def kept_interrupt() -> Iterator[Callable[[], None]]:
 
     def remember(number: int, frame: FrameType | None) -> None:
         pressed.set()
-        signal.default_int_handler(number, frame)
+        if not _in_destructor(frame):
+            signal.default_int_handler(number, frame)
 
     def check() -> None:
         if pressed.is_set():
@@ -34,3 +35,9 @@ def kept_interrupt() -> Iterator[Callable[[], None]]:
         yield check
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _in_destructor(frame: FrameType | None) -> bool:
+    while frame is not None and frame.f_code.co_name != "__del__":
+        frame = frame.f_back
+    return frame is not None

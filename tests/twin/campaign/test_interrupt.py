@@ -9,15 +9,15 @@ from benchtwin.twin.campaign.interrupt import kept_interrupt
 
 
 class Dropping:
-    """Pressed Ctrl-C while it is destroyed: Python prints the KeyboardInterrupt and
-    goes on."""
+    """Pressed Ctrl-C while it is destroyed: Python would print a KeyboardInterrupt and
+    go on."""
 
     def __del__(self):
         signal.raise_signal(signal.SIGINT)
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_an_interrupt_dropped_by_a_destructor_is_raised_at_the_next_check():
+@pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_in_a_destructor_is_raised_at_the_next_check_alone():
     with kept_interrupt() as check:
         check()  # nothing was pressed
         Dropping()
