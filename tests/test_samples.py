@@ -451,6 +451,7 @@ def test_the_damp_slides_state_what_a_new_bench_states_and_hold_their_law(tmp_pa
         assert len(angles) == 6 and (angles % 0.5 == 0).all() and angles.nunique() > 1
 
 
+@pytest.mark.slow
 def test_the_prove_commands_of_readme_run(tmp_path):
     """As written, but for the number of cases: they differ in numbers only, so that one
     case of the first stands for all."""

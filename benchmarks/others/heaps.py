@@ -3,6 +3,7 @@ ours, beside Zhou's closed form.
 
     git clone https://github.com/JoshuaMayo-vectr/DEM-calibration FOLDER
     python benchmarks/others/heaps.py FOLDER [--points 12] [--of 0/1] [--seed 1]
+        [--spring type_c] [--steps 0.07] [--awake]
 
 FOLDER's `templates/aor.in` fills a cylinder of 80 mm with 4000 spheres, lifts it by 55
 mm at 10 mm/s and lets the heap come to rest; its `lhs_results.csv` holds angle and bulk
@@ -18,11 +19,11 @@ Zhou's form (Zhou, Xu, Yu and Zulli 2002, Powder Technol. 125, 45): angle = 68.6
 diameter in mm. It is for spheres of 2 to 10 mm with rolling friction up to 0.1 mm;
 elsewhere no number is printed. Their rolling friction is a share of the reduced radius.
 
-As theirs: E = 1e7 Pa, Poisson's ratio 0.25, friction capped by the whole normal force.
-Not as theirs: filled from a grid, not at random; a round tube in the place of a mesh;
-rolling friction by Ai's type C without dashpot, whose cap is that of epsd2, but whose
-spring is softer; steps of 0.3 of the Rayleigh time (theirs 0.07); seeds at rest
-sleep."""
+As theirs: E = 1e7 Pa, Poisson's ratio 0.25, friction capped by the whole normal force,
+rolling friction by epsd2 (`liggghts.py`; `--spring type_c`: Ai's). Not as theirs:
+filled from a grid, not at random; a round tube in the place of a mesh; steps of 0.3 of
+the Rayleigh time (theirs 0.07: `--steps`); seeds at rest sleep (`--awake`: they do
+not)."""
 
 import argparse
 import sys
@@ -32,59 +33,46 @@ from types import ModuleType
 
 import numpy as np
 import pandas as pd
-from benchtwin.sim.engine.bodies import V, X
-from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Slide
-from benchtwin.sim.engine.world import World
+from benchtwin.sim.engine.world import Scattered, World
 from benchtwin.sim.laws import LAWS
-from orifice_flows import WALL, contacts, grains
-from scipy import stats
+from liggghts import GRAIN, WALL, balls, contact, rolling, spheres, told
 
 SETTLE_S, LIFT_M, LIFT_M_S, RELAX_S = 0.4, 0.055, 0.010, 0.4
+COUNT, LOW, HIGH = 4000, (-0.026, -0.026, 0.004), (0.026, 0.026, 0.13)
 TUBE_M = (0.040, 0.100)  # radius, height
 DIAMETER_MM, MOST_ROLLING_MM = 3.7, 0.1
 LAYER_DEG = 10.0
 TABLE = Path("results/phase7-lhs/lhs_results.csv")
 
 
-def world(at: dict[str, float]) -> World:
+def world(at: dict[str, float], spring: str, steps: float, awake: bool) -> World:
     """Their plate and tube, and 4000 grains above."""
     radius, height = TUBE_M
     lift = LAWS["motion_steady"].use(
         rate=LIFT_M_S, start=SETTLE_S, duration=LIFT_M / LIFT_M_S
     )
     end = (0.0, 0.0, height)
+    numbers = (at["fric"], at["rollfric"], at["rest"])
     return World(
-        (grains(),),
+        (Scattered(balls(), GRAIN, COUNT, LOW, HIGH, (0.0, 0.0, -0.3)),),
         (
             Plane("plate", WALL, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
             Cylinder("tube", WALL, (0, 0, 0), end, radius, (Slide(lift, (0, 0, 1)),)),
         ),
-        contacts(at),
-        laws=(LAWS["rolling_type_c"].use(damping=0.0),),
+        (contact(GRAIN, *numbers), contact(WALL, *numbers)),
+        laws=(rolling(spring),),
         domain=((-0.14, -0.14, -0.02), (0.14, 0.14, 0.3)),
         cap_damped=True,
         most_overlap=0.3,
-        rayleigh_fraction=0.3,
-        sleep=True,
+        rayleigh_fraction=steps,
+        sleep=not awake,
     )
 
 
-def spheres(state: State) -> pd.DataFrame:
-    """Places [m], radii [m] and velocities [m/s], as their code reads them."""
-    columns = {"radius": state.ball[:, 3]}
-    for k, axis in enumerate("xyz"):
-        columns |= {
-            axis: state.motion[:, X + k],
-            f"v{axis}": state.motion[:, V + k],
-        }
-    return pd.DataFrame(columns)
-
-
-def heap(at: dict[str, float], seed: int, theirs: ModuleType) -> tuple[float, float]:
+def heap(made: World, seed: int, theirs: ModuleType) -> tuple[float, float]:
     """Angle of the heap [°] and bulk density in the tube [kg/m³] of one run."""
-    made = world(at)
     state = run(made, init(made, np.random.default_rng(seed)), SETTLE_S)
     density = theirs.measure_bulk_density(spheres(state))["bulk_density_kgm3"]
     state = run(made, state, SETTLE_S + LIFT_M / LIFT_M_S + RELAX_S)
@@ -124,6 +112,9 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=12)
     parser.add_argument("--of", default="0/1")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--spring", choices=("epsd2", "type_c"), default="epsd2")
+    parser.add_argument("--steps", type=float, default=0.3)
+    parser.add_argument("--awake", action="store_true")
     asked = parser.parse_args()
     sys.path.insert(0, str(asked.folder / "calibration"))
     theirs = import_module("measure")
@@ -133,18 +124,15 @@ def main() -> None:
     print("friction  rolling  restitution   theirs (sd)    ours   Zhou [deg]   kg/m³")
     apart = []
     for row in chosen(table, asked.points, asked.of).to_dict("records"):
-        angle, density = heap(row, asked.seed, theirs)
+        made = world(row, asked.spring, asked.steps, asked.awake)
+        angle, density = heap(made, asked.seed, theirs)
         apart.append(angle - row["aor"])
         zhou = zhou_deg(row["fric"], row["rollfric"])
         at = f"{row['fric']:8.3f} {row['rollfric']:8.3f} {row['rest']:12.2f}"
-        told = f"{row['aor']:6.1f} ({row['aor_std']:.1f})  {angle:6.1f}  {zhou:6.1f}"
-        print(f"{at}   {told}    {row['bulk_density']:.0f}, {density:.0f}", flush=True)
+        here = f"{row['aor']:6.1f} ({row['aor_std']:.1f})  {angle:6.1f}  {zhou:6.1f}"
+        print(f"{at}   {here}    {row['bulk_density']:.0f}, {density:.0f}", flush=True)
     if len(apart) > 1:
-        half = stats.t.ppf(0.975, len(apart) - 1) * stats.sem(apart)
-        print(f"ours less theirs: {np.mean(apart):+.2f} ± {half:.2f}° (95 %)")
-        most = 1.96 * one * np.sqrt(1.5)
-        near = int((np.abs(apart) <= most).sum())
-        print(f"within {most:.1f}°, 1.96 sd of the difference: {near} of {len(apart)}")
+        print(told(apart, one, "deg"))
 
 
 if __name__ == "__main__":

@@ -64,7 +64,13 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+MORE = ("levelling off", "steepening", "lowest")
+
+
+@pytest.mark.parametrize(
+    "shape",
+    ["line", "levels", *(pytest.param(s, marks=pytest.mark.slow) for s in MORE)],
+)
 def test_each_shape_is_found_and_called_so(shape):
     rng = np.random.default_rng(21)
     named, right, cases = 0, 0, 30

@@ -48,7 +48,7 @@ def slides_to_rest(
     return out
 
 
-@pytest.mark.parametrize("rng", [1, 2])
+@pytest.mark.parametrize("rng", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_friction_that_changes_along_each_way_is_no_finding(rng):
     """All alike it would be one: see below. Friction itself is still known."""
     rng = np.random.default_rng(rng)

@@ -129,6 +129,7 @@ def test_a_film_of_a_slide_gives_a_friction(brought, tmp_path):
     assert line.n == 1 and line.low < SLIDES_AT < line.high
 
 
+@pytest.mark.slow
 def test_all_at_once_in_one_folder(brought, tmp_path):
     folder, *_ = brought
     names = ["heaps", "Memo 12.m4a", "IMG_4310.mp4"]

@@ -727,6 +727,7 @@ class Client:
 BATCH = "0" * 8 + "-0000-0000-0000-" + "0" * 12
 
 
+@pytest.mark.slow
 def test_two_pages_on_one_folder_lose_nothing_of_each_other(bench, serve):
     with serve(bench.parent) as address:
         first = Client(address)
@@ -740,6 +741,7 @@ def test_two_pages_on_one_folder_lose_nothing_of_each_other(bench, serve):
             assert (bench / "a" / "readings.csv").read_text() == READINGS
 
 
+@pytest.mark.slow
 def test_a_page_killed_while_it_receives_and_packs_goes_on(bench, serve):
     """Real kills, at whatever moment they come."""
     for kill in (0, 2):

@@ -88,11 +88,11 @@ def test_the_photo_shows_what_the_simulation_knows(tmp_path):
     truth = json.loads((tmp_path / "a" / "simulation.json").read_text())["truth"]
     assert recording.drawdown.jammed is False and recording.drawdown.shelf_px
     seen = {q.name: q for q in observe(recording).quantities}
-    # of so few seeds single ones decide the line's slope, by how much is in its sd
-    for name, allowed in (
-        ("shear_angle", seen["shear_angle"].sd),
-        ("shear_centroid", 1),
-    ):
+    # of so few seeds single ones decide the line's slope; the wall is taken where the
+    # topmost seed begins, which may stand off it: both are in the sd. (Of twelve
+    # packings none was off by more than 2 sd; processors differ in their packing.)
+    for name, sds in (("shear_angle", 1), ("shear_centroid", 3)):
+        allowed = sds * seen[name].sd
         assert abs(seen[name].value - truth[f"{name}_deg"]) < allowed, seen[name]
     assert seen["flow_time"].value == pytest.approx(truth["flow_time_s"], abs=1e-3)
     out = truth["filled_mass_g"] - truth["retained_mass_g"]

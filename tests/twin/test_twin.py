@@ -94,11 +94,11 @@ def test_angle_of_a_rendered_pile(tmp_path):
     assert seen["repose_angle"].value == pytest.approx(
         known["repose_angle_deg"], abs=0.3
     )
-    # a seed lies loose before this pile's toe: whether it counts is in the sd, and so
-    # is by how much two readings of the outline differ
+    # whether a seed that lies loose before the toe counts is in the sd: of twelve
+    # packings up to 1.7°; which packing it is, differs from processor to processor
     loose = seen["centroid_angle"]
     assert loose.value == pytest.approx(known["centroid_angle_deg"], abs=0.4)
-    assert loose.sd < 0.6
+    assert loose.sd < 2.5
     stated = read_recording(tmp_path / "pile").pile
     assert stated.filled_mass_g == pytest.approx(known["filled_mass_g"], abs=0.006)
 

@@ -51,15 +51,18 @@ def centroid_angle(
     toes = _alternative_toes(surface, base, heap, factor, ends, good)
     elsewhere = [
         _rise_and_reach(surface, base, heap, factor, ends | end, leaning)
-        for end in (*toes, others)
+        for end in (others, *toes)
     ]
-    toe_sd = float(np.ptp([slope, *(other[0] for other in elsewhere if other)])) / 2
+    wall, *slopes = [slope if other is None else other[0] for other in elsewhere]
+    toe_sd = float(np.ptp([slope, *slopes])) / 2
     # half a small pixel in the surface's height, one in where the wall or the foot
     # stands
     edge_sd = slope * np.hypot(
         0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach
     )
-    sd = float(np.degrees(np.hypot(edge_sd, toe_sd) / (1 + slope**2)))
+    # the other face of the wall is as likely where few seeds lie beside it
+    off = np.linalg.norm([edge_sd, toe_sd, wall - slope])
+    sd = float(np.degrees(off / (1 + slope**2)))
     return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg")
 
 

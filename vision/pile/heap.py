@@ -17,6 +17,7 @@ CREST = 0.95  # of the crest's height: what is higher may be the crest
 TOE = 0.02  # of the crest's height: where the pile ends
 # of the crest's height: a second hump, and where its foot is
 SECOND, SECOND_FOOT = 0.4, 0.1
+NOTHING_RISES = "no pile in the picture: nothing rises above the plate"
 LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least such hump
 
 
@@ -138,8 +139,7 @@ def find_heap(
     near = near[np.abs(near - crest) <= reach]
     top = float(median_filter(height[near], 5, mode="nearest").max())
     if top < 8 or top < 0.02 * profile.size:
-        why = "no pile in the picture: nothing rises above the plate"
-        return Heap(crest, top, (), walls, why)
+        return Heap(crest, top, (), walls, NOTHING_RISES)
     if profile[crest] <= 1:
         return Heap(
             crest, top, (), walls, "the pile is cut by the picture's top border"

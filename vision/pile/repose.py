@@ -29,7 +29,13 @@ from benchtwin.vision.pile.base_line import (
     stated_base_line,
 )
 from benchtwin.vision.pile.centroid import centroid_angle
-from benchtwin.vision.pile.heap import TOE, BaseLine, Heap, find_heap
+from benchtwin.vision.pile.heap import (
+    NOTHING_RISES,
+    TOE,
+    BaseLine,
+    Heap,
+    find_heap,
+)
 from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
 from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, Line, fit_flank
@@ -240,6 +246,8 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
 def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     """The pile that one cut, or most of them, take for the heap; the reason where it
     cannot be measured."""
+    if not mask.any():
+        return NOTHING_RISES
     width = photo.crop.shape[1]
     level = np.tan(np.radians(photo.camera.plumb_deg or 0.0))
     foot = foot_line(region, mask, level)

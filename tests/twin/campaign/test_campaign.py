@@ -128,6 +128,7 @@ def test_a_campaign_ends_though_its_cluster_does_not_close(tmp_path, monkeypatch
     ]
 
 
+@pytest.mark.slow
 def test_a_job_of_a_machine_that_falls_silent_is_taken_over(tmp_path):
     """Its claim is fresh when the campaign begins, so the job is left to it at
     first."""

@@ -73,6 +73,7 @@ def workers(scheduler, tmp_path):
         process.wait()
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_nothing_and_two_campaigns_share_one_store(
     scheduler, workers, tmp_path
 ):

@@ -57,7 +57,9 @@ def test_a_turned_picture_is_said_and_measured(tmp_path, deg):
     assert abs((seen.description["camera"]["plumb_deg"] + deg + 180) % 360 - 180) < 0.3
 
 
-@pytest.mark.parametrize("turns", [1, 2, 3])
+@pytest.mark.parametrize(
+    "turns", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))]
+)
 def test_a_film_that_lies_on_a_side_is_followed_and_measured(turns):
     motion = draw_drop(height_mm=180, restitution=0.7, rest_s=0.1, end_s=0.9)
     look = Look(seed_grey=205, noise=2.0, plate_row=447)

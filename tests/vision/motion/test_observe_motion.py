@@ -26,6 +26,7 @@ from synthetic.rigs_film import corner_mm, film_roll, film_slide
 DROP = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.6
 )
+FASTER = ((60, 0.004), (120, 0.0))  # frames/s, exposure [s]
 
 
 def recording(folder, rig, **keys) -> Recording:
@@ -80,7 +81,10 @@ def test_a_drop_in_frames(tmp_path):
     assert (np.abs(around - np.array(CROSS)).max(axis=2) < 60).any()
 
 
-@pytest.mark.parametrize("fps, exposure", [(60, 0.004), (30, 0.002), (120, 0.0)])
+@pytest.mark.parametrize(
+    "fps, exposure",
+    [(30, 0.002), *(pytest.param(*o, marks=pytest.mark.slow) for o in FASTER)],
+)
 def test_a_phone_video_of_a_drop(tmp_path, fps, exposure):
     look = Look(
         exposure_s=exposure, noise=3, plate_row=440, mirror=0.3, hand=True, colour=True
@@ -130,7 +134,8 @@ def test_a_slide_in_frames(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "seed_grey, plate_grey, noise", [(170, 104, 0.0), (104, 150, 2.0)]
+    "seed_grey, plate_grey, noise",
+    [pytest.param(170, 104, 0.0, marks=pytest.mark.slow), (104, 150, 2.0)],
 )
 def test_a_slide_of_beans_filmed_from_the_level_on(
     tmp_path, seed_grey, plate_grey, noise

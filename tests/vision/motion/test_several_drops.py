@@ -74,6 +74,7 @@ def test_ten_drops_are_ten_and_their_mean_has_the_scatter_in_it(tmp_path, seed, 
     np.testing.assert_allclose(first.t_s, [d.times[0] for d in drawn], atol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_command_counts_events_and_calibration_and_diagnosis_get_all(tmp_path):
     session(tmp_path / "bench" / "ten")
     out = tmp_path / "out"

@@ -330,3 +330,21 @@ def test_seeds_that_lie_about_a_heap_are_no_second_pile():
     picture[np.arange(HEIGHT)[:, None] >= second] = 60
     with pytest.raises(MeasurementError, match="two piles"):
         angle(picture)
+
+
+@pytest.mark.parametrize("number", (9, 16))
+def test_a_few_seeds_on_a_tray_whose_cuts_have_nothing_in_common(number):
+    """Some fifteen seeds in a layer or two: refused in words."""
+    rng, foot = np.random.default_rng(number), 243
+    image = np.full((286, 779, 3), (38, 34, 33), np.uint8)
+    cv2.rectangle(image, (86, foot), (693, foot + 22), (130, 126, 124), -1)
+    for _ in range(rng.integers(8, 22)):
+        x, above = rng.uniform(120, 660), 40 if rng.random() < 0.3 else 0
+        y = foot - 24 - above + rng.uniform(-3, 3)
+        colour = (rng.uniform(0.6, 1) * np.array([130, 190, 225])).tolist()
+        axes, turn = (int(rng.uniform(25, 33)), 23), float(rng.uniform(-20, 20))
+        at = (int(x), int(y))
+        cv2.ellipse(image, at, axes, turn, 0, 360, colour, -1, cv2.LINE_AA)
+    stated = PileOptions(baseline=(86, foot, 693, foot))
+    with pytest.raises(MeasurementError, match="two piles"):
+        measure_repose(image, Camera(mm_per_px=0.14, plumb_deg=0.0), stated)
