@@ -108,7 +108,8 @@ def main() -> None:
     sys.path.insert(0, str(asked.folder / "calibration"))
     theirs = import_module("measure")
     table = pd.read_csv(asked.folder / PROBE)
-    one = float(np.sqrt((table["drum_aor_std"] ** 2).mean()))  # sd of one run of theirs
+    # sd of one run of theirs: drum_aor_std is that of a population of two
+    one = float(np.sqrt(2 * (table["drum_aor_std"] ** 2).mean()))
     first, parts = map(int, asked.of.split("/"))
     print("friction  rolling  restitution   theirs (sd)    ours [deg]")
     apart = []

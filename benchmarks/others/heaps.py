@@ -119,7 +119,8 @@ def main() -> None:
     sys.path.insert(0, str(asked.folder / "calibration"))
     theirs = import_module("measure")
     table = pd.read_csv(asked.folder / TABLE)
-    one = float(np.sqrt((table["aor_std"] ** 2).mean()))  # sd of one run of theirs
+    # sd of one run of theirs: aor_std is that of a population of two
+    one = float(np.sqrt(2 * (table["aor_std"] ** 2).mean()))
     print(beside_zhou(table[table["aor"] > LAYER_DEG]))
     print("friction  rolling  restitution   theirs (sd)    ours   Zhou [deg]   kg/m³")
     apart = []

@@ -44,6 +44,10 @@ FALLS_AGAIN = 0.5  # of the best score, of a tracklet in which the seed falls on
 FROM_AS_HIGH = 0.3  # of the height, by which it may begin lower
 # ways up in a picture, y down: as it should be, lying on a side, upside down
 UPWARDS = ((0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0))
+# px a frame, from which on a seed moves; differences from which a scatter is taken; of
+# their sizes, and of a standard normal value's
+MOVES_PX, LEAST_DIFFERENCES = 0.3, 8
+QUANTILE, NORMAL_QUANTILE = 0.3, 0.385
 MOST_SAID = 3  # times at which the seed was lost, in a note
 
 
@@ -273,6 +277,7 @@ def _to_track(
         x, y, sd = np.array([(s.x, s.y, s.sd) for s in best]).T
         outlying = np.array([one is None for one in poses])
     y = scene.shape[0] - 1 - y
+    sd = _seen_sd(frame, x, y, sd, outlying | cut)
     angle, angle_sd = _orientation(shapes, frame, outlying | cut)
     has_angle = bool(np.isfinite(angle).any())
     notes = []
@@ -302,6 +307,33 @@ def _to_track(
         angle_sd_deg=angle_sd if has_angle else None,
         notes=tuple(notes),
     )
+
+
+def _seen_sd(
+    frame: np.ndarray, x: np.ndarray, y: np.ndarray, sd: np.ndarray, bad: np.ndarray
+) -> np.ndarray:
+    """The places' sd [px], where the seed moves at least what its places scatter by:
+    light, blur and rows that it crosses shift its outline by more than noise does, from
+    one frame to the next. Third differences, √20 sd of independent places, hold no
+    steady acceleration; impacts are in few of them, whence the lower quantile."""
+    if len(frame) < 4:
+        return sd
+    together = (frame[3:] - frame[:-3] == 3) & ~_any_of_four(bad)
+    moves = np.hypot(np.gradient(x), np.gradient(y)) > MOVES_PX
+    used = together & ~_any_of_four(~moves)
+    if used.sum() < LEAST_DIFFERENCES:
+        return sd
+    typical = np.sqrt(20) * np.median(sd[moves & ~bad])
+    scatter = max(
+        float(np.quantile(np.abs(np.diff(v, 3)[used]), QUANTILE)) for v in (x, y)
+    )
+    factor = max(1.0, scatter / typical / NORMAL_QUANTILE)
+    return np.where(moves, factor * sd, sd)
+
+
+def _any_of_four(rows: np.ndarray) -> np.ndarray:
+    """Whether any of four rows in succession is marked."""
+    return np.lib.stride_tricks.sliding_window_view(rows, 4).any(axis=1)
 
 
 def _lost(frame: np.ndarray, last: int) -> str:

@@ -1,0 +1,91 @@
+"""A block that the background does not tell is found by its own look, from before it
+moves: drawn strips before a wall that passes by as the plate turns."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from benchtwin.vision.evidence.frames import Frame, FrameSource
+from benchtwin.vision.motion.own_look import with_earlier_places
+from benchtwin.vision.motion.scene import learn_scene
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.motion.track_seed import TrackedSeed
+
+COUNT, FIRST, LETS_GO, FPS = 90, 68, 60, 60.0
+WIDE, HIGH, FOOT = 320, 70, 56  # px of a strip, and its row on which the block stands
+BLOCK = (30, 14)
+FINE = 4  # drawn that much larger, so that places are not whole px
+START, ACCELERATION = 230.3, 0.5  # px, px/frame²
+
+
+def way(k: int) -> float:
+    """Left end of the block [px]: it rests and slides."""
+    return START - 0.5 * ACCELERATION * max(0, k - LETS_GO) ** 2
+
+
+def strip(k: int, wall: np.ndarray, *, there: bool = True) -> np.ndarray:
+    """The block on its plate before a wall of blotches that passes by."""
+    picture = wall[2 * k : 2 * k + FINE * HIGH, 3 * k : 3 * k + FINE * WIDE].copy()
+    picture[FINE * FOOT :] = (150, 150, 155)
+    if there:
+        left, top = round(FINE * way(k)), FINE * (FOOT - BLOCK[1])
+        picture[top : FINE * FOOT, left : left + FINE * BLOCK[0]] = (200, 190, 160)
+    return cv2.resize(picture, (WIDE, HIGH), interpolation=cv2.INTER_AREA)
+
+
+class Strips(FrameSource):
+    """The strips; comes_at: the frame from which on the block is there."""
+
+    def __init__(self, comes_at: int = 0):
+        super().__init__(Path("strips"), COUNT, FPS)
+        rng = np.random.default_rng(5)
+        size = (FINE * HIGH + 2 * COUNT, FINE * WIDE + 3 * COUNT, 3)
+        blotches = cv2.GaussianBlur(rng.normal(size=size), (0, 0), 6.0)
+        grey = 128 + 45 * blotches / blotches.std()
+        self.wall, self.comes_at = np.clip(grey, 0, 255).astype(np.uint8), comes_at
+
+    def iterate(self):
+        for k in range(COUNT):
+            there = k >= self.comes_at
+            yield Frame(k, k / FPS, strip(k, self.wall, there=there))
+
+
+def seen_late(source: FrameSource) -> TrackedSeed:
+    """Places off by a pixel, from when the block has begun to slide."""
+    frame = np.arange(FIRST, COUNT)
+    rng = np.random.default_rng(1)
+    x = np.array([way(k) for k in frame]) + BLOCK[0] / 2 + rng.normal(0, 1, len(frame))
+    y = np.full(len(frame), HIGH - 1 - (FOOT - BLOCK[1] / 2)) + rng.normal(0, 0.5)
+    track = make_track(frame / FPS, x, y, unit="px", frame=frame, sd=1.0)
+    size = 2 * float(np.sqrt(BLOCK[0] * BLOCK[1] / np.pi))
+    return TrackedSeed(track, learn_scene(source), size, np.full(len(frame), 420.0))
+
+
+def test_the_block_is_found_from_before_it_moves():
+    source = Strips()
+    found = with_earlier_places(seen_late(source), source).track
+    assert found.frame[0] == 0 and not found.outlier.any()
+    assert any("from frame 0 on by its own look" in note for note in found.notes)
+    apart = found.x - np.array([way(int(k)) for k in found.frame])
+    assert np.std(apart[found.frame < LETS_GO]) < 0.1
+    # the same point of the block while it rests and while it slides
+    slides = apart[found.frame >= FIRST].mean()
+    assert slides == pytest.approx(apart[found.frame < LETS_GO].mean(), abs=0.3)
+    assert np.std(apart[found.frame >= FIRST]) < 3 * found.sd[0] + 0.1
+
+
+def test_a_block_that_was_not_there_before_is_not_found():
+    source = Strips(comes_at=FIRST)
+    tracked = seen_late(source)
+    assert with_earlier_places(tracked, source) is tracked
+
+
+def test_a_track_from_the_first_frame_on_is_left_as_it_is():
+    source = Strips()
+    tracked = seen_late(source)
+    rows = np.arange(COUNT)
+    x = np.array([way(k) for k in rows])
+    whole = make_track(rows / FPS, x, np.full(COUNT, 20.0), unit="px", frame=rows)
+    early = TrackedSeed(whole, tracked.scene, tracked.size, np.full(COUNT, 420.0))
+    assert with_earlier_places(early, source) is early
