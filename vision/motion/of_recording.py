@@ -17,6 +17,7 @@ from benchtwin.vision.measurement import (
     Quantity,
 )
 from benchtwin.vision.motion.film_doubts import camera_moved, size_doubt, stated_area_px
+from benchtwin.vision.motion.own_look import by_own_look
 from benchtwin.vision.motion.places import places_of
 from benchtwin.vision.motion.track import (
     Track,
@@ -144,15 +145,18 @@ def follow_seed(
 ) -> Followed:
     """The seed that moves, from picture to picture."""
     source = open_frames(recording)
+    places = places_of(recording.track)
     tracked = track_seed(
         source,
         falling=falling,
         progress=progress,
         at=recording.track.follow_px,
         area_px=stated_area_px(recording),
-        places=places_of(recording.track),
+        places=places,
         only_places=bool(recording.track.only_places),
     )
+    if not places:
+        tracked = by_own_look(tracked, source, outside=not falling)
     return replace(followed(recording, source, tracked), falling=falling)
 
 

@@ -1,10 +1,11 @@
-"""Places of a block by its own look, in pictures that are turned with its plate, where
-the background does not tell it: before it moves, or before a busy wall.
+"""Places of a seed or block by its own look, where the background tells it badly:
+before it moves, before a wall as pale as it is, or before a busy one.
 
 The pictures are laid over each other by the places that are known. What belongs to the
-block looks alike in all of them, what lies behind it changes. With each pixel weighed
-by one over its variance, the block is where the sum of squared differences is least
-(template matching); laid over each other anew by these places it looks sharper."""
+seed looks alike in all of them, what lies behind it changes. With each pixel weighed by
+one over its variance, the seed is where the sum of squared differences is least
+(template matching); laid over each other anew by these places it looks sharper. A seed
+that tumbles does not look alike: then its silhouettes are kept."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -13,26 +14,29 @@ import cv2
 import numpy as np
 from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.evidence.frames import Frame, FrameSource
-from benchtwin.vision.motion.track import make_track
-from benchtwin.vision.motion.track_seed import TrackedSeed
+from benchtwin.vision.motion.track import Track, make_track
+from benchtwin.vision.motion.track_seed import TrackedSeed, moving, scatter_px
 
 LATE = 8  # frames before the first place, from which on earlier ones are sought
+# share of rows that are marked, and scatter [px], from which on a track is doubted;
+# scatter of another, over its own, from which on that is better, and beyond which worse
+HIDDEN, ROUGH, SMOOTHER, NO_ROUGHER = 0.1, 0.3, 0.7, 1.1
 LEARNT_FROM = 40  # pictures, about
 ROUNDS = 4  # of laying pictures over each other
-WIDE, HIGH = 2.4, 1.6  # of the block's size: the part of a picture that is compared
-# of the block's size: how far from where it is expected it is sought: where it was
-# found, before that, and to begin with; across the plate a share of that
-REACH, EARLIER, AT_FIRST, ACROSS = 1.0, 8.0, 0.4, 0.25
+WIDE, HIGH = 2.2, 1.7  # of the seed's size: the part of a picture that is compared
+# of the seed's size: how far from where it is expected it is sought: where it was
+# found, before and after that, and to begin with; across a plate a share of that
+REACH, OUTSIDE, AT_FIRST, ACROSS = 1.0, 8.0, 0.4, 0.25
 FLOOR = 1.5  # grey levels: least sd of a pixel
-MOST_MISFIT = 3.0  # of the typical one: beyond, it is not the block
+MOST_MISFIT = 3.0  # of the typical one: beyond, it is not the seed
 DISTINCT = 0.4  # of the median misfit elsewhere: the most, where it is looked for
-LEAST_SEEN = 0.7  # of the earlier frames, for these to count
+LEAST_ROWS = 6
 LEAST_SD_PX = 0.05
 
 
 @dataclass(frozen=True)
 class Look:
-    """mean, weight (h, w, c): what a block looks like, and one over each pixel's sd."""
+    """mean, weight (h, w, c): what a seed looks like, and one over each pixel's sd."""
 
     mean: np.ndarray
     weight: np.ndarray
@@ -43,45 +47,116 @@ class Look:
         return self.mean.shape[1], self.mean.shape[0]
 
 
-def with_earlier_places(tracked: TrackedSeed, source: FrameSource) -> TrackedSeed:
-    """The track from the first picture on in which the block can be seen; unchanged
-    where it was found from the start, or where it does not lie there before."""
-    found = tracked.track.used()
+def by_own_look(
+    tracked: TrackedSeed,
+    source: FrameSource,
+    *,
+    along: bool = False,
+    outside: bool = True,
+) -> TrackedSeed:
+    """The track by the seed's own look, where what moves was seen late, often partly or
+    roughly, and its own look shows it earlier or more smoothly; else unchanged. along:
+    it moves along the rows, in pictures turned with its plate. outside: whether it is
+    sought before and after the frames in which it was found."""
     first = next(source.iterate(), None)
-    if first is None or len(found) < 4 or found.frame[0] - first.index < LATE:
+    found = tracked.track.used()
+    if first is None or len(found) < LEAST_ROWS:
+        return tracked
+    rough, hidden = _scatter(tracked.track), _hidden(tracked.track)
+    late = outside and found.frame[0] - first.index >= LATE
+    if not (late or hidden > HIDDEN or rough > ROUGH):
         return tracked
     height = tracked.scene.shape[0]
     known = found.frame, found.x, height - 1 - found.y
     between = int(found.frame[0]), int(found.frame[-1])
     pictures = spread(source.picked(LEARNT_FROM, between), known)
-    look, typical = learn_look(pictures, known, tracked.size)
-    rows = located(source.iterate(), look, known, REACH * tracked.size, tracked.size)
-    earlier = rows[:, 0] < found.frame[0]
-    # before, another background may have taken the place of the one that was learnt
-    lost = np.where(earlier, rows[:, 5] > DISTINCT, rows[:, 4] > MOST_MISFIT * typical)
-    if (~lost[earlier]).mean() < LEAST_SEEN:
-        return tracked
+    reach = np.array([REACH, REACH * (ACROSS if along else 1.0)]) * tracked.size
+    look, typical = learn_look(pictures, known, tracked.size, along)
+    far = np.array([OUTSIDE * tracked.size, reach[1] if along else np.inf])
+    rows = located(source.iterate(), look, known, reach, np.minimum(far, far[0]))
+    inside = (rows[:, 0] >= between[0]) & (rows[:, 0] <= between[1])
+    # elsewhere another background may have taken the place of the one that was learnt
+    lost = np.where(inside, rows[:, 4] > MOST_MISFIT * typical, rows[:, 5] > DISTINCT)
+    lost |= _leapt(rows, inside, lost, tracked.size)
+    kept = inside | (~lost if outside else False)
+    rows, lost = rows[kept], lost[kept]
     frame, t_s, x, y = rows[:, :4].T
-    sd = max(LEAST_SD_PX, *(difference_noise(v[~lost], 3) for v in (x, y)))
-    note = (
-        f"the block was found from frame {between[0]} on as something that moves, and"
-        f" from frame {int(frame[~lost][0])} on by its own look"
-    )
     track = make_track(
         t_s,
         x,
         height - 1 - y,
         unit="px",
         frame=frame.astype(int),
-        sd=sd,
+        sd=max(LEAST_SD_PX, *(difference_noise(v[~lost], 3) for v in (x, y))),
         outlier=lost,
-        notes=(*tracked.track.notes, note),
+        notes=tracked.track.notes,
     )
-    return replace(tracked, track=track, areas=np.full(len(track), np.nan))
+    if _hidden(track) > max(hidden, HIDDEN) or _scatter(track) > NO_ROUGHER * rough:
+        return tracked
+    gained = between[0] - int(track.used().frame[0]) >= LATE
+    clearer = hidden > HIDDEN and _hidden(track) < hidden
+    if gained or clearer or _scatter(track) < SMOOTHER * rough:
+        return _taken(tracked, track, between)
+    return tracked
+
+
+def _scatter(track: Track) -> float:
+    return scatter_px(track.frame, track.x, track.y, track.outlier)
+
+
+def _hidden(track: Track) -> float:
+    """Share of the rows in which the seed moves that are marked."""
+    return float(track.outlier[moving(track.x, track.y)].sum()) / max(
+        1, int(moving(track.x, track.y).sum())
+    )
+
+
+def _leapt(
+    rows: np.ndarray, inside: np.ndarray, lost: np.ndarray, size_px: float
+) -> np.ndarray:
+    """Rows outside that do not join on to those inside: farther than the seed's size a
+    frame from the nearest one before or after that does."""
+    leapt = np.zeros(len(rows), bool)
+    first, last = np.flatnonzero(inside)[[0, -1]]
+    for way in (range(first - 1, -1, -1), range(last + 1, len(rows))):
+        at = first if way.step < 0 else last
+        for k in way:
+            step = np.hypot(*(rows[k, 2:4] - rows[at, 2:4]))
+            leapt[k] = step > size_px * abs(rows[k, 0] - rows[at, 0])
+            at = at if leapt[k] or lost[k] else k
+    return leapt
+
+
+def _taken(tracked: TrackedSeed, track: Track, between: tuple[int, int]) -> TrackedSeed:
+    """The track by its own look, with silhouettes and orientations of the other where
+    it has some."""
+    old = tracked.track
+    at = {int(f): k for k, f in enumerate(old.frame)}
+    where = [at.get(int(f)) for f in track.frame]
+
+    def of_old(values: np.ndarray | None) -> np.ndarray | None:
+        if values is None:
+            return None
+        return np.array([np.nan if k is None else values[k] for k in where])
+
+    first = int(track.used().frame[0])
+    note = "what moves stood out little: the seed's places are those of its own look"
+    if first < between[0]:
+        note = (
+            f"the seed was found from frame {between[0]} on as something that moves,"
+            f" and from frame {first} on by its own look"
+        )
+    track = replace(
+        track,
+        angle_deg=of_old(old.angle_deg),
+        angle_sd_deg=of_old(old.angle_sd_deg),
+        notes=(*track.notes, note),
+    )
+    return replace(tracked, track=track, areas=of_old(tracked.areas))
 
 
 def spread(pictures: list[Frame], known: tuple[np.ndarray, ...]) -> list[Frame]:
-    """Those of the pictures that are evenly spaced along the block's way, so that what
+    """Those of the pictures that are evenly spaced along the seed's way, so that what
     lies behind it differs. known: as of `learn_look`."""
     x = np.interp([p.index for p in pictures], *known[:2])
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
@@ -90,16 +165,20 @@ def spread(pictures: list[Frame], known: tuple[np.ndarray, ...]) -> list[Frame]:
 
 
 def learn_look(
-    pictures: list[Frame], known: tuple[np.ndarray, ...], size_px: float
+    pictures: list[Frame],
+    known: tuple[np.ndarray, ...],
+    size_px: float,
+    along: bool = False,
 ) -> tuple[Look, float]:
-    """What the block looks like in pictures in which its place is about known, and the
+    """What the seed looks like in pictures in which its place is about known, and the
     median of their misfits. known: frames, columns and rows [px, down]."""
     size = (2 * round(WIDE * size_px / 2) + 1, 2 * round(HIGH * size_px / 2) + 1)
     frames = np.array([p.index for p in pictures])
     x, y = (np.interp(frames, known[0], v) for v in known[1:])
+    reach = np.array([1.0, ACROSS if along else 1.0]) * AT_FIRST * size_px
     look, misfit = _laid_over(pictures, x, y, size), np.zeros(0)
     for _ in range(ROUNDS):
-        rows = located(pictures, look, (frames, x, y), AT_FIRST * size_px)
+        rows = located(pictures, look, (frames, x, y), reach)
         x, y, misfit = rows[:, 2], rows[:, 3], rows[:, 4]
         look = _laid_over(pictures, x, y, size)
     return look, float(np.median(misfit))
@@ -109,21 +188,19 @@ def located(
     pictures: Iterable[Frame],
     look: Look,
     known: tuple[np.ndarray, ...],
-    reach_px: float,
-    earlier_px: float = 0.0,
+    reach_px: np.ndarray,
+    outside_px: np.ndarray | None = None,
 ) -> np.ndarray:
-    """A row a picture up to the last of the known frames: frame, time [s], column, row
-    [px, down], mean squared difference [variances], the same over the median of other
-    columns. The block is sought within reach_px
-    of where the known places, the nearest or between two, put it; before the first of
-    them within EARLIER × earlier_px along the plate."""
+    """A row a picture: frame, time [s], column, row [px, down], mean squared difference
+    [variances], the same over the median of other columns. The seed is sought within
+    reach_px (along columns, rows) of where the known places put it, between two of them
+    or at the nearest; before the first and after the last within outside_px."""
     rows = []
     for picture in pictures:
-        if picture.index > known[0][-1]:
-            break
         at = [float(np.interp(picture.index, known[0], v)) for v in known[1:]]
-        along = EARLIER * earlier_px if picture.index < known[0][0] else reach_px
-        reach = max(2, round(along)), max(2, round(ACROSS * reach_px))
+        inside = known[0][0] <= picture.index <= known[0][-1]
+        far = reach_px if inside or outside_px is None else outside_px
+        reach = max(2, round(far[0])), max(2, round(far[1]))
         here = _best(picture.pixels, look, at, reach)
         rows.append((picture.index, picture.t_s, *here))
     return np.array(rows)

@@ -9,7 +9,7 @@ import numpy as np
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.edge_line import Line, track_edge
-from benchtwin.vision.motion.own_look import with_earlier_places
+from benchtwin.vision.motion.own_look import by_own_look
 from benchtwin.vision.motion.places import Places, places_of
 from benchtwin.vision.motion.scene import (
     MEDIAN_FRAMES,
@@ -91,7 +91,7 @@ def track_slide(
         only_places=only_places,
     )
     if not places:
-        tracked = with_earlier_places(tracked, strip)
+        tracked = by_own_look(tracked, strip, along=True)
     plumb = recording.camera.plumb_deg or 0.0
     tilt = (
         np.array([np.degrees(lines[int(f)].angle) for f in tracked.track.frame]) - plumb

@@ -314,21 +314,34 @@ def _seen_sd(
 ) -> np.ndarray:
     """The places' sd [px], where the seed moves at least what its places scatter by:
     light, blur and rows that it crosses shift its outline by more than noise does, from
-    one frame to the next. Third differences, √20 sd of independent places, hold no
-    steady acceleration; impacts are in few of them, whence the lower quantile."""
-    if len(frame) < 4:
-        return sd
-    together = (frame[3:] - frame[:-3] == 3) & ~_any_of_four(bad)
-    moves = np.hypot(np.gradient(x), np.gradient(y)) > MOVES_PX
-    used = together & ~_any_of_four(~moves)
-    if used.sum() < LEAST_DIFFERENCES:
-        return sd
-    typical = np.sqrt(20) * np.median(sd[moves & ~bad])
-    scatter = max(
-        float(np.quantile(np.abs(np.diff(v, 3)[used]), QUANTILE)) for v in (x, y)
-    )
-    factor = max(1.0, scatter / typical / NORMAL_QUANTILE)
+    one frame to the next."""
+    moves = moving(x, y)
+    typical = float(np.median(sd[moves & ~bad])) if (moves & ~bad).any() else np.inf
+    factor = np.nanmax([1.0, scatter_px(frame, x, y, bad) / typical])
     return np.where(moves, factor * sd, sd)
+
+
+def moving(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """In which rows the seed moves by more than MOVES_PX a frame."""
+    if len(x) < 2:
+        return np.zeros(len(x), bool)
+    return np.hypot(np.gradient(x), np.gradient(y)) > MOVES_PX
+
+
+def scatter_px(
+    frame: np.ndarray, x: np.ndarray, y: np.ndarray, bad: np.ndarray
+) -> float:
+    """What the places scatter by while the seed moves [px], the greater of both axes;
+    NaN of too few rows. Third differences, √20 sd of independent places, hold no steady
+    acceleration; impacts are in few of them, whence the lower quantile."""
+    if len(frame) < 4:
+        return np.nan
+    together = frame[3:] - frame[:-3] == 3
+    used = together & ~_any_of_four(bad | ~moving(x, y))
+    if used.sum() < LEAST_DIFFERENCES:
+        return np.nan
+    steps = max(np.quantile(np.abs(np.diff(v, 3)[used]), QUANTILE) for v in (x, y))
+    return float(steps / np.sqrt(20) / NORMAL_QUANTILE)
 
 
 def _any_of_four(rows: np.ndarray) -> np.ndarray:

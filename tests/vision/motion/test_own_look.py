@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from benchtwin.vision.evidence.frames import Frame, FrameSource
-from benchtwin.vision.motion.own_look import with_earlier_places
+from benchtwin.vision.motion.own_look import by_own_look
 from benchtwin.vision.motion.scene import learn_scene
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.motion.track_seed import TrackedSeed
@@ -64,7 +64,7 @@ def seen_late(source: FrameSource) -> TrackedSeed:
 
 def test_the_block_is_found_from_before_it_moves():
     source = Strips()
-    found = with_earlier_places(seen_late(source), source).track
+    found = by_own_look(seen_late(source), source, along=True).track
     assert found.frame[0] == 0 and not found.outlier.any()
     assert any("from frame 0 on by its own look" in note for note in found.notes)
     apart = found.x - np.array([way(int(k)) for k in found.frame])
@@ -77,8 +77,8 @@ def test_the_block_is_found_from_before_it_moves():
 
 def test_a_block_that_was_not_there_before_is_not_found():
     source = Strips(comes_at=FIRST)
-    tracked = seen_late(source)
-    assert with_earlier_places(tracked, source) is tracked
+    found = by_own_look(seen_late(source), source, along=True)
+    assert found.track.used().frame[0] == FIRST
 
 
 def test_a_track_from_the_first_frame_on_is_left_as_it_is():
@@ -88,4 +88,4 @@ def test_a_track_from_the_first_frame_on_is_left_as_it_is():
     x = np.array([way(k) for k in rows])
     whole = make_track(rows / FPS, x, np.full(COUNT, 20.0), unit="px", frame=rows)
     early = TrackedSeed(whole, tracked.scene, tracked.size, np.full(COUNT, 420.0))
-    assert with_earlier_places(early, source) is early
+    assert by_own_look(early, source, along=True) is early
