@@ -123,7 +123,7 @@ def main() -> None:
             flush=True,
         )
     if len(apart) > 1:
-        print(told(apart, one, "deg"))
+        print(told(apart, one * np.sqrt(1.5), "deg"))
 
 
 if __name__ == "__main__":

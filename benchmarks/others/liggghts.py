@@ -66,11 +66,11 @@ def spheres(state: State) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def told(apart: list[float], one: float, unit: str) -> str:
-    """Mean of ours less theirs with its 95 % interval, and how many agree within the
-    scatter of one run of ours and the mean of their two; one: sd of a run of theirs."""
+def told(apart: list[float], sd: float, unit: str) -> str:
+    """Mean of ours less theirs with its 95 % interval, and how many agree; sd: of a
+    difference, by the scatter of runs."""
     half = stats.t.ppf(0.975, len(apart) - 1) * stats.sem(apart)
-    most = 1.96 * one * np.sqrt(1.5)
+    most = 1.96 * sd
     near = int((np.abs(apart) <= most).sum())
     return (
         f"ours less theirs: {np.mean(apart):+.2f} ± {half:.2f} {unit} (95 %)\n"

@@ -94,7 +94,7 @@ def main() -> None:
         print(f"{at}   {here}", flush=True)
     if len(apart) > 1:
         one = float(np.sqrt((theirs["flow_gs_std"] ** 2).mean()))
-        print(told(apart, one, "g/s"))
+        print(told(apart, one * np.sqrt(1.5), "g/s"))
 
 
 if __name__ == "__main__":
