@@ -7,7 +7,7 @@ one over its variance, the seed is where the sum of squared differences is least
 (template matching); laid over each other anew by these places it looks sharper. A seed
 that tumbles does not look alike: then its silhouettes are kept."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -22,6 +22,7 @@ LATE = 8  # frames before the first place, from which on earlier ones are sought
 # scatter of another, over its own, from which on that is better, and beyond which worse
 HIDDEN, ROUGH, SMOOTHER, NO_ROUGHER = 0.1, 0.3, 0.7, 1.1
 LEARNT_FROM = 40  # pictures, about
+STEP_PX = 0.3  # of way, for which a picture counts in which the seed rests
 ROUNDS = 4  # of laying pictures over each other
 WIDE, HIGH = 2.2, 1.7  # of the seed's size: the part of a picture that is compared
 # of the seed's size: how far from where it is expected it is sought: where it was
@@ -66,22 +67,37 @@ def by_own_look(
     late = outside and found.frame[0] - first.index >= LATE
     if not (late or hidden > HIDDEN or rough > ROUGH):
         return tracked
-    height = tracked.scene.shape[0]
+    track = _followed(tracked, found, source, along, outside)
+    if _hidden(track) > max(hidden, HIDDEN) or _scatter(track) > NO_ROUGHER * rough:
+        return tracked
+    gained = found.frame[0] - track.used().frame[0] >= LATE
+    clearer = hidden > HIDDEN and _hidden(track) < hidden
+    if gained or clearer or _scatter(track) < SMOOTHER * rough:
+        return _taken(tracked, track, int(found.frame[0]))
+    return tracked
+
+
+def _followed(
+    tracked: TrackedSeed, found: Track, source: FrameSource, along: bool, outside: bool
+) -> Track:
+    """The track by the seed's own look; found: the places that are known."""
+    height, size_px = tracked.scene.shape[0], tracked.size
     known = found.frame, found.x, height - 1 - found.y
     between = int(found.frame[0]), int(found.frame[-1])
-    pictures = spread(source.picked(LEARNT_FROM, between), known)
-    reach = np.array([REACH, REACH * (ACROSS if along else 1.0)]) * tracked.size
-    look, typical = learn_look(pictures, known, tracked.size, along)
-    far = np.array([OUTSIDE * tracked.size, reach[1] if along else np.inf])
-    rows = located(source.iterate(), look, known, reach, np.minimum(far, far[0]))
+    shape = tracked.scene.shape
+    pictures = spread(list(_alike(source.picked(LEARNT_FROM, between), shape)), known)
+    look, typical = learn_look(pictures, known, size_px, along)
+    reach = np.array([REACH, REACH * (ACROSS if along else 1.0)]) * size_px
+    far = np.array([OUTSIDE * size_px, reach[1] if along else OUTSIDE * size_px])
+    rows = located(_alike(source.iterate(), shape), look, known, reach, far)
     inside = (rows[:, 0] >= between[0]) & (rows[:, 0] <= between[1])
     # elsewhere another background may have taken the place of the one that was learnt
     lost = np.where(inside, rows[:, 4] > MOST_MISFIT * typical, rows[:, 5] > DISTINCT)
-    lost |= _leapt(rows, inside, lost, tracked.size)
+    lost |= _leapt(rows, inside, lost, size_px)
     kept = inside | (~lost if outside else False)
     rows, lost = rows[kept], lost[kept]
     frame, t_s, x, y = rows[:, :4].T
-    track = make_track(
+    return make_track(
         t_s,
         x,
         height - 1 - y,
@@ -91,13 +107,11 @@ def by_own_look(
         outlier=lost,
         notes=tracked.track.notes,
     )
-    if _hidden(track) > max(hidden, HIDDEN) or _scatter(track) > NO_ROUGHER * rough:
-        return tracked
-    gained = between[0] - int(track.used().frame[0]) >= LATE
-    clearer = hidden > HIDDEN and _hidden(track) < hidden
-    if gained or clearer or _scatter(track) < SMOOTHER * rough:
-        return _taken(tracked, track, between)
-    return tracked
+
+
+def _alike(pictures: Iterable[Frame], shape: tuple[int, int]) -> Iterator[Frame]:
+    """Those of the scene's size."""
+    return (p for p in pictures if p.pixels.shape[:2] == shape)
 
 
 def _scatter(track: Track) -> float:
@@ -127,9 +141,9 @@ def _leapt(
     return leapt
 
 
-def _taken(tracked: TrackedSeed, track: Track, between: tuple[int, int]) -> TrackedSeed:
-    """The track by its own look, with silhouettes and orientations of the other where
-    it has some."""
+def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
+    """The track by the seed's own look, with the silhouettes and orientations that were
+    seen."""
     old = tracked.track
     at = {int(f): k for k, f in enumerate(old.frame)}
     where = [at.get(int(f)) for f in track.frame]
@@ -141,9 +155,9 @@ def _taken(tracked: TrackedSeed, track: Track, between: tuple[int, int]) -> Trac
 
     first = int(track.used().frame[0])
     note = "what moves stood out little: the seed's places are those of its own look"
-    if first < between[0]:
+    if first < seen_from:
         note = (
-            f"the seed was found from frame {between[0]} on as something that moves,"
+            f"the seed was found from frame {seen_from} on as something that moves,"
             f" and from frame {first} on by its own look"
         )
     track = replace(
@@ -156,10 +170,10 @@ def _taken(tracked: TrackedSeed, track: Track, between: tuple[int, int]) -> Trac
 
 
 def spread(pictures: list[Frame], known: tuple[np.ndarray, ...]) -> list[Frame]:
-    """Those of the pictures that are evenly spaced along the seed's way, so that what
-    lies behind it differs. known: as of `learn_look`."""
+    """Those of the pictures that are evenly spaced along the seed's way, and a little
+    in time, so that what lies behind it differs. known: as of `learn_look`."""
     x = np.interp([p.index for p in pictures], *known[:2])
-    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
+    way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)) + STEP_PX)])
     wanted = np.linspace(0.0, way[-1], len(pictures))
     return [pictures[k] for k in sorted({int(np.argmin(abs(way - w))) for w in wanted})]
 
@@ -211,10 +225,9 @@ def _laid_over(
 ) -> Look:
     cut = np.array(
         [
-            np.atleast_3d(cv2.getRectSubPix(p.pixels, size, (float(a), float(b))))
+            _part(p.pixels, size, (float(a), float(b)))
             for p, a, b in zip(pictures, x, y, strict=True)
-        ],
-        np.float32,
+        ]
     )
     mean = np.median(cut, axis=0)
     sd = 1.4826 * np.median(np.abs(cut - mean), axis=0)
@@ -228,7 +241,7 @@ def _best(
     median of all columns'."""
     size = look.size[0] + 2 * reach[0], look.size[1] + 2 * reach[1]
     middle = round(at[0]), round(at[1])
-    window = np.atleast_3d(cv2.getRectSubPix(picture, size, middle)).astype(np.float32)
+    window = _part(picture, size, middle)
     off = cv2.matchTemplate(window, look.mean, cv2.TM_SQDIFF, mask=look.weight)
     row, column = np.unravel_index(int(np.argmin(off)), off.shape)
     misfit = float(off[row, column]) / look.weight.size
@@ -236,6 +249,15 @@ def _best(
     dy = _lowest(off[:, column], row)
     share = float(off[row, column] / np.median(off[row]))
     return middle[0] - reach[0] + dx, middle[1] - reach[1] + dy, misfit, share
+
+
+def _part(
+    picture: np.ndarray, size: tuple[int, int], middle: tuple[float, float]
+) -> np.ndarray:
+    """The part of a picture about a place [px], float32 (h, w, c) from 0 to 255."""
+    if (white := np.iinfo(picture.dtype).max) != 255:
+        picture = (picture * (255 / white)).astype(np.float32)
+    return np.atleast_3d(cv2.getRectSubPix(picture, size, middle)).astype(np.float32)
 
 
 def _lowest(values: np.ndarray, at: int) -> float:
