@@ -35,6 +35,10 @@ LEAST_ROWS = 6
 LEAST_SD_PX = 0.05
 
 
+# of the known places: frames, columns and rows [px, down]
+Known = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
 @dataclass(frozen=True)
 class Look:
     """mean, weight (h, w, c): what a seed looks like, and one over each pixel's sd."""
@@ -148,9 +152,7 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
     at = {int(f): k for k, f in enumerate(old.frame)}
     where = [at.get(int(f)) for f in track.frame]
 
-    def of_old(values: np.ndarray | None) -> np.ndarray | None:
-        if values is None:
-            return None
+    def of_old(values: np.ndarray) -> np.ndarray:
         return np.array([np.nan if k is None else values[k] for k in where])
 
     first = int(track.used().frame[0])
@@ -160,19 +162,20 @@ def _taken(tracked: TrackedSeed, track: Track, seen_from: int) -> TrackedSeed:
             f"the seed was found from frame {seen_from} on as something that moves,"
             f" and from frame {first} on by its own look"
         )
+    angle, angle_sd = old.angle_deg, old.angle_sd_deg
     track = replace(
         track,
-        angle_deg=of_old(old.angle_deg),
-        angle_sd_deg=of_old(old.angle_sd_deg),
+        angle_deg=None if angle is None else of_old(angle),
+        angle_sd_deg=None if angle_sd is None else of_old(angle_sd),
         notes=(*track.notes, note),
     )
     return replace(tracked, track=track, areas=of_old(tracked.areas))
 
 
-def spread(pictures: list[Frame], known: tuple[np.ndarray, ...]) -> list[Frame]:
+def spread(pictures: list[Frame], known: Known) -> list[Frame]:
     """Those of the pictures that are evenly spaced along the seed's way, and a little
     in time, so that what lies behind it differs. known: as of `learn_look`."""
-    x = np.interp([p.index for p in pictures], *known[:2])
+    x = np.interp([p.index for p in pictures], known[0], known[1])
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)) + STEP_PX)])
     wanted = np.linspace(0.0, way[-1], len(pictures))
     return [pictures[k] for k in sorted({int(np.argmin(abs(way - w))) for w in wanted})]
@@ -180,7 +183,7 @@ def spread(pictures: list[Frame], known: tuple[np.ndarray, ...]) -> list[Frame]:
 
 def learn_look(
     pictures: list[Frame],
-    known: tuple[np.ndarray, ...],
+    known: Known,
     size_px: float,
     along: bool = False,
 ) -> tuple[Look, float]:
@@ -201,7 +204,7 @@ def learn_look(
 def located(
     pictures: Iterable[Frame],
     look: Look,
-    known: tuple[np.ndarray, ...],
+    known: Known,
     reach_px: np.ndarray,
     outside_px: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -243,7 +246,7 @@ def _best(
     middle = round(at[0]), round(at[1])
     window = _part(picture, size, middle)
     off = cv2.matchTemplate(window, look.mean, cv2.TM_SQDIFF, mask=look.weight)
-    row, column = np.unravel_index(int(np.argmin(off)), off.shape)
+    row, column = divmod(int(np.argmin(off)), off.shape[1])
     misfit = float(off[row, column]) / look.weight.size
     dx = _lowest(off[row], column)
     dy = _lowest(off[:, column], row)

@@ -346,7 +346,8 @@ def scatter_px(
 
 def _any_of_four(rows: np.ndarray) -> np.ndarray:
     """Whether any of four rows in succession is marked."""
-    return np.lib.stride_tricks.sliding_window_view(rows, 4).any(axis=1)
+    four = np.lib.stride_tricks.sliding_window_view(rows, 4)
+    return np.any(four, axis=1)
 
 
 def _lost(frame: np.ndarray, last: int) -> str:
