@@ -12,6 +12,5 @@ SETUP = Setup(
     Look(),
     soft_pa=3e6,
     many=True,
-    in_lammps=False,
     truth=("flowing_angle_deg",),
 )

@@ -1,5 +1,5 @@
 """Walls as LAMMPS's regions: a rectangle is a block with one face, a tube a cylinder
-without ends; both felt from both sides.
+without ends, which may turn about its axis; both felt from both sides.
 
 A tilted rectangle is a level one that is turned about the edge's axis, the same way in
 which a plate is raised."""
@@ -45,7 +45,7 @@ def wall_lines(world: World, *, contacts: bool = False) -> list[str]:
     lines = []
     for wall in world.walls:
         name, moves = name_of(wall), _slides(wall)
-        turned = _turned(wall) if isinstance(wall, Rectangle) else None
+        turned = _turn_of(wall)
         lines += [
             f"variable {name}_{axis} equal {text}" for axis, text in moves.items()
         ]
@@ -102,14 +102,37 @@ def _axis_of(vector: np.ndarray) -> int | None:
     return int(np.argmax(along)) if along.sum() == 1 else None
 
 
-def _turned(wall: Rectangle) -> Turned | None:
+def _turn_of(wall: Wall) -> Turned | None:
+    """How a wall that is tilted, or that turns, comes from a level one; None:
+    neither."""
+    turns = [m for m in wall.moves if isinstance(m, Turn)]
+    if isinstance(wall, Rectangle):
+        return _turned(wall, turns)
+    if not turns:
+        return None
+    if not isinstance(wall, Cylinder):
+        raise ValueError(
+            f"wall {wall.name!r}: the LAMMPS input turns rectangles and cylinders only"
+        )
+    along = unit("axis", np.asarray(wall.end, float) - np.asarray(wall.start, float))
+    turn, off = turns[0], np.asarray(turns[0].pivot, float) - wall.start
+    own = np.linalg.norm(off - (off @ along) * along) < 1e-9 * wall.radius
+    axis = _axis_of(np.asarray(turn.axis, float))
+    if axis is None or not own or axis != _axis_of(along) or len(turns) > 1:
+        raise ValueError(
+            f"wall {wall.name!r}: the LAMMPS input turns a cylinder about its own axis"
+            " only, along x, y or z"
+        )
+    return Turned(0.0, axis, turn.pivot)
+
+
+def _turned(wall: Rectangle, turns: list[Turn]) -> Turned | None:
     """How a rectangle that is tilted, or that turns, comes from a level one; None:
     neither.
 
     ValueError where neither edge, or not the turn, is along an axis.
     """
     edges = (np.asarray(wall.a, float), np.asarray(wall.b, float))
-    turns = [m for m in wall.moves if isinstance(m, Turn)]
     along = [_axis_of(edge) for edge in edges]
     if None not in along and not turns:
         return None
@@ -181,10 +204,6 @@ def _slides(wall: Wall) -> dict[str, str]:
     whose rate is 0 stands."""
     found: dict[str, str] = {}
     for move in wall.moves:
-        if isinstance(move, Turn) and not isinstance(wall, Rectangle):
-            raise ValueError(
-                f"wall {wall.name!r}: the LAMMPS input turns rectangles only"
-            )
         numbers = _numbers(wall, move)
         if isinstance(move, Turn) or numbers["rate"] == 0.0:
             continue

@@ -12,7 +12,7 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch
-from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Way
+from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Ours, Way
 from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
 from benchtwin.sim.rigs.heap import RAIN_OVERLAP
 from benchtwin.sim.rigs.parts import ring
@@ -64,8 +64,10 @@ def run_drum(
     engine: Engine = OURS,
 ) -> Motion:
     """Fill the drum, let it turn, film it. Truth: flowing_angle_deg, the mean over the
-    film."""
-    filled = _fill(rig, bench, rng, engine, watch)
+    film. The trough in which it is filled is a mesh, which only our engine has; what
+    lies there is forgotten as the drum turns."""
+    filling = engine if isinstance(engine, Ours) else OURS
+    filled = _fill(rig, bench, rng, filling, watch)
     world = bench.world(
         filled.placed(bench), _walls(rig, bench), contacts=_contacts(rig, bench)
     )
@@ -75,9 +77,10 @@ def run_drum(
     def report(world: World, state) -> None:
         watch("turning", min(state.time_s / whole, 0.99))
 
-    def seen(world: World, state) -> None:
+    def seen(world: World, state) -> bool:
         if state.time_s >= rig.wait_s - 0.5 / fps:
             frames(world, state)
+        return state.time_s > whole - 1 / fps  # no frame comes after it
 
     looks = [Every(1 / fps, seen), Every(0.05, report)]
     way = Way("drum", "turning", whole, overlap=SETTLED_BED)

@@ -142,9 +142,9 @@ def test_a_stopped_command_goes_on_from_what_lammps_left(tmp_path, monkeypatch):
             "--ranks 2: ranks are LAMMPS's, say --engine lammps",
         ),
         pytest.param(
-            ["drum", "--engine", "lammps"],
+            ["bed", "--engine", "lammps"],
             [],
-            "not written for a Drum",
+            "not written for a Bed",
             marks=needs_lammps,
         ),
         pytest.param(
