@@ -14,9 +14,12 @@ from scipy.ndimage import median_filter, uniform_filter1d
 MAX_PLATE_SLOPE = np.tan(np.radians(6.0))
 CLIFF = 2.5  # px per px: steeper is a wall, no seed pile stands at 68°
 CREST = 0.95  # of the crest's height: what is higher may be the crest
+# no flank of seeds falls by so much of the crest's height over so much of it
+ABRUPT, ABRUPT_WIDE = 0.5, 0.1
 TOE = 0.02  # of the crest's height: where the pile ends
 # of the crest's height: a second hump, and where its foot is
 SECOND, SECOND_FOOT = 0.4, 0.1
+WALL = "a wall or nothing on this side"
 NOTHING_RISES = "no pile in the picture: nothing rises above the plate"
 LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least such hump
 
@@ -146,7 +149,7 @@ def find_heap(
         )
     sharp = median_filter(np.where(np.isfinite(height), height, 0.0), 5, mode="nearest")
     flanks = tuple(
-        _flank(side, smooth, sharp, crest, top, low, high, window)
+        _flank(side, smooth, sharp, crest, top, low, high, window, walled)
         for side in ("left", "right")
     )
     flat = float(np.sum(smooth[low:high] > CREST * smooth[crest]))
@@ -223,6 +226,7 @@ def _flank(
     low: int,
     high: int,
     window: tuple[float, float],
+    walled: bool,
 ) -> Flank:
     """From the crest outwards to the first column lower than TOE of the height, or to
     where the surface ends."""
@@ -241,7 +245,13 @@ def _flank(
     lowest = float(np.nanmin(outward[: length + 1])) / top
     at_border = toe <= 1 or toe >= smooth.size - 2
     if length < 8 or length < 0.25 * top:
-        return Flank(side, crest, toe, "a wall or nothing on this side")
+        return Flank(side, crest, toe, WALL)
+    beyond = sharp[crest::-1] if side == "left" else sharp[crest:]
+    some = min(length + round(ABRUPT_WIDE * top) + 1, outward.size)
+    if _falls_at_once(beyond[:some], top):
+        # what is not known to be of seeds alone may be a wall itself
+        why = "the surface falls at once: a wall?" if walled else WALL
+        return Flank(side, crest, toe, why)
     if lowest > window[0] * 0.9:
         if at_border:
             what = f"the pile is cut by the picture's {side} border"
@@ -256,6 +266,14 @@ def _flank(
         )
         return Flank(side, crest, toe, why)
     return Flank(side, crest, toe)
+
+
+def _falls_at_once(outward: np.ndarray, top: float) -> bool:
+    """Whether the surface falls, going outward, by ABRUPT of the height within
+    ABRUPT_WIDE of it: seeds stay so on a wall only."""
+    wide = max(round(ABRUPT_WIDE * top), 2)
+    falls = outward[:-wide] - outward[wide:]
+    return bool(falls.size and falls.max() > ABRUPT * top)
 
 
 def _second_pile(

@@ -172,7 +172,10 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     options, smooth = photo.options, _on_smooth_background(photo)
     seeds = replace(photo, seeds_only=True)
     by_hand = options.roi is not None or options.baseline is not None
-    enough = 1.0 if isinstance(smooth, Repose) else 0.0 if by_hand else LEAST_CONFIDENCE
+    if isinstance(smooth, Repose):
+        enough = 1.0 if smooth.quantities[0].quality == GOOD else LEAST_CONFIDENCE
+    else:
+        enough = 0.0 if by_hand else LEAST_CONFIDENCE
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     if isinstance(smooth, Repose):
@@ -463,9 +466,10 @@ def _doubts(
             f"the camera looks down by about {found.base.pitch_deg:.0f}°: the pile's"
             " foot is bowed"
         )
+    fitted = {s.side for s in found.slopes}
     for flank in heap.flanks:
-        if flank.problem and not flank.problem.startswith("a wall"):
-            yield f"{flank.side} side: {flank.problem}"
+        if flank.side not in fitted and not flank.problem.startswith("a wall"):
+            yield f"{flank.side} side: {flank.problem or NO_LINE}"
     told = photo.seeds_only or heap.walls or photo.options.roi is not None
     if photo.options.side and not told:
         yield (
