@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchtwin.bench.whole_file import whole
+
 if TYPE_CHECKING:
     import pandas as pd
     from openpyxl.worksheet.worksheet import Worksheet
@@ -29,12 +31,8 @@ def write_workbook(file: Path, tables: Mapping[str, "pd.DataFrame"]) -> None:
     del book[book.sheetnames[0]]
     for title, table in tables.items():
         _fill(book.create_sheet(title), table)
-    part = file.with_name(f".{file.name}.part")
-    try:
+    with whole(file) as part:
         book.save(part)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _fill(sheet: "Worksheet", table: "pd.DataFrame") -> None:

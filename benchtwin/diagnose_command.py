@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.command import (
     DONE,
@@ -21,7 +22,6 @@ from benchtwin.twin.command import (
     reported,
     result_console,
     say,
-    write_whole,
 )
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.prediction import beside
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.picture import picture
@@ -35,7 +36,6 @@ from benchtwin.twin.command import (
     print_lines,
     progress_line,
     result_console,
-    write_whole,
 )
 from benchtwin.twin.job import Job, assigned, described, merge, rig_named
 from benchtwin.twin.versions import versions

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin import Parameters
-from benchtwin.twin.command import write_whole
 from benchtwin.twin.pair import Pair
 from benchtwin.twin.result_sections import materials_and_shape
 from benchtwin.twin.versions import versions

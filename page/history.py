@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchtwin.page.folder import Refused, write_whole
+from benchtwin.page.folder import Refused, write_durably
 
 MOST_KEPT = 300  # changes; the oldest are forgotten
 
@@ -79,7 +79,7 @@ def _turn(
         if text is None:
             path.unlink(missing_ok=True)
         else:
-            write_whole(path, text)
+            write_durably(path, text)
     source.remove(change)
     target.append(change)
     return [*to]

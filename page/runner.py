@@ -24,7 +24,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from benchtwin.page import runs
-from benchtwin.page.folder import Folder, Refused, write_whole
+from benchtwin.page.folder import Folder, Refused, write_durably
 
 SPINNER = r"[\u2800-\u28ff] ?"  # what turns while something runs
 CONTROLS = re.compile(
@@ -134,7 +134,7 @@ class Log:
 
     def _write(self) -> None:
         with suppress(OSError):
-            write_whole(self.place / "state.json", json.dumps(self.content).encode())
+            write_durably(self.place / "state.json", json.dumps(self.content).encode())
         self.written = time.time()
 
 

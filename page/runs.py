@@ -27,7 +27,7 @@ from benchtwin.page.folder import (
     read_json,
     real_folder,
     remove,
-    write_whole,
+    write_durably,
 )
 from benchtwin.page.private import (
     is_signed,
@@ -319,7 +319,7 @@ def _write(job: Job, where: Path, place: Path) -> None:
     """Write job.json into `where`, signed for `place`, to which it may be moved."""
     signed = signature(_signed_content(job, where, place))
     told = job.model_copy(update={"signature": signed}).model_dump(mode="json")
-    write_whole(where / "job.json", json.dumps(told).encode())
+    write_durably(where / "job.json", json.dumps(told).encode())
 
 
 def _signed_content(job: Job, where: Path, place: Path) -> list:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from benchtwin.page.folder import Refused, write_whole
+from benchtwin.page.folder import Refused, write_durably
 from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
 from tomlkit.exceptions import TOMLKitError
@@ -54,7 +54,7 @@ def any_text(path: Path) -> str:
 def write_text(path: Path, text: str) -> None:
     """Replace the whole file; Refused where the text is not TOML."""
     parsed(text, path)
-    write_whole(path, text.encode("utf8"))
+    write_durably(path, text.encode("utf8"))
 
 
 def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
@@ -73,7 +73,7 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     if now := [line for line in _wrong(document, keys.path) if line not in wrong]:
         raise Refused("\n".join(now))
     written = tomlkit.dumps(document)
-    write_whole(keys.path, written.encode("utf8"))
+    write_durably(keys.path, written.encode("utf8"))
     return Keys(keys.path, _version(written), document.unwrap())
 
 

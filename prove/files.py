@@ -3,6 +3,8 @@
 import json
 from pathlib import Path
 
+from benchtwin.bench.whole_file import write_whole
+
 
 def read_json(file: Path) -> dict:
     """The object that a JSON file holds."""
@@ -15,11 +17,3 @@ def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
     write_whole(
         file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False)
     )
-
-
-def write_whole(file: Path, text: str) -> None:
-    """Write beside the file and put it in place: a proof that is stopped leaves no half
-    of one."""
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)

@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from benchtwin.twin.command import write_whole
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.versions import versions
 
 PAGE, PRINTED = "report.html", "report.pdf"

@@ -111,13 +111,6 @@ def check_bench(bench: "Path | Observed", out: Path) -> None:
         raise Misuse(f"--out {out}: {why}")
 
 
-def write_whole(file: Path, text: str) -> None:
-    """Write a text file that appears whole or not at all."""
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)
-
-
 @contextmanager
 def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
     """A function that shows what is being done, in a line of the terminal that goes

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import tomli_w
 from benchtwin.bench.keys import Air, Camera, Reading, Seed, Tracking
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.vision.evidence.film_or_photos import (
     FILM,
     LEAST_FRAMES,
@@ -219,9 +220,7 @@ def write_recording(recording: Recording) -> Path:
     }
     file = recording.path / "recording.toml"
     recording.path.mkdir(parents=True, exist_ok=True)
-    part = file.with_suffix(".part")
-    part.write_text(tomli_w.dumps(content), encoding="utf8")
-    part.replace(file)
+    write_whole(file, tomli_w.dumps(content))
     return file
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from benchtwin.bench.whole_file import whole
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Wall
 from benchtwin.sim.engine.world import World
@@ -25,16 +26,11 @@ def write_state(file: Path, world: World, state: State) -> None:
     it cannot be written."""
     import h5py
 
-    part = file.with_name(f".{file.name}.part")
-    try:
-        with h5py.File(part, "w") as out:
-            out.attrs["file_format"] = FORMAT
-            out.attrs["file_format_version"] = VERSION
-            out.attrs["source_code"] = f"benchtwin {version('benchtwin')}"
-            _write(out, world, state)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
+    with whole(file) as part, h5py.File(part, "w") as out:
+        out.attrs["file_format"] = FORMAT
+        out.attrs["file_format_version"] = VERSION
+        out.attrs["source_code"] = f"benchtwin {version('benchtwin')}"
+        _write(out, world, state)
 
 
 def _write(out: "Group", world: World, state: State) -> None:

@@ -12,7 +12,7 @@ from benchtwin.page.folder import (
     Refused,
     clean_name,
     whole_folder,
-    write_whole,
+    write_durably,
 )
 
 OUT = (
@@ -113,7 +113,7 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path, monkeypatch):
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"):
-        write_whole(file, b"new")
+        write_durably(file, b"new")
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
 
 

@@ -2,6 +2,7 @@
 kept."""
 
 import pytest
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -10,7 +11,6 @@ from benchtwin.twin.command import (
     check_bench,
     check_out,
     exit_code,
-    write_whole,
 )
 
 
