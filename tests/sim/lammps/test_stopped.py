@@ -62,7 +62,7 @@ def test_a_killed_rank_is_gone_on_without(tmp_path, ranks):
     kill."""
     if ranks > program.cores_here():
         pytest.skip(f"{ranks} ranks need as many cores")
-    longest_s = {1: 4.0, 2: 0.3}[ranks]  # long enough to be met before its end
+    longest_s = {1: 4.0, 2: 1.0}[ranks]  # long enough to be met before its end
     stage, killed = rolling_balls(longest_s), []
 
     def kill_once(title: str, share: float) -> None:
