@@ -10,7 +10,7 @@ and scatter: an error of a time changes two intervals in opposite ways, a scatte
 restitution does not."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -47,6 +47,139 @@ MOST_LOST = 0.1
 JUMP = 2.0  # greatest factor between successive restitutions
 
 
+@dataclass(frozen=True)
+class _Flights:
+    """What n intervals between n + 1 impacts tell, SI units. gap: they themselves;
+    before (NaN where unknown), speed: speeds before and after each impact; rise; e:
+    restitution, late (n, n + 1): how it changes with an sd of each time; *_air: what an
+    sd of the drag makes of each."""
+
+    times: np.ndarray
+    sd: np.ndarray
+    gap: np.ndarray
+    gap_sd: np.ndarray
+    before: np.ndarray
+    before_sd: np.ndarray
+    speed: np.ndarray
+    speed_air: np.ndarray
+    rise: np.ndarray
+    rise_air: np.ndarray
+    e: np.ndarray
+    e_sd: np.ndarray
+    e_air: np.ndarray
+    late: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        times: np.ndarray,
+        sd: np.ndarray,
+        height_m: float | None,
+        drag: float,
+        drag_sd: float,
+    ) -> "_Flights":
+        """height_m: the first fall, None where it is unknown."""
+        gap, gap_sd = np.diff(times), np.hypot(sd[:-1], sd[1:])
+        before, speed, rise = through_air(gap, height_m, drag)
+        air = through_air(gap, height_m, drag + drag_sd)
+        e = speed / before
+        e_air = air[1] / air[0] - e
+        # Neighbouring intervals share the impact between them, so their errors are
+        # opposite.
+        late = np.zeros((len(gap), len(times)))
+        rows = np.arange(len(gap))
+        late[rows, rows + 1], late[rows, rows] = sd[1:] / gap, -sd[:-1] / gap
+        late[1:] -= late[:-1].copy()
+        late *= e[:, None]
+        later_sd = np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
+        return cls(
+            times=times,
+            sd=sd,
+            gap=gap,
+            gap_sd=gap_sd,
+            before=before,
+            before_sd=np.append(math.nan, later_sd),
+            speed=speed,
+            speed_air=air[1] - speed,
+            rise=rise,
+            rise_air=air[2] - rise,
+            e=e,
+            e_sd=np.hypot(np.sqrt((late**2).sum(axis=1)), e_air),
+            e_air=e_air,
+            late=late,
+        )
+
+    @property
+    def top_mm(self) -> float:
+        """How high the seed rises first."""
+        return 1000 * float(self.rise[0])
+
+    def table(self, recording_id: str) -> pd.DataFrame:
+        """A row a bounce."""
+        gap = self.gap
+        height_sd = np.hypot(G * gap / 4 * self.gap_sd, self.rise_air)
+        return pd.DataFrame(
+            {
+                "recording": recording_id,
+                "drop": 1,
+                "bounce": np.arange(1, len(gap) + 1),
+                "t_s": self.times[:-1],
+                "t_sd_s": self.sd[:-1],
+                "speed_before_m_s": self.before,
+                "speed_before_sd_m_s": self.before_sd,
+                "speed_after_m_s": self.speed,
+                "speed_after_sd_m_s": np.hypot(G * self.gap_sd / 2, self.speed_air),
+                "height_mm": 1000 * self.rise,
+                "height_sd_mm": 1000 * height_sd,
+                "restitution": self.e,
+                "restitution_sd": self.e_sd,
+                "quality": _qualities(self.e),
+            }
+        )
+
+
+@dataclass(frozen=True)
+class _Fall:
+    """The first impact by the stated fall and the later bounces. flights: with its
+    restitution and speed; by_height: √(H2/H1) over that; lost: share of the fall's
+    energy that the air takes; e_common: the part of its restitution's sd that all
+    recordings share; doubt: about the stated height."""
+
+    flights: _Flights
+    by_height: float
+    lost: float
+    e_common: float
+    doubt: str
+
+    @classmethod
+    def of(cls, flights: _Flights, height: float, recording: Recording) -> "_Fall":
+        """height [mm]: of the release."""
+        f, height_sd = flights, recording.drop.height_sd
+        told = first_bounce(
+            f.e,
+            f.late @ f.late.T + np.outer(f.e_air, f.e_air),
+            f.before,
+            height,
+            height_sd,
+            first_flat_sd(elongation(recording.seed.sizes_mm)),
+        )
+        before = f.speed[0] / told.value
+        before_sd = before * math.hypot(told.sd / told.value, f.gap_sd[0] / f.gap[0])
+        return cls(
+            replace(
+                f,
+                e=np.append(told.value, f.e[1:]),
+                e_sd=np.append(told.sd, f.e_sd[1:]),
+                before=np.append(before, f.before[1:]),
+                before_sd=np.append(before_sd, f.before_sd[1:]),
+            ),
+            by_height=math.sqrt(f.top_mm / height) / float(f.e[0]),
+            lost=1 - f.before[0] ** 2 / (2 * G * height / 1000),
+            e_common=math.hypot(f.e_air[0], told.by_height),
+            doubt=told.doubt(height_sd),
+        )
+
+
 def measure_impacts(
     times: np.ndarray,
     sd: np.ndarray | None,
@@ -56,133 +189,29 @@ def measure_impacts(
 ) -> tuple[tuple[Quantity, ...], pd.DataFrame, list[str]]:
     """Quantities, the table of bounces, notes; times, sd [s]; first: whether the first
     impact is that after the release."""
-    gap, given, notes = np.diff(times), sd, []
+    given, notes = sd, []
     if sd is None:
         sd = estimate_time_sds(times)
         notes.append(
             "no sd_s is stated: each impact's time is taken to be known to"
             f" {1000 * sd[0]:.2g} ms, by rounding and scatter"
         )
-    gap_sd = np.hypot(sd[:-1], sd[1:])
     height = recording.drop.height_mm if first else None
-    height_m = height / 1000 if height else None
-    drag, drag_sd, drag_notes = _drag(recording, float(gap[0]), height)
+    drag, drag_sd, drag_notes = _drag(recording, float(times[1] - times[0]), height)
     notes += drag_notes
-    before, speed, rise = through_air(gap, height_m, drag)
-    air = through_air(gap, height_m, drag + drag_sd)
-    e, e_air = speed / before, air[1] / air[0] - speed / before
-    # Neighbouring intervals share the impact between them, so their errors are
-    # opposite.
-    late = np.zeros((len(gap), len(times)))  # of e with the times, which are late by sd
-    rows = np.arange(len(gap))
-    late[rows, rows + 1], late[rows, rows] = sd[1:] / gap, -sd[:-1] / gap
-    late[1:] -= late[:-1].copy()
-    late *= e[:, None]
-    e_sd = np.hypot(np.sqrt((late**2).sum(axis=1)), e_air)
-    speed_sd = np.hypot(G * gap_sd / 2, air[1] - speed)
-    before_sd = np.append(
-        math.nan, np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
-    )
-    doubt, e_common = "", np.abs(e_air)
-    by_height = math.sqrt(1000 * rise[0] / height) / e[0] if height else math.nan
+    flights = _Flights.of(times, sd, height / 1000 if height else None, drag, drag_sd)
     if height:
-        lost = 1 - before[0] ** 2 / (2 * G * height / 1000)
-        told = first_bounce(
-            e,
-            late @ late.T + np.outer(e_air, e_air),
-            before,
-            height,
-            recording.drop.height_sd,
-            first_flat_sd(elongation(recording.seed.sizes_mm)),
-        )
-        e[0], e_sd[0] = told.value, told.sd
-        doubt = told.doubt(recording.drop.height_sd)
-        e_common[0] = math.hypot(e_air[0], told.by_height)
-        before[0] = speed[0] / e[0]
-        before_sd[0] = before[0] * math.hypot(e_sd[0] / e[0], gap_sd[0] / gap[0])
-    at = _missed_interval(e)
-    if at is not None and at < 2:  # said below: it is not the height's fault
-        doubt = ""
-    rise_air = air[2] - rise
-    bounces = pd.DataFrame(
-        {
-            "recording": recording.id,
-            "drop": 1,
-            "bounce": np.arange(1, len(gap) + 1),
-            "t_s": times[:-1],
-            "t_sd_s": sd[:-1],
-            "speed_before_m_s": before,
-            "speed_before_sd_m_s": before_sd,
-            "speed_after_m_s": speed,
-            "speed_after_sd_m_s": speed_sd,
-            "height_mm": 1000 * rise,
-            "height_sd_mm": 1000 * np.hypot(G * gap / 4 * gap_sd, rise_air),
-            "restitution": e,
-            "restitution_sd": e_sd,
-            "quality": _qualities(e),
-        }
-    )
-
-    def quantity(name: str, column: str, unit: str, common: float, row: int = 0):
-        value, sd = (
-            float(bounces[c][row]) for c in (column, column.replace("_m", "_sd_m"))
-        )
-        return Quantity(name, value, sd, unit, sd_common=min(abs(common), sd))
-
-    top = 1000 * float(rise[0])
-    quantities = [
-        quantity("rebound_height", "height_mm", "mm", 1000 * rise_air[0]),
-        quantity("rebound_speed", "speed_after_m_s", "m/s", (air[1] - speed)[0]),
-    ]
-    if height:
-        e1 = float(e[0])
-        normal = Quantity(
-            "restitution_normal", e1, float(e_sd[0]), "1", sd_common=float(e_common[0])
-        ).doubt(doubt)
-        if lost > MOST_LOST:
-            text = (
-                f"the air takes {100 * lost:.0f} % of the fall: √(H2/H1) ="
-                f" {by_height * e1:.4g} is no restitution"
-            )
-            notes.append(f"{text}; the ratio of the speeds is given")
-            by_height = 1.0
-        scaled = (by_height * v for v in (normal.value, normal.sd, normal.sd_common))
-        value, value_sd, common = scaled
-        quantities[1:1] = [
-            replace(
-                normal, name="restitution", value=value, sd=value_sd, sd_common=common
-            ),
-            quantity(
-                "impact_speed", "speed_before_m_s", "m/s", before[0] / e1 * e_common[0]
-            ).doubt(doubt),
-        ]
-        quantities.append(normal)
+        fall = _Fall.of(flights, height, recording)
+        flights = fall.flights
+        missed = _missed_interval(flights.e)
+        if missed is not None and missed < 2:  # it is not the height's fault
+            fall = replace(fall, doubt="")
+        quantities, more = _with_fall(fall)
+        notes += more
     else:
-        text = (
-            f"{recording.toml}: [drop] height_mm is missing; the first impact's speed"
-            " is needed"
-            if first
-            else NOT_FIRST
-        )
-        quantities[1:1] = all_failed(
-            (("restitution", "1"), ("impact_speed", "m/s")), text
-        )
-        if len(gap) > 1:
-            second = Quantity(
-                "restitution_normal",
-                float(e[1]),
-                float(e_sd[1]),
-                "1",
-                sd_common=float(e_common[1]),
-            )
-            reason = (
-                "[drop] height_mm is missing, so the first one's speed is unknown"
-                if first
-                else NOT_FIRST
-            )
-            quantities.append(second.doubt(f"of the second impact: {reason}"))
-        else:
-            quantities.append(failed("restitution_normal", "1", text))
+        missed = _missed_interval(flights.e)
+        quantities = _without_fall(flights, recording, first)
+    bounces, gap = flights.table(recording.id), flights.gap
     if gap.max() > LONGEST_S:
         wrong = (
             f"an interval of {gap.max():.4g} s between impacts: t_s is to be in seconds"
@@ -190,26 +219,95 @@ def measure_impacts(
         )
         all_wrong = tuple(failed(q.name, q.unit, wrong) for q in quantities)
         return all_wrong, bounces, [*notes, wrong]
-    if height and top > 1.1 * height + 3 * recording.drop.height_sd:
-        return _without_height(
-            times, given, recording, _too_low(height, gap[0], top, e)
-        )
-    if at is not None:
+    if height and flights.top_mm > 1.1 * height + 3 * recording.drop.height_sd:
+        why = _too_low(height, gap[0], flights.top_mm, flights.e)
+        return _without_height(times, given, recording, why)
+    if missed is not None:
         what = (
-            f"an impact seems to be missing: interval {at + 1} ({gap[at]:.4g} s) does"
-            " not fit the others"
+            f"an impact seems to be missing: interval {missed + 1} ({gap[missed]:.4g}"
+            " s) does not fit the others"
         )
-        if at < 2:
+        notes.append(what)
+        if missed < 2:
             quantities = [
-                (
-                    q
-                    if q.quality == "failed" or q.name == "impact_speed"
-                    else q.doubt(what)
-                )
+                q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(what)
                 for q in quantities
             ]
-        notes.append(what)
     return tuple(quantities), bounces, notes
+
+
+def _first_rebound(flights: _Flights) -> tuple[Quantity, Quantity]:
+    """Its height and speed."""
+    f = flights
+    height_sd = 1000 * math.hypot(G * f.gap[0] / 4 * f.gap_sd[0], f.rise_air[0])
+    speed_sd = math.hypot(G * f.gap_sd[0] / 2, f.speed_air[0])
+    return (
+        _quantity("rebound_height", f.top_mm, height_sd, "mm", 1000 * f.rise_air[0]),
+        _quantity("rebound_speed", f.speed[0], speed_sd, "m/s", f.speed_air[0]),
+    )
+
+
+def _quantity(name: str, value: float, sd: float, unit: str, common: float) -> Quantity:
+    """common: the part of the sd that all recordings share."""
+    value, sd = float(value), float(sd)
+    return Quantity(name, value, sd, unit, sd_common=min(abs(float(common)), sd))
+
+
+def _with_fall(fall: _Fall) -> tuple[list[Quantity], list[str]]:
+    """Quantities of the first bounce where the fall is stated, and notes."""
+    f, notes, by_height = fall.flights, [], fall.by_height
+    e, e_sd, before = float(f.e[0]), float(f.e_sd[0]), float(f.before[0])
+    normal = Quantity("restitution_normal", e, e_sd, "1", sd_common=fall.e_common)
+    normal = normal.doubt(fall.doubt)
+    if fall.lost > MOST_LOST:
+        notes.append(
+            f"the air takes {100 * fall.lost:.0f} % of the fall: √(H2/H1) ="
+            f" {by_height * e:.4g} is no restitution; the ratio of the speeds is given"
+        )
+        by_height = 1.0
+    value, sd, common = (
+        by_height * v for v in (normal.value, normal.sd, normal.sd_common)
+    )
+    by_heights = replace(normal, name="restitution", value=value, sd=sd)
+    height, speed = _first_rebound(f)
+    impact = _quantity(
+        "impact_speed", before, f.before_sd[0], "m/s", before / e * fall.e_common
+    )
+    return [
+        height,
+        replace(by_heights, sd_common=common),
+        impact.doubt(fall.doubt),
+        speed,
+        normal,
+    ], notes
+
+
+def _without_fall(
+    flights: _Flights, recording: Recording, first: bool
+) -> list[Quantity]:
+    """Quantities where the first fall is unknown: the restitution is the second
+    impact's."""
+    text = (
+        f"{recording.toml}: [drop] height_mm is missing; the first impact's speed is"
+        " needed"
+        if first
+        else NOT_FIRST
+    )
+    height, speed = _first_rebound(flights)
+    unknown = all_failed((("restitution", "1"), ("impact_speed", "m/s")), text)
+    found = [height, *unknown, speed]
+    if len(flights.gap) < 2:
+        return [*found, failed("restitution_normal", "1", text)]
+    e, e_sd, e_air = (
+        float(v[1]) for v in (flights.e, flights.e_sd, np.abs(flights.e_air))
+    )
+    second = Quantity("restitution_normal", e, e_sd, "1", sd_common=e_air)
+    reason = (
+        "[drop] height_mm is missing, so the first one's speed is unknown"
+        if first
+        else NOT_FIRST
+    )
+    return [*found, second.doubt(f"of the second impact: {reason}")]
 
 
 def _drag(
