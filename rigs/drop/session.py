@@ -89,47 +89,7 @@ def assemble(
     as_found: flights that look touched again in mid-flight are kept, too: one recording
     alone does not tell how rough they usually are."""
     tracks = [t for t in tracks if not t.trouble]
-    parts, notes, joints, fallen = [], [], [], []
-    count = 0
-    flights = [_flights_of(track, r, block_s) for r, track in enumerate(tracks)]
-    usual = float(
-        np.median(
-            [
-                _roughness(part)
-                for found in flights
-                for _, part in found
-                if len(part["tau"]) >= LEAST_ROWS
-            ]
-            or [0.0]
-        )
-    )
-    for track, found in zip(tracks, flights, strict=True):
-        kept = [
-            (k, free)
-            for k, part in found
-            if (free := part if as_found else _free_part(part, usual)) is not None
-        ]
-        if len(kept) < len(found):
-            notes.append(
-                f"{track.recording}: {len(found) - len(kept)} flights left out, touched"
-                " again in mid-flight"
-            )
-        if not found:
-            notes.append(
-                f"{track.recording}: no flight with at least {LEAST} frames; it is"
-                " left out"
-            )
-        numbers = {k: count + i for i, (k, _) in enumerate(kept)}
-        fallen.append(
-            0 in numbers and 1 in numbers
-        )  # both fall and first rebound are kept
-        joints += [
-            (numbers[k], numbers[k + 1], t)
-            for k, t in enumerate(track.contacts_s)
-            if k in numbers and k + 1 in numbers
-        ]
-        parts += [part for _, part in kept]
-        count += len(kept)
+    parts, joints, fallen, notes = _kept_flights(tracks, block_s, as_found)
     if not parts:
         raise ValueError(f"no flight with at least {LEAST} frames in any recording")
     sizes = np.array([len(p["frame"]) for p in parts])
@@ -138,22 +98,7 @@ def assemble(
         for key in ("tau", "places", "frame", "weight", "late", "angle", "phase")
     }
     spin_seen = all(t.angle_deg is not None for t in tracks)
-    low, high = rows["places"].min(0), rows["places"].max(0)
     about = [t.description for t in tracks]
-    pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
-    first = {
-        part["recording"]: part for part in reversed(parts)
-    }.values()  # flight of each
-    middle = (low + high) / 2
-    fall = np.median(np.concatenate([part["places"][:, 0] for part in first]))
-    view = View(
-        middle,
-        float(high[1] - low[1]) / 2,
-        rows["angle"],
-        rows["phase"],
-        pixel,
-        fall=float(fall - middle[0]),
-    )
     spin = np.array([p["turned"].rate for p in parts])
     trust, spin_sd = spin_calibration([p["turned"] for p in parts])
     release, release_sd = _releases(tracks)
@@ -188,7 +133,7 @@ def assemble(
         ),
         uneven_m2=np.array([_uneven_m2(d) for d in about]),
         air=tuple(air_of(d) for d in about),
-        view=view,
+        view=_view(parts, rows, about),
         spin_seen=spin_seen,
         scale_sd=float(np.median([d["camera"]["scale_sd"] for d in about])),
         plumb_sd_deg=float(np.median([d["camera"]["plumb_sd_deg"] for d in about])),
@@ -196,6 +141,66 @@ def assemble(
         rocking_m=float(np.median([max(_shape_sd(d), LEAST_ROCKING_M) for d in about])),
         readout_sd_s=max(t.readout_sd_s for t in tracks),
         notes=tuple(notes),
+    )
+
+
+def _kept_flights(
+    tracks: list, block_s: float, as_found: bool
+) -> tuple[list[dict], list[tuple[int, int, float]], list[bool], list[str]]:
+    """The flights of all tracks; joints: a flight, the next one, the time of the impact
+    between; of each track whether both fall and first rebound are kept; notes."""
+    parts: list[dict] = []
+    joints, fallen, notes = [], [], []
+    flights = [_flights_of(track, r, block_s) for r, track in enumerate(tracks)]
+    long = (
+        _roughness(part)
+        for found in flights
+        for _, part in found
+        if len(part["tau"]) >= LEAST_ROWS
+    )
+    usual = float(np.median([*long] or [0.0]))
+    for track, found in zip(tracks, flights, strict=True):
+        kept = [
+            (k, free)
+            for k, part in found
+            if (free := part if as_found else _free_part(part, usual)) is not None
+        ]
+        if len(kept) < len(found):
+            notes.append(
+                f"{track.recording}: {len(found) - len(kept)} flights left out, touched"
+                " again in mid-flight"
+            )
+        if not found:
+            notes.append(
+                f"{track.recording}: no flight with at least {LEAST} frames; it is"
+                " left out"
+            )
+        numbers = {k: len(parts) + i for i, (k, _) in enumerate(kept)}
+        fallen.append(0 in numbers and 1 in numbers)
+        joints += [
+            (numbers[k], numbers[k + 1], t)
+            for k, t in enumerate(track.contacts_s)
+            if k in numbers and k + 1 in numbers
+        ]
+        parts += [part for _, part in kept]
+    return parts, joints, fallen, notes
+
+
+def _view(parts: list[dict], rows: dict[str, np.ndarray], about: list[dict]) -> View:
+    """Where in the picture the flights are; rows: of all, about: each recording's
+    description."""
+    low, high = rows["places"].min(0), rows["places"].max(0)
+    pixel = float(np.median([d["camera"].get("mm_per_px", 0.0) for d in about])) / 1000
+    first = {part["recording"]: part for part in reversed(parts)}.values()  # of each
+    middle = (low + high) / 2
+    fall = np.median(np.concatenate([part["places"][:, 0] for part in first]))
+    return View(
+        middle,
+        float(high[1] - low[1]) / 2,
+        rows["angle"],
+        rows["phase"],
+        pixel,
+        fall=float(fall - middle[0]),
     )
 
 
