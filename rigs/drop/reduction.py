@@ -5,7 +5,7 @@ beside the lot's, each recording's pixel lock, and what pushes each flight of it
 force, and, where spin does, the difference between its spin and its silhouette's
 rotation. Smooth curves are Legendre polynomials of degrees 2 to 6."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -252,6 +252,112 @@ def _pushed_rows(model: Model, pushes: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=2)
 
 
+@dataclass(frozen=True)
+class _Columns:
+    """Columns of one recording's rows: starts of its flights (STARTS each), its own
+    deviations from globals (`owns`: which, and their sds), what pushes its flights of
+    their own (`own` each), `count` globals and pushes, smooth errors of each flight,
+    the residual."""
+
+    flights: np.ndarray
+    owns: dict[int, float]
+    own: int
+    count: int
+
+    @classmethod
+    def of(cls, model: Model, recording: int, own: int, count: int) -> "_Columns":
+        session = model.session
+        names = enumerate(model.names)
+        owns = {k: LAWS[n].prior_sd for k, n in names if n.startswith(LOCK)}
+        if session.air[recording].share > 0:
+            owns = {model.names.index("air"): SEED_DRAG} | owns
+        flights = np.flatnonzero(session.recording == recording)
+        return cls(flights, owns, own, count)
+
+    @property
+    def deviations(self) -> int:
+        return STARTS * len(self.flights)
+
+    @property
+    def spins(self) -> int:
+        return self.deviations + len(self.owns)
+
+    @property
+    def local(self) -> int:
+        """How many are the recording's own, and the first of the globals."""
+        return self.spins + self.own * len(self.flights)
+
+    @property
+    def total(self) -> int:
+        return self.local + self.count + 2 * len(SMOOTH) * len(self.flights) + 1
+
+    @property
+    def globals(self) -> slice:
+        return slice(self.local, self.local + self.count)
+
+    def starts_of(self, flight: int) -> int:
+        """The first of a flight's starts."""
+        return STARTS * int(np.searchsorted(self.flights, flight))
+
+    def pushes_of(self, flight: int) -> slice:
+        at = self.spins + self.own * int(np.searchsorted(self.flights, flight))
+        return slice(at, at + self.own)
+
+    def priors(self) -> list[np.ndarray]:
+        """Rows that hold own deviations and pushes to their sds."""
+        deviations = np.eye(len(self.owns), self.total, self.deviations)
+        return [
+            np.eye(self.total)[self.spins : self.local],
+            deviations / np.array([*self.owns.values()])[:, None],
+        ]
+
+    def flight_rows(self, flight: int, triangle: np.ndarray) -> np.ndarray:
+        """A flight's triangle (locals | globals, pushes | own | smooth | residual)."""
+        block = np.zeros((len(triangle), self.total))
+        at, own = self.starts_of(flight), STARTS + self.count
+        block[:, at : at + STARTS] = triangle[:, :STARTS]
+        block[:, self.globals] = triangle[:, STARTS:own]
+        of_owns = [STARTS + k for k in self.owns]
+        block[:, self.deviations : self.spins] = triangle[:, of_owns]
+        block[:, self.pushes_of(flight)] = triangle[:, own : own + self.own]
+        smooth = 2 * len(SMOOTH)
+        first = self.globals.stop + smooth * int(np.searchsorted(self.flights, flight))
+        block[:, first : first + smooth] = triangle[:, own + self.own : -1]
+        block[:, -1] = triangle[:, -1]
+        return block
+
+
+def _recording_rows(
+    model: Model,
+    starts: np.ndarray,
+    values: np.ndarray,
+    blocks: tuple,
+    recording: int,
+    columns: _Columns,
+) -> np.ndarray:
+    """All rows of a recording, white."""
+    triangles, sides = blocks
+    rows = columns.priors()
+    rows += [columns.flight_rows(f, triangles[f]) for f in columns.flights]
+    approach = model.names.index(APPROACH)
+    unseen = unseen_rows(model, starts, recording, values[approach])
+    for at, entries, common, right in unseen:
+        row = np.zeros((1, columns.total))
+        row[0, columns.local + approach] = common
+        row[0, [columns.starts_of(f) + p for f, p in at]] = entries
+        row[0, -1] = right
+        rows.append(row)
+    for _, entries, across, right in (s for s in sides if s[0] == recording):
+        row = np.zeros((1, columns.total))
+        for f, entry in entries.items():
+            first = columns.starts_of(f)
+            row[0, first : first + 4] = entry[:4]
+            row[0, columns.pushes_of(f)] = entry[4:]
+        row[0, columns.globals], row[0, -1] = across, right
+        rows.append(row)
+    return np.vstack(rows)
+
+
 def _eliminate(
     model: Model, starts: np.ndarray, values: np.ndarray, blocks, count: int, own: int
 ):
@@ -259,92 +365,36 @@ def _eliminate(
     starts. Volumes are those of starts in the lengths of the picture, where all places
     are alike beforehand: in true lengths a larger scale would be less probable."""
     session = model.session
-    triangles, sides = blocks
-    extra, each = 2 * len(SMOOTH), STARTS
     reduced, back = [], []
-    approach = values[model.names.index(APPROACH)]
     ln_unit = np.log(true_scale(dict(zip(model.names, values, strict=True))))
     for r in range(len(session.names)):
-        flights = np.flatnonzero(session.recording == r)
-        if not len(flights):
+        columns = _Columns.of(model, r, own, count)
+        if not len(columns.flights):
             continue
-        spot = {int(f): i for i, f in enumerate(flights)}
-        # globals of which each recording has a deviation of its own, with its sd
-        owns = {model.names.index("air"): SEED_DRAG} if session.air[r].share > 0 else {}
-        owns |= {
-            k: LAWS[n].prior_sd for k, n in enumerate(model.names) if n.startswith(LOCK)
-        }
-        spins = each * len(flights) + len(
-            owns
-        )  # the first column of what pushes the flights of their own, in sds
-        local = spins + own * len(flights)
-        total = local + count + extra * len(flights) + 1
-        rows = [
-            np.eye(total)[spins:local],
-            np.eye(len(owns), total, each * len(flights))
-            / np.array([*owns.values()])[:, None],
-        ]
-        for f in flights:
-            triangle, i = triangles[f], spot[int(f)]
-            block = np.zeros((len(triangle), total))
-            block[:, each * i : each * (i + 1)] = triangle[:, :each]
-            block[:, local : local + count] = triangle[:, each : each + count]
-            block[:, each * len(flights) : spins] = triangle[
-                :, [each + k for k in owns]
-            ]
-            mine = slice(spins + own * i, spins + own * (i + 1))
-            block[:, mine] = triangle[:, each + count : each + count + own]
-            at = local + count + extra * i
-            block[:, at : at + extra] = triangle[:, each + count + own : -1]
-            block[:, -1] = triangle[:, -1]
-            rows.append(block)
-        for at, entries, common, right in unseen_rows(model, starts, r, approach):
-            row = np.zeros((1, total))
-            row[0, local + model.names.index(APPROACH)] = common
-            row[0, [each * spot[int(f)] + p for f, p in at]], row[0, -1] = (
-                entries,
-                right,
-            )
-            rows.append(row)
-        for _, entries, across, right in (side for side in sides if side[0] == r):
-            row = np.zeros((1, total))
-            for f, entry in entries.items():
-                i = spot[int(f)]
-                row[0, each * i : each * i + 4] = entry[:4]
-                row[0, spins + own * i : spins + own * (i + 1)] = entry[4:]
-            row[0, local : local + count], row[0, -1] = across, right
-            rows.append(row)
-        triangle = np.asarray(
-            np.linalg.qr(np.vstack(rows), mode="r")
-        )  # one array, whatever numpy's types say
+        local = columns.local
+        rows = _recording_rows(model, starts, values, blocks, r, columns)
+        triangle = np.asarray(np.linalg.qr(rows, mode="r"))  # for numpy's types
         below, sizes = triangle[local:], np.abs(np.diag(triangle)[:local])
         if not sizes.all():  # singular: forces so great that starts have no effect
             below[:, -1], sizes = np.inf, np.ones(local)
-        half_ln_det = float(np.log(sizes).sum()) + FLAT * len(flights) * ln_unit
+        volume = FLAT * len(columns.flights) * ln_unit
+        across, inside = columns.globals, triangle[:local, :local]
         reduced.append(
             Reduced(
-                below[:, local : local + count],
-                below[:, local + count : -1],
+                below[:, across],
+                below[:, across.stop : -1],
                 below[:, -1],
-                half_ln_det=half_ln_det,
-                own=triangle[:local, :local],
+                half_ln_det=float(np.log(sizes).sum()) + volume,
+                own=inside,
             )
         )
-        back.append(
-            (
-                flights,
-                triangle[:local, :local],
-                triangle[:local, local : local + count],
-                triangle[:local, -1],
-            )
-        )
+        back.append((columns, inside, triangle[:local, across], triangle[:local, -1]))
 
     def change(theta: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(session.middle), each))
-        for flights, own, across, right in back:
-            out[flights] = solve_triangular(own, right - across @ theta)[
-                : each * len(flights)
-            ].reshape(-1, each)
+        out = np.zeros((len(session.middle), STARTS))
+        for columns, inside, across, right in back:
+            found = solve_triangular(inside, right - across @ theta)
+            out[columns.flights] = found[: columns.deviations].reshape(-1, STARTS)
         return out
 
     return reduced, change
