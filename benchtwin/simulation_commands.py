@@ -27,8 +27,9 @@ def simulate(
     rig: Annotated[
         str,
         given(
-            "drop, slide, roll, pile, cylinder (a pile from a lifting cylinder) or"
-            " drum (rotating)."
+            "drop, slide, roll, pile, cylinder (a pile from a lifting cylinder), drum"
+            " (rotating), drawdown (a box empties through a slot) or bed (a seed falls"
+            " onto seeds)."
         ),
     ],
     out: Annotated[
