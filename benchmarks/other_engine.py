@@ -3,7 +3,8 @@ systems predicted that were not calibrated on, a lifted cylinder's heap and a ro
 drum, and LAMMPS run on both.
 
     python benchmarks/other_engine.py STORE [--benches 20] [--workers 2]
-        → benchmarks/tables/other_engine.csv
+        [--maker lammps|benchtwin] [--shared-law] [--parameters-only]
+        → benchmarks/tables/other_engine.csv, of LAMMPS' benches with our own law
 
 Each bench has seed–seed parameters drawn over the ranges in which a calibration looks
 and one recording each of RECORDED; seed on plate is known, ROUGH. The surfaces through
@@ -11,7 +12,8 @@ our own runs at POINTS points of these ranges serve all benches. Their posterior
 those of `calibrate`, without further runs about the bench's readings; each is handed to
 `predict` with DRAWS draws and PACKINGS packings. Prints how many of the 95 % intervals
 hold: parameters, and what one LAMMPS run of either system shows. STORE keeps finished
-runs."""
+runs. Controls: benches that our own engine made, and our engine with the law that
+LAMMPS has too."""
 
 import argparse
 from pathlib import Path
@@ -27,7 +29,7 @@ from benchtwin.calibrate.procedure.simulator import Run, Simulator, campaign
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import Posterior, on_grid, summary
 from benchtwin.calibrate.statistics.prior import Prior
-from benchtwin.twin.engine import LAMMPS, Engine
+from benchtwin.twin.engine import LAMMPS, OURS, Engine
 from loop_truth import SLAB
 from other_system import LOT, SYSTEMS
 from scipy.stats import qmc
@@ -95,13 +97,13 @@ def design(simulate: Simulator) -> dict[str, pd.DataFrame]:
     return found
 
 
-def made(simulate: Simulator, benches: int) -> dict[str, pd.DataFrame]:
-    """Rig → a row a bench: what LAMMPS shows of it."""
+def made(simulate: Simulator, benches: int, rigs, first: int) -> dict:
+    """Rig → a row a bench: what its maker shows of it; first: of its seed numbers."""
     found = {}
-    for n, rig in enumerate((*RECORDED, *PREDICTED)):
+    for n, rig in enumerate(rigs):
         folder, description = described(rig)
         runs = [
-            Run(folder, truth(k), (SEED, 1000 + k, n), description)
+            Run(folder, truth(k), (SEED, first + k, n), description)
             for k in range(benches)
         ]
         found[rig] = known(simulate(runs))
@@ -136,17 +138,23 @@ def calibrated(runs: dict[str, pd.DataFrame], bench: dict[str, pd.Series]) -> Po
     )
 
 
-def compared(
-    bench: int, posterior: Posterior, lammps: dict[str, pd.DataFrame], ours: Simulator
-) -> pd.DataFrame:
-    """A row a quantity: its 95 % interval, and what is true or what LAMMPS shows."""
+def parameters(bench: int, posterior: Posterior) -> list[dict]:
+    """A row a parameter: its 95 % interval, and what is true."""
     ends = summary(posterior, 0.95).set_index("factor")[["low", "high"]]
-    rows = [
+    return [
         {"quantity": name, **ends.loc[name], "seen": true}
         for name, true in truth(bench).items()
     ]
+
+
+def predicted(
+    bench: int, posterior: Posterior, lammps: dict[str, pd.DataFrame], ours: Simulator
+) -> list[dict]:
+    """A row a quantity of the systems that were not calibrated on: its 95 % interval,
+    and what LAMMPS shows."""
     draws = posterior.draws.sample(KEPT, random_state=SEED, replace=True)
     kept = Kept(draws.assign(**ROUGH).reset_index(drop=True), {}, "", ())
+    rows = []
     for rig, (*_, quantities) in PREDICTED.items():
         found = predict(
             rig,
@@ -159,12 +167,10 @@ def compared(
         )
         for name in quantities:
             p, half = found.of[name], found.of[name].half_width(1)
-            low, high = p.mean - half, p.mean + half
+            ends = {"low": p.mean - half, "high": p.mean + half}
             seen = lammps[rig].loc[bench, name]
-            rows.append(
-                {"quantity": f"{rig}: {name}", "low": low, "high": high, "seen": seen}
-            )
-    return pd.DataFrame(rows).assign(bench=bench)
+            rows.append({"quantity": f"{rig}: {name}", **ends, "seen": seen})
+    return rows
 
 
 def summed(table: pd.DataFrame) -> pd.DataFrame:
@@ -185,27 +191,41 @@ def summed(table: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def main(store: Path, benches: int, workers: int) -> None:
+def main(asked: argparse.Namespace) -> None:
     """Simulate, calibrate, predict, compare; a bench is written as soon as it is
     there."""
 
     def say(text: str) -> None:
         print(text, flush=True)
 
-    with campaign(store / "ours", base=ROUGH, workers=workers) as ours:
+    rigs = tuple(RECORDED) if asked.parameters_only else (*RECORDED, *PREDICTED)
+    law = "shared" if asked.shared_law else "ours"
+    common = {"base": ROUGH, "workers": asked.workers}
+    own = Engine(shared_law=asked.shared_law)
+    with campaign(asked.store / law, engine=own, **common) as ours:
         runs = design(ours)
-        engine = Engine(LAMMPS)
-        with campaign(
-            store / "lammps", base=ROUGH, workers=workers, engine=engine, say=say
-        ) as theirs:
-            lammps = made(theirs, benches)
-        found = []
-        for bench in range(benches):
-            seen = {rig: lammps[rig].loc[bench] for rig in RECORDED}
-            found.append(compared(bench, calibrated(runs, seen), lammps, ours))
-            table = pd.concat(found, ignore_index=True)
-            table.to_csv(TABLE, index=False, float_format="%.5g")
-            say(summed(found[-1]).round(2).to_string())
+        if asked.maker == LAMMPS:
+            store, engine = asked.store / LAMMPS, Engine(LAMMPS)
+            with campaign(store, engine=engine, say=say, **common) as theirs:
+                benches = made(theirs, asked.benches, rigs, 1000)
+        else:
+            benches = made(ours, asked.benches, rigs, 3000)
+        rows: list[dict] = []
+        for k in range(asked.benches):
+            seen = {rig: benches[rig].loc[k] for rig in RECORDED}
+            if not all(
+                np.isfinite(seen[r].get(c[0])) for r, (_, c) in RECORDED.items()
+            ):
+                say(f"bench {k}: a recording came to nothing")
+                continue
+            posterior = calibrated(runs, seen)
+            found = parameters(k, posterior)
+            if not asked.parameters_only:
+                found += predicted(k, posterior, benches, ours)
+            rows += [{"bench": k, **row} for row in found]
+            table = pd.DataFrame(rows)
+            if asked.maker == LAMMPS and law == "ours" and not asked.parameters_only:
+                table.to_csv(TABLE, index=False, float_format="%.5g")
     say(summed(table).round(2).to_string())
 
 
@@ -216,5 +236,7 @@ if __name__ == "__main__":
     parser.add_argument("store", type=Path)
     parser.add_argument("--benches", type=int, default=20)
     parser.add_argument("--workers", type=int, default=2)
-    told = parser.parse_args()
-    main(told.store, told.benches, told.workers)
+    parser.add_argument("--maker", choices=(LAMMPS, OURS), default=LAMMPS)
+    parser.add_argument("--shared-law", action="store_true")
+    parser.add_argument("--parameters-only", action="store_true")
+    main(parser.parse_args())
