@@ -1,9 +1,8 @@
-"""JSON files of a proof: read, and written whole or not at all."""
+"""Files of a proof: read, and written whole or not at all. The proof imports nothing
+of what it tries, so it has this of its own."""
 
 import json
 from pathlib import Path
-
-from benchtwin.bench.whole_file import write_whole
 
 
 def read_json(file: Path) -> dict:
@@ -17,3 +16,10 @@ def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
     write_whole(
         file, json.dumps(content, indent=indent, sort_keys=True, allow_nan=False)
     )
+
+
+def write_whole(file: Path, text: str) -> None:
+    """Write beside the file and put it in place."""
+    part = file.with_name(f".{file.name}.part")
+    part.write_text(text, encoding="utf8")
+    part.replace(file)

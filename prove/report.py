@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.whole_file import write_whole
 from benchtwin.prove.figures import (
     calibration_figure,
     confusion_figure,
     power_figure,
     reliability_figure,
 )
+from benchtwin.prove.files import write_whole
 from benchtwin.prove.intervals import reliability
 from benchtwin.prove.judge import Judged
 from benchtwin.prove.score import Row
