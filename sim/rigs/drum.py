@@ -80,7 +80,8 @@ def run_drum(
     def seen(world: World, state) -> bool:
         if state.time_s >= rig.wait_s - 0.5 / fps:
             frames(world, state)
-        return state.time_s > whole - 1 / fps  # no frame comes after it
+        # the last frame; a hundredth of one is more than a moment is off by
+        return state.time_s + 0.99 / fps > whole
 
     looks = [Every(1 / fps, seen), Every(0.05, report)]
     way = Way("drum", "turning", whole, overlap=SETTLED_BED)

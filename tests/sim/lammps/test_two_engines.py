@@ -151,8 +151,8 @@ def test_a_block_slides_alike(tmp_path):
 @needs_lammps
 def test_a_ball_in_a_turning_drum_is_carried_along_alike(tmp_path):
     """Friction with the drum turns it, and it rolls on the spot. Without rolling
-    friction, from which LAMMPS does not take off the wall's own turn: with 0.01 it
-    rolls 0.3 % slower there."""
+    friction: with 0.01 it rolls 0.3 % slower in LAMMPS, which probably takes a wall to
+    have no spin."""
     turn = Turn(LAWS["motion_steady"].use(rate=4.0), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     ends = (0.0, -0.02, 0.0), (0.0, 0.02, 0.0)
     drum = Cylinder("drum", WALL, *ends, 0.03, (turn,))

@@ -1,8 +1,10 @@
-"""Walls that a heap leans on, by its outline alone."""
+"""Walls that a heap leans on, by its outline alone; angles that are hardly known."""
 
 import numpy as np
 import pytest
+from benchtwin.vision.measurement import DOUBTFUL, GOOD, Quantity, failed
 from benchtwin.vision.pile.heap import WALL, BaseLine, find_heap
+from benchtwin.vision.pile.repose import if_known
 
 BASE = BaseLine(300.0, 0.0, 0.0, "plate", 0.5)
 WINDOW = (0.2, 0.8)
@@ -43,3 +45,12 @@ def test_the_steps_of_a_heap_of_few_layers_of_seeds_are_no_wall(layers):
     height = step * np.ceil(np.clip((top - out * 0.7) / step, 0, layers))
     heap = find_heap(outline(height), BASE, WINDOW, walled=False)
     assert [flank.problem for flank in heap.flanks] == ["", ""]
+
+
+def test_an_angle_known_no_better_than_ten_degrees_is_doubtful():
+    known = Quantity("repose_angle", 30.0, 4.9, "deg")
+    assert if_known(known).quality == GOOD
+    vague = if_known(Quantity("repose_angle", 43.0, 17.0, "deg"))
+    assert vague.quality == DOUBTFUL and vague.reason == "known no better than ± 33°"
+    refused = failed("repose_angle", "deg", "no slope")
+    assert if_known(refused).reason == "no slope"

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
+from benchtwin.vision.pile import repose
 from benchtwin.vision.pile.heap_region import CUTS, find_region
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
@@ -348,3 +349,30 @@ def test_a_few_seeds_on_a_tray_whose_cuts_have_nothing_in_common(number):
     stated = PileOptions(baseline=(86, foot, 693, foot))
     with pytest.raises(MeasurementError, match="two piles"):
         measure_repose(image, Camera(mm_per_px=0.14, plumb_deg=0.0), stated)
+
+
+@pytest.mark.parametrize(("doubted", "value_deg"), [(True, 33.0), (False, 22.0)])
+def test_a_doubted_outline_gives_way_to_the_seeds_own(monkeypatch, doubted, value_deg):
+    """Where both readings are of different heaps, and the seeds are not sure to be
+    seeds: then an outline that nothing speaks against is kept."""
+    smooth = angle(heap_of_seeds("plain", 22.0, seed=1))
+    smooth = smooth.doubted("cut") if doubted else smooth
+    monkeypatch.setattr(repose, "_on_smooth_background", lambda photo: smooth)
+    picture = heap_of_seeds("cloth", 33.0, seed=1)
+    half_sure = replace(find_region(picture), confidence=0.7)
+    found = measure_repose(picture, find=lambda crop: half_sure).quantities[0]
+    assert found.value == pytest.approx(value_deg, abs=2.0)
+    assert found.quality == (DOUBTFUL if doubted else GOOD)
+
+
+@pytest.mark.parametrize("kind", ["cloth", "wood"])
+def test_the_wall_that_a_heap_leans_on_need_not_be_stated(kind):
+    picture = heap_of_seeds(kind, 30.0, seed=1, half=True)
+    picture[FOOT - 220 : FOOT, WIDTH // 2 - 60 : WIDTH // 2 - 4] = (60, 70, 60)
+    stated, unstated = (
+        {q.name: q for q in angle(picture, side=side).quantities}
+        for side in ("right", "")
+    )
+    for name in ("repose_angle", "centroid_angle"):
+        assert unstated[name].value == pytest.approx(stated[name].value, abs=0.3)
+        assert abs(unstated[name].value - 30.0) <= max(3 * unstated[name].sd, 2.5)
