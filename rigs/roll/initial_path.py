@@ -4,10 +4,15 @@ fit.
 x = x₀ + a B(t; t₀, t₁, t₂): the speed of B grows by 1 a second from t₀ to t₁ and falls
 to 0 at t₂."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
+
+LATEST = 30.0  # corner and stop, in durations of the track
+LEAST_BEFORE = 3  # rows before the corner that tell where it is
+CORNER_BEFORE = 0.1  # its begin, in its durations
 
 
 @dataclass(frozen=True)
@@ -60,9 +65,12 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
         design = np.column_stack([np.ones(len(t)), basis])
         return np.linalg.lstsq(design, y, rcond=None)[0]
 
+    def times_of(u):
+        up, on = np.exp(np.minimum(u[1:], math.log(LATEST * span)))
+        return u[0], u[0] + up, u[0] + up + on
+
     def misfit(u):
-        release, up, on = u[0], np.exp(u[1]), np.exp(u[2])
-        times = (release, release + up, release + up + on)
+        times = times_of(u)
         found = solve(times)
         left = y - found[0] - found[1] * shape(t, *times)
         return np.log(left @ left + 1e-18) + 10 * (found[1] < 0)
@@ -92,14 +100,25 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
         method="Nelder-Mead",
         options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300},
     )
-    release, up, on = best.x[0], np.exp(best.x[1]), np.exp(best.x[2])
-    corner, stop = release + up, release + up + on
+    release, corner, stop = times_of(best.x)
     place, acceleration = solve((release, corner, stop))
     if not acceleration > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
-    return Path(
+    path = Path(
         float(release), float(corner), float(stop), float(place), float(acceleration)
     )
+    seen = corner > time[min(LEAST_BEFORE, len(time) - 1)]
+    return path if seen else _gentle(path, float(begin), float(span))
+
+
+def _gentle(path: Path, begin: float, span: float) -> Path:
+    """The same motion from `begin` on, of a seed that came down a gentle incline: of
+    any whose end is not in the track, the best conditioned."""
+    corner = begin - CORNER_BEFORE * span
+    speed = path.slowing * (path.stop - corner)
+    end = path.place + path.way_down + path.slowing * (path.stop - path.corner) ** 2 / 2
+    place = end - path.slowing * (path.stop - corner) ** 2 / 2 - speed * span / 2
+    return Path(corner - span, corner, path.stop, place, speed / span)
 
 
 def path_on_incline(time: np.ndarray, x: np.ndarray) -> Path:

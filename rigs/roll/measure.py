@@ -27,6 +27,7 @@ from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
 from benchtwin.rigs.roll.diagnose import baseline
 from benchtwin.rigs.roll.inertia import inertia_of_recording
+from benchtwin.rigs.roll.initial_path import LEAST_BEFORE
 from benchtwin.rigs.roll.model import (
     OWN,
     as_read,
@@ -69,7 +70,6 @@ LEAST_TRAVEL = {"mm": 1.0, "px": 4.0}
 FRAME_S = 0.01  # of frames of unknown rate, for a first scale
 USUAL_FRICTION = 0.03  # for a first scale
 LATER_S = 20.0  # after the last row, when a seed has stopped
-LEAST_BEFORE = 3  # rows before the corner that tell where it is
 LEAST_REST = 5  # rows that show where a seed rests
 NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
@@ -424,7 +424,7 @@ def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> Run
 def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
     told, fitted, unit = found.told, found.values_of(found.fit), found.told.unit
     junction = float(found.ends(fitted)[0])
-    _need_corner_and_level(found, fitted)
+    cornerless = _cornerless(found, fitted)
     stop = _stop(found, fitted)
     if stop.place <= junction:
         raise MeasurementError(
@@ -446,7 +446,7 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     resistance = resistance.doubt(*doubts, unsure, *unless(found.rivals, resistance))
     vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
     lacking = _lacking(told)
-    if none := stop.none or vague:
+    if none := cornerless or stop.none or vague:
         run_out = failed("run_out", told.track.unit, none)
         lacking = (none, lacking[1])
     eq_3 = failed("rolling_friction", "1", lacking[0]) if lacking[0] else eq_3
@@ -467,8 +467,9 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     )
 
 
-def _need_corner_and_level(found: Fitted, fitted: np.ndarray) -> None:
-    """MeasurementError where the rows show no corner, or no slowing down."""
+def _cornerless(found: Fitted, fitted: np.ndarray) -> str:
+    """Why rows that show no corner give no run-out, or ""; MeasurementError where they
+    show no slowing down either."""
     own, at = found.split(fitted)
     run, way = found.told.run, way_of(found.fit.problem.model, 0, own, at)
     if way.mu <= 0:
@@ -477,8 +478,7 @@ def _need_corner_and_level(found: Fitted, fitted: np.ndarray) -> None:
             " nor friction"
         )
     unstated = math.isnan(run.length) and run.junction is None
-    if unstated and (run.x < way.corner).sum() < LEAST_BEFORE:
-        raise MeasurementError(NO_CORNER)
+    return NO_CORNER if unstated and (run.x < way.corner).sum() < LEAST_BEFORE else ""
 
 
 @dataclass(frozen=True)

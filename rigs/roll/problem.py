@@ -255,9 +255,9 @@ def locals_of(model: Model) -> Locals:
     for r, run in enumerate(model.runs):
         b, s, way = model.incline[r], model.length[r], run.way
         release, place = way.release, way.place
-        if (
-            way.corner < run.time_s[0]
-        ):  # the track begins behind the corner: extrapolated from stated keys
+        stated = math.isfinite(run.length) or math.isfinite(run.incline)
+        # the track begins behind the corner: extrapolated from stated keys
+        if stated and way.corner < run.time_s[0]:
             top = math.sqrt(2 * f * max(math.sin(b) - model.mu * math.cos(b), 0.01) * s)
             release = way.stop - top / (f * model.mu) - 2 * s / top
             place = run.x[-1] - top**2 / (2 * f * model.mu) - s

@@ -18,6 +18,8 @@ SHARP_PX = 0.3  # noise of a place, which the fit along the path allows for
 
 LEAST_ROWS = 4
 ENOUGH_ROWS = 30  # that tell by their times whether a seed still speeds up
+LEAST_LATE = 10  # of them, in the second half of its path
+SURE_SDS = 5.0
 
 
 @dataclass(frozen=True)
@@ -190,12 +192,14 @@ def _fit_two_legs(
 
 def stays_on_incline(track: Track, recording: Recording) -> bool:
     """Whether all rows of a roll are on its incline: as stated or, where only its
-    length is stated, by the rows."""
+    length is stated, or nothing, by the rows."""
     if recording.roll.level is not None:
         return not recording.roll.level
     length = recording.roll.incline_length_mm
-    if length is None or not track.physical or len(track) < LEAST_ROWS:
+    if not track.physical or len(track) < LEAST_ROWS:
         return False
+    if length is None:
+        return len(track) >= ENOUGH_ROWS and _speeds_up_to_its_end(track)
     if len(track) >= ENOUGH_ROWS:
         return ends_on_incline(track.t_s, track.x, length)
     along = np.abs(track.x - track.x[0])
@@ -203,6 +207,22 @@ def stays_on_incline(track: Track, recording: Recording) -> bool:
         along.max() <= length + stated_sd("way-on-incline")
         and np.polyfit(track.t_s - track.t_s[0], along, 2)[0] > 0
     )
+
+
+def _speeds_up_to_its_end(track: Track) -> bool:
+    """Whether a seed accelerates over the second half of its path, SURE_SDS beyond what
+    its rows' noise would feign: on a level plate it slows down there."""
+    along = np.abs(track.x - track.x[0])
+    late = along > along.max() / 2
+    if late.sum() < LEAST_LATE or not ends_on_incline(track.t_s, track.x, np.inf):
+        return False
+    time = track.t_s[late] - track.t_s[late].mean()
+    columns = np.vander(time, 3)
+    fitted = np.linalg.lstsq(columns, along[late], rcond=None)[0]
+    left = along[late] - columns @ fitted
+    variance = left @ left / (len(left) - 3) * _variance_inflation(left)
+    sd = np.sqrt(variance * np.linalg.inv(columns.T @ columns)[0, 0])
+    return bool(fitted[0] > SURE_SDS * sd)
 
 
 def ends_on_incline(time: np.ndarray, x: np.ndarray, incline_length_mm: float) -> bool:
