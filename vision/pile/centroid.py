@@ -7,6 +7,8 @@ this is the angle of repose. All of the outline counts, so no single seed decide
 between packings of a few hundred seeds it scatters less than half as much as a line
 through part of the slope."""
 
+from dataclasses import replace
+
 import numpy as np
 from benchtwin.vision.measurement import Quantity, failed
 from benchtwin.vision.pile.heap import BaseLine, Heap
@@ -19,6 +21,9 @@ HIGH, LESS_HIGH = 0.8, 0.6
 BARE = 0.02  # of the crest's height: lower is bare plate
 # of the crest's height: how far beyond the toe loose seeds may belong to the pile
 LOOSE = 0.25
+# of the way from wall to toe: how far behind the picture's border its wall may stand,
+# when a frame is drawn beside all of a wall whose face is seen from aside
+BEHIND = 0.06
 MARGIN = 2  # small px by which heap.py widens a wall when it removes it
 
 
@@ -60,8 +65,13 @@ def centroid_angle(
     edge_sd = slope * np.hypot(
         0.5 * factor / rise, (0.5 if len(good) == 2 else 1.0) * factor / reach
     )
+    behind = [
+        _wall_behind(surface, base, heap, factor, ends, side) - slope
+        for side, face in faces.items()
+        if min(face, surface.size - 1 - face) <= MARGIN * factor
+    ]
     # the other face of the wall is as likely where few seeds lie beside it
-    off = np.linalg.norm([edge_sd, toe_sd, wall - slope])
+    off = np.linalg.norm([edge_sd, toe_sd, wall - slope, *behind])
     sd = float(np.degrees(off / (1 + slope**2)))
     return Quantity(NAME, float(np.degrees(np.arctan(slope))), sd, "deg")
 
@@ -91,6 +101,25 @@ def _rise_and_reach(
     reach = float((np.abs(x[inside] - axis) * height).sum() / area)
     rise = float((height**2).sum() / 2 / area)
     return rise / reach, rise, reach
+
+
+def _wall_behind(
+    surface, base: BaseLine, heap: Heap, factor: float, ends: dict, side: str
+) -> float:
+    """z̄/x̄ with the wall of that side behind the picture's border, to which the surface
+    goes on as high as at the border."""
+    more = max(round(BEHIND * (ends["right"] - ends["left"])), 1)
+    before, after = (more, 0) if side == "left" else (0, more)
+    blurred = min(round((MARGIN + 1) * factor), surface.size // 2)
+    level = surface[blurred if side == "left" else -blurred - 1]
+    longer = surface.copy()
+    longer[slice(blurred) if side == "left" else slice(-blurred, None)] = level
+    longer = np.pad(longer, (before, after), mode="edge")
+    base = replace(base, intercept=base.intercept - base.slope * before)
+    ends = {"left": ends["left"], "right": ends["right"] + more}
+    found = _rise_and_reach(longer, base, heap, factor, ends, {side})
+    assert found is not None  # it holds what was found without the addition
+    return found[0]
 
 
 def _alternative_toes(

@@ -20,6 +20,8 @@ TOE = 0.02  # of the crest's height: where the pile ends
 # of the crest's height: a second hump, and where its foot is
 SECOND, SECOND_FOOT = 0.4, 0.1
 WALL = "a wall or nothing on this side"
+# of the height, beside a wall's cliff: what is level so far to LEVEL_PX is a box's top
+LEVEL_TOP, LEVEL_PX = 0.15, 1.0
 NOTHING_RISES = "no pile in the picture: nothing rises above the plate"
 LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least such hump
 
@@ -56,7 +58,8 @@ class Flank:
 @dataclass(frozen=True)
 class Heap:
     """Crest and flanks; `height_px` above the base line, `walls` as column ranges,
-    `crest_width` in columns, `problem` if there is no single pile."""
+    `crest_width` in columns, `problem` if there is no single pile; `boxed`: the crest
+    is level as a box's top is, and falls off at once on one side."""
 
     crest: int
     height_px: float
@@ -64,6 +67,7 @@ class Heap:
     walls: tuple[tuple[int, int], ...]
     problem: str = ""
     crest_width: float = 0.0
+    boxed: bool = False
 
 
 def level_line(
@@ -154,7 +158,18 @@ def find_heap(
     )
     flat = float(np.sum(smooth[low:high] > CREST * smooth[crest]))
     problem = _second_pile(sharp, free, top, flanks)
-    return Heap(crest, top, flanks, walls, problem, flat)
+    boxed = walled and any(
+        f.problem == WALL and _level_columns(height, crest, f.side) > LEVEL_TOP * top
+        for f in flanks
+    )
+    return Heap(crest, top, flanks, walls, problem, flat, boxed)
+
+
+def _level_columns(height: np.ndarray, crest: int, side: str) -> int:
+    """How many columns from the crest on, away from that side, are as high as it is."""
+    inward = height[crest:] if side == "left" else height[crest::-1]
+    other = np.flatnonzero(~(np.abs(inward - height[crest]) <= LEVEL_PX))
+    return int(other[0]) if other.size else inward.size
 
 
 def _smooth(height: np.ndarray, free: np.ndarray) -> np.ndarray:

@@ -481,7 +481,7 @@ def _doubts(
         if flank.side not in fitted and not flank.problem.startswith("a wall"):
             yield f"{flank.side} side: {flank.problem or NO_LINE}"
     told = photo.seeds_only or heap.walls or photo.options.roi is not None
-    if photo.options.side and not told:
+    if (photo.options.side or heap.boxed) and not told:
         yield (
             "the wall that the heap leans on is not told from it: name the heap by"
             " --roi"

@@ -414,3 +414,46 @@ def test_one_layer_of_seeds_on_the_plate_is_no_heap(flanks):
     if upper != lower:
         assert q.quality == DOUBTFUL and "bent" in q.reason
         assert all(other.quality == DOUBTFUL for other in found.quantities)
+
+
+def beside_a_box(top: int) -> np.ndarray:
+    """A pale heap of 24° whose crest leans on a box that is `top` px higher, seen
+    obliquely: its face falls off to the heap; without a box where `top` is 0."""
+    image, foot = np.full((600, 1000, 3), 30, np.uint8), 500
+    cv2.rectangle(image, (0, foot), (999, 599), (70, 70, 70), -1)
+    rise = round(400 * np.tan(np.radians(24)))
+    heap = np.array([(380, foot), (380, foot - rise), (780, foot)])
+    if top:
+        high, front = foot - rise - top, foot - rise
+        box = np.array([(300, foot), (300, high), (350, high), (392, front)])
+        cv2.fillPoly(image, [np.vstack([box, (392, foot)])], (150, 110, 170))
+    cv2.fillPoly(image, [heap], (200, 200, 180))
+    return cv2.GaussianBlur(image, (0, 0), 1.0)
+
+
+def test_a_box_that_falls_off_towards_the_heap_is_not_its_crest():
+    """Its level top is a doubt about all that is read off the outline; a heap that
+    stands upright without one is good."""
+    with_box, without = (measure_repose(beside_a_box(top)) for top in (40, 0))
+    assert value(without).quality == GOOD
+    assert value(without, "centroid_angle").value == pytest.approx(24, abs=0.5)
+    for name in ("repose_angle", "centroid_angle"):
+        assert "the wall that the heap leans on" in value(with_box, name).reason
+
+
+def test_a_frame_beside_the_wall_leaves_open_where_the_wall_is():
+    """A rounded heap whose frame begins a twentieth of it behind the wall's face."""
+    image, foot, x = np.full((600, 1000, 3), 30, np.uint8), 500, np.arange(300, 701)
+    cv2.rectangle(image, (0, foot), (999, 599), (70, 70, 70), -1)
+    u = (x - 300) / 400
+    height = 170 * np.where(u < 0.3, 1 - u**2 / 0.6, 0.85 * (1 - u) / 0.7)
+    outline = np.column_stack([x, foot - height])
+    heap = np.vstack([[(300, foot)], outline]).round().astype(np.int32)
+    cv2.fillPoly(image, [heap], (200, 200, 180))
+    image = cv2.GaussianBlur(image, (0, 0), 1.0)
+    body = np.clip(height - 0.1 * height.max(), 0, None)
+    true = np.degrees(np.arctan2((body**2).sum() / 2, ((x - 300) * body).sum()))
+    frame = PileOptions(side="right", roi=(320, 100, 600, 500))
+    found = value(measure_repose(image, None, frame), "centroid_angle")
+    assert found.quality == GOOD
+    assert 0.3 < abs(found.value - true) < 1.96 * found.sd < 3
