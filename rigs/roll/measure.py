@@ -39,7 +39,7 @@ from benchtwin.rigs.roll.model import (
     way_of,
 )
 from benchtwin.rigs.roll.motion import travel
-from benchtwin.rigs.roll.problem import FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.problem import CUT, FREE_SCALE_SD, OWN_STEP, roll_problem
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
 from benchtwin.rigs.roll.roll_path import ends_on_incline, stays_on_incline
 from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
@@ -74,6 +74,7 @@ LEAST_REST = 5  # rows that show where a seed rests
 NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
+MOST_TENSION = 22.0  # as improbable for χ² with 3 degrees of freedom
 VAGUE = 0.5  # relative sd of a run-out, or of a resistance, that the rows do not tell
 LITTLE = "known no better than to half of itself"
 TINY = 1e-4  # of a prior sd, for slopes
@@ -86,6 +87,10 @@ NO_CORNER = (
 STILL_MOVING = (
     "the seed is still moving in the last frame: it leaves the picture, or the"
     " recording ends too early"
+)
+OFF_JUNCTION = (
+    "by the motion and incline_length_mm the incline ends {} {} beside where the seed's"
+    " path turns in the picture, which is not used: see the overlay"
 )
 LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
@@ -245,7 +250,7 @@ def measure_roll(
     stays = stays_on_incline(used, recording)
     try:
         told = _evidence(used, recording, stays, junction)
-        return _measured(told)
+        return _measured(told, seen=junction is not None)
     except ValueError as error:
         return RunOut(all_failed(INCLINE if stays else LEVEL, str(error)))
 
@@ -323,7 +328,29 @@ def _first_unit(track: Track, recording: Recording) -> float:
     return 1e-3 * f * drive / way.acceleration
 
 
-def _measured(told: Evidence) -> RunOut:
+def _measured(told: Evidence, *, seen: bool) -> RunOut:
+    """seen: whether the junction is where the picture shows it. Where the motion and
+    the incline's stated length contradict that, they are used without it, and both
+    told."""
+    found, doubt, notes = _fitted(told)
+    doubts = [doubt]
+    if seen and math.isfinite(told.run.length) and _tension(found) > MOST_TENSION:
+        told = replace(told, run=replace(told.run, junction=None))
+        alone, doubt, notes = _fitted(told)
+        shift = alone.ends(alone.values_of(alone.fit))[0] - found.told.run.junction[0]
+        doubts = [
+            doubt,
+            OFF_JUNCTION.format(f"{shift / told.unit:+.2g}", told.track.unit),
+        ]
+        found = alone
+    doubts += _conflicts(found)
+    if told.run.stays:
+        return _on_incline(found, doubts, notes)
+    return _with_run_out(found, doubts, notes)
+
+
+def _fitted(told: Evidence) -> tuple[Fitted, str, tuple[str, ...]]:
+    """The fit, why stated sds cannot hold, or "", and notes."""
     run, camera = told.run, told.seen.description["camera"]
     scale_sd = float(camera["scale_sd"]) if told.track.physical else FREE_SCALE_SD
     scales, rng = {run.session: scale_sd}, np.random.default_rng(1)
@@ -332,12 +359,19 @@ def _measured(told: Evidence) -> RunOut:
     if not has_few_rows(run):
         base = fit(roll_problem(problem.model, scales, _noise_about(base)))
     looser, doubt = _looser(base)
-    found = Fitted(told, base, looser)
-    notes = (*run.notes, *notes, *_said(told))
-    doubts = [doubt, *_conflicts(found)]
-    if run.stays:
-        return _on_incline(found, doubts, notes)
-    return _with_run_out(found, doubts, notes)
+    return Fitted(told, base, looser), doubt, (*run.notes, *notes, *_said(told))
+
+
+def _tension(found: Fitted) -> float:
+    """χ² with 3 degrees of freedom of the junction seen in the picture, the incline's
+    stated length and how far before it the path turns, about the fit."""
+    run, own = found.told.run, found.fit.starts[0]
+    assert run.junction is not None
+    place, sd = run.junction
+    seen = (found.ends(found.values_of(found.fit))[0] - place) / sd
+    longer = 1e3 * own[OWN.index("length_m")] / stated_sd("way-on-incline")
+    earlier = (own[OWN.index("cut")] - CUT) / CUT
+    return float(seen**2 + longer**2 + earlier**2)
 
 
 def _noise_about(base: Fit) -> RunNoise:

@@ -136,6 +136,18 @@ def test_the_other_direction_and_a_junction_that_does_not_fit():
         assert q.quality == "doubtful" and "check incline_length_mm" in q.reason
 
 
+@pytest.mark.parametrize("off_mm, used", [(0.0, True), (4.0, False), (-4.0, False)])
+def test_a_corner_seen_where_it_cannot_be_is_not_used(off_mm, used):
+    """A picture that misplaces the corner does not move the run-out, and is told."""
+    motion = draw_roll(rolling=0.03)
+    track = film_track(motion, np.random.default_rng(3), fps=120, noise_mm=0.05)
+    seen = (track.x[0] + 10 + off_mm, 0.2)
+    found = named(measure_roll(track, KNOWN, junction=seen))["run_out"]
+    assert abs(found.value - motion.truth["run_out"]) < 3 * found.sd
+    assert found.quality == ("good" if used else "doubtful")
+    assert used or "beside where the seed's path turns in the picture" in found.reason
+
+
 def test_wrong_units_a_jump_and_an_origin_elsewhere():
     track = film_track(draw_roll(), np.random.default_rng(0), fps=120, noise_mm=0.1)
     plain = measure_roll(track, KNOWN)
