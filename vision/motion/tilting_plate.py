@@ -17,10 +17,12 @@ from benchtwin.vision.motion.scene import (
     grey,
     learn_scene,
 )
+from benchtwin.vision.motion.track import Track
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
 from benchtwin.vision.recording import Recording
 
 LEAST_SEEN = 0.5  # of the frames: an edge seen in fewer is not used
+ABOVE, BELOW = 110, 14  # px of a picture 640 px wide, of the plate's edge: the strip
 AFTER_SLIDE = 16  # least number of pictures after the block has left its first place
 COLUMNS = 400  # of a strip that are used for a row's brightness
 STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
@@ -44,8 +46,6 @@ def track_slide(
     """Track the block along the tilting plate [px], with the plate's angle, both from
     the pictures. Angles are against the picture's horizontal plus `camera.plumb_deg`.
     In pictures rotated with the plate only the block moves."""
-    stated = recording.track
-    places, only_places = places_of(stated), bool(stated.only_places)
     lines, shape, last = track_edge(source)
     if lines is not None and len(lines) < LEAST_SEEN * source.count:
         source.note(
@@ -54,33 +54,10 @@ def track_slide(
         )
         lines = None
     if lines is None:
-        if recording.slide.tilt_rate_deg_s is None:
-            text = (
-                "no tilting plate edge is seen in the picture, and [slide] start_deg"
-                " and tilt_rate_deg_s are missing"
-            )
-            raise MeasurementError(f"{recording.toml}: {text}")
-        tracked = track_seed(
-            source,
-            falling=False,
-            progress=progress,
-            at=stated.follow_px,
-            places=places,
-            only_places=only_places,
-        )
-        return _along_own_line(tracked)
-    pivot = _pivot(lines)
-    unit = shape[1] / 640
-    ends = np.array(
-        [
-            [line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent]
-            for line in lines.values()
-        ]
-    )
-    reach = (int(ends.min() - 10), int(ends.max() + 10))
-    strip = PlateFrames(
-        source, lines, pivot, reach, above=round(110 * unit), below=round(14 * unit)
-    )
+        return _without_plate(source, recording, progress)
+    strip = _strip(source, lines, shape)
+    stated = recording.track
+    places = places_of(stated)
     tracked = track_seed(
         strip,
         falling=False,
@@ -88,40 +65,74 @@ def track_slide(
         scene=learn_scene(strip, still=plate_only),
         at=strip.follow(stated.follow_px),
         places=strip.places(places),
-        only_places=only_places,
+        only_places=bool(stated.only_places),
     )
     if not places:
         tracked = by_own_look(tracked, strip, along=True)
-    plumb = recording.camera.plumb_deg or 0.0
-    tilt = (
-        np.array([np.degrees(lines[int(f)].angle) for f in tracked.track.frame]) - plumb
-    )
-    flip = -1.0 if np.median(tilt) < 0 else 1.0
-    edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
-    notes, level_sd = tracked.track.notes, recording.camera.plumb_sd
-    if recording.camera.plumb_deg is None and recording.camera.plumb_sd_deg is None:
-        notes = (
-            *notes,
-            (
-                f"{recording.toml}: [camera] plumb_deg is missing: the plate's angle is"
-                f" known to ± {level_sd:g}° only"
-            ),
-        )
-    sd = float(np.hypot(level_sd, np.degrees(edge_sd)))
-    track = replace(tracked.track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
-    rows = strip.height - 1 - track.y
-    strip_places = np.column_stack([track.x, rows, np.ones(len(track))])
-    on_film = np.array(
-        [strip.matrix(int(f)) @ p for f, p in zip(track.frame, strip_places)]
-    )
     shown = [lines[min(lines)], lines[max(lines)]]
     segments = [
         (tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1])))
         for line in shown
     ]
-    return replace(tracked, track=track), PlateOverlay(
-        last, (on_film[:, 0], on_film[:, 1]), segments
+    overlay = PlateOverlay(last, strip.in_picture(tracked.track), segments)
+    track = _with_tilt(tracked.track, lines, recording)
+    return replace(tracked, track=track), overlay
+
+
+def _strip(
+    source: FrameSource, lines: dict[int, Line], shape: tuple[int, ...]
+) -> "PlateFrames":
+    """The frames rotated with the plate, from end to end of its edge."""
+    pivot = _pivot(lines)
+    ends = np.array(
+        [
+            [line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent]
+            for line in lines.values()
+        ]
     )
+    reach = (int(ends.min() - 10), int(ends.max() + 10))
+    above, below = (round(px * shape[1] / 640) for px in (ABOVE, BELOW))
+    return PlateFrames(source, lines, pivot, reach, above=above, below=below)
+
+
+def _with_tilt(track: Track, lines: dict[int, Line], recording: Recording) -> Track:
+    """The track with the plate's angle in each frame, positive however it leans."""
+    camera = recording.camera
+    angles = [np.degrees(lines[int(frame)].angle) for frame in track.frame]
+    tilt = np.array(angles) - (camera.plumb_deg or 0.0)
+    flip = -1.0 if np.median(tilt) < 0 else 1.0
+    edge_sd = float(np.median([line.angle_sd for line in lines.values()]))
+    notes, level_sd = track.notes, camera.plumb_sd
+    if camera.plumb_deg is None and camera.plumb_sd_deg is None:
+        missing = f"{recording.toml}: [camera] plumb_deg is missing"
+        known = f"the plate's angle is known to ± {level_sd:g}° only"
+        notes = (*notes, f"{missing}: {known}")
+    sd = float(np.hypot(level_sd, np.degrees(edge_sd)))
+    return replace(track, tilt_deg=flip * tilt, tilt_sd_deg=sd, notes=notes)
+
+
+def _without_plate(
+    source: FrameSource,
+    recording: Recording,
+    progress: Callable[[float], None] | None,
+) -> tuple[TrackedSeed, PlateOverlay]:
+    """The block where no plate is seen, whose angle is stated."""
+    if recording.slide.tilt_rate_deg_s is None:
+        text = (
+            "no tilting plate edge is seen in the picture, and [slide] start_deg"
+            " and tilt_rate_deg_s are missing"
+        )
+        raise MeasurementError(f"{recording.toml}: {text}")
+    stated = recording.track
+    tracked = track_seed(
+        source,
+        falling=False,
+        progress=progress,
+        at=stated.follow_px,
+        places=places_of(stated),
+        only_places=bool(stated.only_places),
+    )
+    return _along_own_line(tracked)
 
 
 def _along_own_line(tracked: TrackedSeed) -> tuple[TrackedSeed, PlateOverlay]:
@@ -210,6 +221,14 @@ class PlateFrames(FrameSource):
         foot = line.foot(self._pivot)
         origin = foot + self._reach[0] * line.along - self._above * line.across
         return np.column_stack([line.along, line.across, origin])
+
+    def in_picture(self, track: Track) -> tuple[np.ndarray, np.ndarray]:
+        """A track in the strip as columns and rows (n,) of the picture."""
+        rows = self.height - 1 - track.y
+        places = np.column_stack([track.x, rows, np.ones(len(track))])
+        found = [self.matrix(int(f)) @ p for f, p in zip(track.frame, places)]
+        columns, rows = np.array(found).T
+        return columns, rows
 
     def places(self, places: Places) -> Places:
         """Places in the picture as places in the strip; those in frames without a line
