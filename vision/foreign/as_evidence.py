@@ -112,13 +112,19 @@ def choose_track(
     return best, (f"{len(tracks)} tracks: number {place} ({name}) is taken, {which}",)
 
 
-def falls_freely(found: Contents, point_track: PointTrack) -> bool:
+def falls_freely(
+    found: Contents, point_track: PointTrack, *, aside: bool = False
+) -> bool:
     """Whether a track is a free fall: a parabola, downwards, with the acceleration of
-    gravity where units are known."""
-    fall = free_fall(point_track.time, point_track.x, point_track.y)
-    if fall is None or fall.acceleration > 0:
+    gravity where units are known; aside: along x instead, either way, which only known
+    units tell from a roll."""
+    x, y = point_track.x, point_track.y
+    fall = free_fall(point_track.time, *((y, x) if aside else (x, y)))
+    if fall is None or (fall.acceleration > 0 and not aside):
         return False
     units_known = found.length_unit == "mm" and found.time_unit == "s"
+    if aside and not units_known:
+        return False
     return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
 
 

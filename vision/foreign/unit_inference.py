@@ -171,7 +171,9 @@ def infer_units(
     )
     falls = [f for t in found for f in free_falls(t.time, t.x, t.y)]
     fall = max(falls, key=lambda f: f.worth, default=None)
-    if not up:
+    if not up and fall is None and _falls_aside(found, time_unit, length_unit):
+        guesses.append("it falls along x: its picture lies on its side")
+    elif not up:
         found, fall = _y_up(found, fall, guesses, questions)
     if not length_unit:
         mm, length_unit, unitless = _length(found, fall, time_unit, guesses, questions)
@@ -243,6 +245,18 @@ def _clock(
         f" say: the rows are {step:.4g} apart"
     )
     return (1e-3 if slow else 1.0), "s"
+
+
+def _falls_aside(
+    tracks: tuple[PointTrack, ...], time_unit: str, length_unit: str
+) -> bool:
+    """Whether something falls along x, with the acceleration of gravity in the units
+    that the file states."""
+    if time_unit != "s" or length_unit not in LENGTH:
+        return False
+    falls = (free_fall(t.time, t.y, t.x) for t in tracks)
+    mm = LENGTH[length_unit]
+    return any(fall and fits_gravity(fall.acceleration * mm) for fall in falls)
 
 
 def _y_up(

@@ -259,3 +259,19 @@ def test_conditions_in_file_names_are_guesses_and_materials_a_question(tmp_path)
     for name in names:
         stated = tomllib.loads((tmp_path / f"bench/{name}/recording.toml").read_text())
         assert stated["conditions"] == {"humidity_pct": 50 + int(name.split("_")[1])}
+
+
+@pytest.mark.parametrize(("slower", "rig"), [(1, "drop"), (20, "")])
+def test_a_fall_along_x_is_a_picture_on_its_side(tmp_path, slower, rig):
+    """With the acceleration of gravity; a slower one may roll."""
+    heading = "t (s),x (m),y (m)"
+    rows = [f"{t},{-y / slower},{x}" for t, x, y in zip(FRAME / 120, X, Y)]
+    (tmp_path / "side.csv").write_text("\n".join([heading, *rows]))
+    assert run(tmp_path / "side.csv", "--out", tmp_path / "bench").exit_code == 0
+    drafted = (tmp_path / "bench/side/recording.toml").read_text()
+    assert tomllib.loads(drafted).get("rig", "") == rig
+    assert ("lies on its side" in drafted) == bool(rig)
+    assert ("is y up in it?" in drafted) != bool(rig)
+    if rig:
+        found = {q.name: q for o in measure(tmp_path / "bench") for q in o.quantities}
+        assert found["restitution"].quality != "failed"
