@@ -289,10 +289,10 @@ def _usable(ranges, contact_times, time, outlier, step) -> tuple[np.ndarray, ...
             ]
             if len(kept) >= 4:
                 break
-        if len(kept) < (3, 2, 4)[min(k, 2)]:
+        if len(kept) < (2, 2, 4)[min(k, 2)]:
             if k == 0 and len(ranges) > 1:
                 raise MeasurementError(
-                    f"only {len(kept)} frames before the first contact; a speed needs 3"
+                    f"only {len(kept)} frames before the first contact; a speed needs 2"
                 )
             break
         rows.append(kept)
