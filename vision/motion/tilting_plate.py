@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.behind_plate import background
 from benchtwin.vision.motion.edge_line import Line, track_edge
-from benchtwin.vision.motion.own_look import by_own_look
+from benchtwin.vision.motion.own_look import LATE, by_own_look
 from benchtwin.vision.motion.places import Places, places_of
 from benchtwin.vision.motion.scene import (
     MEDIAN_FRAMES,
@@ -24,6 +25,12 @@ from benchtwin.vision.recording import Recording
 LEAST_SEEN = 0.5  # of the frames: an edge seen in fewer is not used
 ABOVE, BELOW = 110, 14  # px of a picture 640 px wide, of the plate's edge: the strip
 AFTER_SLIDE = 16  # least number of pictures after the block has left its first place
+BEHIND = (
+    "what lies behind the plate was subtracted: before it the block was not seen from"
+    " the beginning on"
+)
+STEADY = 6.0  # grey levels, sd over the film: of rows that are the plate's
+RESTS_PX, MOVED_PX = 3.0, 6.0  # of a block: at most, while it rests; at least, later
 COLUMNS = 400  # of a strip that are used for a row's brightness
 STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
 
@@ -36,6 +43,15 @@ class PlateOverlay:
     picture: np.ndarray
     places: tuple[np.ndarray, np.ndarray]
     lines: list
+
+
+@dataclass(frozen=True)
+class Behind:
+    """The picture of what lies behind the plate, and how many rows above the plate's
+    edge are the plate's own."""
+
+    picture: np.ndarray
+    plate: int
 
 
 def track_slide(
@@ -56,19 +72,7 @@ def track_slide(
     if lines is None:
         return _without_plate(source, recording, progress)
     strip = _strip(source, lines, shape)
-    stated = recording.track
-    places = places_of(stated)
-    tracked = track_seed(
-        strip,
-        falling=False,
-        progress=progress,
-        scene=learn_scene(strip, still=plate_only),
-        at=strip.follow(stated.follow_px),
-        places=strip.places(places),
-        only_places=bool(stated.only_places),
-    )
-    if not places:
-        tracked = by_own_look(tracked, strip, along=True)
+    tracked = _block(strip, recording, progress)
     shown = [lines[min(lines)], lines[max(lines)]]
     segments = [
         (tuple(line.at(line.extent[0])), tuple(line.at(line.extent[1])))
@@ -77,6 +81,55 @@ def track_slide(
     overlay = PlateOverlay(last, strip.in_picture(tracked.track), segments)
     track = _with_tilt(tracked.track, lines, recording)
     return replace(tracked, track=track), overlay
+
+
+def _block(
+    strip: "PlateFrames",
+    recording: Recording,
+    progress: Callable[[float], None] | None,
+) -> TrackedSeed:
+    """The block in pictures that are rotated with the plate; where it is not seen from
+    the beginning on, or not at all, without what lies behind, which turns in them."""
+    stated, places = recording.track, places_of(recording.track)
+
+    def tracked(frames: PlateFrames) -> TrackedSeed:
+        found = track_seed(
+            frames,
+            falling=False,
+            progress=progress,
+            scene=learn_scene(frames, still=plate_only),
+            at=frames.follow(stated.follow_px),
+            places=frames.places(places),
+            only_places=bool(stated.only_places),
+        )
+        return found if places else by_own_look(found, frames, along=True)
+
+    def alone() -> TrackedSeed:
+        found = tracked(strip.alone())
+        notes = (*found.track.notes, BEHIND)
+        return replace(found, track=replace(found.track, notes=notes))
+
+    found = []
+    for look in (lambda: tracked(strip), alone):
+        try:
+            found.append(look())
+        except MeasurementError:
+            if places or (look is alone and not found):
+                raise
+            continue
+        if places or _like_a_block(found[0].track, strip)[0]:
+            break
+    return max(found, key=lambda t: _like_a_block(t.track, strip))
+
+
+def _like_a_block(track: Track, strip: "PlateFrames") -> tuple[bool, bool, int]:
+    """Whether a track is that of a block that rests from the film's beginning on and
+    then slides; whether it moves down the plate; and how many rows it has."""
+    used = track.used()
+    begins = used.frame[0] - next(strip.iterate()).index
+    down = (used.x[-1] - used.x[0]) * strip.downhill > MOVED_PX
+    rests = begins < LATE and np.ptp(used.x[:LATE]) < RESTS_PX
+    return bool(rests and down), bool(down), len(used)
 
 
 def _strip(
@@ -165,9 +218,10 @@ class PlateFrames(FrameSource):
     """The frames of `source` with a known line, rotated so that the plate rests.
 
     pivot [px]; reach: first and last place along the plate, from the pivot's foot [px];
-    above, below: rows on either side of the line. Changes along the whole plate as it
-    tilts (its upper face, its illumination, the background behind it) are no motion:
-    every row is brought to the brightness that it has in the first strip."""
+    above, below: rows on either side of the line; behind: what is subtracted above it,
+    or None. Changes along the whole plate as it tilts (its upper face, its
+    illumination, the background behind it) are no motion: every row is brought to the
+    brightness that it has in the first strip."""
 
     def __init__(
         self,
@@ -177,6 +231,7 @@ class PlateFrames(FrameSource):
         reach: tuple[int, int],
         above: int,
         below: int,
+        behind: Behind | None = None,
     ):
         super().__init__(
             path=source.path, count=len(lines), fps=source.fps, notes=source.notes
@@ -184,10 +239,22 @@ class PlateFrames(FrameSource):
         self._source, self._lines, self._pivot = source, lines, pivot
         self._reach, self._above, self._below = reach, above, below
         self._first_levels: np.ndarray | None = None
+        self._behind = behind
 
     @property
     def height(self) -> int:
         return self._above + self._below
+
+    def alone(self) -> "PlateFrames":
+        """The block before an even grey: less what lies behind it, above the rows that
+        hardly change, as those of the plate."""
+        strips = np.array([grey(frame.pixels) for frame in self.picked(MEDIAN_FRAMES)])
+        changes = np.median(strips.std(axis=0), axis=1)[: self._above][::-1]
+        plate = max(int(np.argmax(changes > STEADY)), 1)
+        behind = background(self._source, self._lines, plate)
+        cut = self._reach, self._above, self._below
+        lines, pivot = self._lines, self._pivot
+        return PlateFrames(self._source, lines, pivot, *cut, Behind(behind, plate))
 
     def iterate(self) -> Iterator[Frame]:
         for frame in self._source.iterate():
@@ -214,6 +281,11 @@ class PlateFrames(FrameSource):
                 {f.index: f for f in [*frames, *closer]}.values(), key=lambda f: f.index
             )
         return [frame.pixels for frame in frames]
+
+    @property
+    def downhill(self) -> float:
+        """Sign of x along the plate, downwards."""
+        return float(np.sign(np.median([line.angle for line in self._lines.values()])))
 
     def matrix(self, index: int) -> np.ndarray:
         """Affine map (2, 3) from px of the strip to px of the picture."""
@@ -251,12 +323,7 @@ class PlateFrames(FrameSource):
         return frame, x, y
 
     def _warped(self, frame: Frame) -> Frame:
-        size = (self._reach[1] - self._reach[0], self.height)
-        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        matrix = self.matrix(frame.index)
-        strip = cv2.warpAffine(
-            frame.pixels, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE
-        )
+        strip = self._turned(frame.pixels, frame.index)
         # the mean of each row's middle half, which the block does not change
         ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
         quarter = ordered.shape[1] // 4
@@ -266,10 +333,24 @@ class PlateFrames(FrameSource):
         if self._first_levels is None:
             self._first_levels = rows
         white = np.iinfo(frame.pixels.dtype).max
-        steady = np.clip(
-            np.round(strip + (self._first_levels - rows)[:, None]), 0, white
-        ).astype(strip.dtype)
+        levels = strip + (self._first_levels - rows)[:, None]
+        if self._behind is not None:
+            alone = self._turned(frame.pixels - self._behind.picture, frame.index)
+            clear = slice(0, self._above - self._behind.plate)
+            levels[clear] = white / 2 + alone[clear]
+        steady = np.clip(np.round(levels), 0, white).astype(strip.dtype)
         return replace(frame, pixels=steady)
+
+    def _turned(self, pixels: np.ndarray, index: int) -> np.ndarray:
+        size = (self._reach[1] - self._reach[0], self.height)
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        return cv2.warpAffine(
+            pixels,
+            self.matrix(index),
+            size,
+            flags=flags,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
 
 
 def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
