@@ -333,16 +333,13 @@ def _measured(told: Evidence, *, seen: bool) -> RunOut:
     the incline's stated length contradict that, they are used without it, and both
     told."""
     found, doubt, notes = _fitted(told)
-    doubts = [doubt]
-    if seen and math.isfinite(told.run.length) and _tension(found) > MOST_TENSION:
+    doubts, junction = [doubt], told.run.junction if seen else None
+    stated = math.isfinite(told.run.length)
+    if junction and stated and _tension(found, *junction) > MOST_TENSION:
         told = replace(told, run=replace(told.run, junction=None))
-        alone, doubt, notes = _fitted(told)
-        shift = alone.ends(alone.values_of(alone.fit))[0] - found.told.run.junction[0]
-        doubts = [
-            doubt,
-            OFF_JUNCTION.format(f"{shift / told.unit:+.2g}", told.track.unit),
-        ]
-        found = alone
+        found, doubt, notes = _fitted(told)
+        off = (found.ends(found.values_of(found.fit))[0] - junction[0]) / told.unit
+        doubts = [doubt, OFF_JUNCTION.format(f"{off:+.2g}", told.track.unit)]
     doubts += _conflicts(found)
     if told.run.stays:
         return _on_incline(found, doubts, notes)
@@ -362,12 +359,11 @@ def _fitted(told: Evidence) -> tuple[Fitted, str, tuple[str, ...]]:
     return Fitted(told, base, looser), doubt, (*run.notes, *notes, *_said(told))
 
 
-def _tension(found: Fitted) -> float:
-    """χ² with 3 degrees of freedom of the junction seen in the picture, the incline's
-    stated length and how far before it the path turns, about the fit."""
-    run, own = found.told.run, found.fit.starts[0]
-    assert run.junction is not None
-    place, sd = run.junction
+def _tension(found: Fitted, place: float, sd: float) -> float:
+    """χ² with 3 degrees of freedom, about the fit, of the junction seen in the picture
+    at `place` ± `sd` [m], the incline's stated length and how far before it the path
+    turns."""
+    own = found.fit.starts[0]
     seen = (found.ends(found.values_of(found.fit))[0] - place) / sd
     longer = 1e3 * own[OWN.index("length_m")] / stated_sd("way-on-incline")
     earlier = (own[OWN.index("cut")] - CUT) / CUT
