@@ -1,6 +1,7 @@
 """The block of a slide on its tilting plate, with the plate's angle, in a film whose
 frames are rotated with the plate."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -109,16 +110,16 @@ def _block(
         notes = (*found.track.notes, BEHIND)
         return replace(found, track=replace(found.track, notes=notes))
 
-    found = []
-    for look in (lambda: tracked(strip), alone):
-        try:
-            found.append(look())
-        except MeasurementError:
-            if places or (look is alone and not found):
-                raise
-            continue
-        if places or _like_a_block(found[0].track, strip)[0]:
-            break
+    try:
+        found = [tracked(strip)]
+    except MeasurementError:
+        if places:
+            raise
+        return alone()
+    by_hand = places or stated.follow_px is not None
+    if not (by_hand or _like_a_block(found[0].track, strip)[0]):
+        with contextlib.suppress(MeasurementError):
+            found.append(alone())
     return max(found, key=lambda t: _like_a_block(t.track, strip))
 
 
