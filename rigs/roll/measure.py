@@ -74,7 +74,7 @@ LEAST_REST = 5  # rows that show where a seed rests
 NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolated
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
-MOST_TENSION = 22.0  # as improbable for χ² with 3 degrees of freedom
+MOST_TENSION = 22.0  # χ² with 3 degrees of freedom; as improbable as CONFLICT_SDS
 VAGUE = 0.5  # relative sd of a run-out, or of a resistance, that the rows do not tell
 LITTLE = "known no better than to half of itself"
 TINY = 1e-4  # of a prior sd, for slopes
@@ -89,8 +89,8 @@ STILL_MOVING = (
     " recording ends too early"
 )
 OFF_JUNCTION = (
-    "by the motion and incline_length_mm the incline ends {} {} beside where the seed's"
-    " path turns in the picture, which is not used: see the overlay"
+    "by the motion and incline_length_mm the incline ends {} {} {} the corner that the"
+    " picture shows, which is not used: see the overlay"
 )
 LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
@@ -339,7 +339,9 @@ def _measured(told: Evidence, *, seen: bool) -> RunOut:
         told = replace(told, run=replace(told.run, junction=None))
         found, doubt, notes = _fitted(told)
         off = (found.ends(found.values_of(found.fit))[0] - junction[0]) / told.unit
-        doubts = [doubt, OFF_JUNCTION.format(f"{off:+.2g}", told.track.unit)]
+        where = "behind" if off > 0 else "before"
+        size = f"{abs(off):.2g}"
+        doubts = [doubt, OFF_JUNCTION.format(size, told.track.unit, where)]
     doubts += _conflicts(found)
     if told.run.stays:
         return _on_incline(found, doubts, notes)

@@ -41,7 +41,7 @@ def evidence_of(path: Path) -> Evidence:
             f" {found.questions[0]}"
         )
     point_track, _ = choose_track(path, found, None)
-    rig = "drop" if falls_freely(found, point_track) else ""
+    rig = "drop" if found.aside or falls_freely(found, point_track) else ""
     return Evidence("track.csv", rig, found.keys, found.unitless)
 
 
@@ -112,19 +112,13 @@ def choose_track(
     return best, (f"{len(tracks)} tracks: number {place} ({name}) is taken, {which}",)
 
 
-def falls_freely(
-    found: Contents, point_track: PointTrack, *, aside: bool = False
-) -> bool:
+def falls_freely(found: Contents, point_track: PointTrack) -> bool:
     """Whether a track is a free fall: a parabola, downwards, with the acceleration of
-    gravity where units are known; aside: along x instead, either way, which only known
-    units tell from a roll."""
-    x, y = point_track.x, point_track.y
-    fall = free_fall(point_track.time, *((y, x) if aside else (x, y)))
-    if fall is None or (fall.acceleration > 0 and not aside):
+    gravity where units are known."""
+    fall = free_fall(point_track.time, point_track.x, point_track.y)
+    if fall is None or fall.acceleration > 0:
         return False
     units_known = found.length_unit == "mm" and found.time_unit == "s"
-    if aside and not units_known:
-        return False
     return not units_known or bool(found.doubt) or fits_gravity(fall.acceleration)
 
 

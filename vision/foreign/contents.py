@@ -42,7 +42,8 @@ class Contents:
     recording.toml, {section: {key: value}}, that the file states. guesses: assumptions
     with reasons. questions: what the file leaves open. doubt: why its units cannot be
     right, or "". unitless: its lengths have no unit; they count as pixels. repeats:
-    each track is a recording of its own."""
+    each track is a recording of its own. aside: something falls along x, with the
+    acceleration of gravity in the units that the file states."""
 
     tool: str
     tracks: tuple[PointTrack, ...] = ()
@@ -57,6 +58,7 @@ class Contents:
     doubt: str = ""
     unitless: bool = False
     repeats: bool = False
+    aside: bool = False
 
 
 def point_track(

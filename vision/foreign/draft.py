@@ -153,7 +153,7 @@ def _track_draft(path: Path, found: Contents, rig: str, number: int | None) -> D
     told = None if found.doubt else rig_of_motion(one.time, one.x, one.y)
     if falls_freely(found, one):
         told = "drop", "it falls freely"
-    elif falls_freely(found, one, aside=True):
+    elif found.aside:
         told = "drop", "it falls freely, along x"
     elif told is not None and told[0] == "drop":
         told = None  # not with the acceleration of gravity

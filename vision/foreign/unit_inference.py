@@ -171,7 +171,8 @@ def infer_units(
     )
     falls = [f for t in found for f in free_falls(t.time, t.x, t.y)]
     fall = max(falls, key=lambda f: f.worth, default=None)
-    if not up and fall is None and _falls_aside(found, time_unit, length_unit):
+    aside = fall is None and _falls_aside(found, time_unit, length_unit)
+    if aside:
         guesses.append("it falls along x: its picture lies on its side")
     elif not up:
         found, fall = _y_up(found, fall, guesses, questions)
@@ -201,6 +202,7 @@ def infer_units(
         questions=tuple(questions),
         doubt=doubt,
         unitless=unitless,
+        aside=aside,
     )
 
 

@@ -275,3 +275,12 @@ def test_a_fall_along_x_is_a_picture_on_its_side(tmp_path, slower, rig):
     if rig:
         found = {q.name: q for o in measure(tmp_path / "bench") for q in o.quantities}
         assert found["restitution"].quality != "failed"
+
+
+def test_a_fall_along_x_is_measured_as_it_lies(tmp_path):
+    """Without an import, by the file alone."""
+    rows = [f"{t},{-y},{x}" for t, x, y in zip(FRAME / 120, X, Y)]
+    (tmp_path / "side.csv").write_text("\n".join(["t (s),x (m),y (m)", *rows]))
+    (seen,) = measure(tmp_path / "side.csv")
+    assert seen.rig == "drop"
+    assert {q.name: q for q in seen.quantities}["restitution_normal"].quality == "good"

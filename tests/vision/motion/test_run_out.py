@@ -145,7 +145,7 @@ def test_a_corner_seen_where_it_cannot_be_is_not_used(off_mm, used):
     found = named(measure_roll(track, KNOWN, junction=seen))["run_out"]
     assert abs(found.value - motion.truth["run_out"]) < 3 * found.sd
     assert found.quality == ("good" if used else "doubtful")
-    assert used or "beside where the seed's path turns in the picture" in found.reason
+    assert used or "the corner that the picture shows" in found.reason
 
 
 def test_wrong_units_a_jump_and_an_origin_elsewhere():

@@ -1,7 +1,10 @@
-"""What lies behind a tilting plate, in a film whose camera stands still.
+"""The background of a tilting plate, in a film whose camera stands still.
 
-Each pixel is the median of the pictures in which the plate's edge is farthest from it:
-the block that stands on the plate, and the plate itself, are elsewhere then."""
+Each pixel is the median over the FARTHEST frames in which the plate's edge is farthest
+from it: plate and block are elsewhere then. Near the hinge, where the plate hardly
+moves, they may be part of it."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from benchtwin.vision.evidence.frames import FrameSource, limit_to_memory
@@ -12,11 +15,19 @@ PLATE_PX = 16.0  # of a picture 640 px wide: so near its edge the plate may be s
 ROWS = 16  # at a time
 
 
-def background(
-    source: FrameSource, lines: dict[int, Line], plate_px: float
-) -> np.ndarray:
-    """The picture, float32, without plate and block, of the shape of the frames; lines:
-    the plate's edge by frame; plate_px: how far above it the plate reaches."""
+@dataclass(frozen=True)
+class Background:
+    """picture: float32, of the frames' shape and levels; plate_rows: how far above its
+    edge the plate itself reaches [px]."""
+
+    picture: np.ndarray
+    plate_rows: int
+
+
+def background_of(
+    source: FrameSource, lines: dict[int, Line], plate_rows: int
+) -> Background:
+    """The background of frames in which the plate's edge is known; lines: by frame."""
     first = next(source.iterate()).pixels
     number = limit_to_memory(PICTURES, first)
     frames = [f for f in source.picked(number) if f.index in lines]
@@ -26,7 +37,7 @@ def background(
     across = np.array([edge.across for edge in edges], np.float32)[..., None, None]
     offset = np.array([edge.offset for edge in edges], np.float32)[:, None, None]
     height, width = first.shape[:2]
-    near = max(PLATE_PX * width / 640, plate_px + 2)
+    near = max(PLATE_PX * width / 640, plate_rows + 2)
     columns, found = np.arange(width, dtype=np.float32), []
     for top in range(0, height, ROWS):
         rows = np.arange(top, min(top + ROWS, height), dtype=np.float32)[:, None]
@@ -35,4 +46,5 @@ def background(
         best = np.argsort(-off, axis=0, kind="stable")[:FARTHEST]
         part = pixels[:, top : top + ROWS]
         found.append(np.median(np.take_along_axis(part, best[..., None], 0), axis=0))
-    return np.concatenate(found).astype(np.float32).reshape(first.shape)
+    picture = np.concatenate(found).astype(np.float32).reshape(first.shape)
+    return Background(picture, plate_rows)

@@ -1,0 +1,249 @@
+"""The frames of a film rotated with its tilting plate, so that the plate rests and only
+the block on it moves, and all that is behind."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
+from benchtwin.vision.motion.edge_line import Line
+from benchtwin.vision.motion.places import Places
+from benchtwin.vision.motion.plate_background import Background, background_of
+from benchtwin.vision.motion.scene import MEDIAN_FRAMES, even_in_motion, grey
+from benchtwin.vision.motion.track import Track
+
+ABOVE, BELOW = 110, 14  # px of a picture 640 px wide, of the plate's edge: the strip
+AFTER_SLIDE = 16  # least number of pictures after the block has left its first place
+STEADY = 6.0  # grey levels of 255, sd over the film: of rows that are the plate's
+COLUMNS = 400  # of a strip that are used for a row's brightness
+STAYS, GONE = 0.25, 0.8  # share of the block that has left its first place
+
+
+def plate_frames(
+    source: FrameSource, lines: dict[int, Line], shape: tuple[int, ...]
+) -> "PlateFrames":
+    """The frames rotated with the plate, from end to end of its edge."""
+    pivot = _pivot(lines)
+    ends = np.array(
+        [
+            [line.along @ (line.at(s) - line.foot(pivot)) for s in line.extent]
+            for line in lines.values()
+        ]
+    )
+    reach = (int(ends.min() - 10), int(ends.max() + 10))
+    above, below = (round(px * shape[1] / 640) for px in (ABOVE, BELOW))
+    return PlateFrames(source, lines, pivot, reach, above=above, below=below)
+
+
+def _pivot(lines: dict[int, Line]) -> np.ndarray:
+    """The pivot P of the plate: n·P − d = c for every line with normal n and offset c;
+    d is constant."""
+    normals = np.array([line.across for line in lines.values()])
+    offsets = np.array([line.offset for line in lines.values()])
+    design = np.column_stack([normals, -np.ones(len(normals))])
+    # A small rotation hardly separates d from P; hinges lie near their plate: prior of
+    # d, 600 times an edge's error.
+    rows = np.vstack([design, [0.0, 0.0, 1 / 600]])
+    return np.linalg.lstsq(rows, np.concatenate([offsets, [0.0]]), rcond=None)[0][:2]
+
+
+class PlateFrames(FrameSource):
+    """The frames of `source` with a known line, rotated so that the plate rests.
+
+    pivot [px]; reach: first and last place along the plate, from the pivot's foot [px];
+    above, below: rows on either side of the line; background: what is subtracted above
+    it, or None. Changes along the whole plate as it tilts (its upper face, its
+    illumination, the background behind it) are no motion: every row is brought to the
+    brightness that it has in the first strip."""
+
+    def __init__(
+        self,
+        source: FrameSource,
+        lines: dict[int, Line],
+        pivot: np.ndarray,
+        reach: tuple[int, int],
+        above: int,
+        below: int,
+        background: Background | None = None,
+    ):
+        super().__init__(
+            path=source.path, count=len(lines), fps=source.fps, notes=source.notes
+        )
+        self._source, self._lines, self._pivot = source, lines, pivot
+        self._reach, self._above, self._below = reach, above, below
+        self._first_levels: np.ndarray | None = None
+        self._background = background
+
+    @property
+    def height(self) -> int:
+        return self._above + self._below
+
+    def without_background(self) -> "PlateFrames":
+        """The same before an even grey, in the rows above the plate's own: those from
+        its edge up that hardly change."""
+        frames = self.picked(MEDIAN_FRAMES)
+        levels = 255 / np.iinfo(frames[0].pixels.dtype).max
+        sd = levels * np.array([grey(f.pixels) for f in frames]).std(axis=0)
+        changes = np.median(sd, axis=1)[: self._above][::-1]
+        plate_rows = max(int(np.argmax(changes > STEADY)), 1)
+        background = background_of(self._source, self._lines, plate_rows)
+        cut = self._reach, self._above, self._below
+        return PlateFrames(self._source, self._lines, self._pivot, *cut, background)
+
+    def iterate(self) -> Iterator[Frame]:
+        return (self._warped(f) for f in self._source.iterate() if self._usable(f))
+
+    def picked(self, n: int, between: tuple[int, int] | None = None) -> list[Frame]:
+        near = self._source.picked(n, between)
+        return [self._warped(frame) for frame in near if self._usable(frame)]
+
+    def _usable(self, frame: Frame) -> bool:
+        """Whether the plate is seen in a frame, and it has the background's size."""
+        if frame.index not in self._lines:
+            return False
+        if self._background is None:
+            return True
+        alike = frame.pixels.shape == self._background.picture.shape
+        if not alike:
+            self.note(
+                f"frame {frame.index} skipped: its size is not that of the others"
+            )
+        return alike
+
+    def sample(self, n: int) -> list[np.ndarray]:
+        """About n strips spread over the film, and at least AFTER_SLIDE from after the
+        slide, which may last an instant only."""
+        first = next(self.iterate(), None)
+        n = n if first is None else limit_to_memory(n, first.pixels)
+        frames = self.picked(n)
+        left = _block_departure([frame.pixels for frame in frames])
+        gone = 0 if left is None else int(np.argmax(left[1] > GONE))
+        if gone > 0 and len(frames) - gone < AFTER_SLIDE:
+            closer = self.picked(
+                AFTER_SLIDE, (frames[gone - 1].index, frames[-1].index)
+            )
+            frames = sorted(
+                {f.index: f for f in [*frames, *closer]}.values(), key=lambda f: f.index
+            )
+        return [frame.pixels for frame in frames]
+
+    @property
+    def downhill(self) -> float:
+        """Sign of x along the plate, downwards."""
+        return float(np.sign(np.median([line.angle for line in self._lines.values()])))
+
+    def matrix(self, index: int) -> np.ndarray:
+        """Affine map (2, 3) from px of the strip to px of the picture."""
+        line = self._lines[index]
+        foot = line.foot(self._pivot)
+        origin = foot + self._reach[0] * line.along - self._above * line.across
+        return np.column_stack([line.along, line.across, origin])
+
+    def in_picture(self, track: Track) -> tuple[np.ndarray, np.ndarray]:
+        """A track in the strip as columns and rows (n,) of the picture."""
+        rows = self.height - 1 - track.y
+        places = np.column_stack([track.x, rows, np.ones(len(track))])
+        found = [self.matrix(int(f)) @ p for f, p in zip(track.frame, places)]
+        columns, rows = np.array(found).T
+        return columns, rows
+
+    def places(self, places: Places) -> Places:
+        """Places in the picture as places in the strip; those in frames without a line
+        are left out, with a note."""
+        if lost := sorted(places.keys() - self._lines.keys()):
+            self.note(f"[track] places_px: no plate is seen in frame {lost[0]}")
+        return {
+            f: tuple(np.linalg.solve((m := self.matrix(f))[:, :2], places[f] - m[:, 2]))
+            for f in places.keys() & self._lines.keys()
+        }
+
+    def follow(
+        self, at: tuple[float, float, float] | None
+    ) -> tuple[float, float, float] | None:
+        """Frame, x, y in the picture as the same in the strip; None without a line
+        there."""
+        if at is None or not (found := self.places({int(at[0]): at[1:]})):
+            return None
+        ((frame, (x, y)),) = found.items()
+        return frame, x, y
+
+    def _warped(self, frame: Frame) -> Frame:
+        strip = self._turned(frame.pixels, frame.index)
+        # the mean of each row's middle half, which the block does not change
+        ordered = np.sort(strip[:, :: max(1, strip.shape[1] // COLUMNS)], axis=1)
+        quarter = ordered.shape[1] // 4
+        rows = ordered[:, quarter : ordered.shape[1] - quarter].mean(
+            axis=1, dtype=np.float32
+        )
+        if self._first_levels is None:
+            self._first_levels = rows
+        white = np.iinfo(frame.pixels.dtype).max
+        levels = strip + (self._first_levels - rows)[:, None]
+        if self._background is not None:
+            difference = frame.pixels - self._background.picture
+            rows = slice(0, self._above - self._background.plate_rows)
+            levels[rows] = white / 2 + self._turned(difference, frame.index)[rows]
+        steady = np.clip(np.round(levels), 0, white).astype(strip.dtype)
+        return replace(frame, pixels=steady)
+
+    def _turned(self, pixels: np.ndarray, index: int) -> np.ndarray:
+        size = (self._reach[1] - self._reach[0], self.height)
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        return cv2.warpAffine(
+            pixels,
+            self.matrix(index),
+            size,
+            flags=flags,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+
+
+def plate_only(strips: list[np.ndarray]) -> list[np.ndarray]:
+    """Pictures without the block: its first place from strips after it has left; evenly
+    spaced ones where nothing leaves."""
+    left = _block_departure(strips)
+    if left is None:
+        return even_in_motion(strips)
+    place, share = left
+    before, after = np.flatnonzero(share < STAYS), np.flatnonzero(share > GONE)
+    before = before[before < after.min()]
+    if not len(before):
+        return even_in_motion(strips)
+    pictures = []
+    for i in range(MEDIAN_FRAMES):
+        picture = strips[before[i * len(before) // MEDIAN_FRAMES]].copy()
+        picture[:, place] = strips[after[i * len(after) // MEDIAN_FRAMES]][:, place]
+        pictures.append(picture)
+    return pictures
+
+
+def _block_departure(strips: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Columns (bool) in which the block rests at first, and the share of it that has
+    left them in each strip. The block differs from the median of its rows; where that
+    difference vanishes it has left. None where nothing has left by the last strip."""
+    if len(strips) < 4:
+        return None
+    factor = max(1, strips[0].shape[1] // COLUMNS)
+    outstanding = []
+    for strip in strips:
+        plain = grey(strip)
+        plain = plain[:, : plain.shape[1] // factor * factor]
+        size = (plain.shape[1] // factor, max(1, plain.shape[0] // factor))
+        small = cv2.resize(plain, size, interpolation=cv2.INTER_AREA)
+        outstanding.append(
+            np.abs(small - np.median(small, axis=1, keepdims=True)).sum(axis=0)
+        )
+    profile = cv2.GaussianBlur(np.array(outstanding), (5, 1), 1.0)
+    first = np.median(profile[:3], axis=0)
+    gone = first - profile[-1]
+    if gone.max() < 8 * np.median(np.abs(gone)):
+        return None
+    weight = np.where(gone > 0.3 * gone.max(), gone, 0.0)
+    share = (first - profile) @ weight / (gone @ weight)
+    rows_gone = (gone > 0.1 * gone.max()).astype(np.uint8)[None]
+    place = cv2.dilate(rows_gone, np.ones((1, 7), np.uint8))[0] > 0
+    return (
+        place[np.minimum(np.arange(strips[0].shape[1]) // factor, len(place) - 1)],
+        share,
+    )
