@@ -54,23 +54,19 @@ lint: $(VENV)/installed
 	$(BIN)/ruff format .
 	$(MAKE) types
 
-MYPY := ../../$(BIN)/mypy --config-file ../../pyproject.toml --cache-dir ../../.mypy_cache
-types: $(VENV)/installed           # mypy reads the packages as they are installed
-	$(BIN)/python scripts/installed_layout.py
-	cd build/installed && $(MYPY) --package benchtwin
-	cd build/installed && $(MYPY) ../../benchmarks ../../scripts
+types: $(VENV)/installed
+	$(BIN)/mypy
 
 docs: $(VENV)/installed            # the documentation as a site: build/site/index.html
 	$(BIN)/python scripts/keys_reference.py
 	$(BIN)/python scripts/seeds_reference.py
-	$(BIN)/python scripts/installed_layout.py
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 	@echo "Open in a browser:  build/site/index.html"
 
 clean:
 	rm -rf $(VENV) $(DEMO_OUT) build .pytest_cache .ruff_cache
 
-$(VENV)/installed: pyproject.toml setup.py
+$(VENV)/installed: pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit("benchtwin needs Python 3.11 or newer; this is " + sys.version.split()[0] + ". Name another:  make PYTHON=python3.12 ...") if sys.version_info < (3, 11) else 0'
 	@$(PYTHON) -m venv $(VENV) || { echo "Python cannot make a virtual environment here. On Debian or Ubuntu:  sudo apt-get install python3-venv"; exit 1; }
 	@echo "Installing benchtwin and what it needs into $(VENV) (once; about a minute) ..."

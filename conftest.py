@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# what a test starts runs this checkout, wherever benchtwin is installed from
+os.environ["PYTHONPATH"] = str(Path(__file__).parent)
 
 
 def pytest_configure(config):
@@ -49,6 +51,7 @@ def compile_in_one_worker(locks: Path) -> None:
 def rigs_compiled():
     """The rigs' step loop is on disk: processes that a test starts load it."""
     import numpy as np
+
     from benchtwin.sim.rigs.bench import Bench
     from benchtwin.sim.rigs.drop import Drop, run_drop
 

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import sphere_volume
 from benchtwin.bench.priors import unstated_sd

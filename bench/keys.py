@@ -3,6 +3,9 @@ them."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from pydantic import BeforeValidator, Field, create_model
+from pydantic_core import PydanticCustomError
+
 from benchtwin.bench.conditions import condition_errors
 from benchtwin.bench.priors import stated_sd, unstated_sd, usable_sd
 from benchtwin.bench.rigs import RIGS
@@ -21,8 +24,6 @@ from benchtwin.bench.section import (
     Vector,
 )
 from benchtwin.bench.seed_kinds import kinds
-from pydantic import BeforeValidator, Field, create_model
-from pydantic_core import PydanticCustomError
 
 COMPLETE = "complete"  # type of an error whose message lacks only the name of the file
 

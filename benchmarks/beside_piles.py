@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import qmc
+
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.pile_surrogate import (
     PileObservables,
@@ -28,7 +30,6 @@ from benchtwin.calibrate.procedure.simulator import Run, campaign
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import on_grid, summary
 from benchtwin.calibrate.statistics.prior import Prior
-from scipy.stats import qmc
 
 BOX = Box.of(RANGES)
 TRUE = dict(zip(RANGES, (0.55, 0.55, 0.05), strict=True))

@@ -17,9 +17,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 import pandas as pd
 import seed_forms
+from scipy.spatial.transform import Rotation
+
 from benchtwin.sim.seed.clump import fit_clump
 from benchtwin.sim.seed.shape import Shape
-from scipy.spatial.transform import Rotation
 
 SHAPES = {
     "ellipsoid 8.72 x 6.84 x 5.98": seed_forms.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),

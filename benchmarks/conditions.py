@@ -8,6 +8,7 @@ import argparse
 from collections.abc import Callable
 
 import numpy as np
+
 from benchtwin.infer.condition_table import Numbers, condition_table
 from benchtwin.infer.conditions import Contact, conditions_of
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.vision.measurement import FAILED, GOOD

@@ -19,6 +19,7 @@ from statistics import median
 
 import engine_lammps as lammps
 import numpy as np
+
 from benchtwin.sim.engine import step
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, Scattered, World

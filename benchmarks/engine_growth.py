@@ -25,6 +25,7 @@ import engine_lammps as lammps
 import numpy as np
 import pandas as pd
 import psutil
+
 from benchtwin.sim.engine import step
 
 COUNTS = (1_000, 5_000, 20_000, 160_000, 1_000_000)

@@ -31,8 +31,9 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-from benchtwin.sim.lammps.program import needed
 from scipy.spatial import cKDTree
+
+from benchtwin.sim.lammps.program import needed
 
 Array = np.ndarray
 GRAVITY = 9.81  # [m/s2], along -z
@@ -293,8 +294,9 @@ def loose_spheres(
 
 def loose_clumps(rng: np.random.Generator, count: int) -> Bed:
     """`count` mean soybeans of five balls, turned at random, on a loose grid."""
-    from benchtwin.sim.seed import Seed
     from scipy.spatial.transform import Rotation
+
+    from benchtwin.sim.seed import Seed
 
     seed = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
     balls, side, pitch = (

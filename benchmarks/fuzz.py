@@ -17,10 +17,11 @@ import time
 import warnings
 from pathlib import Path
 
-from benchtwin.vision.measurement import MeasurementError
 from fuzz_files import Reader, error_place, readers
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
+
+from benchtwin.vision.measurement import MeasurementError
 
 TOKENS = (
     "",

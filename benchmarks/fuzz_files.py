@@ -17,6 +17,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import av
 import numpy as np
+from PIL import Image
+
 from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.calibrate.procedure import from_tables, joint
 from benchtwin.calibrate.procedure.bench import Bench, bench_of
@@ -26,7 +28,6 @@ from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.import_command import import_command
 from benchtwin.vision.measurement import FAILED
-from PIL import Image
 
 SAMPLES = Path(__file__).parent.parent / "samples"
 

@@ -18,11 +18,12 @@ from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+from scipy.special import logsumexp
+
 from benchtwin.diagnose import bench
 from benchtwin.infer import inference
 from benchtwin.infer.problem import Fit, ln_evidence
-from scipy import stats
-from scipy.special import logsumexp
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 BENCHES = {

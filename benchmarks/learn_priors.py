@@ -22,8 +22,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from benchtwin.bench.priors import PRIORS
 from scipy.optimize import brentq
+
+from benchtwin.bench.priors import PRIORS
 
 TABLE = Path(__file__).parent / "tables" / "learnt_priors.csv"
 G = 9.80665

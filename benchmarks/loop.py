@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.calibrate.procedure import parameters
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
@@ -34,7 +36,6 @@ from benchtwin.calibrate.procedure.simulator import campaign
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import log_posterior
 from benchtwin.calibrate.statistics.prior import Prior
-from scipy import stats
 
 RUNS, TABLES = Path("benchmark-runs/loop"), Path("benchmarks/tables/loop")
 TOLERANCE = {"restitution": 0.01, "static_friction": 0.01, "rolling_friction": 0.003}

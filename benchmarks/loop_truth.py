@@ -14,6 +14,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
 

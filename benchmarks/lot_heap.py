@@ -16,6 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.sim.rigs.engine import Ours

@@ -9,9 +9,10 @@ About a minute of processor time a packing and modulus.
 import argparse
 
 import numpy as np
+from rig_jobs import pile, truths
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from rig_jobs import pile, truths
 
 REAL = 3.23e8
 MODULI = (1e6, 3e6, 1e7, 3e7, REAL)

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.infer.alarm import ALARM_P
-from scipy import stats
 
 LEAST, MOST = 5, 10  # recordings of a bench
 

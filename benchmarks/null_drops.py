@@ -21,11 +21,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from learn_priors import FPS, SIDE_M, TOSSES, G, tensor
+from scipy import stats
+
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.read import read_drops
-from learn_priors import FPS, SIDE_M, TOSSES, G, tensor
-from scipy import stats
 
 LEAST_ROWS, GAP_M = 12, 0.004
 NOISE_M = 2e-5  # of a row of these tracks

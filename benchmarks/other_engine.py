@@ -20,6 +20,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from loop_truth import SLAB
+from other_system import LOT, SYSTEMS
+from scipy.stats import qmc
+
 from benchtwin.calibrate.prediction.posterior import Kept
 from benchtwin.calibrate.prediction.predict import predict
 from benchtwin.calibrate.procedure.bench import RigReadings
@@ -30,9 +34,6 @@ from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.posterior import Posterior, on_grid, summary
 from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.twin.engine import LAMMPS, OURS, Engine
-from loop_truth import SLAB
-from other_system import LOT, SYSTEMS
-from scipy.stats import qmc
 
 TABLE = Path("benchmarks/tables/other_engine.csv")
 BOX = Box.of(RANGES)

@@ -18,16 +18,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import tomli_w
+from loop_truth import SEEDS, SLAB, STEEL
+
 from benchtwin.calibrate.predict_command import Asked as Predicted
 from benchtwin.calibrate.predict_command import predict_into
 from benchtwin.calibrate.prediction.predict import rows
 from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
 from benchtwin.calibrate.statistics.predictive import NORMAL_95
+from benchtwin.calibrate_command import Asked, calibrate_command
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job, rig_named
-from loop_truth import SEEDS, SLAB, STEEL
-
-from benchtwin.calibrate_command import Asked, calibrate_command
 
 OUT, TABLE = (
     Path("benchmark-runs/other_system"),

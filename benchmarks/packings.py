@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.sim.rigs.profile import balls, centroid_angle, slope_angle
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from rig_jobs import SLAB, pile, truths
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from rig_jobs import SLAB, pile, truths
 
 OUT = Path(__file__).parent.parent / "samples" / "soybean-paper" / "twin"
 REPEATS = 10

@@ -16,8 +16,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import cv2
 import numpy as np
 import pandas as pd
-from benchtwin.measure.batch import measure
 from drawn_films import DRAWN, LOOKS, RIGS, Film, draw
+
+from benchtwin.measure.batch import measure
 
 WITHIN, WRONG = (
     1.96,

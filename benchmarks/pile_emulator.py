@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.ndimage import uniform_filter1d
+
 from benchtwin.rigs.pile import heap_priors
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.rigs.pile.read import SeenPile
@@ -19,7 +21,6 @@ from benchtwin.sim.rigs.profile import outline
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
 from benchtwin.twin.run import run
-from scipy.ndimage import uniform_filter1d
 
 STORE = Path("benchmark-runs/heaps")
 SEED_MM = 8.7

@@ -25,11 +25,12 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import cv2
 import numpy as np
+from path_traced import BACKGROUNDS, GRAINS, Photo, Shot, load, save, take
+from PIL import Image
+
 from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, Repose, measure_repose
-from path_traced import BACKGROUNDS, GRAINS, Photo, Shot, load, save, take
-from PIL import Image
 
 cv2.setNumThreads(1)
 FAR_DEG, FAR_SD = 1.0, 3.0  # called good and farther off than both: wrong

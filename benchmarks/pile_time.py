@@ -15,6 +15,7 @@ import time
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.sim.material import SOYBEAN_SOYBEAN, Contact
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.rigs.engine import Ours

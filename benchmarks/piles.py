@@ -14,11 +14,12 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
 
 import cv2
 import numpy as np
+from PIL import Image
+from synthetic.piles import PileScene, draw_pile
+
 from benchtwin.vision.measurement import GOOD, MeasurementError
 from benchtwin.vision.pile.repose import measure_repose
 from benchtwin.vision.recording import Camera
-from PIL import Image
-from synthetic.piles import PileScene, draw_pile
 
 cv2.setNumThreads(1)
 

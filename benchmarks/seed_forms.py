@@ -4,10 +4,11 @@ volume: what clumps are tried on."""
 import math
 
 import numpy as np
+from scipy.special import beta, erf
+
 from benchtwin.sim.seed.forms import AROUND, RINGS, enlarge_to_volume, join_rings, rings
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.surface import ellipsoid_mesh
-from scipy.special import beta, erf
 
 Array = np.ndarray
 LEAST_EXPONENT, MOST_EXPONENT = 0.1, 2.0

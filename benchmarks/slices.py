@@ -14,11 +14,11 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from benchtwin.twin import Parameters
-from benchtwin.twin.job import Job
 from loop_truth import SEEDS, jobs, truth
 
 from benchtwin.calibrate_command import Asked, calibrate_command
+from benchtwin.twin import Parameters
+from benchtwin.twin.job import Job
 
 OUT, TABLE = Path("benchmark-runs/slices"), Path("benchmarks/tables/slices.csv")
 BOX = {

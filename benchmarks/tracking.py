@@ -26,16 +26,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from benchtwin.bench.air import SEED_DRAG, SHAPE_SD, air_of, drag_shape
-from benchtwin.bench.constants import G_M_S2
-from benchtwin.rigs.drop.keys import Drop
-from benchtwin.rigs.drop.measure import measure_drop
-from benchtwin.vision.evidence.frames import Frame, FrameSource, open_frames
-from benchtwin.vision.motion.detect import find_silhouettes
-from benchtwin.vision.motion.scene import grey, learn_scene
-from benchtwin.vision.motion.track import make_track
-from benchtwin.vision.motion.track_seed import track_seed
-from benchtwin.vision.recording import Air, Camera, Recording, Seed
 from scipy.integrate import solve_ivp
 from synthetic.film import (
     Look,
@@ -47,6 +37,17 @@ from synthetic.film import (
     write_video,
 )
 from synthetic.motion import correlated_noise, draw_drop, film_track
+
+from benchtwin.bench.air import SEED_DRAG, SHAPE_SD, air_of, drag_shape
+from benchtwin.bench.constants import G_M_S2
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.drop.measure import measure_drop
+from benchtwin.vision.evidence.frames import Frame, FrameSource, open_frames
+from benchtwin.vision.motion.detect import find_silhouettes
+from benchtwin.vision.motion.scene import grey, learn_scene
+from benchtwin.vision.motion.track import make_track
+from benchtwin.vision.motion.track_seed import track_seed
+from benchtwin.vision.recording import Air, Camera, Recording, Seed
 
 FRAMES_LONG = 5000
 warnings.filterwarnings("ignore", message="Image contains no local maxima")

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rich.table import Table
+
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.prediction import beside
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
@@ -39,7 +41,6 @@ from benchtwin.twin.command import (
 )
 from benchtwin.twin.job import Job, assigned, described, merge, rig_named
 from benchtwin.twin.versions import versions
-from rich.table import Table
 
 # what a prediction leaves in its folder
 OURS = {"runs", "predicted.csv", "runs.csv", "prediction.json", "prediction.svg"}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding

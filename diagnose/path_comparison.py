@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, Ran, Recording, above, filmed, run_path, shown

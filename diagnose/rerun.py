@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.diagnose.words import (
     effect_named,

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 from benchtwin.infer.evidence import Component, EvidenceTable
 from benchtwin.infer.explanation import Explanation, Posterior

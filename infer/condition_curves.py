@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+
 from benchtwin.infer.conditions import Condition
 from benchtwin.infer.follow import Point
 

@@ -19,6 +19,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy import stats
+from scipy.linalg import solve_triangular
+
 from benchtwin.bench.robust import robust_sd
 from benchtwin.infer.condition_curves import (
     ConditionCurve,
@@ -32,8 +35,6 @@ from benchtwin.infer.follow import ConditionTable, Follow, Point
 from benchtwin.infer.linear import projector, stacked
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.verdict import ENDS, Interval, against_noise
-from scipy import stats
-from scipy.linalg import solve_triangular
 
 USUAL_FREEDOM = 2.0  # recordings that the usual scatter is worth
 FOUND_P = 0.0025  # of all conditions of a bench together

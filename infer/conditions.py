@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Problem

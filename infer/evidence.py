@@ -15,6 +15,7 @@ from enum import Enum
 from itertools import pairwise
 
 import numpy as np
+
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.physical_range import ln_within
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.infer.evidence import EvidenceTable, Kind
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.problem import Fit, Problem

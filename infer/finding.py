@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
 from benchtwin.infer.follow import Follow

@@ -4,6 +4,7 @@ estimated."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.infer.evidence import Kind
 from benchtwin.infer.explanation import Explanation
 from benchtwin.infer.linear import (

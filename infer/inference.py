@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.infer.alarm import ALARM_P, left_over_p
 from benchtwin.infer.conditions import effect_name
 from benchtwin.infer.explanation import Explanation, Posterior

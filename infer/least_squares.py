@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.infer.linear import Reduced, ridge, stacked
 
 TAIL_SDS = 2.0  # sds of an effect's prior beyond which its tail is exponential

@@ -4,6 +4,7 @@ eliminated."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 
 

@@ -17,9 +17,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.bench.robust import robust_sd
 from numba import njit
 from scipy.optimize import minimize
+
+from benchtwin.bench.robust import robust_sd
 
 CELLS = 8  # correlation lengths that a stretch must hold: the curve absorbs longer ones
 CELLS_AT_REST = 3  # the same beside a constant

@@ -10,6 +10,7 @@ recordings have alike does not count as scatter:
 Source: Patterson & Thompson (1971), Biometrika 58, 545."""
 
 import numpy as np
+
 from benchtwin.infer.linear import Reduced
 
 SIZES = np.geomspace(0.03, 60.0, 22)  # times the usual one

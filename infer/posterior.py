@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+
 from benchtwin.infer.evidence import (
     Component,
     Kind,

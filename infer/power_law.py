@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors

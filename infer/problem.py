@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import (
     FastChi2,

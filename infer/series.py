@@ -11,12 +11,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.linalg import solve_triangular
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Problem
-from scipy.linalg import solve_triangular
 
 # of a prior's sd, for derivatives; less where predictions are exact and bend much
 # within a sd

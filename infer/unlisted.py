@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.infer.evidence import Component, Kind
 from benchtwin.infer.linear import Reduced, fall_of_chi2, projector, stacked
 from benchtwin.infer.noise import maximum_draws

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy import stats
+from scipy.optimize import brentq
+
 from benchtwin.infer.alarm import ALARM_P, left_over_p, p_global
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.posterior import WIDE_PRIOR
-from scipy import stats
-from scipy.optimize import brentq
 
 NAME_PROBABILITY = 0.8  # that a set is missing, alone or with more, for a name
 ALONE_PROBABILITY = 0.5  # that it is this set and nothing else, for a name

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.infer.condition_table import condition_table, numbers_of
 from benchtwin.infer.conditions import Contact, with_follows
 from benchtwin.infer.explanation import Alternative

@@ -6,6 +6,9 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
 from benchtwin.measure.batch import (
     find_all,
     in_order,
@@ -19,8 +22,6 @@ from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 from benchtwin.vision.results import Results, measured_anything
 from benchtwin.vision.terminal import show_results
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 MEASURED, NOTHING, MISUSED = 0, 1, 2
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from benchtwin.measure.batch import find_all
 from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError, Observation

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
+
 from benchtwin.measure.batch import split_photos
 from benchtwin.page.measuring import measure_recording, shorten_paths
 from benchtwin.page.results import MEASURED

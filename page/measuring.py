@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+
 from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity

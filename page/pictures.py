@@ -12,12 +12,13 @@ from typing import Any
 
 import av
 import numpy as np
+from PIL import Image
+
 from benchtwin.vision.evidence.frames import FrameFolder, FrameSource, open_frames
 from benchtwin.vision.evidence.photo import photo_size, read_photo, read_small
 from benchtwin.vision.evidence.sound import open_media
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
-from PIL import Image
 
 THUMB_PX, SHOWN_PX, FRAME_PX = 320, 2600, 1600  # largest side
 KEPT_THUMBNAILS = 1000  # of 10 kB

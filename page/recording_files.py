@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import tomlkit
+
 from benchtwin.page import toml_file
 from benchtwin.page.folder import RESULTS, Folder, Refused, clean_name, whole_folder
 from benchtwin.vision.evidence.film_or_photos import numbered_runs

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.next_tests import worth_it
 from benchtwin.page.folder import read_json

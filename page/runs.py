@@ -19,6 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from pydantic import BaseModel, FiniteFloat, ValidationError
+
 from benchtwin.page.folder import (
     RESULTS,
     RUNS,
@@ -38,7 +40,6 @@ from benchtwin.page.private import (
     private_folder,
     signature,
 )
-from pydantic import BaseModel, FiniteFloat, ValidationError
 
 COMMANDS = {  # what may run: its folder of results, and the options that it may have
     "measure": ("measured", ()),

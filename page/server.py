@@ -8,6 +8,15 @@ import shutil
 from pathlib import Path
 from urllib.parse import quote
 
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import (
+    FileResponse,
+    HTMLResponse,
+    JSONResponse,
+    PlainTextResponse,
+)
+from fastapi.staticfiles import StaticFiles
+
 from benchtwin.page import pictures
 from benchtwin.page.downloads import card_files, packed_bench, sheet, zipped
 from benchtwin.page.folder import INCOMING, MARK, RESULTS, Folder, Refused
@@ -19,14 +28,6 @@ from benchtwin.page.sound_impacts import waveform
 from benchtwin.page.upload import Placed, ReceivedFile, check, place_files
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import sound_of
-from fastapi import FastAPI, Request, Response
-from fastapi.responses import (
-    FileResponse,
-    HTMLResponse,
-    JSONResponse,
-    PlainTextResponse,
-)
-from fastapi.staticfiles import StaticFiles
 
 SERVED = {
     ".html": "text/html",
@@ -53,8 +54,9 @@ NO_SCRIPTS = (
 
 def application(folder: Folder, port: int, entrance: Entrance) -> Guard:
     """The whole server for one folder."""
-    from benchtwin.page.views import pages
     from nicegui import ui
+
+    from benchtwin.page.views import pages
 
     # two pages on one folder: the second leaves alone what the first is receiving
     take_part(lock_name(folder.root, "incoming"), alone=folder.clear_incoming)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.page.folder import Folder, read_json
 from benchtwin.twin.pair import Pair, pair
 from benchtwin.vision.find_recordings import find_recordings

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import Table
+
 from benchtwin.page.folder import Refused, write_durably
 from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
-from tomlkit.exceptions import TOMLKitError
-from tomlkit.items import Table
 
 BY_HAND = "set by hand on the page"
 # (section, key) → value; None takes the key away; section "": above all sections

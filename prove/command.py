@@ -4,14 +4,15 @@ import secrets
 from pathlib import Path
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
+
 from benchtwin.prove.compare import compare
 from benchtwin.prove.keys import KeyMismatch
 from benchtwin.prove.report import number, write_all
 from benchtwin.prove.run import Settings, prove, seed_of
 from benchtwin.prove.score import table
 from benchtwin.prove.solve import SOLVER
-from rich.console import Console
-from rich.table import Table
 
 PROOF_FILES = {  # what a proof leaves in its folder
     "cases",

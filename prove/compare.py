@@ -5,6 +5,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.prove.baselines.methods import METHODS, diagnose
 from benchtwin.prove.files import read_json, write_json
 from benchtwin.prove.judge import Judged, judge

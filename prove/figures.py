@@ -5,12 +5,13 @@ import math
 from itertools import pairwise
 
 import numpy as np
+from scipy.special import ndtri
+
 from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
 from benchtwin.prove.judge import Judged
 from benchtwin.prove.plan import CLEAN
 from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.score import confusion, power
-from scipy.special import ndtri
 
 BLACK, GREY, RIGHT, WRONG = "#1b1f24", "#6b7280", "#2e7d4f", "#b3261e"
 COLOURS = {"all": BLACK} | {name: rig.colour for name, rig in RIGS.items()}

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from benchtwin.prove.judge import Judged
 from scipy.optimize import minimize
 from scipy.stats import beta
+
+from benchtwin.prove.judge import Judged
 
 FALSE_ALARM = 0.001  # p below which the diagnosis raises an alarm
 GRID = np.exp(np.linspace(np.log(0.5), np.log(60), 120))

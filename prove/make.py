@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.prove.cases.bench import Bench, Request, write_bench
 from benchtwin.prove.cases.conditions import Condition, draw_conditions, stating
 from benchtwin.prove.cases.record import FOLLOWS, Cases

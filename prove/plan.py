@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.prove.cases.record import Cases
 from benchtwin.prove.rigs import RIGS
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.prove.figures import (
     calibration_figure,
     confusion_figure,

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.prove.cases.bench import drop_frames
 from benchtwin.prove.files import read_json, write_json
 from benchtwin.prove.judge import Judged, judge

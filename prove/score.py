@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 import numpy as np
+
 from benchtwin.prove.intervals import (
     Power,
     binomial_interval,

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pandas as pd
+
 from benchtwin.bench.numbers import with_interval
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis

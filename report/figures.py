@@ -4,6 +4,7 @@
 from typing import Any
 
 import numpy as np
+
 from benchtwin.calibrate.procedure.joint import Joint
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.report import draw

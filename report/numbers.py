@@ -4,6 +4,7 @@ import math
 import re
 
 import pandas as pd
+
 from benchtwin.report.draw import NAMES
 
 HEADINGS = {

@@ -4,6 +4,7 @@ from itertools import combinations
 from pathlib import Path
 
 import pandas as pd
+
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.next_tests import in_words

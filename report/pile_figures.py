@@ -4,6 +4,7 @@ solutions, residuals."""
 from typing import Any
 
 import numpy as np
+
 from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics.assessment import response_grid

@@ -3,6 +3,7 @@ recordings. Plain Plotly JSON."""
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.follow import Follow
 from benchtwin.report import draw

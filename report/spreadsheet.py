@@ -4,6 +4,7 @@ tables."""
 from pathlib import Path
 
 import pandas as pd
+
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.joint import LEVEL

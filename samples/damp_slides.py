@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import tomli_w
+from concealed import begin, conceal, noise
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from concealed import begin, conceal, noise
 
 AT_12_PCT, PER_PCT, FROM_RUN_TO_RUN = (
     0.36,

@@ -15,14 +15,15 @@ import pandas as pd
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-from benchtwin.rigs.drop.keys import Drop
-from benchtwin.rigs.roll.keys import Roll
-from benchtwin.rigs.slide.keys import Slide
-from benchtwin.vision.recording import Camera, Recording, Seed, write_recording
 from synthetic.film import Look, film, write_frames, write_video
 from synthetic.motion import Motion, draw_drop, draw_roll, draw_slide, film_track
 from synthetic.piles import PileScene, draw_pile
 from synthetic.rigs_film import corner_mm, film_roll
+
+from benchtwin.rigs.drop.keys import Drop
+from benchtwin.rigs.roll.keys import Roll
+from benchtwin.rigs.slide.keys import Slide
+from benchtwin.vision.recording import Camera, Recording, Seed, write_recording
 
 BENCH = """\
 # A drawn bench: nothing here was filmed. True answers: truth.csv. \

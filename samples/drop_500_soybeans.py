@@ -2,6 +2,7 @@
 how hard they press on the floor."""
 
 import numpy as np
+
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import box

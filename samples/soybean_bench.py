@@ -18,9 +18,10 @@ import cv2
 import numpy as np
 import pandas as pd
 import tomli_w
+from concealed import KEY, begin, conceal, noise
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.job import Job
-from concealed import KEY, begin, conceal, noise
 
 TRUTH = {"restitution": 0.52, "static_friction": 0.36, "rolling_friction": 0.032}
 ON_SEED = {

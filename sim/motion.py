@@ -4,6 +4,7 @@ it, pictures show it."""
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.surface import Mesh
 

@@ -9,10 +9,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchtwin.sim.lammps import program
 from examples_gallery import GROUPS, PICTURES, page
 from pytest import approx
 from scipy.stats import t as student
+
+from benchtwin.sim.lammps import program
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = ROOT / "samples" / "examples"

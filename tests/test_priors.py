@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+
 from benchtwin.bench.keys import Camera
 from benchtwin.bench.priors import PRIORS, stated_sd, unstated_sd
 from benchtwin.rigs.slide import problem

@@ -10,12 +10,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.measure import observed
-from benchtwin.rigs.drop.read import read_drops
-from benchtwin.rigs.pile.read import read_piles
-from benchtwin.rigs.roll.read import read_rolls
-from benchtwin.rigs.slide.read import read_slides
-from benchtwin.twin.bench_folder import read_bench
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import benchtwin
@@ -30,7 +24,13 @@ from benchtwin import (
     simulate,
 )
 from benchtwin.blas import CHOSEN_BY, on_one_blas_thread
+from benchtwin.measure import observed
 from benchtwin.measuring import Measurements
+from benchtwin.rigs.drop.read import read_drops
+from benchtwin.rigs.pile.read import read_piles
+from benchtwin.rigs.roll.read import read_rolls
+from benchtwin.rigs.slide.read import read_slides
+from benchtwin.twin.bench_folder import read_bench
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf8")
@@ -303,8 +303,9 @@ def test_a_prediction_is_the_command_s(tmp_path, monkeypatch):
     """The mean friction of the stand-in's posterior, by its linear law."""
     from contextlib import contextmanager
 
-    from benchtwin.calibrate import predict_command
     from prediction_stand_in import Angles, write_calibrated
+
+    from benchtwin.calibrate import predict_command
 
     @contextmanager
     def stand_in(*_, **__):
@@ -324,9 +325,8 @@ def test_a_prediction_is_the_command_s(tmp_path, monkeypatch):
 
 
 def test_a_comparison_shows_where_engines_part():
-    from benchtwin.twin.compare.differences import QUANTITIES, differences, verdict
-
     from benchtwin.comparing import EngineComparison
+    from benchtwin.twin.compare.differences import QUANTITIES, differences, verdict
 
     lines = [
         {"row": 1, "parameters": "p", "packing": packing, "engine": engine}

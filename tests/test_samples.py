@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.vision.find_recordings import find_recordings
 from readme_numbers import blocks, calibrated, differences, printed, tidy
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.vision.find_recordings import find_recordings
 
 ROOT = Path(__file__).parents[1]
 SAMPLES = ROOT / "samples"
@@ -282,8 +282,9 @@ def test_the_readme_shows_what_measuring_the_sample_bench_prints():
 
 def test_the_calibration_that_the_readme_shows_holds_what_the_bench_was_made_with():
     """Of all six parameters; a 95 % interval may miss one."""
-    from benchtwin.report.draw import name
     from concealed import reveal
+
+    from benchtwin.report.draw import name
 
     rows = blocks(README)["calibrate"][1].splitlines()[1:]
     found = [

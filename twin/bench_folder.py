@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.world import World
 from benchtwin.sim.lammps.contact import in_lammps_law

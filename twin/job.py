@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS, VARIANTS
 from benchtwin.sim.ondem import STATE
 from benchtwin.sim.ondem.read import read_state

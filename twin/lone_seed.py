@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.laws import LAWS

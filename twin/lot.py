@@ -6,6 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.sim.seed import SOYBEAN_DENSITY, Seed
 from benchtwin.sim.seed.lot import Lot
 from benchtwin.sim.seed.mesh_file import read_mesh

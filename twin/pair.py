@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observed import Observed
 from benchtwin.twin.curve import Curve

@@ -8,6 +8,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+
 from benchtwin.bench.keys import Keys
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, photo

@@ -4,6 +4,7 @@ calibration, weighed again for an export."""
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.material import Q235
 from benchtwin.sim.seed import Seed

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.measure.observe import (
     observe as observe,

@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench import keys
 from benchtwin.sim.picture import Camera, project
 from benchtwin.twin.setup import Setup, setup_for

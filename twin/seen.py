@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+
 from benchtwin.bench.rigs import rigs_in_words
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.foreign.as_evidence import read_track

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, Look, project

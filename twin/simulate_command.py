@@ -4,6 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
 from benchtwin.twin.engine import OURS, Engine
@@ -16,8 +19,6 @@ from benchtwin.twin.job import (
     rig_named,
 )
 from benchtwin.twin.parameters import said_of
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 MOST_REPEATS = 10_000
 SAVED = "vtkhdf"  # the format of a saved state

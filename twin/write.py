@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.keys import Seed
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import film, photo

@@ -3,10 +3,11 @@ keys."""
 
 from pathlib import Path
 
+from pydantic import BaseModel
+
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import MeasurementError
-from pydantic import BaseModel
 
 SECTIONS = ("seed", "camera", "air", "reading", *RIGS)
 SIMULATED = "simulated"  # in the text of a key that measuring does not need

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tomli_w
+
 from benchtwin.bench.keys import Air, Camera, Reading, Seed, Tracking
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.whole_file import write_whole

@@ -9,6 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from jinja2 import Environment, PackageLoader
+from PIL import Image
+
 from benchtwin.bench.numbers import stored
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.vision.measurement import (
@@ -21,8 +24,6 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
-from jinja2 import Environment, PackageLoader
-from PIL import Image
 
 COLUMNS = [
     "recording",

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench import distributions as stats
 from benchtwin.bench.numbers import EXACT_SHARE
 from benchtwin.vision.measurement import (

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames

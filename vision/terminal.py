@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Literal
 
 import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
 from benchtwin.bench.numbers import with_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
-from rich.console import Console
-from rich.table import Table
 
 MOST_ROWS = 30  # single results; of more, only doubtful and failed ones are printed
 MOST_NOTES = 10

@@ -22,12 +22,13 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import Chosen, Law, Parameter, hertz_mindlin
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.seed import Seed
-from scipy.spatial.transform import Rotation
 
 MOST = 1e-6
 SOLID = Material("ball", 2500.0, 4e6, 0.3)

@@ -22,12 +22,13 @@ from types import ModuleType
 
 import numpy as np
 import pandas as pd
+from liggghts import GRAIN, RADII_M, WALL, balls, contact, rolling, spheres, told
+
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Mesh, Turn
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Material
-from liggghts import GRAIN, RADII_M, WALL, balls, contact, rolling, spheres, told
 
 COVER = Material("cover", 1400.0, 4e6, 0.25)
 COVER_FRICTION, COVER_ROLLING = 0.36, 0.29

@@ -33,11 +33,12 @@ from types import ModuleType
 
 import numpy as np
 import pandas as pd
+from liggghts import GRAIN, WALL, balls, contact, rolling, spheres, told
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Slide
 from benchtwin.sim.engine.world import Scattered, World
 from benchtwin.sim.laws import LAWS
-from liggghts import GRAIN, WALL, balls, contact, rolling, spheres, told
 
 SETTLE_S, LIFT_M, LIFT_M_S, RELAX_S = 0.4, 0.055, 0.010, 0.4
 COUNT, LOW, HIGH = 4000, (-0.026, -0.026, 0.004), (0.026, 0.026, 0.13)

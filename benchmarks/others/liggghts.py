@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.sim.engine.bodies import V, X
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.laws import LAWS, Chosen
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.seed import Seed
-from scipy import stats
 
 GRAIN = Material("grain", 1400.0, 4e6, 0.25)  # their E = 1e7 Pa
 WALL = Material("wall", 1400.0, 4e6, 0.25)

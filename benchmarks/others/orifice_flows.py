@@ -22,11 +22,12 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from liggghts import GRAIN, WALL, balls, contact, rolling, told
+
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Mesh, Slide
 from benchtwin.sim.engine.world import Scattered, World
 from benchtwin.sim.laws import LAWS
-from liggghts import GRAIN, WALL, balls, contact, rolling, told
 
 COUNT, FILL_S, FLOW_S, LOOK_S = 4000, 0.5, 1.4, 0.008
 LOW, HIGH = (-0.026, -0.026, 0.004), (0.026, 0.026, 0.13)

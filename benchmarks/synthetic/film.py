@@ -8,10 +8,10 @@ from typing import cast
 
 import cv2
 import numpy as np
-from benchtwin.vision.recording import Recording, write_recording
 from numpy.typing import ArrayLike
 from PIL import Image
 
+from benchtwin.vision.recording import Recording, write_recording
 from synthetic.motion import Motion
 
 # samples a pixel along each axis; the centroid of an ellipse of 20 px is then right to

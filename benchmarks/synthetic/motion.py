@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
 from benchtwin.vision.motion.track import Track, make_track
 
 G = 9.80665

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy import stats
+
 from benchtwin.bench.rigs import variant_of
 from benchtwin.calibrate.prediction.predict import (
     MEAN,
@@ -19,7 +21,6 @@ from benchtwin.twin import Parameters
 from benchtwin.twin.bench_folder import Observed, RecordingReadings, read_bench
 from benchtwin.twin.job import Job, rig_named
 from benchtwin.twin.scene import rig_of, section_of
-from scipy import stats
 
 APART_P = 0.01  # F test: the recordings scatter more than the simulated packings do
 

@@ -4,6 +4,7 @@ intervals, and what was measured."""
 from html import escape
 
 import numpy as np
+
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
 from benchtwin.calibrate.prediction.predict import DRAWN, QUANTITIES, Prediction, sign
 

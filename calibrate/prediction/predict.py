@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
+
 from benchtwin.bench.tells import by_surface
 from benchtwin.calibrate.prediction.posterior import Kept
 from benchtwin.calibrate.procedure.rigs import PARAMETERS

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.bench.rigs import RIGS, variant_of
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, STEEL
 from benchtwin.calibrate.statistics.bench import (
@@ -20,7 +22,6 @@ from benchtwin.twin.bench_folder import (
     hashes,
     read_bench,
 )
-from scipy import stats
 
 LOT = ("length_mm", "width_mm", "thickness_mm")
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
+
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.from_tables import published
 from benchtwin.calibrate.procedure.published import check_pile, check_steel

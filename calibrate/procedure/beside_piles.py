@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.more_piles import add_piles
 from benchtwin.calibrate.procedure.pile_runs import design_points
 from benchtwin.calibrate.procedure.pile_stage import PileStage

@@ -6,6 +6,8 @@ from typing import Any, Self
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.calibrate.procedure.bench import Bench, contradictory, missing
 from benchtwin.calibrate.procedure.joint import LEVEL, Joint, fit_joint
 from benchtwin.calibrate.procedure.pile import PileFit
@@ -13,7 +15,6 @@ from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
 from benchtwin.calibrate.procedure.simulator import SimulationFailed, Unreachable
 from benchtwin.calibrate.procedure.steel import SteelFit, together
 from benchtwin.calibrate.statistics.bounds import interval, open_ends
-from scipy import stats
 
 # share of its prior's sd that a bench must take away for a parameter to count as
 # resolved, and to be said to be narrowed at all

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
+
 from benchtwin.calibrate.procedure.next_tests import next_tests
 from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.pile_surrogate import PileObservables, joined
@@ -23,7 +25,6 @@ from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.calibrate.statistics.resolution import directions
 from benchtwin.calibrate.statistics.sampling import sample
 from benchtwin.calibrate.statistics.shrinkage import shrink
-from numpy.typing import ArrayLike
 
 # of a single parameter: fine beside any interval, and quicker than a chain
 GRID_CELLS = 40_001

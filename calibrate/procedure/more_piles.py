@@ -5,6 +5,7 @@ from typing import cast
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.pile_surrogate import (
     PileObservables,

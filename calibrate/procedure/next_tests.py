@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.pile_surrogate import (
     PileObservables,

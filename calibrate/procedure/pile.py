@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.statistics.anova import anova_table, contributions

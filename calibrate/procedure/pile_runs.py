@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.more_piles import add_piles
 from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
@@ -32,7 +34,6 @@ from benchtwin.calibrate.statistics.replicates import (
     packing_noise,
     plan,
 )
-from scipy import stats
 
 # groups of the path (the paper's) and the most it is lengthened to; beyond twice its
 # length the factors stand at their limits

@@ -6,6 +6,7 @@ from typing import Self
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort

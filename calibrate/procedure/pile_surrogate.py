@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pandas as pd
+from scipy.linalg import block_diag
+
 from benchtwin.bench.tells import Believed, BySurface
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -22,7 +24,6 @@ from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.calibrate.statistics.posterior import Observable
 from benchtwin.calibrate.statistics.shrinkage import shrink
 from benchtwin.calibrate.statistics.surface import Surface, fit_surface
-from scipy.linalg import block_diag
 
 # of a seed–steel parameter: how far to either side it varies at least, so that what it
 # does to a pile shows beside packing noise; and at least so many of its own sds

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.calibration import FOLLOWS
 from benchtwin.calibrate.procedure.pile import PileFit

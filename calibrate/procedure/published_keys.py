@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS, STEEL
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -13,6 +12,8 @@ from pydantic import (
     create_model,
     field_validator,
 )
+
+from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS, STEEL
 
 
 class _Section(BaseModel):

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, seed_numbers
 from benchtwin.calibrate.procedure.steel import SteelFit

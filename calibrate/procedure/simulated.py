@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.beside_piles import (
     LEAST_RUNS,

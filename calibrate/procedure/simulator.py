@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.twin.engine import OWN, Engine

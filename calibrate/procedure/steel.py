@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.statistics.bench import BenchMean, Verification
 from benchtwin.calibrate.statistics.curves import (

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
+
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import Effort
@@ -19,7 +21,6 @@ from benchtwin.calibrate.procedure.simulator import (
 from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel
 from benchtwin.calibrate.procedure.verification import verified
 from benchtwin.calibrate.statistics.inversion import OutsideRange
-from numpy.typing import ArrayLike
 
 # times that a range is extended: each at most doubles it, so that five can make it 32
 # times as wide

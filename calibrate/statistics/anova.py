@@ -6,9 +6,10 @@ Residual = lack of fit + pure error."""
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.surface import Surface, total_ss
-from scipy import stats
 
 
 def anova_table(surface: Surface) -> pd.DataFrame:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.box import Box
 from numpy.typing import ArrayLike
+
+from benchtwin.calibrate.statistics.box import Box
 
 
 def equal_steps(box: Box, steps: int) -> pd.DataFrame:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.surface import (
     Surface,
@@ -15,7 +17,6 @@ from benchtwin.calibrate.statistics.surface import (
     residuals,
     total_ss,
 )
-from scipy import stats
 
 
 def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:

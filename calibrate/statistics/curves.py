@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.box import Box
 from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression
+
+from benchtwin.calibrate.statistics.box import Box
 
 # the pooled variance counts this many degrees of freedom beside a row's own: with five
 # repeats, one half

@@ -8,6 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.statistics.box import Box
 
 SIGNS = (-1.0, 1.0)

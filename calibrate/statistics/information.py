@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.posterior import Observable, log_posterior
 from benchtwin.calibrate.statistics.prior import Prior

@@ -9,10 +9,11 @@ The interval holds all x of the branch at which the curve agrees with the bench
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.calibrate.statistics.bench import BenchMean
-from benchtwin.calibrate.statistics.curves import Curve, Monotone
 from numpy.typing import ArrayLike
 from scipy import stats
+
+from benchtwin.calibrate.statistics.bench import BenchMean
+from benchtwin.calibrate.statistics.curves import Curve, Monotone
 
 GRID = 2001  # steps of 1/2000 of the range, roots interpolated between them
 

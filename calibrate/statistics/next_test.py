@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.statistics.posterior import Posterior, Surrogate
 
 

@@ -9,9 +9,10 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.surface import Surface
 from scipy import stats
 from scipy.optimize import minimize
+
+from benchtwin.calibrate.statistics.surface import Surface
 
 EDGE = 1e-3  # coded distance from ±1 within which a factor stands at its limit
 SAMPLED, STARTS = 64, 6  # points of the sheet, and how many a search begins from

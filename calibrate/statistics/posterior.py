@@ -12,12 +12,13 @@ from typing import Protocol
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.bench import BenchMean
-from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.prior import Prior
 from numpy.typing import ArrayLike
 from scipy import special
 from scipy.sparse import csgraph
+
+from benchtwin.calibrate.statistics.bench import BenchMean
+from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.prior import Prior
 
 MOST_DF = 1e3  # with so many t is normal to every digit that matters
 REACHED_Z = 3  # beyond it no parameters of the box give the bench's mean

@@ -4,8 +4,9 @@ off at the box."""
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.calibrate.statistics.box import Box
 from scipy import special, stats
+
+from benchtwin.calibrate.statistics.box import Box
 
 
 @dataclass(frozen=True, eq=False)

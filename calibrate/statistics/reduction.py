@@ -4,6 +4,7 @@ staying in (hierarchy)."""
 from dataclasses import dataclass
 
 import pandas as pd
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.assessment import coefficients
 from benchtwin.calibrate.statistics.surface import Surface, refit

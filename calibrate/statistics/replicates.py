@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics import terms as polynomial
 from scipy import stats
+
+from benchtwin.calibrate.statistics import terms as polynomial
 
 
 @dataclass(frozen=True)

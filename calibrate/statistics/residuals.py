@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from benchtwin.calibrate.statistics.surface import Surface, leverage, residuals
 from scipy import stats
+
+from benchtwin.calibrate.statistics.surface import Surface, leverage, residuals
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ Source: Goodman & Weare (2010), Comm. App. Math. Comp. Sci. 5, 65; Foreman-Macke
 
 import emcee
 import numpy as np
+
 from benchtwin.calibrate.statistics.posterior import (
     Observable,
     Posterior,

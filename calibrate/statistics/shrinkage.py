@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.surface import Surface
-from numpy.typing import ArrayLike
 
 STRENGTHS = np.geomspace(3e-3, 3e2, 11)  # g: main effects of 0.05 to 17 packing sds
 STEEPNESS = (0.2, 0.5, 1.0)  # r

@@ -11,11 +11,12 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.packings import decorrelate
-from numpy.typing import ArrayLike
-from scipy import stats
 
 # lack of fit this unlikely by chance is believed, and added to the surface's own error
 LACK_P = 0.10

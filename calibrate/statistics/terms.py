@@ -5,8 +5,9 @@ from itertools import combinations, product
 from math import comb
 
 import numpy as np
-from benchtwin.calibrate.statistics.box import Box
 from numpy.typing import ArrayLike
+
+from benchtwin.calibrate.statistics.box import Box
 
 LETTERS = "ABCDEFGHJKLMNOP"  # Design-Expert leaves I out: it stands for the intercept
 Term = tuple[int, ...]

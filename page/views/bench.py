@@ -5,6 +5,8 @@ from collections import Counter
 from pathlib import Path
 from urllib.parse import quote
 
+from nicegui import Client, background_tasks, ui
+
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.page.card_number import (
     FILMS,
@@ -30,7 +32,6 @@ from benchtwin.page.views.numbers import in_words
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.new_bench import new_bench
 from benchtwin.vision.recording import Recording
-from nicegui import Client, background_tasks, ui
 
 TABS = ("Recordings", "What holds for all", "Run", "Results")
 PICTURED = ("photos", "frames", "video")

@@ -4,9 +4,10 @@ posterior, recording beside twin."""
 from collections.abc import Callable
 from typing import Any
 
-from benchtwin.page import results
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
+
+from benchtwin.page import results
 
 
 class Picture(Element, component="../static/look.js"):

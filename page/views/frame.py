@@ -7,8 +7,9 @@ from functools import partial, wraps
 from typing import Any
 from urllib.parse import quote
 
-from benchtwin.page.folder import Refused
 from nicegui import ui
+
+from benchtwin.page.folder import Refused
 
 ANSWER_S = 60.0  # a large bench on a busy machine takes its time
 FILES = (

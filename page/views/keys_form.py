@@ -8,12 +8,13 @@ from pathlib import Path
 from time import strftime
 from typing import Any
 
+from nicegui import background_tasks, ui
+
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
 from benchtwin.page.form import UNKNOWN, Field, form, table
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import bench_attribute, errors_shown
-from nicegui import background_tasks, ui
 
 REST_S = 0.8  # without typing, after which what was typed is saved
 

@@ -10,6 +10,8 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+from nicegui import ui
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page import measuring, sound_impacts, toml_file
 from benchtwin.page.card_number import original_name
@@ -34,7 +36,6 @@ from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.drop_sound import sound_of
 from benchtwin.vision.recording import Recording
-from nicegui import ui
 
 TOOL_NAMES = {
     "": "Look",

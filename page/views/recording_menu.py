@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import quote
 
+from nicegui import run, ui
+
 from benchtwin.page import recording_files as files
 from benchtwin.page.folder import Refused
 from benchtwin.page.site import Site
@@ -11,7 +13,6 @@ from benchtwin.page.views.frame import bench_attribute, errors_shown, open_recor
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
-from nicegui import run, ui
 
 
 def show(

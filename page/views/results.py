@@ -8,6 +8,8 @@ from pathlib import Path
 from urllib.parse import quote
 
 import pandas as pd
+from nicegui import ui
+
 from benchtwin.bench.numbers import plus_minus, with_unit
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
@@ -18,7 +20,6 @@ from benchtwin.page.views.elements import PosteriorCloud
 from benchtwin.page.views.frame import tabs
 from benchtwin.page.views.numbers import in_words
 from benchtwin.report.numbers import words
-from nicegui import ui
 
 REPORTS = (  # file below results/, heading
     ("measured/overlays/index.html", "What was found on each recording"),

@@ -4,6 +4,8 @@ import re
 from functools import partial
 from pathlib import Path
 
+from nicegui import ui
+
 from benchtwin.page import runs
 from benchtwin.page.folder import Refused
 from benchtwin.page.runs import (
@@ -19,7 +21,6 @@ from benchtwin.page.runs import (
 )
 from benchtwin.page.site import Site
 from benchtwin.page.views.frame import errors_shown
-from nicegui import ui
 
 EVERY_S = 0.7
 QUICK = ("--quick",)

@@ -3,11 +3,12 @@
 import asyncio
 from pathlib import Path
 
+from nicegui import ui
+
 from benchtwin.page.side_by_side import BenchTwinPair, browser_data, pairs_of, read_pair
 from benchtwin.page.site import Site
 from benchtwin.page.views.elements import SideBySide
 from benchtwin.vision.measurement import MeasurementError
-from nicegui import ui
 
 
 def panel(site: Site, bench: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.prove.baselines.drops import (
     FLIGHT_NAMES,
     IMPACT_NAMES,

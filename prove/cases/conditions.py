@@ -4,6 +4,7 @@ that a contact parameter follows."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.prove.cases.bench import Bench
 
 NUMBERS = {  # name with its unit → least, most, digits

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+
 from benchtwin.prove.cases import ellipsoid as body
 from benchtwin.prove.cases.bench import Request, log_uniform
 from benchtwin.prove.cases.camera import Camera, true_times

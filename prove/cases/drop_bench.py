@@ -3,6 +3,7 @@ state."""
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.prove.cases.bench import Bench, Recording
 from benchtwin.prove.cases.camera import magnification, project
 from benchtwin.prove.cases.drop import Scene, SimulatedDrop, fly_all

@@ -12,9 +12,10 @@ follows, order-drift: change of e over half the range of a condition, of the ord
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
+
 from benchtwin.prove.cases.flight_laws import IMPACT, restitution
 from benchtwin.prove.cases.record import Effect
-from scipy.optimize import brentq
 
 MIDDLE_M_S = 1.2  # restitution laws agree with the constant one here
 STRENGTH = {

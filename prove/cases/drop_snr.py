@@ -8,6 +8,9 @@ of contact."""
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
+from scipy.integrate import cumulative_trapezoid
+
 from benchtwin.prove.cases.camera import magnification, project, stated_times
 from benchtwin.prove.cases.drop import (
     DEPTH_SD_MM,
@@ -46,8 +49,6 @@ from benchtwin.prove.cases.snr import (
     spread_snr,
 )
 from benchtwin.prove.cases.stated import known_plumb_deg, known_scale
-from numba import njit
-from scipy.integrate import cumulative_trapezoid
 
 MARGIN_S = 4e-4
 DRAG_SD = (

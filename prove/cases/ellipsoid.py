@@ -8,8 +8,9 @@ impact returns exactly the restitution that the law asks for."""
 import math
 
 import numpy as np
-from benchtwin.prove.cases.flight_laws import acceleration, restitution
 from numba import njit
+
+from benchtwin.prove.cases.flight_laws import acceleration, restitution
 
 G_M_S2 = 9.80665
 CONTACT_STEP_S, FINEST_STEP_S = 2e-6, 1e-9

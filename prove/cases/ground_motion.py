@@ -4,8 +4,9 @@ midpoint rule."""
 import math
 
 import numpy as np
-from benchtwin.prove.cases.flight_laws import drag_number
 from numba import njit
+
+from benchtwin.prove.cases.flight_laws import drag_number
 
 G_M_S2 = 9.80665
 STEP_S, FINEST_STEP_S = 2e-4, 1e-9

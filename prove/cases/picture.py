@@ -2,6 +2,7 @@
 is not evenly lit."""
 
 import numpy as np
+
 from benchtwin.prove.cases.camera import Camera, project
 
 MARGIN_PX = 14

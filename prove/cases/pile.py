@@ -13,6 +13,8 @@ flank breaks half way up."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
+
 from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
 from benchtwin.prove.cases.noise import Noise
 from benchtwin.prove.cases.record import Cases, Effect
@@ -23,7 +25,6 @@ from benchtwin.prove.cases.stated import (
     camera_keys,
     known_plumb_deg,
 )
-from scipy.optimize import least_squares
 
 EFFECTS = {
     "cohesion": Effect(("crest", "toe"), None, 0.3, 10.0),

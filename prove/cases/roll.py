@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import brentq
+
 from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
 from benchtwin.prove.cases.camera import Camera, magnification
@@ -27,7 +29,6 @@ from benchtwin.prove.cases.stated import (
     known_scale,
     stated_distance_mm,
 )
-from scipy.optimize import brentq
 
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
 # of a sphere's drag in free air, in all runs; size and mass known or not

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.bench import Bench, Recording, Request
 from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy

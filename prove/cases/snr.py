@@ -9,6 +9,7 @@ nuisances' prior precisions."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.prove.cases.noise import Noise, whitened
 
 

@@ -4,6 +4,7 @@ they read."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.prove.cases.bench import Bench, Request, log_uniform
 
 # of benches that leave a key out; "seed.sizes": all three, "track.…": a column

@@ -4,6 +4,7 @@ where fall and rise meet to the apex of the rise."""
 from collections.abc import Iterable
 
 import numpy as np
+
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.rigs.bed.equation import doubt_of
 from benchtwin.vision.measurement import Observation, Quantity

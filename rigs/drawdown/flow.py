@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.rigs.drawdown import TIMED
 from benchtwin.vision.evidence.frames import Frame
 from benchtwin.vision.measurement import MeasurementError

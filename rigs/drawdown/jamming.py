@@ -10,10 +10,11 @@ Of one width's share the 95 % interval of Wilson (1927)."""
 from collections.abc import Iterable
 
 import numpy as np
+from scipy import special
+
 from benchtwin.bench import distributions as stats
 from benchtwin.vision.measurement import Observation, Quantity
 from benchtwin.vision.recording import Recording
-from scipy import special
 
 JAMMED = (
     "an arch over the slot ended the flow: it tells of jamming, not of slope and time"

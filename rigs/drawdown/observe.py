@@ -7,6 +7,7 @@ own part of the picture."""
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.sim.rigs.drawdown import TIMED
 from benchtwin.vision.evidence.frames import open_frames

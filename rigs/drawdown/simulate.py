@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, project
 from benchtwin.sim.rigs.drawdown import OF_A_FLOW, Drawdown, run_drawdown

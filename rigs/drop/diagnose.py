@@ -4,6 +4,7 @@ alternatives."""
 from functools import partial
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 
-from benchtwin.sim.laws import LAWS
 from scipy.optimize import brentq
+
+from benchtwin.sim.laws import LAWS
 
 SLOW_M_S, FAST_M_S = 0.5, 2.0  # a fall is e(slow) − e(fast)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import tomli_w
+
 from benchtwin.rigs.drop import RIG
 from benchtwin.rigs.drop.flown import motion_of
 from benchtwin.sim.picture import Camera, Look, film

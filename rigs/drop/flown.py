@@ -4,6 +4,7 @@ impacts at their own speeds."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.rigs.drop import RIG
 from benchtwin.sim.engine.step import Every, init, run

@@ -8,6 +8,7 @@ bounces differently at first."""
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.robust import robust_sd

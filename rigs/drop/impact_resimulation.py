@@ -4,6 +4,7 @@ the seed."""
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.diagnose.rerun import (
     Comparison,
     Resimulation,

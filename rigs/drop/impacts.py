@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+
 from benchtwin.bench.air import air_of, drag_at, stated_sizes_mm, through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ONE_SIZE_LONG, UNKNOWN_LONG, elongation

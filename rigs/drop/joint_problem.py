@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.linalg import block_diag
+
 from benchtwin.bench.priors import FARTHEST_M, NEAREST_M, unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import PRIOR_WIDTHS, UnknownScatter
@@ -34,7 +36,6 @@ from benchtwin.rigs.drop.reduction import MAX_ITERATIONS, problem_of
 from benchtwin.rigs.drop.second_contacts import without_second_contacts
 from benchtwin.rigs.drop.session import Session, assemble, block_of
 from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise
-from scipy.linalg import block_diag
 
 WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
 DISTANCES_M = np.geomspace(FARTHEST_M, NEAREST_M, 10)

@@ -2,6 +2,8 @@
 
 from typing import Annotated, Literal
 
+from pydantic import Field
+
 from benchtwin.bench.priors import stated_sd, usable_sd
 from benchtwin.bench.section import (
     FROM_LIST,
@@ -13,7 +15,6 @@ from benchtwin.bench.section import (
     TwoLengths,
     Vector,
 )
-from pydantic import Field
 
 
 class Drop(Section):

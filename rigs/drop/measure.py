@@ -19,6 +19,7 @@ from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.air import drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student

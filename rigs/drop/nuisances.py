@@ -1,6 +1,7 @@
 """Nuisance parameters of every drop, with priors; a stated key replaces the sd here."""
 
 import numpy as np
+
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.noise import LOCK_PX

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.air import stated_sizes_mm
 from benchtwin.diagnose.rerun import Comparison, Resimulation, differences
 from benchtwin.rigs.drop.filmed import Seed, camera_for, followed, moments

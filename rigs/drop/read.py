@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.air import air_of, drag_at, hop_s
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd

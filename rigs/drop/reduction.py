@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.linalg import solve_triangular
+
 from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
@@ -60,7 +62,6 @@ from benchtwin.rigs.drop.track_noise import (
     smooth_columns,
 )
 from benchtwin.rigs.drop.trajectories import POINTS
-from scipy.linalg import solve_triangular
 
 STEP = 1e-3  # of a global's prior sd, for derivatives
 MAX_ITERATIONS = 25  # large scale errors and strong winds converge slowly

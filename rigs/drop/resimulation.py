@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, Air, drag_shape
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.diagnose.rerun import (

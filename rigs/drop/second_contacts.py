@@ -9,11 +9,12 @@ out; one that was touched just before its contact is cut there. Tested on whiten
 from dataclasses import replace
 
 import numpy as np
+from numpy.polynomial import legendre
+
 from benchtwin.infer.noise import frame_lag
 from benchtwin.rigs.drop.flight_model import ROUND
 from benchtwin.rigs.drop.session import Session
 from benchtwin.rigs.drop.track_noise import DEGREE, TrackNoise
-from numpy.polynomial import legendre
 
 AFTER_S = (0.0015, 0.002, 0.0025, 0.003, 0.005, 0.007, 0.009, 0.012, 0.016, 0.02)
 # fall of χ² with 2 degrees of freedom, 4e-6 by chance, for which a flight is left out

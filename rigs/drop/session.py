@@ -4,6 +4,8 @@ recording."""
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
+
 from benchtwin.bench.air import Air, air_of, stated_sizes_mm
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.drop.effects.hooks import View
@@ -12,7 +14,6 @@ from benchtwin.rigs.drop.silhouette_spin import (
     spin_calibration,
 )
 from benchtwin.vision.motion.flight import FEW_ROWS
-from numpy.polynomial import legendre
 
 LEAST_ROWS = 8  # of a flight that may be judged by itself
 LEAST = 2  # of a flight

@@ -8,6 +8,7 @@ plus an error of the size of that unevenness (free ellipsoids in any attitude: D
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.robust import difference_noise
 
 QUARTERS = 4

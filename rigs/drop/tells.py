@@ -1,6 +1,7 @@
 """What drops tell a calibration: the restitution of seed on steel."""
 
 import numpy as np
+
 from benchtwin.bench.tells import ByCurve
 from benchtwin.rigs.drop import RIG
 

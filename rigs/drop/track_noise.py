@@ -4,10 +4,11 @@ effect."""
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.rigs.drop.session import LEAST_ROWS, Session
-from numpy.polynomial import legendre
 
 TELLING = 20  # longest flights, which tell the correlation
 DEGREE = 6  # of the curve; forces act in degrees 2 to 5

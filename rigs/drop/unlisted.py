@@ -4,6 +4,7 @@ laws."""
 from itertools import pairwise
 
 import numpy as np
+
 from benchtwin.bench.air import speed_through_air
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law

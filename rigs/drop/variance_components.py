@@ -8,12 +8,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.bench import distributions as stats
-from benchtwin.bench.robust import robust_sd
 from scipy.optimize import minimize
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.special import polygamma
+
+from benchtwin.bench import distributions as stats
+from benchtwin.bench.robust import robust_sd
 
 # degrees of freedom of bounces' Student scatter: most contacts stick, a few slide or
 # touch twice

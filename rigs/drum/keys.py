@@ -2,8 +2,9 @@
 
 from typing import Annotated
 
-from benchtwin.bench.section import Positive, Section, TwoLengths
 from pydantic import Field
+
+from benchtwin.bench.section import Positive, Section, TwoLengths
 
 
 class Drum(Section):

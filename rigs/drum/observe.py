@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
+from scipy import ndimage
+
 from benchtwin.bench.distributions import t as student
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.measurement import GOOD, MeasurementError, Observation, Quantity
@@ -16,7 +18,6 @@ from benchtwin.vision.overlay.canvas import GREEN, RED, WHITE, YELLOW, Canvas
 from benchtwin.vision.pile.line import EDGE_FLOOR_PX, Line, fit_line
 from benchtwin.vision.pile.surface import binarise, shrink
 from benchtwin.vision.recording import Recording
-from scipy import ndimage
 
 # of the surface from wall to wall, along the horizontal: between these the line is
 # fitted

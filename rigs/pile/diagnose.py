@@ -1,6 +1,7 @@
 """Heaps, from photos to a finding."""
 
 import numpy as np
+
 from benchtwin.infer import power_law
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.rigs.pile.read import SeenPile, describe
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.profile import outline

@@ -2,6 +2,7 @@
 widened."""
 
 import numpy as np
+
 from benchtwin.rigs.pile.effects.shapes import crest, middle, toe
 
 CREST_MEAN, CREST_SD, CREST_WIDTH = -0.04, 0.03, 0.12

@@ -10,6 +10,7 @@ creep     flattening from first to last photo = settling + base vibration
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.evidence import UnknownScatter
 from benchtwin.infer.linear import Reduced, stacked

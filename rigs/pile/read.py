@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.twin.curve import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of
 from benchtwin.vision.measurement import MeasurementError

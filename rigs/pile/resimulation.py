@@ -11,6 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from benchtwin.diagnose.rerun import Comparison, Resimulation
 from benchtwin.infer.finding import Finding
 from benchtwin.rigs.pile.effects import EFFECTS

@@ -4,6 +4,7 @@ packings."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag
 from benchtwin.rigs.pile.flanks import STEP, Flank, Photo

@@ -1,6 +1,7 @@
 """Rolls, from recordings to a finding."""
 
 import numpy as np
+
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation

@@ -2,6 +2,7 @@
 μ_r = S sin β / (S cos β + L)."""
 
 import numpy as np
+
 from benchtwin.bench.priors import stated_sd
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity

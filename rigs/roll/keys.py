@@ -2,8 +2,9 @@
 
 from typing import Annotated, Literal
 
-from benchtwin.bench.section import Length, NotNegative, Section, TwoLengths
 from pydantic import Field
+
+from benchtwin.bench.section import Length, NotNegative, Section, TwoLengths
 
 
 class Roll(Section):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.roll.effects.corner import usual_loss
 from benchtwin.rigs.roll.effects.resistance import drag_over_weight

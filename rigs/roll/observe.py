@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.rigs.roll.measure import RunOut, measure_roll
 from benchtwin.rigs.roll.roll_path import roll_path
 from benchtwin.vision.measurement import MeasurementError, Observation

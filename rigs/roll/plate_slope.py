@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.numbers import plus_minus

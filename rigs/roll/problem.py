@@ -6,6 +6,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from scipy.optimize import least_squares
+
 from benchtwin.bench import distributions as stats
 from benchtwin.bench.air import SEED_DRAG
 from benchtwin.bench.priors import stated_sd, unstated_sd
@@ -24,7 +26,6 @@ from benchtwin.rigs.roll.run_noise import (
     smooth_curves,
 )
 from benchtwin.rigs.roll.session import Run, Seed, weight_over_inertia
-from scipy.optimize import least_squares
 
 # Nuisances: sd about 0. Stated keys replace the centre (incline, length, air) or the sd
 # (scale).

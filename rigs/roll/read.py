@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.roll_path import stays_on_incline
 from benchtwin.twin.curve import Curve

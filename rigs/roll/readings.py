@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.noise import Noise

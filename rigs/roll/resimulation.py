@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.air import air_of, drag_shape
 from benchtwin.diagnose.path_comparison import (
     MOST,

@@ -4,6 +4,7 @@ travel along them."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.bench.priors import stated_sd
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording

@@ -5,11 +5,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial import legendre
+from scipy.linalg import block_diag
+
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.rigs.roll.session import Run
-from numpy.polynomial import legendre
-from scipy.linalg import block_diag
 
 EXACT_M = 3e-6  # floor for simulated tracks
 ENOUGH_ROWS = (

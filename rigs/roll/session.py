@@ -6,6 +6,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import median_filter
+
 from benchtwin.bench.air import Air, air_of, drag_shape, stated_sizes_mm
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, stated_sd, unstated_sd
@@ -19,7 +21,6 @@ from benchtwin.rigs.roll.initial_path import (
     path_of_few,
     path_on_incline,
 )
-from scipy.ndimage import median_filter
 
 MOST_ROWS = 280  # more rows add time, not information
 LEAST_ROWS = 4

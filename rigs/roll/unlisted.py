@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 import numpy as np
+
 from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
 from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.bench.resolution import STEPS
 from benchtwin.infer.conditions import (
     Contact,

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+
 from benchtwin.infer.noise import Noise, Stretch, estimate
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.rivals import Measured, Rival

@@ -2,8 +2,9 @@
 
 from typing import Annotated
 
-from benchtwin.bench.section import Length, Section, TwoLengths
 from pydantic import Field
+
+from benchtwin.bench.section import Length, Section, TwoLengths
 
 
 class Slide(Section):

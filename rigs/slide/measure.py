@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step

@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect

@@ -16,12 +16,13 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.optimize import least_squares, minimize_scalar
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.noise import Noise
 from benchtwin.rigs.slide.model import LOCALS, Model, laws_of, tilt_of
 from benchtwin.rigs.slide.motion import Laws, friction_at, travel
 from benchtwin.rigs.slide.session import Run
-from scipy.optimize import least_squares, minimize_scalar
 
 LETS_GO, KEEPS, MOVING, SET_OFF = "lets go", "keeps", "moving", "set off"
 OWN = {

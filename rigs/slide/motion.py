@@ -18,8 +18,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from benchtwin.bench.constants import G_M_S2
 from numba import njit
+
+from benchtwin.bench.constants import G_M_S2
 
 STEPS = 300  # at least, from rest to the end
 FARTHEST_M = 100.0  # bound on travel, against overflow in a fit

@@ -1,6 +1,7 @@
 """A recording of a slide, whatever its evidence → what is measured on it."""
 
 import numpy as np
+
 from benchtwin.rigs.slide.measure import Slide, measure_slide
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.measurement import Observation

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.polynomial import legendre
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
@@ -38,7 +40,6 @@ from benchtwin.rigs.slide.session import (
     Session,
     slide_end,
 )
-from numpy.polynomial import legendre
 
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.diagnose.path_comparison import (
     MOST,
     TwinPair,

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
 from benchtwin.bench.air import REFERENCE_SPEED_M_S, air_of
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ellipsoid_volume

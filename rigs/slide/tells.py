@@ -1,6 +1,7 @@
 """What slides tell a calibration: the static friction of seed on steel."""
 
 import numpy as np
+
 from benchtwin.bench.tells import ByCurve
 from benchtwin.rigs.slide import RIG
 

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.priors import stated_sd
 
 # the angle is learnt from so many times the slide's duration, up to its end

@@ -4,6 +4,7 @@ law."""
 from itertools import pairwise
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law
 from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench import distributions as stats
 from benchtwin.rigs.slide.problem import Prepared, stretches
 

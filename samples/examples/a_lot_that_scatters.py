@@ -6,6 +6,7 @@ that of the mean seed, since sizes go together."""
 
 import numpy as np
 import plotly.graph_objects as go
+
 from benchtwin.sim.seed.sizes import SOYBEAN
 
 lot = 1e3 * SOYBEAN.sample(np.random.default_rng(1), 4000)  # (n, 3) in mm

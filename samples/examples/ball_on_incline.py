@@ -5,9 +5,9 @@ convention, takes its part of what is left. Neither mass nor size is in it."""
 
 import numpy as np
 import plotly.graph_objects as go
-from benchtwin.sim.rigs.roll import Roll, run_roll
 
 from benchtwin import Bench, Parameters
+from benchtwin.sim.rigs.roll import Roll, run_roll
 
 ALPHA, MU_R, G = np.radians(10.0), 0.02, 9.80665
 on_steel, _ = Parameters(static_friction=0.5, rolling_friction=MU_R).contacts()

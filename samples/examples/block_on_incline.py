@@ -5,10 +5,10 @@ they slide at φ = arctan μ, whatever their size, mass and modulus."""
 
 import numpy as np
 import plotly.graph_objects as go
-from benchtwin.sim.rigs.bench import Bench
-from benchtwin.sim.rigs.slide import Slide, run_slide
 
 from benchtwin import Parameters
+from benchtwin.sim.rigs.bench import Bench
+from benchtwin.sim.rigs.slide import Slide, run_slide
 
 friction = 0.34
 on_steel, _ = Parameters(static_friction=friction).contacts()

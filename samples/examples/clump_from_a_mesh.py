@@ -7,6 +7,7 @@ radius."""
 import numpy as np
 import plotly.graph_objects as go
 import trimesh
+
 from benchtwin.sim.seed.clump import fit_clump
 from benchtwin.sim.seed.shape import Shape
 

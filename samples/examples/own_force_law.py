@@ -5,10 +5,10 @@ that falls in a steady wind drifts by ½ (F/m) t²; without air that is exact.""
 
 import numpy as np
 import plotly.graph_objects as go
-from benchtwin.sim.laws import Parameter
-from benchtwin.sim.rigs.drop import Drop, run_drop
 
 from benchtwin import Bench, Law
+from benchtwin.sim.laws import Parameter
+from benchtwin.sim.rigs.drop import Drop, run_drop
 
 PUSH_N = 2e-4
 

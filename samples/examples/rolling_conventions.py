@@ -5,6 +5,7 @@ each sphere's own radius R, or the effective radius R* = R₁R₂/(R₁+R₂), w
 between equal spheres and R at a wall. The same torque then needs another μ_r."""
 
 import plotly.graph_objects as go
+
 from benchtwin.calibrate.export.conventions import rolling_friction
 
 calibrated = 0.04  # seed on seed, EDEM's standard convention

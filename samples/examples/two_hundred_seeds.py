@@ -6,13 +6,13 @@ lie. Let fall all at once, these rebounded, and the sides now hold them down."""
 
 import numpy as np
 import plotly.graph_objects as go
+
+from benchtwin import Seed
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import box
 from benchtwin.sim.engine.world import Scattered, World
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
-
-from benchtwin import Seed
 
 SIDE_M = 0.035
 bean, soft = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3), SOYBEAN.softened(3e6)

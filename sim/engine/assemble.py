@@ -7,10 +7,11 @@ that laws still run in vector registers."""
 
 from collections.abc import Callable
 
+from numba import njit
+
 from benchtwin.sim.engine import tiles
 from benchtwin.sim.engine.compiled import INNER, inner
 from benchtwin.sim.laws.law import CONTACT_KINDS, Law
-from numba import njit
 
 
 def _numbers_from(first: int, count: int, lanes: bool):

@@ -8,11 +8,12 @@ new forces). Forces that depend on velocity thus see it to second order in the s
 import math
 
 import numpy as np
+from numba import njit
+
 from benchtwin.sim.engine import sleeping, turning
 from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.tiles import LANES
-from numba import njit
 
 # Columns of `motion`: centre of mass, velocity, spin (world axes), mass.
 X, V, W, MASS = 0, 3, 6, 9

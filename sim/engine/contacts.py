@@ -9,6 +9,8 @@ the order of every sum is fixed, however many threads share the blocks."""
 import math
 
 import numpy as np
+from numba import njit
+
 from benchtwin.sim.engine import gathering, tiles
 from benchtwin.sim.engine.bodies import FROM_CONTACTS
 from benchtwin.sim.engine.compiled import INNER
@@ -16,7 +18,6 @@ from benchtwin.sim.engine.gathering import S_CONTACTS
 from benchtwin.sim.engine.sleeping import CALM
 from benchtwin.sim.engine.surfaces import nearest, shares_feature
 from benchtwin.sim.engine.tiles import LANES
-from numba import njit
 
 REACH = False
 SHORT = 1.0 - 1e-6  # for rounding: `quiet` is kept in single precision

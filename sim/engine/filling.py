@@ -2,6 +2,7 @@
 refused."""
 
 import numpy as np
+
 from benchtwin.sim.engine.world import Placed, Scattered, World
 
 # grid pitch over the largest seed's bounding diameter; half of the rest is the shake

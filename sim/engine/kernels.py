@@ -6,6 +6,8 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
+
 from benchtwin.sim.engine import (
     assemble,
     bodies,
@@ -22,7 +24,6 @@ from benchtwin.sim.engine.gathering import S_OVERLAP
 from benchtwin.sim.engine.parallel import barrier, take
 from benchtwin.sim.laws import hertz_mindlin
 from benchtwin.sim.laws.law import Chosen, Law
-from numba import njit
 
 # What the kernels see of a state and its world, arrays all (see `state.State` for those
 # that outlive a call).

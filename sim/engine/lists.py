@@ -4,6 +4,8 @@ pairs found, memory carried over, blocks cut."""
 from functools import cache
 
 import numpy as np
+from numba import njit
+
 from benchtwin.sim.engine import neighbours, surfaces
 from benchtwin.sim.engine.bodies import X
 from benchtwin.sim.engine.compiled import ALLOCATING, fingerprint, inner, kernel
@@ -11,7 +13,6 @@ from benchtwin.sim.engine.neighbours import Bodies, Grid
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Vector
 from benchtwin.sim.engine.world import Tables
-from numba import njit
 
 # ball–ball and ball–primitive pairs up to which all are listed for good, and nothing is
 # ever searched

@@ -9,6 +9,7 @@ import math
 from collections import namedtuple
 
 import numpy as np
+
 from benchtwin.sim.engine.bodies import BOUND, X
 from benchtwin.sim.engine.surfaces import PLANE, TRIANGLE
 

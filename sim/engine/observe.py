@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.engine import gathering
 from benchtwin.sim.engine.bodies import DIAMETER, MASS, V, W, X
 from benchtwin.sim.engine.kernels import LEDGER_NAMES, T_KINETIC

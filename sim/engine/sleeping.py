@@ -9,8 +9,9 @@ speeds of √(g d)."""
 
 import math
 
-from benchtwin.sim.engine.compiled import INNER
 from numba import njit
+
+from benchtwin.sim.engine.compiled import INNER
 
 SLEEP_EVERY, CALM = 16, 8
 CALM_SPEED, CALM_FORCE, WAKING_FORCE, WAKING_SPEED = 4e-3, 0.05, 0.1, 0.02

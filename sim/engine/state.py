@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.engine.bodies import MASS, V, W, X
 
 Array = np.ndarray

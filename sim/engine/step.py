@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+
 from benchtwin.sim.engine import bodies, kernels, lists, turning
 from benchtwin.sim.engine import state as states
 from benchtwin.sim.engine.compiled import fingerprint, is_kept, kernel

@@ -8,8 +8,9 @@ the axis to the other end, radius; a thin shell, felt from inside and outside.""
 
 import math
 
-from benchtwin.sim.engine.compiled import INNER, OPTIONS
 from numba import njit
+
+from benchtwin.sim.engine.compiled import INNER, OPTIONS
 
 PLANE, PARALLELOGRAM, CYLINDER, TRIANGLE = range(4)
 ROW = 10

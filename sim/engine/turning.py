@@ -16,9 +16,10 @@ from step to step.)"""
 
 import math
 
+from numba import njit
+
 from benchtwin.sim.engine.compiled import INNER
 from benchtwin.sim.engine.tiles import COMPUTED, rows
-from numba import njit
 
 QW, QX, QY, QZ = rows(COMPUTED, 4)  # orientation: unit quaternion, body to world
 # angular momentum in the middle of the step, world axes

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.engine.surfaces import (
     CYLINDER,
     PARALLELOGRAM,

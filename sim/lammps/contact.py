@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.world import World, contact_between
 from benchtwin.sim.laws import LAWS

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every, init

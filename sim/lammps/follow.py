@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.sim.rigs.bench import Columns
 from benchtwin.sim.rotation import product
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.lammps import program
 from benchtwin.sim.lammps.follow import Way, parts, read_way

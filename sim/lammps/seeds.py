@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.sim.engine.world import Placed
 from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.world import World, time_step

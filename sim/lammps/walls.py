@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.walls import (
     Cylinder,
     Plane,

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import tables_of
 from benchtwin.sim.engine.surfaces import nearest

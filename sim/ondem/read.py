@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import first_forces, init
 from benchtwin.sim.engine.world import Placed, World

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.bench.whole_file import whole
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Plane, Rectangle, Wall
@@ -12,7 +14,6 @@ from benchtwin.sim.engine.world import World
 from benchtwin.sim.ondem import FORMAT, UNITS, VERSION
 from benchtwin.sim.ondem.interactions import Interactions, interactions
 from benchtwin.sim.seed import Seed
-from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:
     from h5py import Group

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
+
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import look as looks
 from benchtwin.sim.picture.camera import Camera, undistort

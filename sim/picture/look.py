@@ -4,10 +4,11 @@ reproducible: nothing is drawn here."""
 from dataclasses import dataclass
 
 import numpy as np
-from benchtwin.sim.material import within
-from benchtwin.sim.picture.camera import Camera
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
+
+from benchtwin.sim.material import within
+from benchtwin.sim.picture.camera import Camera
 
 Array = np.ndarray
 

@@ -2,6 +2,7 @@
 silhouette."""
 
 import numpy as np
+
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.surface import Mesh, area
 

@@ -4,6 +4,7 @@ sub-frames of an exposure.
 A seed that is not there has NaN for its pose, which SciPy's rotations refuse."""
 
 import numpy as np
+
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rotation import product
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import look as looks
 from benchtwin.sim.picture.camera import Camera, axes, view

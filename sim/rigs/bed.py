@@ -5,6 +5,7 @@ Ammi, Oger & Valance 2007, Phys. Rev. E 75, 061305)."""
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every

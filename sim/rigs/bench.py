@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.walls import Slide, Vector, Wall
@@ -24,7 +26,6 @@ from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.lot import Lot
 from benchtwin.sim.seed.sizes import SOYBEAN as SOYBEAN_SIZES
 from benchtwin.sim.seed.sizes import Sizes
-from numpy.typing import ArrayLike
 
 # sizes in a heap: as many as callipers measured; each is meshed once for the picture
 DIFFERENT = 100

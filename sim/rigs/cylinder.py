@@ -4,6 +4,7 @@ slopes all round is left."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.walls import Cylinder, Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion

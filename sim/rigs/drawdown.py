@@ -5,6 +5,7 @@ Technol. 343, 803–812)."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.walls import Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.material import Contact, Material

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every

@@ -4,6 +4,7 @@ dynamic angle of repose."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Cylinder, Mesh, Rectangle, Turn, Wall

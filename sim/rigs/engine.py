@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled, kinetic_per_seed
 from benchtwin.sim.engine.state import State

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.sim.engine.filling import scatter
 from benchtwin.sim.engine.walls import Vector
 from benchtwin.sim.engine.world import Placed, Scattered, World

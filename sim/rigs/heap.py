@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.sim.engine.walls import Vector, Wall
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS, Chosen

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from benchtwin.sim.motion import Part
 from benchtwin.sim.seed.surface import Mesh
 

@@ -4,6 +4,7 @@ and what is left has an angle of repose."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.walls import Rectangle, Slide, Wall
 from benchtwin.sim.laws import Chosen
 from benchtwin.sim.material import Contact, Material

@@ -4,10 +4,11 @@ height would see."""
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
+
 from benchtwin.bench.slope_window import line_window
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rotation import turned
-from scipy.ndimage import uniform_filter1d
 
 # of the crest's height: what is lower does not count for the centroid, and where a pile
 # ends

@@ -4,6 +4,7 @@ behind it."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every

@@ -4,6 +4,8 @@ slide."""
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Rectangle, Turn
@@ -15,7 +17,6 @@ from benchtwin.sim.rigs.engine import OURS, Engine, Way
 from benchtwin.sim.rigs.parts import slab
 from benchtwin.sim.rotation import about, product, turned
 from benchtwin.sim.seed import MOST_SPHERES, Seed
-from scipy.spatial.transform import Rotation
 
 PLATE_THICKNESS_M = 5e-3
 LIE_S = 0.2  # the block lies on the level plate before the tilting begins

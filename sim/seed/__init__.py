@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.sim.material import within
 from benchtwin.sim.seed import arrange, clump, solid, surface
 from benchtwin.sim.seed.shape import Shape

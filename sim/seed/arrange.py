@@ -2,8 +2,9 @@
 plane."""
 
 import numpy as np
-from benchtwin.sim.seed.surface import directions, ellipsoid_radius, union_radius
 from scipy.optimize import least_squares
+
+from benchtwin.sim.seed.surface import directions, ellipsoid_radius, union_radius
 
 Array = np.ndarray
 

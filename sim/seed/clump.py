@@ -9,10 +9,11 @@ own Gauss-Newton step, as in Lloyd's algorithm, with balls moved from where they
 least missed."""
 
 import numpy as np
-from benchtwin.sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
-from benchtwin.sim.seed.shape import Shape
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from benchtwin.sim.seed.clump_error import CHECKED_POINTS, ClumpError, clump_error
+from benchtwin.sim.seed.shape import Shape
 
 Array = np.ndarray
 Balls = tuple[Array, Array]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+
 from benchtwin.sim.seed import MOST_SPHERES, Seed
 from benchtwin.sim.seed.clump import spheres_for
 from benchtwin.sim.seed.clump_error import ClumpError, clump_error

@@ -4,6 +4,7 @@ moments of inertia."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.solid import union_of_balls
 

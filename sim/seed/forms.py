@@ -4,6 +4,7 @@ and faces."""
 import math
 
 import numpy as np
+
 from benchtwin.sim.seed.surface import enclosed_volume
 
 Array = np.ndarray

@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchtwin.sim.seed.shape import Shape, open_edges, thinned
-from benchtwin.sim.seed.surface import area
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+
+from benchtwin.sim.seed.shape import Shape, open_edges, thinned
+from benchtwin.sim.seed.surface import area
 
 Array = np.ndarray
 

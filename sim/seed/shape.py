@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+
 from benchtwin.sim.seed import forms
 from benchtwin.sim.seed.solid import Solid, principal
 from benchtwin.sim.seed.surface import Mesh, area, crosses, enclosed_volume

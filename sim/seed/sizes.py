@@ -4,9 +4,10 @@ callipers gave."""
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import beta, norm
+
 from benchtwin.sim.seed import ARRANGEMENTS, SOYBEAN_DENSITY, Seed
 from benchtwin.sim.seed.arrange import PLANAR_MARGIN, ROUNDEST_AXIAL
-from scipy.stats import beta, norm
 
 Array = np.ndarray
 

@@ -4,6 +4,7 @@ each point counted once."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.ellipsoid import ellipsoid_volume
 
 Array = np.ndarray

@@ -2,9 +2,10 @@
 surface nets (Gibson 1998)."""
 
 import numpy as np
+from scipy import ndimage
+
 from benchtwin.sim.seed.shape import open_edges, thinned
 from benchtwin.sim.seed.surface import enclosed_volume
-from scipy import ndimage
 
 Array = np.ndarray
 

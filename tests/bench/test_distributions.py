@@ -5,8 +5,9 @@ import sys
 
 import numpy as np
 import pytest
-from benchtwin.bench import distributions as ours
 from scipy import stats
+
+from benchtwin.bench import distributions as ours
 
 P = np.array([1e-9, 0.001, 0.1, 0.5, 0.9, 0.975, 0.9999, 1.0])
 X = np.array([0.0, 1e-6, 0.1, 1.0, 5.0, 50.0, 500.0, np.inf])

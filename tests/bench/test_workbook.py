@@ -8,8 +8,9 @@ import warnings
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.bench.workbook import LONGEST_TEXT, write_workbook
 from openpyxl import load_workbook
+
+from benchtwin.bench.workbook import LONGEST_TEXT, write_workbook
 
 TABLE = pd.DataFrame(
     {

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from benchtwin.rigs.pile.read import SeenPile
 from scipy.ndimage import gaussian_filter1d
+
+from benchtwin.rigs.pile.read import SeenPile
 
 PX_MM = 0.2
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from benchtwin.infer.condition_table import (
     FOUND_P,
     Numbers,

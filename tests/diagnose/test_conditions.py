@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
+
 from benchtwin.diagnose.bench import diagnose_bench
 from benchtwin.diagnose.words import lines
 

@@ -4,11 +4,12 @@ there."""
 import re
 from pathlib import Path
 
+import pytest
+
 import benchtwin.rigs.drop.effects as drop
 import benchtwin.rigs.pile.effects as pile
 import benchtwin.rigs.roll.effects as roll
 import benchtwin.rigs.slide.effects as slide
-import pytest
 
 TEXT = (Path(__file__).parents[2] / "docs" / "diagnose.md").read_text(encoding="utf8")
 OF_RIG = {

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from falling import PIXEL_MM, Bench, G, tracks
+
 from benchtwin.bench.air import speed_through_air
 from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.problem import fit
@@ -40,7 +42,6 @@ from benchtwin.rigs.drop.trajectories import (
     accelerations,
     positions_at_nodes,
 )
-from falling import PIXEL_MM, Bench, G, tracks
 
 LIGHT = Bench(fps=500.0)
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_drop_few_rows import flights
+
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.read import read_drops
-from test_drop_few_rows import flights
 
 SEED = "length_mm = 40\nwidth_mm = 40\nthickness_mm = 40\nmass_g = 150\n"
 

@@ -3,6 +3,7 @@ were timed."""
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.air import hop_s, through_air
 from benchtwin.diagnose.bench import diagnose_bench
 from benchtwin.rigs.drop.read import read_drops

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+
 from benchtwin.diagnose import words
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.infer.explanation import UNSHAPED

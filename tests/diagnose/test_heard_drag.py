@@ -3,6 +3,7 @@ read from them."""
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.air import air_of, drag_at, hop_s
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.rigs.drop.diagnose import diagnose_drop

@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 from benchtwin.rigs.drop.fall_laws import viscoelastic
 from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like
 from benchtwin.twin.run import run
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 SEED = {"length_mm": 7.4, "width_mm": 7.1, "thickness_mm": 7.0, "density_kg_m3": 1250.0}
 CAMERA = {

@@ -5,6 +5,7 @@ import math
 import falling
 import numpy as np
 import pytest
+
 from benchtwin.rigs.drop.impact_quantities import impact_quantities
 from benchtwin.rigs.drop.impacts import Impacts, seeds_of
 from benchtwin.rigs.drop.variance_components import scatter_of

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from falling import Bench, G, tracks
+
 from benchtwin.infer.inference import finding_of
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.rigs.drop import diagnose
@@ -18,7 +20,6 @@ from benchtwin.rigs.drop.impacts import (
     subset,
 )
 from benchtwin.rigs.drop.unlisted import law_of, windows_of
-from falling import Bench, G, tracks
 
 FALLING = (
     "restitution-falls-with-speed",

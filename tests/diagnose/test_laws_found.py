@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import rolling
 import sliding
+
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.diagnose.rerun import resimulate_all
 from benchtwin.diagnose.words import lines

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
+
 from benchtwin.infer.noise import (
     Noise,
     Stretch,
@@ -16,7 +18,6 @@ from benchtwin.infer.noise import (
     refined_level_sd,
     whiten,
 )
-from scipy.signal import lfilter
 
 G, FPS, SD = 9.80665, 5200.0, 5e-5
 FALLS = (0.310, 0.100, 0.035, 0.012)  # a fall and three rebounds [m]

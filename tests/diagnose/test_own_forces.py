@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.rigs.drop import joint_problem, reduction
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import (

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-from benchtwin.infer.physical_range import ln_within
 from scipy.stats import multivariate_normal, norm
+
+from benchtwin.infer.physical_range import ln_within
 
 INFINITE = np.full(2, np.inf)
 

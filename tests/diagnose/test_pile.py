@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heaping import Heap, changed, clean_bench, picture, repeats
+
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.flanks import photo_of, photos_of
-from heaping import Heap, changed, clean_bench, picture, repeats
 
 BENCH = Heap(grain_mm=3.0)
 SHAPES = {"cohesion", "gate-speed", "base-vibration", "wall-friction", "particle-shape"}

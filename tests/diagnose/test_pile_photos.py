@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from heaping import PX_MM, Heap, changed, photograph, picture
+
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.flanks import photo_of
 from benchtwin.rigs.pile.read import SeenPile, read_piles
-from heaping import PX_MM, Heap, changed, photograph, picture
 
 BENCH = Heap(grain_mm=3.0)
 

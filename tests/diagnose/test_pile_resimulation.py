@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from heaping import Heap, repeats
+
 from benchtwin.rigs.pile.diagnose import diagnose_pile
 from benchtwin.rigs.pile.effects import EFFECTS
 from benchtwin.rigs.pile.read import read_piles
@@ -25,7 +27,6 @@ from benchtwin.rigs.pile.simulated_heaps import (
 )
 from benchtwin.twin.parameters import Parameters, bench
 from benchtwin.twin.run import simulate
-from heaping import Heap, repeats
 
 TOLD = {
     "seed": {

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.infer.effect import Counterpart
 from benchtwin.infer.noise import Noise, frame_lag
 from benchtwin.infer.power_law import (

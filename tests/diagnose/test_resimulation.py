@@ -4,13 +4,14 @@ with closed forms, a fit that improves."""
 import json
 from pathlib import Path
 
+import falling
+import numpy as np
+import pytest
+
 import benchtwin.rigs.drop.effects as drop
 import benchtwin.rigs.pile.effects as pile
 import benchtwin.rigs.roll.effects as roll
 import benchtwin.rigs.slide.effects as slide
-import falling
-import numpy as np
-import pytest
 from benchtwin.bench.air import air_of
 from benchtwin.diagnose.rerun import (
     condition_shifts,
@@ -230,11 +231,11 @@ def test_air_of_the_diagnosis_and_of_the_dem_agree():
 def test_the_full_chain_from_a_hidden_law_to_the_improved_simulation(tmp_path):
     """DEM with air → rendered frames → tracker → diagnosis that is told of no air → DEM
     with air again, rendered and followed."""
-    from benchtwin.twin import Parameters, simulate
-    from benchtwin.twin.paths import like
     from typer.testing import CliRunner
 
     from benchtwin.command_line import app
+    from benchtwin.twin import Parameters, simulate
+    from benchtwin.twin.paths import like
 
     bench = tmp_path / "bench"
     bench.mkdir()

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rolling import BALL, STATED, Bench, rolls
+
 from benchtwin.bench.keys import Camera, Seed
 from benchtwin.rigs.roll.diagnose import diagnose_roll
 from benchtwin.rigs.roll.keys import Roll
@@ -17,7 +19,6 @@ from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like, run_path
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
-from rolling import BALL, STATED, Bench, rolls
 
 NEARLY_ROUND = {
     "length_mm": 7.4,

@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from rolling_balls import Ball, way
+
 from benchtwin.rigs.roll.diagnose import diagnose_roll
 from benchtwin.rigs.roll.read import SeenRoll
-from rolling_balls import Ball, way
 
 SEED = {"length_mm": 15.0, "width_mm": 15.0, "thickness_mm": 15.0, "mass_g": 13.8}
 GATES = np.array([180.0, 360, 540, 720, 900])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from benchtwin.rigs.roll.initial_path import fit_path
 from benchtwin.rigs.roll.motion import Table, Way, travel
 

@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from falling import Bench, tracks
+
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import prepare_sessions
-from falling import Bench, tracks
 
 LONG = Bench(fps=2000.0, noise_mm=0.04, rho=0.0)
 

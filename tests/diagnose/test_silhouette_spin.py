@@ -3,12 +3,13 @@ dimensions."""
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from benchtwin.rigs.drop.silhouette_spin import (
     silhouette_rotation,
     smoothed,
     spin_calibration,
 )
-from scipy.spatial.transform import Rotation
 
 FRAMES = 120
 

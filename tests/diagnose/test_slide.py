@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from sliding import AIRLESS, LIGHT, Bench, found, slides
+
 from benchtwin.infer.alarm import ALARM_P
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import fit
@@ -14,7 +16,6 @@ from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
 from benchtwin.rigs.slide.problem import prepare
 from benchtwin.rigs.slide.read import read_slides
 from benchtwin.rigs.slide.session import assemble
-from sliding import AIRLESS, LIGHT, Bench, found, slides
 
 
 def test_clean_slides_raise_no_alarm_and_their_chi2_is_right():

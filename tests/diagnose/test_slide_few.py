@@ -3,10 +3,11 @@ raise no alarm; a plate that stands is told."""
 
 import numpy as np
 import pytest
+from test_slide_few_rows import way
+
 from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.rigs.slide.read import read_slides
 from benchtwin.rigs.slide.session import assemble
-from test_slide_few_rows import way
 
 GATES = np.array([20.0, 80, 160, 260, 400])
 RATE, START = 3.0, 10.0

@@ -6,6 +6,8 @@ import time
 
 import numpy as np
 import pytest
+from sliding import G
+
 from benchtwin.rigs.slide.motion import (
     SCATTER,
     SHARE,
@@ -14,7 +16,6 @@ from benchtwin.rigs.slide.motion import (
     friction_at,
     travel,
 )
-from sliding import G
 
 
 def test_a_block_on_a_still_plate_has_its_closed_form():

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sliding import LIGHT, slides
+
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
 from benchtwin.rigs.slide.model import ACTING, LOCALS
 from benchtwin.rigs.slide.problem import prepare
 from benchtwin.rigs.slide.session import assemble
-from sliding import LIGHT, slides
 
 SHARP = replace(
     LIGHT,

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sliding import LIGHT, G, found, readings
+
 from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.rigs.slide.tilt import seen_tilt
-from sliding import LIGHT, G, found, readings
 
 
 @pytest.mark.slow

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import kstest
+
 from benchtwin.rigs.slide.diagnose import diagnose_slide
 from benchtwin.rigs.slide.read import SeenSlide
-from scipy.stats import kstest
 
 G, STEP_S = 9.80665, 1e-4
 SEED = {"length_mm": 100.0, "width_mm": 100.0, "thickness_mm": 100.0, "mass_g": 370.0}

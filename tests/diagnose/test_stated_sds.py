@@ -1,6 +1,7 @@
 """Standard deviations that nobody can know, or mean, are said and not followed."""
 
 import pytest
+
 from benchtwin.bench.keys import Camera
 from benchtwin.bench.priors import PRIORS
 from benchtwin.rigs.drop.keys import Drop

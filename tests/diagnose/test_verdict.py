@@ -7,6 +7,10 @@ from types import SimpleNamespace
 import beliefs
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
 from benchtwin.diagnose import words
 from benchtwin.infer import verdict as engine
 from benchtwin.infer.alarm import ALARM_P
@@ -24,9 +28,6 @@ from benchtwin.infer.verdict import (
     verdict_of,
     weighed_with_noise,
 )
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-from scipy.integrate import quad
 
 NAMES = ("drag", "scale-error", "plate-tilt", "(unlisted) flight: along by t_s")
 SETS = st.dictionaries(

@@ -7,6 +7,10 @@ import zlib
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.film import Look, film, write_video
+from synthetic.motion import draw_drop
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence import photo, read_keys, tables
 from benchtwin.vision.evidence.frames import Video
@@ -17,9 +21,6 @@ from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.foreign.as_evidence import read_impacts, read_track
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
-from PIL import Image
-from synthetic.film import Look, film, write_video
-from synthetic.motion import draw_drop
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:

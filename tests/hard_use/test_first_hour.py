@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.vision.recording import Recording
 from drawn_sound import SCENES, draw_session, write
 from PIL import Image
 from synthetic.film import Look, write_video
@@ -21,6 +20,7 @@ from synthetic.rigs_film import film_slide
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.vision.recording import Recording
 
 START = Path(__file__).parents[2] / "docs" / "start.md"
 ANGLE, ANGLE_SD, E, E_SD, SLIDES_AT = 28.0, 1.0, 0.6, 0.02, 0.35

@@ -5,6 +5,11 @@ import shutil
 from pathlib import Path
 
 import pytest
+from fuzz import attack, spoilt
+from fuzz_files import Reader, calibrate_tables_beside, readers
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.calibrate.procedure.tables import (
     design_table,
@@ -12,10 +17,6 @@ from benchtwin.calibrate.procedure.tables import (
     path_table,
     steel_table,
 )
-from fuzz import attack, spoilt
-from fuzz_files import Reader, calibrate_tables_beside, readers
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 TABLES = Path(__file__).parents[2] / "samples" / "soybean-paper" / "tables"
 READ = {

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from benchtwin import command_line
 from benchtwin.measure import command
 from benchtwin.vision.measurement import GOOD, Observation, Quantity
 from benchtwin.vision.out_folder import file_name
 from benchtwin.vision.results import Results
-
-from benchtwin import command_line
 
 ROOT = Path(__file__).parent.parent.parent
 TRACK = "t_s\n0.2\n0.45\n0.6\n"

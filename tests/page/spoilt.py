@@ -6,9 +6,10 @@ import zlib
 from pathlib import Path
 
 import numpy as np
-from benchtwin.vision.recording import Recording
 from synthetic.film import write_video
 from synthetic.series import film_frames, heap_photos
+
+from benchtwin.vision.recording import Recording
 
 TOMLS = (
     'rig = "heap"',

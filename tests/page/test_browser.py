@@ -19,12 +19,13 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.piles import PileScene, draw_pile
+
 from benchtwin.page.guard import forwarding
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.pile.repose import measure_repose
 from benchtwin.vision.recording import read_recording
-from PIL import Image
-from synthetic.piles import PileScene, draw_pile
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),

@@ -5,11 +5,12 @@ import time
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.film import write_video
+
 from benchtwin.page.pictures import Film, thumbnail
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
-from PIL import Image
-from synthetic.film import write_video
 
 COUNT = 100
 BAR = 6  # px of a frame's mark a bit

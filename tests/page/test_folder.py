@@ -5,6 +5,7 @@ import itertools
 import os
 
 import pytest
+
 from benchtwin.page.folder import (
     MARK,
     RESULTS,

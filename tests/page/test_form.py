@@ -2,6 +2,7 @@
 type."""
 
 import pytest
+
 from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS
 from benchtwin.page.folder import Refused

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import psutil
 import pytest
+from starlette.requests import ClientDisconnect
+
 from benchtwin.page import command
 from benchtwin.page.guard import LEFT, Entrance, Guard
-from starlette.requests import ClientDisconnect
 
 PORT = 8123
 ENTRANCE = Entrance()

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.piles import PileScene, draw_pile
+
 from benchtwin.page import measuring
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import read_recording
-from PIL import Image
-from synthetic.piles import PileScene, draw_pile
 
 
 def test_dragging_base_line_or_window_does_not_segment_the_photo_again(

@@ -7,6 +7,8 @@ from collections import Counter
 from contextlib import suppress
 
 import pytest
+from synthetic.series import film_frames
+
 from benchtwin.page.folder import Folder, Refused
 from benchtwin.page.recording_files import (
     join_as_film,
@@ -21,7 +23,6 @@ from benchtwin.page.recording_files import (
 )
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording, read_recording
-from synthetic.series import film_frames
 
 NAMES = [f"IMG_{n}.jpg" for n in range(4300, 4306)]
 

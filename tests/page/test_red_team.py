@@ -24,6 +24,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from PIL import Image
+
 from benchtwin.page import runs
 from benchtwin.page.downloads import packed_bench
 from benchtwin.page.folder import Folder, Refused
@@ -32,7 +34,6 @@ from benchtwin.page.server import Site
 from benchtwin.twin.campaign.__main__ import main as run_again
 from benchtwin.twin.campaign.store import open_store
 from benchtwin.vision.recording import Recording
-from PIL import Image
 
 READINGS = "rebound_height_mm\n70\n72\n"
 PACKAGES = (

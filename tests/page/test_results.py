@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 from benchtwin.page import downloads, results
 from benchtwin.page.downloads import packed_bench, sheet
 from benchtwin.page.folder import Folder, Refused
 from benchtwin.page.side_by_side import browser_data, pairs_of, read_pair
 from benchtwin.vision.find_recordings import find_recordings
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import psutil
 import pytest
+
 from benchtwin.page import runs
 from benchtwin.page.folder import Folder, Refused
 from benchtwin.twin.bench_folder import hashes

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.page.sound_impacts import (
     SoundView,
     changes_of_click,

@@ -4,6 +4,7 @@ import shutil
 from urllib.parse import quote
 
 import pytest
+
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording
 

@@ -4,6 +4,7 @@ lose each other's edits."""
 import tomllib
 
 import pytest
+
 from benchtwin.page import toml_file
 from benchtwin.page.folder import Refused
 

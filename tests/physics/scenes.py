@@ -4,6 +4,7 @@ one compiled kernel for all of them."""
 import math
 
 import numpy as np
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, World

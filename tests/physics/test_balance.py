@@ -3,6 +3,8 @@ integrator; a bed's weight on its floor."""
 
 import numpy as np
 import pytest
+from scenes import ball, go, on_floor
+
 from benchtwin.sim.engine import observe
 from benchtwin.sim.engine.step import Every, init, run
 from benchtwin.sim.engine.walls import Plane, Slide, box
@@ -10,7 +12,6 @@ from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.seed import Seed
-from scenes import ball, go, on_floor
 
 SOFT = SOYBEAN.softened(1e7)
 CONTACTS = (SOYBEAN_Q235, SOYBEAN_SOYBEAN)

@@ -5,11 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from scenes import RIGID, ball, ball_like_clump, go, on_floor, own
+
 from benchtwin.sim.engine.observe import Track
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.material import Material
-from scenes import RIGID, ball, ball_like_clump, go, on_floor, own
 
 
 # density, shear modulus from E and ν

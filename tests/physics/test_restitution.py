@@ -3,9 +3,10 @@ choice about damping does."""
 
 import numpy as np
 import pytest
+from scenes import ball, flat_clump, go, on_floor
+
 from benchtwin.sim.material import Q235, SOYBEAN, Material
 from benchtwin.sim.seed import Seed
-from scenes import ball, flat_clump, go, on_floor
 
 GLASS = Material("glass", 2800.0, 20e9, 0.2)
 RUBBER = Material("rubber", 1100.0, 1e6, 0.49)

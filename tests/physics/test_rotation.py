@@ -3,13 +3,14 @@ outside solution."""
 
 import numpy as np
 import pytest
+from scenes import own
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.material import SOYBEAN
 from benchtwin.sim.seed import Seed
-from scenes import own
-from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
 
 SEED = Seed.from_spheres(
     [[0, 0, 0], [4e-3, 0, 0], [4e-3, 3e-3, 0], [0, 0, 1.5e-3]],

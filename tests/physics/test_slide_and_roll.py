@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from benchtwin.sim.material import Q235, SOYBEAN
 from scenes import ball, flat_clump, go, on_floor
+
+from benchtwin.sim.material import Q235, SOYBEAN
 
 G, R = 9.81, 3e-3
 SEED = ball(R, 1250.0)

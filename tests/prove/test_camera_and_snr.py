@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.cases import drop
 from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.camera import Camera, project, stated_times, true_times

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.measure.batch import find_all
 from benchtwin.prove.baselines.drops import bounces, read_drops
 from benchtwin.prove.baselines.methods import METHODS, diagnose

@@ -4,6 +4,7 @@ and camera must not pass for physics."""
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.drop import Scene, SimulatedDrop, draw, fly_all
 from benchtwin.prove.cases.drop_snr import _flights, _places, _pushed, _recording_change

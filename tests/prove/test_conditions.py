@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.cases import drop, drop_snr, roll
 from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.conditions import WORDS, draw_conditions

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.cases import ellipsoid as body
 from benchtwin.prove.cases.drop_effects import falling, value
 from benchtwin.prove.cases.flight_laws import (

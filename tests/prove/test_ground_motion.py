@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.flight_laws import drag_number
 from benchtwin.prove.cases.roll import slip_friction

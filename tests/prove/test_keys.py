@@ -1,6 +1,7 @@
 """Published hashes hold the keys to what they were."""
 
 import pytest
+
 from benchtwin.prove.keys import KeyMismatch, hashed, salt_of, verify
 
 KEYS = {

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.command import prove_command
 from benchtwin.prove.keys import KeyMismatch
 from benchtwin.prove.plan import CLEAN, COMPOUND, plan

@@ -3,6 +3,7 @@ loud and overconfident ones do not."""
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.figures import reliability_figure
 from benchtwin.prove.intervals import (
     EDGES,

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.prove.cases import drop, drop_bench, drop_snr, slide
 from benchtwin.prove.cases import ground_motion as ground
 from benchtwin.prove.cases.bench import Request

@@ -9,11 +9,11 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from benchtwin.report.archive import FORMAT, MANIFEST
 from PIL import Image
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.report.archive import FORMAT, MANIFEST
 
 RESULT = {
     "parameters": {

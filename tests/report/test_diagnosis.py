@@ -11,6 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from pages import Tags, own
+
 from benchtwin.diagnose.bench import Diagnosis
 from benchtwin.diagnose.rerun import Comparison, Resimulation
 from benchtwin.infer.finding import Curve, Finding, Parameter, Sector
@@ -20,7 +22,6 @@ from benchtwin.infer.unlisted import Window
 from benchtwin.infer.verdict import EffectEstimate, Interval, ParameterShift
 from benchtwin.report.diagnosis import render
 from benchtwin.report.residuals import BINS, binned
-from pages import Tags, own
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 

@@ -4,11 +4,11 @@ printed is a sentence, and nothing is left half-written."""
 import shutil
 
 import pytest
-from benchtwin.report import pdf
-from benchtwin.report.template import PAGE, PRINTED, write_page
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.report import pdf
+from benchtwin.report.template import PAGE, PRINTED, write_page
 
 INSTALLED = any(map(shutil.which, pdf.BROWSERS))
 FOLDED = "<details><summary>rows</summary>forty-two</details>"

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pages import Tags, own
+
 from benchtwin.calibrate.procedure import calibrate_tables
 from benchtwin.report.numbers import sentence
 from benchtwin.report.page import render
-from pages import Tags, own
 
 PAPER = Path(__file__).parents[2] / "samples" / "soybean-paper"
 

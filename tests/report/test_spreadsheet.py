@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.procedure import calibrate_tables, parameters
 from benchtwin.report.spreadsheet import sheets, write_spreadsheet
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.measure.observe import observe
 from benchtwin.sim.rigs.bed import Fall
 from benchtwin.vision.measurement import Observation

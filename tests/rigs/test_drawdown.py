@@ -7,6 +7,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy import stats
+
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.rigs.drawdown.jamming import half_width, jamming, share_interval
@@ -15,7 +17,6 @@ from benchtwin.sim.rigs.drawdown import Drawdown, flow_time
 from benchtwin.vision.evidence.frames import Frame
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.recording import Recording, read_recording
-from scipy import stats
 
 # a drawn photo: a slope of SHEAR above the shelf, a heap of REPOSE below it
 SHEAR, REPOSE, SEEDS, DARK = 32.0, 24.0, 205, 40

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.measure.observe import observe
 from benchtwin.sim.rigs.drawdown import OF_A_FLOW, Drawdown, run_drawdown
 from benchtwin.sim.rigs.engine import Ours

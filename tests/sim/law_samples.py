@@ -5,6 +5,7 @@ import inspect
 import math
 
 import numpy as np
+
 from benchtwin.sim.laws import LAWS, hertz_mindlin
 
 # Fixed arguments of each kind: (low, high); positive ones are spread evenly in their

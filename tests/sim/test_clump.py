@@ -4,13 +4,14 @@ limits, and the seed made from it."""
 import numpy as np
 import pytest
 import seed_forms
+from scipy.spatial.transform import Rotation
+
 from benchtwin.sim.picture.outline import silhouette_true
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.clump import connected, fit_clump, spheres_for
 from benchtwin.sim.seed.clump_error import clump_error
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.surface import area, union_mesh
-from scipy.spatial.transform import Rotation
 
 SHAPES = {
     "ellipsoid": seed_forms.ellipsoid(8.72e-3, 6.84e-3, 5.98e-3),

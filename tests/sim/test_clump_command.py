@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import seed_forms
 import trimesh
+
 from benchtwin.sim.lammps.program import installed, program
 from benchtwin.sim.seed.clump_command import DONE, MISUSED, clump_command
 

@@ -3,6 +3,7 @@ a surface that falls the way it turns."""
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.drum import Drum, _level, flowing_angle, run_drum
 from benchtwin.sim.rigs.engine import Ours

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.sim.engine import compiled, step
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, World

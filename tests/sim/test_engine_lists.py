@@ -1,6 +1,10 @@
 """Neighbour lists against the naive way: all pairs, every step."""
 
 import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scenes import NO_AIR
+
 from benchtwin.sim.engine import lists
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Plane, Rectangle, Slide, Turn
@@ -8,9 +12,6 @@ from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.seed import Seed
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
-from scenes import NO_AIR
 
 SOFT = SOYBEAN.softened(1e7)
 SHAPES = (

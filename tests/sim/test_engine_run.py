@@ -5,6 +5,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled, Track
 from benchtwin.sim.engine.pace import Pace
@@ -23,7 +25,6 @@ from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, SOYBEAN_Q235, SOYBEAN_SOYBEAN, Contact
 from benchtwin.sim.seed import Seed
-from scenes import NO_AIR
 
 SOFT = SOYBEAN.softened(1e7)
 CONTACTS = (SOYBEAN_Q235, SOYBEAN_SOYBEAN)

@@ -5,6 +5,8 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.sleeping import CALM, SLEEP_EVERY
 from benchtwin.sim.engine.state import State
@@ -14,7 +16,6 @@ from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, Contact
 from benchtwin.sim.seed import Seed
-from scenes import NO_AIR
 
 SOFT = SOYBEAN.softened(1e7)
 BALL = Seed.from_spheres([[0, 0, 0]], [3e-3])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.sim.lammps.program import installed
 
 _path = Path(__file__).parents[2] / "benchmarks" / "engine_lammps.py"

@@ -8,10 +8,11 @@ import re
 
 import numpy as np
 import pytest
-from benchtwin.sim.laws import KINDS, LAWS
 from law_samples import FIXED, arity, functions, samples
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+
+from benchtwin.sim.laws import KINDS, LAWS
 
 G = 9.81
 NAMES = {name: function for name, function, _ in functions()}

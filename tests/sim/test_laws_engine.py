@@ -9,13 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Plane, Slide
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Q235, SOYBEAN, Contact
 from benchtwin.sim.seed import Seed
-from scipy.integrate import solve_ivp
 
 G, R = 9.81, 3.2e-3
 BALL = Seed.from_spheres([[0, 0, 0]], [R])

@@ -3,6 +3,7 @@ the means."""
 
 import numpy as np
 import pytest
+
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.lot import Lot

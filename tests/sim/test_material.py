@@ -2,6 +2,7 @@
 one's step, errors by name."""
 
 import pytest
+
 from benchtwin.sim.material import (
     Q235,
     SOYBEAN,

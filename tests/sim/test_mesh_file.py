@@ -4,6 +4,7 @@ written here by hand or by trimesh."""
 import numpy as np
 import pytest
 import trimesh
+
 from benchtwin.sim.seed.mesh_file import MOST_FACES, crossing_faces, read_mesh
 from benchtwin.sim.seed.shape import Shape
 from benchtwin.sim.seed.voxels import closed_surface

@@ -4,13 +4,14 @@ arrangement; sizes; errors by name."""
 import numpy as np
 import pytest
 import seed_forms
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.clump_error import clump_error
 from benchtwin.sim.seed.sizes import SOYBEAN, Size, Sizes
 from benchtwin.sim.seed.solid import _by_slices, _on_a_line, union_of_balls
 from benchtwin.sim.seed.surface import enclosed_volume, is_star_shaped
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 MEAN = (8.72e-3, 6.84e-3, 5.98e-3)  # the paper's mean soybean [m]
 

@@ -4,10 +4,11 @@ that share nothing with the meshing."""
 import numpy as np
 import pytest
 import seed_forms
-from benchtwin.sim.seed.shape import Shape
 from scipy.integrate import quad, tplquad
 from scipy.spatial.transform import Rotation
 from scipy.special import gamma
+
+from benchtwin.sim.seed.shape import Shape
 
 SOY = (8.72e-3, 6.84e-3, 5.98e-3)
 

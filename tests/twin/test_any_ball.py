@@ -3,6 +3,7 @@ inertia as stated."""
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.sim.rigs.drop import Drop, run_drop
 from benchtwin.sim.rigs.roll import Roll, run_roll

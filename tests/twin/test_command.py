@@ -2,6 +2,7 @@
 kept."""
 
 import pytest
+
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.command import (
     DONE,

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.twin import lot as twin_lot
 from benchtwin.twin.job import Job

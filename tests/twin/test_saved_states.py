@@ -6,10 +6,10 @@ import shutil
 import h5py
 import numpy as np
 import pytest
-from benchtwin.sim.ondem.read import read_state
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.sim.ondem.read import read_state
 
 SLAB = [
     *("--set", "pile.box_mm=[60,20,200]", "--set", "pile.gate_mm=[20,200]"),

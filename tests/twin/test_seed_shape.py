@@ -3,6 +3,7 @@
 import pytest
 import seed_forms
 import trimesh
+
 from benchtwin.bench.keys import Air, Seed
 from benchtwin.twin.job import Job
 from benchtwin.twin.parameters import Parameters, bench

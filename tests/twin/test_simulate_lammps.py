@@ -5,14 +5,14 @@ import json
 import subprocess
 
 import pytest
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 from benchtwin.sim.lammps import program
 from benchtwin.twin import Parameters
 from benchtwin.twin.campaign.__main__ import job_of
 from benchtwin.twin.engine import LAMMPS, Engine
 from benchtwin.twin.job import Job
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),

@@ -4,6 +4,7 @@ reader, the recording's before the bench's."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.read import read_drops

@@ -4,6 +4,7 @@ say why not."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.rigs.drop.read import read_drops
 from benchtwin.twin.seen import listed
 

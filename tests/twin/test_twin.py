@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.sim.picture import RenderingUnavailable, renderer_name
 from benchtwin.twin import Parameters, observe, simulate
 from benchtwin.twin.job import Job, assigned, described, jobs

@@ -4,6 +4,9 @@ import math
 
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
 from benchtwin.bench.numbers import (
     EXACT_SHARE,
     exact_by_mistake,
@@ -15,8 +18,6 @@ from benchtwin.vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
 from benchtwin.vision.results import COLUMNS, Results
 from benchtwin.vision.summary import summarise
 from benchtwin.vision.terminal import show_results
-from hypothesis import given
-from hypothesis import strategies as st
 
 VALUES = st.floats(-1e6, 1e6).filter(lambda x: abs(x) > 1e-6)
 SDS = st.floats(1e-9, 1e6)

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from benchtwin.vision.find_recordings import find_recordings
-from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.recording import Recording, read_recording, write_recording
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+
+from benchtwin.vision.find_recordings import find_recordings
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.recording import Recording, read_recording, write_recording
 
 TRACK = "t_s,x_mm,y_mm\n0,0,0\n0.1,0,1\n0.2,0,2\n"
 

@@ -2,6 +2,7 @@
 stated."""
 
 import pytest
+
 from benchtwin.bench.keys import Seed
 from benchtwin.measure.observe import seed_questions
 from benchtwin.rigs.roll.inertia import inertia_of

@@ -4,6 +4,7 @@ outliers are named and never dropped."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.vision.measurement import Observation, Quantity, failed
 from benchtwin.vision.summary import Line, as_table, summarise
 

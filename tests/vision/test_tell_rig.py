@@ -10,8 +10,6 @@ import tomllib
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.vision.recording import Recording
-from benchtwin.vision.tell_rig import rig_of_motion
 from drawn_sound import SCENES, draw, write
 from synthetic.film import Look, film, write_video
 from synthetic.motion import Motion, draw_drop, draw_roll, draw_slide
@@ -19,6 +17,8 @@ from synthetic.rigs_film import film_roll, film_slide
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.vision.recording import Recording
+from benchtwin.vision.tell_rig import rig_of_motion
 
 
 def drop_film(rng):

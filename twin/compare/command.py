@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from rich.table import Table
+
 from benchtwin.bench.tells import by_surface
 from benchtwin.twin.campaign import run_campaign
 from benchtwin.twin.campaign.cluster import workers_for
@@ -27,7 +29,6 @@ from benchtwin.twin.engine import LAMMPS, OURS, Engine
 from benchtwin.twin.job import Job, assigned
 from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.versions import versions
-from rich.table import Table
 
 FINISHED = 0
 WIDTH_MM, FILL_MM = 30.0, 60.0  # of the slice of a heap that is compared

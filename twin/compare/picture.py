@@ -5,8 +5,9 @@ from html import escape
 
 import pandas as pd
 import plotly.graph_objects as go
-from benchtwin.twin.compare.differences import QUANTITIES
 from plotly.subplots import make_subplots
+
+from benchtwin.twin.compare.differences import QUANTITIES
 
 BLUE, GREY, RED = "#1f5fa8", "#9ca3af", "#b3261e"
 PAGE = """\

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+
 from benchtwin.twin.parameters import Parameters
 
 PARAMETERS = (

@@ -13,9 +13,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
+
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES, photo_size, read_small
 from benchtwin.vision.measurement import MeasurementError
-from PIL import Image
 
 FILM, PHOTOS, UNCLEAR = "film", "photos", "unclear"
 LEAST_FRAMES = 12  # fewer pictures of one name are photos

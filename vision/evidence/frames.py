@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+
 from benchtwin.vision.evidence.photo import MAX_PIXELS, read_photo
 from benchtwin.vision.evidence.sound import open_media
 from benchtwin.vision.measurement import MeasurementError

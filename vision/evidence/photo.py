@@ -10,11 +10,12 @@ from typing import NoReturn
 
 import numpy as np
 import pillow_heif
-from benchtwin.vision.measurement import MeasurementError
 from PIL import Image, ImageOps, UnidentifiedImageError
 from PIL.ImageFile import ImageFile
 from PIL.PngImagePlugin import PngImageFile
 from PIL.TiffImagePlugin import TiffImageFile
+
+from benchtwin.vision.measurement import MeasurementError
 
 PHOTO_SUFFIXES = (
     *(".png", ".jpg", ".jpeg", ".tif", ".tiff"),

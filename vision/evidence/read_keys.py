@@ -6,10 +6,11 @@ import reprlib
 import tomllib
 from pathlib import Path
 
-from benchtwin.bench.keys import COMPLETE, Keys, Section
-from benchtwin.vision.measurement import MeasurementError
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
+
+from benchtwin.bench.keys import COMPLETE, Keys, Section
+from benchtwin.vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys with comments fill 5,000
 LOT_TABLE = "seeds.csv"  # a folder with it is a lot of seeds

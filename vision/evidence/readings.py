@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.resolution import reading_step

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from benchtwin.vision.measurement import MeasurementError
 
 SOUND_SUFFIXES = (".wav", ".m4a", ".mp3", ".ogg", ".flac", ".aac", ".opus")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.vision.evidence.separators import Separators, separators
 from benchtwin.vision.measurement import MeasurementError

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import TIME, Source, column, name_and_unit

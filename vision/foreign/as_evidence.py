@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.vision.evidence.sound import Sound, read_sound
 from benchtwin.vision.evidence.tables import Table, read_impacts_csv, read_track_csv
 from benchtwin.vision.foreign import read_foreign, tool_of

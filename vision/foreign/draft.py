@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 import tomlkit
+
 from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES

@@ -10,6 +10,7 @@ from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
+
 from benchtwin.vision.foreign.contents import (
     Contents,
     point_track,

@@ -4,6 +4,7 @@ Distance, Velocity, Pixel Value, in pixels, y down."""
 import re
 
 import numpy as np
+
 from benchtwin.vision.foreign.contents import Contents, point_track
 from benchtwin.vision.foreign.source import Source, column
 from benchtwin.vision.foreign.unit_inference import infer_units

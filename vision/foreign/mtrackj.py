@@ -2,6 +2,7 @@
 pixels, y down, t the frame."""
 
 import numpy as np
+
 from benchtwin.vision.foreign.contents import Contents, point_track
 from benchtwin.vision.foreign.source import Source
 from benchtwin.vision.foreign.unit_inference import infer_units

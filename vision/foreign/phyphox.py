@@ -5,6 +5,7 @@ The app translates its headings but not its units, so tables are recognised by t
 units and the relations of their columns."""
 
 import numpy as np
+
 from benchtwin.vision.foreign.accelerometer import AXES, plate_tilt
 from benchtwin.vision.foreign.contents import Contents
 from benchtwin.vision.foreign.source import TIME, Rows, Source, column, name_and_unit

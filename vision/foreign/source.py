@@ -11,11 +11,12 @@ from xml.etree.ElementTree import Element, ParseError
 
 import defusedxml.ElementTree
 import numpy as np
+from defusedxml.common import DefusedXmlException
+
 from benchtwin.vision.evidence.separators import separators
 from benchtwin.vision.foreign.matlab import MAGIC, columns_of
 from benchtwin.vision.foreign.workbook import sheets_of
 from benchtwin.vision.measurement import MeasurementError
-from defusedxml.common import DefusedXmlException
 
 MOST_BYTES = 50_000_000  # of a file, and of what is packed in it
 MOST_UNPACKED = 10 * MOST_BYTES  # of a workbook

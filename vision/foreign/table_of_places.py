@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 
 import numpy as np
+
 from benchtwin.vision.evidence.tables import TRACK_COLUMNS, TRACK_COLUMNS_PX
 from benchtwin.vision.foreign.contents import (
     LEAST_ROWS,

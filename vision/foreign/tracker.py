@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 import numpy as np
+
 from benchtwin.vision.foreign.contents import (
     Contents,
     PointTrack,

@@ -7,6 +7,7 @@ Places are in the picture's calibrated unit, y down.
 from xml.etree.ElementTree import Element
 
 import numpy as np
+
 from benchtwin.vision.foreign.contents import (
     Contents,
     PointTrack,

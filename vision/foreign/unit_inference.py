@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.contents import Contents, PointTrack, require_tracks
 from benchtwin.vision.foreign.source import FRAMES, LENGTH, PIXELS, TIME
 from benchtwin.vision.measurement import MeasurementError
-from numpy.lib.stride_tricks import sliding_window_view
 
 _WITHOUT_UNIT = ("m", "cm", "mm", "in", "ft")
 _SLOWEST_STEP_S = 0.2  # from frame to frame; a larger step is of milliseconds

@@ -4,6 +4,7 @@ beside their times, as oscilloscopes and sound editors write them."""
 import re
 
 import numpy as np
+
 from benchtwin.vision.evidence.sound import LEAST_S, LONGEST_S, RATES_HZ
 from benchtwin.vision.foreign.contents import Contents, Waveform
 from benchtwin.vision.foreign.source import TIME, Rows, Source, column

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.motion.scene import Scene, colours, dot, in_sds, weighted_product
 
 # off the background, at which a coarse pixel moves; one in 5e8 by chance

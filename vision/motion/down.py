@@ -4,6 +4,7 @@ camera was held askew."""
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.vision.foreign.unit_inference import (
     LARGEST_MISFIT,
     LEAST_SAGITTA,

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.evidence.sound import Sound, film_fps, has_sound
 from benchtwin.vision.foreign.as_evidence import read_heard

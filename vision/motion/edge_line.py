@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.motion.scene import grey
 

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.motion.detect import Patch, Silhouette
 

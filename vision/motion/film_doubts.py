@@ -6,6 +6,7 @@ import math
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.evidence.frames import FrameSource
 from benchtwin.vision.motion.scene import grey
 from benchtwin.vision.motion.track_seed import TrackedSeed

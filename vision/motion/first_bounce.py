@@ -10,6 +10,7 @@ posterior is that of Gaussian processes (Rasmussen & Williams 2006, eq. 2.23).""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.priors import unstated_sd
 
 USUAL = 0.5  # centre of the prior of restitution

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.least_squares import all_stated

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.air import (
     SHAPE_SD,
     SLOWEST_M_S,

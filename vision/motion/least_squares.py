@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.bench.distributions import chi2 as chi_square
 from benchtwin.bench.distributions import t as student
-from numpy.typing import ArrayLike
 
 # beyond this a few thousand frames cannot tell correlated noise from a drift
 RHO_MAX = 0.995

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.foreign.as_evidence import read_track

@@ -14,11 +14,12 @@ import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.vision.evidence.sound import Sound
 from scipy.fft import next_fast_len, rfft
 from scipy.linalg import solve_toeplitz
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 from scipy.signal import oaconvolve, welch
+
+from benchtwin.vision.evidence.sound import Sound
 
 # of the window's amplitude; rings of 1 to 20 ms lose less than a third of their
 # signal-to-noise ratio by it

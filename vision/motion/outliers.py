@@ -2,9 +2,10 @@
 off a smooth curve."""
 
 import numpy as np
-from benchtwin.bench.robust import robust_sd
 from numpy.polynomial import legendre
 from scipy.ndimage import maximum_filter1d, median_filter
+
+from benchtwin.bench.robust import robust_sd
 
 LEAST_ROWS = 15
 # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among

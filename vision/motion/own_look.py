@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+
 from benchtwin.bench.robust import difference_noise
 from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.motion.track import Track, make_track

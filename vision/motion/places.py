@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.keys import Tracking
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.track import Track, make_track

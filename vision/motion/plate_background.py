@@ -7,6 +7,7 @@ moves, they may be part of it."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.vision.evidence.frames import FrameSource, limit_to_memory
 from benchtwin.vision.motion.edge_line import Line
 

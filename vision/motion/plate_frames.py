@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.evidence.frames import Frame, FrameSource, limit_to_memory
 from benchtwin.vision.motion.edge_line import Line
 from benchtwin.vision.motion.places import Places

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.vision.measurement import FAILED, Observation
 from benchtwin.vision.motion.split_flights import releases
 from benchtwin.vision.motion.track import Track

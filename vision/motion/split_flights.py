@@ -4,10 +4,11 @@ flights at its lowest points, and finds which of them are free flights."""
 import itertools
 
 import numpy as np
-from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.outliers import despiked
 from scipy.ndimage import median_filter
 from scipy.signal import find_peaks
+
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.outliers import despiked
 
 # sds of the noise by which a lowest point stands out: slow noise wanders over ± 3 of
 # its own

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
+
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.tables import GATE_PLACE, read_gates
@@ -12,7 +14,6 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.least_squares import fit, frame_lag
 from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.recording import Camera, Recording
-from numpy.typing import ArrayLike
 
 _ALWAYS = ("frame", "t_s", "x", "y", "sd", "outlier")
 _OPTIONAL = ("angle_deg", "angle_sd_deg", "tilt_deg")

@@ -4,6 +4,7 @@ frame and joined over gaps."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.vision.motion.detect import Silhouette
 
 PATIENCE = 6  # frames for which a thing may be lost before its tracklet ends

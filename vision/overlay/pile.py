@@ -2,6 +2,7 @@
 angles drawn on it."""
 
 import numpy as np
+
 from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.overlay.canvas import BLUE, GREEN, RED, WHITE, YELLOW, Canvas
 from benchtwin.vision.pile.repose import Repose

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.vision.overlay.canvas import (
     LINE_PX,
     SHOWN_PX,
@@ -13,7 +15,6 @@ from benchtwin.vision.overlay.canvas import (
     wrapped,
     write,
 )
-from numpy.typing import ArrayLike
 
 CURVE, MARK, POINT, BAD = (220, 120, 0), (255, 0, 255), (90, 140, 200), (255, 0, 0)
 INK, GRID = (40, 40, 40), (225, 225, 225)

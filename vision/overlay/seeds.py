@@ -3,6 +3,7 @@ a lot; its sizes."""
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, write
 from benchtwin.vision.paper.scale import Scale

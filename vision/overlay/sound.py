@@ -5,6 +5,8 @@ from collections.abc import Collection
 
 import cv2
 import numpy as np
+from scipy.signal import spectrogram
+
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.motion.impact_chain import Chain
 from benchtwin.vision.motion.onsets import Onsets
@@ -17,7 +19,6 @@ from benchtwin.vision.overlay.canvas import (
     write,
 )
 from benchtwin.vision.overlay.plot import GRID, INK, ticks
-from scipy.signal import spectrogram
 
 WIDE, LOUDNESS, STRIP = 1200, 360, 220
 SHOWN = WIDE / SHOWN_PX

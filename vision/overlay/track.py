@@ -4,8 +4,9 @@ impacts, the plate."""
 from collections.abc import Sequence
 
 import numpy as np
-from benchtwin.vision.overlay.canvas import WHITE, Canvas
 from numpy.typing import ArrayLike
+
+from benchtwin.vision.overlay.canvas import WHITE, Canvas
 
 CROSS = (0, 200, 255)
 BAD = (255, 60, 60)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+
 from benchtwin.vision.measurement import Quantity
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.overlay.plot import plot

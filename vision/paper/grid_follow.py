@@ -4,10 +4,11 @@ from a first window."""
 from dataclasses import dataclass, replace
 
 import numpy as np
-from benchtwin.bench.robust import robust_sd
-from benchtwin.vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
+
+from benchtwin.bench.robust import robust_sd
+from benchtwin.vision.paper.grid_find import WINDOW_PX, GridCandidate, Level
 
 # Squared phase amplitude over that of noise: noise alone exceeds it, in both families,
 # in exp(−10) of all windows.

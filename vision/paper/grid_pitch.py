@@ -4,10 +4,11 @@ tenth line of the paper is heavier."""
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import ndimage
+
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.paper.grid_find import Level
 from benchtwin.vision.paper.grid_follow import Fit, GridMap
-from scipy import ndimage
 
 # A strong wave may be any harmonic of the 10-mm period; the finest lines lie at these
 # multiples of the wave's length.

@@ -7,6 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
+
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from benchtwin.vision.paper.grid_find import Level, find_candidates, pyramid
 from benchtwin.vision.paper.grid_follow import (
@@ -18,7 +20,6 @@ from benchtwin.vision.paper.grid_follow import (
     start_map,
 )
 from benchtwin.vision.paper.grid_pitch import Pitch, find_pitch
-from numpy.typing import ArrayLike
 
 # relative: commercial graph paper keeps its millimetres to about 0.1–0.2 % (print,
 # moisture)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import robust_sd
 from benchtwin.vision.measurement import MeasurementError

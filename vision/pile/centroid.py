@@ -10,6 +10,7 @@ through part of the slope."""
 from dataclasses import replace
 
 import numpy as np
+
 from benchtwin.vision.measurement import Quantity, failed
 from benchtwin.vision.pile.heap import BaseLine, Heap
 

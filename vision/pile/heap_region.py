@@ -17,6 +17,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.pile.surface import as_float, shrink
 from benchtwin.vision.pile.triangle_search import NO_SIDE, Found, best_triangle
 

@@ -7,8 +7,9 @@ level, the second is taken where it explains the surface far better and its leve
 longer than any single seed is."""
 
 import numpy as np
-from benchtwin.vision.pile.heap import TOE, BaseLine
 from scipy.ndimage import median_filter
+
+from benchtwin.vision.pile.heap import TOE, BaseLine
 
 HIGH = 0.8  # of the crest's height: above it the surface is rounded
 TALLEST = 0.45  # of the crest's height

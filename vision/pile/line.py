@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.robust import robust_sd
 from benchtwin.bench.slope_window import line_window

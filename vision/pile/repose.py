@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.vision.measurement import (
     FAILED,
     GOOD,

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from benchtwin.bench.robust import robust_sd
 from scipy.ndimage import median_filter
+
+from benchtwin.bench.robust import robust_sd
 
 # longest side of the reduced picture; edges are read off the full one
 WORKING_PX = 1024

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import tomli_w
+from PIL import Image
+from rich.console import Console
+
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.out_folder import check_out, new_folder
@@ -21,8 +24,6 @@ from benchtwin.vision.shape.lot import (
     read_lot,
 )
 from benchtwin.vision.shape.lot_photos import View, measure_lot_photos, with_thickness
-from PIL import Image
-from rich.console import Console
 
 DONE, NOTHING, MISUSED = 0, 1, 2
 OWN = {SEEDS, OUTLINES, SUMMARY, "overlays", "outlines.png", "sizes.png"}

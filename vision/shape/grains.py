@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.paper.scale import Scale

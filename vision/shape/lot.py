@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.bench.distributions import t as student
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.shape.outline import from_fourier_terms

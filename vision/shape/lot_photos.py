@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pandas as pd
+
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.seeds import draw_grains

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
 from benchtwin.vision.measurement import MeasurementError
 
 # px of the reduced picture on which background and threshold are found

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from benchtwin.bench.robust import robust_sd
 from scipy import ndimage
+
+from benchtwin.bench.robust import robust_sd
 
 STEP_PX = 0.25
 SMOOTH_RAD = 0.12

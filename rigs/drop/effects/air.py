@@ -2,6 +2,7 @@
 lift."""
 
 import numpy as np
+
 from benchtwin.bench.air import (
     REFERENCE_SPEED_M_S,
     drag_over_mass,

@@ -7,6 +7,7 @@ it."""
 from collections.abc import Callable
 
 import numpy as np
+
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.rigs.drop.effects.hooks import Hits
 

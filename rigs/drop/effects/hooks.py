@@ -4,6 +4,7 @@ nuisances."""
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.bench.air import REFERENCE_SPEED_M_S
 
 

@@ -8,6 +8,7 @@ scatter of kicks."""
 import math
 
 import numpy as np
+
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.rigs.drop.effects.hooks import Hits, tilted_kick, tilted_restitution
 

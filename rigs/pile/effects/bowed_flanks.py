@@ -4,6 +4,7 @@ roll."""
 from collections.abc import Callable
 
 import numpy as np
+
 from benchtwin.infer.effect import Counterpart
 from benchtwin.rigs.pile.effects.shapes import (
     HeapEffect,

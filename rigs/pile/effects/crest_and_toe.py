@@ -4,6 +4,7 @@ lengthen."""
 from collections.abc import Callable
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.ellipsoid import ellipsoid_volume
 from benchtwin.infer.effect import Counterpart

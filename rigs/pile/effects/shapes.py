@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 
 CREST_WIDTH, TOE_WIDTH = 0.2, 0.15

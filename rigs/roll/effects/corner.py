@@ -12,9 +12,10 @@ accelerates by c/(1 + (c − 1)(1 − s)) of rolling, without rolling friction."
 import math
 
 import numpy as np
+from scipy.special import ndtr
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.effect import Effect
-from scipy.special import ndtr
 
 SURELY_M_S = 0.01  # slip speed beyond which a seed slips all the way down
 GRIP = 0.15  # friction that ends the slip on the level

@@ -1,6 +1,7 @@
 """Resistance that grows with speed: of rolling, and of air where none is stated."""
 
 import numpy as np
+
 from benchtwin.bench.air import drag_shape
 from benchtwin.infer.effect import Counterpart, Effect
 

@@ -2,6 +2,7 @@
 s²)."""
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 
 NAME, PRIOR_SD_MM = "shape-barrier", 0.1

@@ -8,6 +8,7 @@ just let go."""
 import math
 
 import numpy as np
+
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.slide.session import lets_go
 

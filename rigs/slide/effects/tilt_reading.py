@@ -6,6 +6,7 @@ x: overshoot Ω t with x = g Ω cos θ (1 + tan² θ) t³/6 at constant friction
 import math
 
 import numpy as np
+
 from benchtwin.bench.air import G_M_S2
 from benchtwin.infer.effect import Effect
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+
 from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.calibrate.export.conventions import (
     GIVEN,

@@ -3,9 +3,9 @@
 import json
 
 import pytest
-from benchtwin.calibrate.export.result import calibrated_from, read_result
 from typer.testing import CliRunner
 
+from benchtwin.calibrate.export.result import calibrated_from, read_result
 from benchtwin.command_line import app
 
 LEAVES = [

@@ -6,9 +6,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from prediction_stand_in import FRICTION_SD, MEAN, SLOPE_DEG, Angles, write_calibrated
+
 from benchtwin.calibrate.predict_command import Asked, predict_command, predict_into
 from benchtwin.calibrate.prediction.predict import DRAWN
-from prediction_stand_in import FRICTION_SD, MEAN, SLOPE_DEG, Angles, write_calibrated
 
 
 @pytest.fixture

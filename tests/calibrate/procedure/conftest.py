@@ -3,6 +3,7 @@
 from functools import partial
 
 import pytest
+
 from benchtwin.calibrate.procedure import joint
 
 

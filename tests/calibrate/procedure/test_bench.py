@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.rigs import STEEL
 

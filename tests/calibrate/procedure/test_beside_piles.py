@@ -10,6 +10,8 @@ from functools import partial
 import numpy as np
 import pandas as pd
 import pytest
+from stand_in import TRUE, StandIn, write_bench
+
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.simulated import calibrate_simulated
@@ -17,7 +19,6 @@ from benchtwin.calibrate.procedure.simulator import Run
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.report.page import write_report
 from benchtwin.report.spreadsheet import sheets
-from stand_in import TRUE, StandIn, write_bench
 
 STATED = "[drawdown]\npane_friction = 0.28\n"
 CYLINDER = "[pile]\ncylinder_mm = [70, 150]\n"

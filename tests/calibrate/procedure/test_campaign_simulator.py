@@ -3,6 +3,7 @@ are not computed again."""
 
 import numpy as np
 import pytest
+
 from benchtwin.calibrate.procedure.simulator import Run, campaign, seed_numbers
 
 

@@ -4,12 +4,12 @@ refused before anything runs."""
 import json
 
 import pytest
+
 from benchtwin.calibrate.procedure.simulator import Run, campaign
+from benchtwin.calibrate_command import Asked, calibrate_command
 from benchtwin.sim.lammps import program
 from benchtwin.twin.command import FAILED, MISUSED
 from benchtwin.twin.engine import LAMMPS, Engine
-
-from benchtwin.calibrate_command import Asked, calibrate_command
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.more_piles import BATCH, PACKINGS, WAIT, add_piles

@@ -4,6 +4,7 @@ parameter."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.procedure import shape_effect as module
 from benchtwin.calibrate.procedure.shape_effect import Question, shape_effect, verdict
 

@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from stand_in import TRUE, StandIn, angle, write_bench
+
+from benchtwin import calibrate_command as calibrate_module
 from benchtwin.calibrate.procedure import joint, parameters
 from benchtwin.calibrate.procedure.effort import FULL, QUICK
 from benchtwin.calibrate.procedure.rigs import PILE, SEED_FACTORS
 from benchtwin.calibrate.procedure.simulated import Prescribed, calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run, _begun, seed_numbers
-from benchtwin.twin.command import DONE, FAILED, MISUSED
-from stand_in import TRUE, StandIn, angle, write_bench
-
-from benchtwin import calibrate_command as calibrate_module
 from benchtwin.calibrate_command import Asked, calibrate_command
+from benchtwin.twin.command import DONE, FAILED, MISUSED
 
 EASY = replace(QUICK, draws=200)  # of the posterior: enough for what is asked here
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"

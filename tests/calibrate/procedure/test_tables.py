@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.export import read_result
 from benchtwin.calibrate.procedure import calibrate_tables, parameters
-from benchtwin.twin.command import DONE, FAILED, MISUSED
-
 from benchtwin.calibrate_command import Asked, calibrate_command
+from benchtwin.twin.command import DONE, FAILED, MISUSED
 
 PAPER = Path(__file__).parents[3] / "samples" / "soybean-paper"
 PRINTED = {

@@ -4,6 +4,7 @@ analysis."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.surface import fit_surface
 

@@ -5,12 +5,13 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.formula.api as smf
+from statsmodels.stats.anova import anova_lm
+
 from benchtwin.calibrate.statistics.anova import anova_table, contributions
 from benchtwin.calibrate.statistics.designs import box_behnken
 from benchtwin.calibrate.statistics.published_values import compare, flatten, follows
 from benchtwin.calibrate.statistics.reduction import reduce
 from benchtwin.calibrate.statistics.surface import fit_surface
-from statsmodels.stats.anova import anova_lm
 
 TABLE_10 = """
 Model 14.40 9 1.60 24.37 <0.01

@@ -4,6 +4,7 @@ contradict."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.statistics.ascent import (
     check_published,
     choose_centre,

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from benchtwin.calibrate.statistics.bounds import interval, open_ends
 from scipy import stats
+
+from benchtwin.calibrate.statistics.bounds import interval, open_ends
 
 LIMITS = (0.2, 0.7)
 # of a kernel estimate that is good to some percent: draws of a usual calibration

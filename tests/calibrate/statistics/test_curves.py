@@ -7,6 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from scipy import stats
+from scipy.interpolate import PchipInterpolator
+
 from benchtwin.calibrate.statistics.bench import (
     BenchMean,
     agreement,
@@ -16,8 +19,6 @@ from benchtwin.calibrate.statistics.bench import (
 )
 from benchtwin.calibrate.statistics.curves import fit_monotone, fit_polynomial
 from benchtwin.calibrate.statistics.inversion import OutsideRange, invert
-from scipy import stats
-from scipy.interpolate import PchipInterpolator
 
 REBOUND = [96, 100, 102, 97, 70, 94, 90, 93, 88, 120]
 SLIDE = [18.9, 20.7, 19.6, 19.9, 18.8, 19.5, 20.4, 19.6, 19.2, 18.4]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken, central_composite

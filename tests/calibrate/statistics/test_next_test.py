@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.calibrate.statistics.bench import BenchMean
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.next_test import BenchTest, what_next

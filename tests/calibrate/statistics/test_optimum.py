@@ -3,10 +3,11 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import minimize
+
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.optimum import optimum, solution_set, stand
 from benchtwin.calibrate.statistics.surface import fit_surface
-from scipy.optimize import minimize
 
 PAPER = {"restitution": 0.65, "static_friction": 0.55, "rolling_friction": 0.04}
 

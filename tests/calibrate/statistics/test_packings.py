@@ -5,6 +5,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.anova import anova_table
 from benchtwin.calibrate.statistics.assessment import coefficients, quality
@@ -14,7 +16,6 @@ from benchtwin.calibrate.statistics.packings import decorrelate
 from benchtwin.calibrate.statistics.reduction import reduce
 from benchtwin.calibrate.statistics.residuals import residual_table
 from benchtwin.calibrate.statistics.surface import fit_surface
-from scipy import stats
 
 TRUTH = np.array(
     [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]

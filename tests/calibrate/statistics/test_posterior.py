@@ -5,6 +5,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.bench import BenchMean, bench_mean
 from benchtwin.calibrate.statistics.box import Box
@@ -21,7 +23,6 @@ from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.calibrate.statistics.resolution import directions
 from benchtwin.calibrate.statistics.sampling import effective_draws, sample, split_r_hat
 from benchtwin.calibrate.statistics.surface import fit_surface
-from scipy import stats
 
 EQ8 = np.array(
     [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]

@@ -3,8 +3,9 @@ they hold a new one, and its share."""
 
 import numpy as np
 import pytest
-from benchtwin.calibrate.statistics.predictive import predictive
 from scipy import stats
+
+from benchtwin.calibrate.statistics.predictive import predictive
 
 DRAWS, REPEATS, TIMES = 12, 4, 400
 

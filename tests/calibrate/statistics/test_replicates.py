@@ -4,6 +4,11 @@ common packings save."""
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
+from statsmodels.formula import api as smf
+from statsmodels.stats.anova import anova_lm
+from statsmodels.stats.power import TTestIndPower
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.assessment import coefficients
 from benchtwin.calibrate.statistics.designs import box_behnken
@@ -15,10 +20,6 @@ from benchtwin.calibrate.statistics.replicates import (
     power,
 )
 from benchtwin.calibrate.statistics.surface import fit_surface
-from scipy import stats
-from statsmodels.formula import api as smf
-from statsmodels.stats.anova import anova_lm
-from statsmodels.stats.power import TTestIndPower
 
 
 @pytest.fixture

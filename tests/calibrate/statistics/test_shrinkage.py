@@ -3,12 +3,13 @@ nearly flat where they do not."""
 
 import numpy as np
 import pytest
+from scipy import stats
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.designs import box_behnken
 from benchtwin.calibrate.statistics.shrinkage import cubes, shrink
 from benchtwin.calibrate.statistics.surface import fit_surface
-from scipy import stats
 
 BOX = Box(("e", "mu", "mu_r"), [0.45, 0.2, 0.01], [0.7, 0.7, 0.06])
 EQ8 = np.array([30.0, 0.6, 0.8, 0.8, 0.1, 0.1, 0.35, 0.0, -0.3, -0.3])

@@ -5,6 +5,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from scipy import stats
+from statsmodels.stats.outliers_influence import OLSInfluence
+
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.assessment import (
     coefficients,
@@ -18,8 +21,6 @@ from benchtwin.calibrate.statistics.published_values import compare
 from benchtwin.calibrate.statistics.reduction import reduce
 from benchtwin.calibrate.statistics.residuals import normality, residual_table
 from benchtwin.calibrate.statistics.surface import fit_surface, leverage
-from scipy import stats
-from statsmodels.stats.outliers_influence import OLSInfluence
 
 EQ8 = [30.04, 0.5875, 0.8375, 0.775, 0.075, 0.1, 0.35, -0.0325, -0.2825, -0.2575]
 

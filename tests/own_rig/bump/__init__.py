@@ -1,7 +1,8 @@
 """A seed on a thread swings against a wall: how far does it swing back?"""
 
-from benchtwin.bench.rig import Rig
 from benchtwin.rigs.bump.keys import Bump
+
+from benchtwin.bench.rig import Rig
 
 RIG = Rig(
     name="bump",

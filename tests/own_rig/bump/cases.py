@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+
 from benchtwin.prove.cases.bench import Bench, Recording, Request
 from benchtwin.prove.cases.record import Cases, Effect
 from benchtwin.prove.cases.snr import Visibility, scatter_snr

@@ -2,8 +2,9 @@
 
 from math import radians, sin
 
-from benchtwin.bench.tells import ByCurve
 from benchtwin.rigs.bump import RIG
+
+from benchtwin.bench.tells import ByCurve
 
 
 def restitution(back_deg: float, bump: dict) -> float | None:

@@ -1,7 +1,8 @@
 """A seed thrown upwards: how fast was it thrown?"""
 
-from benchtwin.bench.rig import Rig
 from benchtwin.rigs.toss.keys import Toss
+
+from benchtwin.bench.rig import Rig
 
 RIG = Rig(
     name="toss",

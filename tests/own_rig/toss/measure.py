@@ -1,6 +1,7 @@
 """A track of a seed thrown upwards → its speed, y(t) = y₀ + v t − g t²/2."""
 
 import numpy as np
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity

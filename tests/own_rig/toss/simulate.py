@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from benchtwin.sim.engine.step import Every
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed

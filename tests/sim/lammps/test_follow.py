@@ -3,8 +3,9 @@ line cut off, a seed that has left."""
 
 import numpy as np
 import pytest
-from benchtwin.sim.lammps.follow import read_way
 from scipy.spatial.transform import Rotation
+
+from benchtwin.sim.lammps.follow import read_way
 
 
 def text_of(step: int, rows: np.ndarray) -> str:

@@ -5,11 +5,11 @@ import csv
 
 import numpy as np
 import pytest
-from benchtwin.sim.lammps.program import installed
-from benchtwin.sim.ondem.read import read_state
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.sim.lammps.program import installed
+from benchtwin.sim.ondem.read import read_state
 
 SMALL = """rig = "pile"
 [pile]

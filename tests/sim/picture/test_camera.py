@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from benchtwin.sim.picture.camera import Camera, axes, distort, project, undistort
 
 

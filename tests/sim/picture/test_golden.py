@@ -18,8 +18,9 @@ ROOT = Path(__file__).parents[3]
 GOLDEN = ROOT / "tests" / "golden"
 sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
 
-from benchtwin.sim.picture import Camera, coverage, renderer_name  # noqa: E402
 from picture_scenes import drop, heap, slide  # noqa: E402
+
+from benchtwin.sim.picture import Camera, coverage, renderer_name  # noqa: E402
 
 SCENES = {
     "heap": (

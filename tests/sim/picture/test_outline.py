@@ -3,11 +3,12 @@ through roll, lens and blur; unions."""
 
 import numpy as np
 import pytest
+from picture_scenes import SOYBEAN, still
+
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.picture import Camera, Look, coverage, photo, project
 from benchtwin.sim.picture.camera import axes
 from benchtwin.sim.picture.pose import matrices
-from picture_scenes import SOYBEAN, still
 
 pytestmark = pytest.mark.usefixtures("egl")
 
@@ -159,8 +160,9 @@ def test_seeds_are_the_union_of_their_balls():
 def test_an_edge_is_where_the_light_is_half():
     """Averaging is of light: a wall's edge at a known column, half way between its
     level and the background's, to 0.02 px."""
-    from benchtwin.sim.motion import Part
     from picture_scenes import slab
+
+    from benchtwin.sim.motion import Part
 
     for shift in (0.0, 0.13, 0.37, 0.61):
         edge = (100 + shift - 127.5) * 0.2e-3

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from picture_scenes import SOYBEAN, drop, heap, slide, still
+
 from benchtwin.sim.picture import (
     Camera,
     Look,
@@ -24,7 +26,6 @@ from benchtwin.sim.picture import (
 from benchtwin.sim.picture.camera import view
 from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.pile.repose import measure_repose
-from picture_scenes import SOYBEAN, drop, heap, slide, still
 
 SMALL = Camera(160, 120, mm_per_px=1.0, target_m=(0.0, 0.0, 0.04))
 BESIDE = Camera(320, 200, mm_per_px=1.0, target_m=(0.0, 0.0, 0.09))
@@ -286,10 +287,11 @@ def test_a_heap_measures_as_what_it_is(look):
 def test_a_falling_seed_is_tracked_where_it_is(tmp_path):
     """The measuring code's centroids on a noisy film of a turning seed: measured 0.01
     px rms off the projected centre."""
+    from synthetic.film import write_frames
+
     from benchtwin.measure.observe import observe
     from benchtwin.vision.recording import Camera as Stated
     from benchtwin.vision.recording import Recording
-    from synthetic.film import write_frames
 
     camera = Camera(
         400, 560, mm_per_px=0.25, target_m=(0.0, 0.0, 0.09), exposure_s=2e-5

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.material import SOYBEAN_Q235
 from benchtwin.sim.rigs.bench import Bench, reach
 from benchtwin.sim.rigs.drop import Drop, run_drop
-from scenes import NO_AIR
 
 SLICK = replace(SOYBEAN_Q235, static_friction=0.0, rolling_friction=0.0)
 SMOOTH = Bench(seed_wall=SLICK, air_density_kg_m3=0.0, laws=NO_AIR)

@@ -6,6 +6,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.sim.engine.observe import Settled
 from benchtwin.sim.material import SOYBEAN_Q235, SOYBEAN_SOYBEAN
 from benchtwin.sim.motion import Motion
@@ -18,7 +20,6 @@ from benchtwin.sim.rigs.pile import Pile
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 from benchtwin.sim.rotation import turned
 from benchtwin.sim.seed import Seed
-from scenes import NO_AIR
 
 # soft: quick; nothing here asks for an angle to a degree
 BENCH = Bench(shear_modulus_pa=1e6, air_density_kg_m3=0.0, laws=NO_AIR)

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scenes import NO_AIR
+
 from benchtwin.sim.material import SOYBEAN_Q235
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.rigs.roll import Roll, run_roll
-from scenes import NO_AIR
 
 BETA = np.radians(15.0)
 STRAIGHT = Roll(axis_sd_deg=0.0)

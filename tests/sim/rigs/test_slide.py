@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.material import SOYBEAN_Q235
 from benchtwin.sim.rigs.bench import Bench

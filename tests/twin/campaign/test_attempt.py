@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from campaign_stand_ins import Square, computed, nothing_half_written, square
+
 from benchtwin.twin.campaign import Measured, claims
 from benchtwin.twin.campaign.attempt import Order, Reply
 from benchtwin.twin.campaign.attempt import attempt as attempt_as
 from benchtwin.twin.campaign.store import open_store
-from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 
 def attempt(order: Order, job) -> Reply:

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import psutil
 import pytest
+from campaign_stand_ins import Square, computed, nothing_half_written, square
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.campaign import (
     CampaignStopped,
@@ -23,7 +25,6 @@ from benchtwin.twin.campaign import (
 from benchtwin.twin.campaign.run import threads_each
 from benchtwin.twin.campaign.store import open_store
 from benchtwin.twin.job import Job
-from campaign_stand_ins import Square, computed, nothing_half_written, square
 
 SCRIPT = """
 import faulthandler

@@ -10,6 +10,7 @@ import time
 
 import psutil
 import pytest
+
 from benchtwin.twin.campaign import claims
 
 

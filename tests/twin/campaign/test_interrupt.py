@@ -5,6 +5,7 @@ import signal
 import threading
 
 import pytest
+
 from benchtwin.twin.campaign.interrupt import kept_interrupt
 
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from benchtwin.twin.campaign.progress import Progress, Tally
 from benchtwin.twin.campaign.results import Measurement, Outcome, in_order
 

@@ -8,9 +8,10 @@ import threading
 import time
 
 import pytest
+from campaign_stand_ins import Square, nothing_half_written, square
+
 from benchtwin.twin.campaign import Measured, Measurement, claims
 from benchtwin.twin.campaign.store import open_store
-from campaign_stand_ins import Square, nothing_half_written, square
 
 
 @pytest.fixture

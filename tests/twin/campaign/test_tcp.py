@@ -9,14 +9,15 @@ import time
 from pathlib import Path
 
 import pytest
+from campaign_stand_ins import Square, computed, nothing_half_written, square
+from test_campaign import campaign_process
+
 from benchtwin.twin.campaign import (
     CampaignStopped,
     cluster,
     read_campaign,
     run_campaign,
 )
-from campaign_stand_ins import Square, computed, nothing_half_written, square
-from test_campaign import campaign_process
 
 DASK = Path(sys.executable).parent / "dask"
 

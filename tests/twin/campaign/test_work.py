@@ -4,6 +4,7 @@ import threading
 from dataclasses import replace
 
 import pytest
+
 from benchtwin.twin import Parameters
 from benchtwin.twin.campaign import Measured
 from benchtwin.twin.campaign.work import (

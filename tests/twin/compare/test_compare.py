@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 from benchtwin.sim.lammps import program
 from benchtwin.twin.compare.differences import ALL, QUANTITIES, differences, verdict
 from benchtwin.twin.compare.picture import page
 from benchtwin.twin.compare.rows import label, read_rows
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 ROOT = Path(__file__).parents[3]
 needs_lammps = pytest.mark.skipif(

@@ -4,6 +4,7 @@ what is refused, and what should stand there."""
 from pathlib import Path
 
 import pytest
+
 from benchtwin.bench.conditions import MOST_CONDITIONS
 from benchtwin.vision.evidence.read_keys import merge, read_toml, validate
 from benchtwin.vision.measurement import MeasurementError

@@ -5,6 +5,9 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.series import film_frames, heap_photos
+
 from benchtwin.measure.batch import find_all
 from benchtwin.measure.observe import observe
 from benchtwin.vision.evidence.film_or_photos import (
@@ -20,8 +23,6 @@ from benchtwin.vision.evidence.film_or_photos import (
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording, read_recording
-from PIL import Image
-from synthetic.series import film_frames, heap_photos
 
 COUNT = 16
 

@@ -4,11 +4,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from PIL import Image
+from synthetic.film import write_video
+
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Camera, Recording
-from PIL import Image
-from synthetic.film import write_video
 
 
 def folder_of(folder, numbers, shape=(40, 60), **camera):

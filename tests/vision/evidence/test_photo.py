@@ -5,9 +5,10 @@ import cv2
 import numpy as np
 import pillow_heif
 import pytest
+from PIL import Image
+
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError
-from PIL import Image
 
 
 def noise(shape, dtype, seed=0):

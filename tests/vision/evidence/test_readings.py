@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.evidence.readings import observe_readings, summarise
 from benchtwin.vision.measurement import DOUBTFUL, MeasurementError
 from benchtwin.vision.recording import read_recording

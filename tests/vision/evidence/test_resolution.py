@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from benchtwin.bench.resolution import reading_step
 from benchtwin.vision.evidence.readings import summarise
 

@@ -2,6 +2,7 @@
 them is said, and only what is absent."""
 
 import pytest
+
 from benchtwin.bench.seed_kinds import (
     kinds,
     known,

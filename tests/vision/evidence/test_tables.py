@@ -3,6 +3,7 @@ row."""
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.evidence.tables import (
     read_gates,
     read_impacts_csv,

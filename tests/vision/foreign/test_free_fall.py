@@ -3,8 +3,9 @@ asked."""
 
 import numpy as np
 import pytest
-from benchtwin.vision.foreign.unit_inference import free_fall, free_falls, unit_doubt
 from bouncing import G, ball
+
+from benchtwin.vision.foreign.unit_inference import free_fall, free_falls, unit_doubt
 
 FRAME, X, Y = ball()
 T = FRAME / 120

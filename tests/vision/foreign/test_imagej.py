@@ -3,11 +3,12 @@ Pictures count y down, frames are no seconds."""
 
 import numpy as np
 import pytest
+from bouncing import ball
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
-from bouncing import ball
 
 FRAME, X, Y = ball()
 PX_PER_M, HIGH = 640.0, 480.0

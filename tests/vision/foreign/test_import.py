@@ -5,11 +5,11 @@ import tomllib
 
 import numpy as np
 import pytest
-from benchtwin.measure.batch import measure
 from bouncing import HEIGHT_M, IMPACTS_S, ball
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.measure.batch import measure
 
 FRAME, X, Y = ball()
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from bouncing import ball
+
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
-from bouncing import ball
 
 FRAME, X, Y = ball()
 MS, PX_PER_M = 1000 * FRAME / 120, 640.0

@@ -6,12 +6,13 @@ import zipfile
 
 import numpy as np
 import pytest
+from bouncing import HEIGHT_M, IMPACTS_S
+from workbooks import bomb, workbook
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
-from bouncing import HEIGHT_M, IMPACTS_S
-from workbooks import bomb, workbook
 
 START_S = 1.2345
 HEARD = START_S + IMPACTS_S

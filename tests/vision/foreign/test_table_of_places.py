@@ -3,13 +3,14 @@ decimals, several tracks, units, y down."""
 
 import numpy as np
 import pytest
+from bouncing import ball
+from scipy.io import savemat
+from workbooks import workbook
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
-from bouncing import ball
-from scipy.io import savemat
-from workbooks import workbook
 
 FPS = 120.0
 FRAME, X, Y = ball(FPS)

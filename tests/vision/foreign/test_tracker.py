@@ -5,11 +5,12 @@ import zipfile
 
 import numpy as np
 import pytest
+from bouncing import ball
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
-from bouncing import ball
 
 ORIGIN, PX_PER_M, ANGLE_DEG, FIRST = (320.0, 430.0), 640.0, 3.0, 4
 TAPE = """<property name="item" type="object">\

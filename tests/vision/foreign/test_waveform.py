@@ -3,6 +3,7 @@ states the rate."""
 
 import numpy as np
 import pytest
+
 from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.measurement import MeasurementError

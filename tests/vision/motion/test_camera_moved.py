@@ -3,6 +3,7 @@ a still camera is not."""
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.evidence.frames import Frame
 from benchtwin.vision.motion.film_doubts import camera_moved, common_shift
 

@@ -7,6 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.stats import binom
+from scipy.stats import t as student
+
 from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.roll.keys import Roll
@@ -14,9 +18,6 @@ from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.recording import Recording
-from scipy.integrate import solve_ivp
-from scipy.stats import binom
-from scipy.stats import t as student
 
 pytestmark = pytest.mark.slow
 

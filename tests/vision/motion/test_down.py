@@ -4,6 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drawn_frames import Drawn
+from drops import drop, named
+from synthetic.film import Look, film
+from synthetic.motion import draw_drop, film_track
+
 from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.rigs.drop.observe import observe_drop
 from benchtwin.rigs.drop.read import drops_of
@@ -11,10 +16,6 @@ from benchtwin.vision.motion.down import direction_of_fall, upright
 from benchtwin.vision.motion.of_recording import to_mm
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.motion.track_seed import track_seed
-from drawn_frames import Drawn
-from drops import drop, named
-from synthetic.film import Look, film
-from synthetic.motion import draw_drop, film_track
 
 
 def turned(deg: float, noise_mm: float = 0.1, seed: int = 0) -> Track:

@@ -3,6 +3,8 @@ fall and rebound under drag."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
@@ -10,7 +12,6 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.flight import find_few_flights
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
-from scipy.integrate import solve_ivp
 
 G, DRAG = 9.80665, 0.0022  # of the ball below, 1/m: ρ C_d π d² / (8 m), C_d 0.44
 BALL = Seed(length_mm=40, width_mm=40, thickness_mm=40, mass_g=150)

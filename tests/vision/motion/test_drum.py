@@ -6,6 +6,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.rigs.drum.observe import observe_drum
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from benchtwin.vision.recording import read_recording

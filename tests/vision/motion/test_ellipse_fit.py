@@ -3,6 +3,7 @@ missing rim, or nothing."""
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.motion.ellipse import Ellipse, EllipsePose, Patch, fit_ellipse
 
 AXES = (9.0, 8.0)

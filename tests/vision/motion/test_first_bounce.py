@@ -4,12 +4,13 @@ same recording say of it."""
 import numpy as np
 import pandas as pd
 import pytest
+from drops import drop, named
+
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.vision.measurement import DOUBTFUL, GOOD
 from benchtwin.vision.motion.impacts import measure_impacts
 from benchtwin.vision.recording import Air, Recording, Seed
-from drops import drop, named
 
 BALL = {"length_mm": 12.0, "width_mm": 12.0, "thickness_mm": 12.0, "density_kg_m3": 900}
 
@@ -106,8 +107,9 @@ def test_repeats_do_not_reduce_the_error_of_the_height(tmp_path):
 def test_a_fall_that_was_seen_corrects_the_stated_height():
     """Stated 18 mm too low, seen to .1 mm: the restitution is that of the fall seen,
     and the note names both."""
-    from benchtwin.rigs.drop.measure import measure_drop
     from synthetic.motion import draw_drop, film_track
+
+    from benchtwin.rigs.drop.measure import measure_drop
 
     track = film_track(draw_drop(), np.random.default_rng(0), noise_mm=0.03)
     result = measure_drop(track, drop(height=292.0))

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.measure.observe import observe
-from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.drop_sound import impacts_in_sound
-from benchtwin.vision.recording import read_recording
 from drawn_sound import SCENES, draw, write
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.measure.observe import observe
+from benchtwin.vision.measurement import MeasurementError
+from benchtwin.vision.motion.drop_sound import impacts_in_sound
+from benchtwin.vision.recording import read_recording
 
 LOUD = replace(next(s for s in SCENES if s.name == "pink"), db=(30, 32), e=(0.6, 0.65))
 

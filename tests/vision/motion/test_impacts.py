@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from benchtwin.vision.motion.impacts import measure_impacts
 from drops import drop
 from synthetic.motion import draw_drop
+
+from benchtwin.vision.motion.impacts import measure_impacts
 
 
 def test_impact_times_give_speeds_and_restitution():

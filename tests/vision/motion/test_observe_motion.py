@@ -5,6 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from synthetic.film import Look, film, to_picture, write_frames, write_video
+from synthetic.motion import draw_drop, draw_roll, draw_slide, film_track
+from synthetic.rigs_film import corner_mm, film_roll, film_slide
+
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.roll.keys import Roll
@@ -19,9 +23,6 @@ from benchtwin.vision.recording import (
     read_recording,
     write_recording,
 )
-from synthetic.film import Look, film, to_picture, write_frames, write_video
-from synthetic.motion import draw_drop, draw_roll, draw_slide, film_track
-from synthetic.rigs_film import corner_mm, film_roll, film_slide
 
 DROP = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.6

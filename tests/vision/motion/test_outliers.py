@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchtwin.rigs.drop.measure import measure_drop
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
+
+from benchtwin.rigs.drop.measure import measure_drop
 
 
 def test_outliers_are_marked_and_left_out():

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.vision.evidence.frames import Frame, FrameSource
 from benchtwin.vision.motion.own_look import by_own_look
 from benchtwin.vision.motion.scene import learn_scene

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import read_recording

@@ -6,6 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.bench.keys import Camera
 from benchtwin.rigs.slide.keys import Slide
 from benchtwin.vision.evidence.frames import Frame, FrameSource

@@ -5,8 +5,9 @@ import math
 
 import numpy as np
 import pytest
-from benchtwin.measure.batch import measure
 from rolling_balls import Ball, way
+
+from benchtwin.measure.batch import measure
 
 GATES = np.array([150.0, 350, 550, 750, 950])
 

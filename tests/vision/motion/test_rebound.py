@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from drops import CAMERA, drop, named
+from synthetic.motion import correlated_noise, draw_drop, film_track
+
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.measure import measure_drop
 from benchtwin.vision.motion.impacts import drag_per_metre
 from benchtwin.vision.motion.least_squares import estimate_rho, fit, frame_lag
 from benchtwin.vision.motion.track import make_track, track_from_table
 from benchtwin.vision.recording import Camera, Recording, Seed
-from drops import CAMERA, drop, named
-from synthetic.motion import correlated_noise, draw_drop, film_track
 
 
 def test_restitution_of_a_drawn_bounce():

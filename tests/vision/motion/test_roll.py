@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rolling_balls import Ball, way
+
 from benchtwin.bench.keys import Camera, Seed
 from benchtwin.rigs.roll.inertia import inertia_of
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
-from rolling_balls import Ball, way
 
 BALL = Seed(length_mm=15, width_mm=15, thickness_mm=15, mass_g=13.8)
 LEAST = (

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic.motion import draw_roll, film_track
+
 from benchtwin.bench.keys import Air, Camera, Seed
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.measure import measure_roll
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
-from synthetic.motion import draw_roll, film_track
 
 KNOWN = Recording(
     "r",

@@ -10,7 +10,14 @@ from itertools import pairwise
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_sound import SCENES, draw_session, write
+from scipy import stats
+from synthetic.film import Look, film, write_frames
+from synthetic.motion import Motion, draw_drop
+from typer.testing import CliRunner
+
 from benchtwin.bench.keys import Air, Camera
+from benchtwin.command_line import app
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.keys import Drop
 from benchtwin.rigs.drop.read import read_drops
@@ -19,13 +26,6 @@ from benchtwin.vision.measurement import GOOD
 from benchtwin.vision.motion.drop_sound import impacts_in_sound
 from benchtwin.vision.motion.split_flights import releases
 from benchtwin.vision.recording import Recording, read_recording
-from drawn_sound import SCENES, draw_session, write
-from scipy import stats
-from synthetic.film import Look, film, write_frames
-from synthetic.motion import Motion, draw_drop
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 LOUD = replace(next(s for s in SCENES if s.name == "pink"), db=(25, 30))
 N, E, E_SD = 10, 0.6, 0.02

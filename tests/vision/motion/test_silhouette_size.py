@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.motion.film_doubts import size_doubt, stated_area_px
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.motion.track_seed import TrackedSeed

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic.motion import draw_slide, film_track
+
 from benchtwin.bench.keys import Air
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.rigs.slide import measure as measuring
@@ -15,7 +17,6 @@ from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.rigs.slide.model import Model
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Camera, Recording
-from synthetic.motion import draw_slide, film_track
 
 TILT_SD_DEG = unstated_sd("tilt-sensor-zero")
 KNOWN = Recording(

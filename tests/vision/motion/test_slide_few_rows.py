@@ -3,12 +3,13 @@ drawn by integrating the motion."""
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+
 from benchtwin.bench.keys import Air, Camera
 from benchtwin.rigs.slide.keys import Slide
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import make_track
 from benchtwin.vision.recording import Recording
-from scipy.integrate import solve_ivp
 
 G = 9.80665
 

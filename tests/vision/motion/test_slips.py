@@ -4,6 +4,7 @@ rolling or resting thing has none."""
 import numpy as np
 import pandas as pd
 import pytest
+
 from benchtwin.vision.motion.outliers import slips
 from benchtwin.vision.motion.track import track_from_table
 from benchtwin.vision.recording import Camera

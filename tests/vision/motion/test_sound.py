@@ -11,6 +11,10 @@ import av
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_sound import SCENES, Scene, draw, write
+from drops import drop
+from sound import study
+
 from benchtwin.vision.evidence.sound import Sound, only_sound, read_sound
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import GOOD, MeasurementError, Observation, Quantity
@@ -22,9 +26,6 @@ from benchtwin.vision.motion.drop_sound import (
 from benchtwin.vision.motion.impact_chain import find_chain
 from benchtwin.vision.motion.onsets import find_onsets
 from benchtwin.vision.recording import read_recording
-from drawn_sound import SCENES, Scene, draw, write
-from drops import drop
-from sound import study
 
 NAMED = {scene.name: scene for scene in SCENES}
 

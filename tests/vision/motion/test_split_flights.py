@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from benchtwin.rigs.drop.measure import measure_drop
-from benchtwin.vision.motion.track import track_from_table
 from drops import drop, named
 from synthetic.motion import draw_drop, film_track
+
+from benchtwin.rigs.drop.measure import measure_drop
+from benchtwin.vision.motion.track import track_from_table
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.bench.keys import Tracking
 from benchtwin.measure.observe import observe
 from benchtwin.rigs.drop.keys import Drop

@@ -3,13 +3,14 @@ things is the seed."""
 
 import numpy as np
 import pytest
+from drawn_frames import Drawn
+from synthetic.film import Look, draw_frame, draw_scene, film, to_picture
+from synthetic.motion import draw_drop
+
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.detect import find_silhouettes
 from benchtwin.vision.motion.scene import learn_scene
 from benchtwin.vision.motion.track_seed import _fall_height, track_seed
-from drawn_frames import Drawn
-from synthetic.film import Look, draw_frame, draw_scene, film, to_picture
-from synthetic.motion import draw_drop
 
 MOTION = draw_drop(
     height_mm=180, spin_rad_s=20, lateral_m_s=0.05, kicks=((0.02, -10),), end_s=0.75

@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, text_width, wrapped
 from benchtwin.vision.overlay.plot import plot
 

@@ -5,14 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
+
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, MeasurementError
 from benchtwin.vision.overlay.canvas import Canvas
 from benchtwin.vision.overlay.seeds import LINE, paint_scale
 from benchtwin.vision.paper.grid_pitch import _CLASSES, Strengths, _best_pattern
 from benchtwin.vision.paper.scale import read_scale
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from synthetic.paper import Paper, draw_paper, paper_mm, true_scale
 
 SHAPE = (420, 560)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, Quantity, failed
 from benchtwin.vision.pile.heap import WALL, BaseLine, find_heap
 from benchtwin.vision.pile.repose import if_known

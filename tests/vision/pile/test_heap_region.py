@@ -7,6 +7,7 @@ from itertools import combinations
 import cv2
 import numpy as np
 import pytest
+
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.pile import repose
 from benchtwin.vision.pile.heap_region import CUTS, find_region

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from benchtwin.vision.pile.heap import BaseLine
 from benchtwin.vision.pile.layer import without_layer
 

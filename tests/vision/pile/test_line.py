@@ -3,8 +3,9 @@ although the roughness is correlated."""
 
 import numpy as np
 import pytest
-from benchtwin.vision.pile.line import fit_line
 from scipy.ndimage import gaussian_filter1d
+
+from benchtwin.vision.pile.line import fit_line
 
 
 def rough_line(rng, n=600, slope=0.5, sd=4.0, length=10.0):

@@ -7,11 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from synthetic.piles import PileScene, base_line, draw_pile
+
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, measure_repose
 from benchtwin.vision.recording import Camera
-from synthetic.piles import PileScene, base_line, draw_pile
 
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "benchmarks"))

@@ -4,17 +4,18 @@ refusals."""
 import cv2
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+from synthetic.paper import Paper, draw_paper, paper_mm
+from synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
+
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.seeds import COLOURS, draw_grains
 from benchtwin.vision.paper.scale import read_scale
 from benchtwin.vision.shape.grains import Grains, measure_seeds
 from benchtwin.vision.shape.lot_photos import observe_seeds
 from benchtwin.vision.shape.outline import feret
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from PIL import Image
-from synthetic.paper import Paper, draw_paper, paper_mm
-from synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
 SHAPE = (480, 640)
 

@@ -7,6 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from drawn_seed_photos import Scene, caliper, draw
+from PIL import Image
+from scipy.spatial import cKDTree
+from typer.testing import CliRunner
+
+from benchtwin.command_line import app
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.shape.lot import (
     OUTLINES,
@@ -24,12 +30,6 @@ from benchtwin.vision.shape.outline import (
     fourier_terms,
     from_fourier_terms,
 )
-from drawn_seed_photos import Scene, caliper, draw
-from PIL import Image
-from scipy.spatial import cKDTree
-from typer.testing import CliRunner
-
-from benchtwin.command_line import app
 
 T = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 FLAT = View(0.1, 2e-5, math.inf)
