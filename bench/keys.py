@@ -93,16 +93,24 @@ class Camera(Section):
     mm_per_px: Annotated[float, Field(gt=1e-5, le=1000, allow_inf_nan=False)] | None = (
         None
     )
-    """Scale in the plane of the motion. Absent: read from millimetre paper in the
-    picture, else answers are in pixels."""
+    """Scale in the plane of the motion. Absent: read from a printed board in the
+    picture (`benchtwin board`), else answers are in pixels."""
     mm_per_px_sd: NotNegative | None = None
     """How well the scale is known (standard deviation). Absent: 1 %."""
     plumb_deg: Angle | None = None
-    """Direction of gravity in the picture, clockwise from straight down. Absent: the
-    plate's own line."""
+    """Direction of gravity in the picture, clockwise from straight down. Absent: read
+    from a printed board in the picture, else the plate's own line."""
     plumb_sd_deg: NotNegative | None = None
     """How well the plumb line is known (standard deviation). Absent: 0.5°; 1° where
     plumb_deg is absent, too."""
+    pitch_deg: Annotated[float, Field(ge=-60, le=60)] | None = None
+    """By how much the camera looks down. Absent: read from a printed board in the
+    picture, else from the foot of a heap."""
+    pitch_sd_deg: NotNegative | None = None
+    """How well that is known (standard deviation). Absent: 0.5°."""
+    board_line_mm: Length | None = None
+    """Length of the line on the printed board, as measured on the print. Absent: as
+    printed, ± 0.5 %."""
     exposure_s: Annotated[float, Field(gt=0, lt=10, allow_inf_nan=False)] | None = None
     """How long each picture was exposed."""
     readout_s: Annotated[float, Field(ge=0, le=0.2, allow_inf_nan=False)] | None = None
@@ -138,8 +146,16 @@ class Camera(Section):
         return (unstated_sd if self.plumb_deg is None else stated_sd)("plumb")
 
     @property
+    def pitch_sd(self) -> float:
+        """sd of a stated pitch_deg."""
+        sd = self.pitch_sd_deg
+        return stated_sd("plumb") if sd is None else usable_sd("plumb", sd)
+
+    @property
     def used_sds(self) -> dict[str, float]:
         used = {"plumb_sd_deg": self.plumb_sd}
+        if self.pitch_deg is not None:
+            used["pitch_sd_deg"] = self.pitch_sd
         if self.mm_per_px:
             used["mm_per_px_sd"] = self.scale_sd * self.mm_per_px
         return used

@@ -69,6 +69,23 @@ PRIORS = {
     "outline-centre": Prior(
         "px", 0.01, None, "of a turning outline, which uneven light moves"
     ),
+    "board-print": Prior(
+        "relative",
+        0.005,
+        None,
+        "a printer not checked by the sheet's line",
+    ),
+    "board-line": Prior("mm", 0.15, None, "of the sheet's line, read off a ruler"),
+    "board-bend": Prior("of its width", 0.003, None, "a sheet glued to cardboard"),
+    "board-bent": Prior("of its width", 0.05, None, "a loose sheet"),
+    "board-lean": Prior("deg", 0.7, None, "of a board stood upright by eye"),
+    "board-lens": Prior("at the corner", 0.02, None, "a phone's lens"),
+    "principal-point": Prior(
+        "of half a diagonal", 0.02, None, "of an uncropped picture"
+    ),
+    "focal-length": Prior(
+        "ln", 0.5, None, "about .75 of the diagonal: phones .6 (wide) to 2 (tele)"
+    ),
     "lens": Prior("at the edge", 2e-4, None, "distortion of a good lens"),
     "perspective": Prior("1/m", 1e-3, None, "a camera that looks straight on"),
     # a drop

@@ -1,5 +1,5 @@
 """Photos of spread seeds drawn from analytic outlines, with their truth. Nothing of the
-reader is used.
+reader is used; a board is the page that is printed.
 
 Outlines are polygons of 720 points; each pixel's cover is exact along its row and the
 mean of 8 lines down its height. Lengths are mm in the plane of the paper; +x right, +y
@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
+
+from benchtwin.vision.board.sheet import PX_PER_MM, SHEETS, draw_page
 
 POINTS, ROWS = 720, 8
 Array = np.ndarray
@@ -41,9 +43,7 @@ class Scene:
     light: float = 0.1
     blur_px: float = 1.0
     noise: float = 0.012
-    strip_mm: float = (
-        0.0  # height of the strip of millimetre paper along the upper border
-    )
+    board: str = ""  # size of the printed board's sheet, in the upper left corner
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,8 @@ def draw(scene: Scene, rng: np.random.Generator) -> tuple[Array, list[DrawnSeed]
 
 def place(scene: Scene, rng: np.random.Generator) -> list[DrawnSeed]:
     wide, high = (n * scene.mm_per_px for n in scene.size_px)
-    low, top = np.array([2.0, scene.strip_mm + 4.0]), np.array([wide - 2.0, high - 2.0])
+    sheet = SHEETS[scene.board].page_mm[0] if scene.board else 0.0
+    low, top = np.array([sheet + 4.0, 4.0]), np.array([wide - 2.0, high - 2.0])
     seeds: list[DrawnSeed] = []
     for group, count in enumerate(scene.groups):
         for _ in range(4000):
@@ -268,9 +269,9 @@ def paint(scene: Scene, seeds: list[DrawnSeed], rng: np.random.Generator) -> Arr
     wide, high = scene.size_px
     picture = np.ones((high, wide, 3)) * scene.ground_rgb
     picture *= 1 + scene.texture * _blotches((high, wide), 2.5, rng)[..., None]
-    if scene.strip_mm:
-        paper = _paper(scene)
-        picture[: len(paper)] = paper
+    if scene.board:
+        sheet = _sheet(scene)[:high]
+        picture[: len(sheet), : sheet.shape[1]] = sheet
     covers = [cover(s.seen_mm / scene.mm_per_px - 0.5, (high, wide)) for s in seeds]
     if scene.shadow:
         shade = np.zeros((high, wide))
@@ -306,30 +307,11 @@ def _blotches(
     return noise / noise.std()
 
 
-def _paper(scene: Scene) -> Array:
-    """A strip of millimetre paper: lines every 1, 5, 10 mm, 0.10, 0.18 and 0.30 mm
-    wide, their cover of each pixel exact."""
-    wide, high = scene.size_px[0], int(scene.strip_mm / scene.mm_per_px)
-
-    def lines(count: int) -> Array:
-        edge = np.arange(count + 1) * scene.mm_per_px
-        ink = np.zeros(count)
-        for k in range(int(edge[-1]) + 2):
-            half = 0.15 if k % 10 == 0 else 0.09 if k % 5 == 0 else 0.05
-            part = (
-                np.clip(
-                    np.minimum(edge[1:], k + half) - np.maximum(edge[:-1], k - half),
-                    0,
-                    None,
-                )
-                / scene.mm_per_px
-            )
-            ink = np.maximum(
-                ink, part * (0.75 if k % 10 == 0 else 0.6 if k % 5 == 0 else 0.45)
-            )
-        return ink
-
-    across, down = lines(wide), lines(high)
-    ink = np.maximum(down[:, None], across[None, :])
-    white, orange = np.array([0.93, 0.92, 0.90]), np.array([0.85, 0.45, 0.25])
-    return white + ink[..., None] * (orange - white)
+def _sheet(scene: Scene) -> Array:
+    """The board's sheet, white paper and black ink; mm_per_px a multiple of that of the
+    printed page."""
+    page = np.asarray(draw_page(SHEETS[scene.board]).convert("L"), float) / 255
+    step = round(PX_PER_MM * scene.mm_per_px)
+    high, wide = (n // step for n in page.shape)
+    cells = page[: high * step, : wide * step].reshape(high, step, wide, step)
+    return (0.06 + 0.86 * cells.mean((1, 3)))[..., None] * [1.0, 0.99, 0.97]

@@ -25,6 +25,7 @@ app = typer.Typer(
 COMMANDS: dict[str, Callable[..., None]] = {  # in the order of the help
     "measure": recordings.measure,
     "import": recordings.import_,
+    "board": recordings.board,
     "shape": recordings.shape,
     "clump": recordings.clump,
     "simulate": simulations.simulate,

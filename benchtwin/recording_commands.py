@@ -93,7 +93,7 @@ def import_(
 def shape(
     photos: Annotated[
         list[Path],
-        given("Photos, or folders of photos, of seeds spread beside millimetre paper."),
+        given("Photos, or folders of photos, of seeds spread beside a printed board."),
     ],
     out: Annotated[
         Path, said("Folder for the lot: seeds.csv, outlines.csv, lot.toml, pictures.")
@@ -103,7 +103,7 @@ def shape(
     ] = [],  # noqa: B006
     mm_per_px: Annotated[
         float | None,
-        said("Scale in the plane of the paper; else read from millimetre paper."),
+        said("Scale in the plane of the seeds; else read from the board."),
     ] = None,
     mm_per_px_sd: Annotated[
         float | None, said("How well that is known (standard deviation); else 1 %.")
@@ -124,6 +124,19 @@ def shape(
     from benchtwin.vision.shape.command import shape_command
 
     raise Exit(shape_command(**asked))
+
+
+def board(
+    out: Annotated[Path, said("PDF or PNG to be written.")],
+    size: Annotated[str, said("Paper: A4, A5 or A6.")] = "A5",
+) -> None:
+    """Make a board to print: wherever a picture or film shows it, scale, level and the
+    camera's pitch are read from it, and nothing of them need be stated.
+
+    Exit code 0: written; 2: the command was misused."""
+    from benchtwin.vision.board.command import board_command
+
+    raise Exit(board_command(out, size))
 
 
 def clump(

@@ -10,6 +10,7 @@ import numpy as np
 
 from benchtwin.measure.observe import Progress, observe, observe_or_fail
 from benchtwin.page.pictures import photo
+from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.pile.heap_region import Region, find_region
 from benchtwin.vision.pile.repose import (
@@ -57,9 +58,10 @@ def measure_pile(recording: Recording, options: PileOptions) -> PileOverlay:
 
     try:
         image = photo(file, changed)
-        return _overlay(
-            measure_repose(image, recording.camera, options, find=find), image
-        )
+        seen = with_board(recording, image)
+        camera = seen.recording.camera
+        found = measure_repose(seen.picture, camera, options, find=find)
+        return _overlay(found, image)
     except (MeasurementError, OSError, MemoryError) as error:
         return PileOverlay(
             roi=list(options.roi) if options.roi else None,

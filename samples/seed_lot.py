@@ -1,4 +1,4 @@
-"""A photo of fifty seeds spread beside millimetre paper, samples/seed-lot, drawn with
+"""A photo of fifty seeds spread beside a printed board, samples/seed-lot, drawn with
 known sizes.
 
 .venv/bin/python samples/seed_lot.py FOLDER      # draw it anew
@@ -15,7 +15,7 @@ from PIL import Image
 sys.path.insert(0, str(Path(__file__).parent.parent / "benchmarks"))
 from drawn_seed_photos import Scene, draw
 
-SCENE = Scene("superellipse", groups=(1,) * 50, strip_mm=40.0, size_px=(1700, 1500))
+SCENE = Scene("superellipse", groups=(1,) * 50, board="A6", size_px=(2400, 1550))
 
 
 def make(folder: Path) -> pd.DataFrame:

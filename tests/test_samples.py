@@ -566,7 +566,7 @@ def test_the_rolls_past_gates_are_what_their_script_draws(tmp_path):
     }
 
 
-def test_the_drawn_lot_is_measured_right_with_the_scale_of_its_paper(tmp_path):
+def test_the_drawn_lot_is_measured_right_with_the_scale_of_its_board(tmp_path):
     """Mean length and width within 0.3 % of the truth, every seed found; the photo is
     what its script draws."""
     from seed_lot import make

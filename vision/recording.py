@@ -226,7 +226,7 @@ def write_recording(recording: Recording) -> Path:
 
 
 def with_camera(recording: Recording, **keys: Any) -> Recording:
-    """The recording with some camera keys replaced (a scale read from graph paper,
+    """The recording with some camera keys replaced (a scale read from a board,
     say)."""
     return replace(recording, camera=recording.camera.model_copy(update=keys))
 

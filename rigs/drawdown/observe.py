@@ -10,6 +10,7 @@ import numpy as np
 
 from benchtwin.rigs.drawdown.flow import flow_of
 from benchtwin.sim.rigs.drawdown import TIMED
+from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import (
@@ -72,15 +73,17 @@ def observe_drawdown(
         ),
         "heap": PileOptions(roi=stated.lower_px, baseline=stated.tray_px, form=SLAB),
     }
+    seen = with_board(recording, image)
+    notes += seen.notes
     found: dict[str, Repose | str] = {}
     for name, how in parts.items():
         try:
-            found[name] = measure_repose(image, recording.camera, how)
+            found[name] = measure_repose(seen.picture, seen.recording.camera, how)
         except MeasurementError as error:
             found[name] = f"{recording.files[0]}: {error}"
     if all(isinstance(one, str) for one in found.values()):
         raise MeasurementError("; ".join(map(str, found.values())))
-    doubts = doubts_of(recording)
+    doubts = (*doubts_of(recording), *([seen.doubt] if seen.doubt else []))
     angles = tuple(
         _angle(f"{part}_{what}", of, one).doubt(*doubts)
         for part, one in found.items()

@@ -3,8 +3,10 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from benchtwin.vision.board.camera import with_board
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import MeasurementError, Observation
+from benchtwin.vision.motion.of_recording import doubted
 from benchtwin.vision.overlay.pile import draw_repose
 from benchtwin.vision.pile.repose import PileOptions, measure_repose, rig_options
 from benchtwin.vision.recording import Recording
@@ -31,18 +33,20 @@ def observe_pile(
         )
     image = read_photo(recording.files[0])
     options = _with_recording_options(options or PileOptions(), recording)
+    seen = with_board(recording, image)
     try:
-        found = measure_repose(image, recording.camera, options)
+        found = measure_repose(seen.picture, seen.recording.camera, options)
     except MeasurementError as error:
         raise MeasurementError(f"{recording.files[0]}: {error}") from error
-    return Observation(
+    observation = Observation(
         recording.id,
         "pile",
         found.quantities,
-        found.notes,
-        {"pile": draw_repose(image, found)},
+        (*found.notes, *seen.notes),
+        {"pile": draw_repose(image, found, seen.board)},
         heap=found,
     )
+    return doubted(observation, seen.doubt)
 
 
 def _with_recording_options(options: PileOptions, recording: Recording) -> PileOptions:

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.vision.board.camera import Completed, with_board
 from benchtwin.vision.evidence.frames import FrameSource, open_frames
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import (
     DOUBTFUL,
-    GOOD,
     MeasurementError,
     Observation,
     Quantity,
@@ -27,7 +27,7 @@ from benchtwin.vision.motion.track import (
     track_from_table,
 )
 from benchtwin.vision.motion.track_seed import TrackedSeed, track_seed
-from benchtwin.vision.recording import Recording, with_camera
+from benchtwin.vision.recording import Recording
 
 Progress = Callable[[float], None]
 TABLES, PICTURES = ("track.csv", "gates.csv"), ("frames", "video")
@@ -79,15 +79,16 @@ class Tabled:
 
 @dataclass(frozen=True)
 class Followed:
-    """What was followed in the pictures of a recording. recording: with the scale that
-    graph paper in the picture tells where none is stated; tracked: with places in
-    px, frames struck out."""
+    """What was followed in the pictures of a recording. recording: with what a printed
+    board in the picture tells of the camera where it is not stated; doubt: where board
+    and statements disagree; tracked: with places in px, frames struck out."""
 
     recording: Recording
     source: FrameSource
     tracked: TrackedSeed
     notes: tuple[str, ...]
     falling: bool = False
+    doubt: str = ""
 
     @property
     def height_px(self) -> int:
@@ -127,7 +128,7 @@ class Followed:
     def doubted(self, found: Observation) -> Observation:
         """The observation with the doubts about the film."""
         found = doubted(found, size_doubt(self.tracked, self.recording, self.falling))
-        return doubted(found, camera_moved(self.source))
+        return doubted(doubted(found, self.doubt), camera_moved(self.source))
 
 
 def seed_of(
@@ -166,8 +167,11 @@ def followed(
 ) -> Followed:
     """The same with frames struck out, and with the scale in the picture."""
     tracked = replace(tracked, track=struck_out(tracked.track, recording))
-    recording, notes = _with_scale(recording, tracked)
-    return Followed(recording, source, tracked, (*source.notes, *notes))
+    seen = _with_board(recording, tracked)
+    notes = (*source.notes, *seen.notes)
+    if seen.recording.camera.mm_per_px is None and not seen.notes:
+        notes += ("no scale: [camera] mm_per_px is missing, and no board is seen",)
+    return Followed(seen.recording, source, tracked, notes, doubt=seen.doubt)
 
 
 def to_mm(track: Track, mm_per_px: float | None) -> Track:
@@ -178,29 +182,11 @@ def to_mm(track: Track, mm_per_px: float | None) -> Track:
     return replace(track, **scaled, unit="mm")
 
 
-def _with_scale(
-    recording: Recording, tracked: TrackedSeed
-) -> tuple[Recording, tuple[str, ...]]:
-    """The recording with the scale of graph paper in the picture where it states none,
-    and notes."""
-    if recording.camera.mm_per_px:
-        return recording, ()
-    from benchtwin.vision.paper.scale import read_scale
-
-    missing = "no scale: [camera] mm_per_px is missing, and"
+def _with_board(recording: Recording, tracked: TrackedSeed) -> Completed:
+    """The recording with what a printed board behind the motion tells of the camera."""
     grey = tracked.scene.grey_background
     picture = np.clip(grey * (255 / max(float(grey.max()), 1.0)), 0, 255)
-    try:
-        scale = read_scale(picture.astype(np.uint8))
-    except MeasurementError as error:
-        return recording, (f"{missing} no graph paper was read ({error})",)
-    if scale.quality != GOOD:
-        doubt = f"({scale.mm_per_px:.3g} mm per px? {scale.reason})"
-        return recording, (f"{missing} that of the graph paper is doubtful {doubt}",)
-    known, sd = scale.mm_per_px, scale.mm_per_px_sd
-    told = f"scale read from the graph paper in the picture: {known:.5g} ± {sd:.2g}"
-    scaled = with_camera(recording, mm_per_px=known, mm_per_px_sd=sd)
-    return scaled, (f"{told} mm per px",)
+    return with_board(recording, picture.astype(np.uint8))
 
 
 def observation(

@@ -3,15 +3,21 @@ angles drawn on it."""
 
 import numpy as np
 
+from benchtwin.vision.board.view import BoardView
 from benchtwin.vision.measurement import GOOD
+from benchtwin.vision.overlay.board import paint_board
 from benchtwin.vision.overlay.canvas import BLUE, GREEN, RED, WHITE, YELLOW, Canvas
 from benchtwin.vision.pile.repose import Repose
 
 
-def draw_repose(image: np.ndarray, found: Repose) -> np.ndarray:
+def draw_repose(
+    image: np.ndarray, found: Repose, board: BoardView | None = None
+) -> np.ndarray:
     """Overlay (uint8 RGB): surface green, base line blue, window dashed yellow, fitted
-    lines red."""
+    lines red; a printed board blue, its corners crossed."""
     canvas = Canvas(image)
+    if board is not None:
+        paint_board(canvas, board)
     x0, y0, width, height = found.roi
     x = np.arange(found.surface.size)
     canvas.curve(x + x0, found.surface + y0, GREEN, 1.5)

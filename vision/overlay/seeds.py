@@ -4,15 +4,15 @@ a lot; its sizes."""
 import cv2
 import numpy as np
 
+from benchtwin.vision.board.view import BoardView
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
+from benchtwin.vision.overlay.board import REGION, board_words, paint_board
 from benchtwin.vision.overlay.canvas import SHOWN_PX, WHITE, Canvas, write
-from benchtwin.vision.paper.scale import Scale
 from benchtwin.vision.shape.grains import Grain, Grains
 from benchtwin.vision.shape.lot import SIZES, Lot
 from benchtwin.vision.shape.outline import from_fourier_terms
 
 COLOURS = {GOOD: (60, 255, 60), DOUBTFUL: (255, 190, 0), FAILED: (255, 60, 60)}
-REGION, LINE = (0, 120, 255), (0, 200, 255)
 SIDE, HIGH, WIDE, MARGIN, BINS = 900, 420, 520, 60, 15
 PAPER = 255
 INK = (60, 60, 60)
@@ -22,14 +22,14 @@ BAR = (200, 160, 110)
 
 
 def draw_grains(
-    image: np.ndarray, grains: Grains, paper: Scale | None = None
+    image: np.ndarray, grains: Grains, board: BoardView | None = None
 ) -> np.ndarray:
     """Overlay (uint8 RGB): seeds that count green, doubtful ones amber, what was left
     out red; numbers as in seeds.csv."""
     canvas = Canvas(image)
-    paper = paper or (grains.scale if isinstance(grains.scale, Scale) else None)
-    if paper is not None:
-        paint_scale(canvas, paper)
+    board = board or (grains.scale if isinstance(grains.scale, BoardView) else None)
+    if board is not None:
+        paint_board(canvas, board)
     for number, grain in enumerate(grains.grains, 1):
         colour = COLOURS[grain.quality]
         canvas.polygon(grain.edge, colour, 1.0)
@@ -37,7 +37,7 @@ def draw_grains(
             for ends in _axes(grain):
                 canvas.curve(ends[:, 0], ends[:, 1], colour, 0.5)
         canvas.tag(str(number), grain.x_px, grain.y_px, colour, 0.6 * grain.width_px)
-    scale = [(scale_words(paper), REGION)] if paper is not None else []
+    scale = [(board_words(board), REGION)] if board is not None else []
     canvas.legend([*_words(grains), *scale])
     return canvas.pixels
 
@@ -65,30 +65,6 @@ def _axes(grain: Grain) -> list[np.ndarray]:
     half = across * grain.width_px / 2
     ends = grain.edge[[place.argmin(), place.argmax()]]
     return [ends, np.stack([middle - half, middle + half])]
-
-
-def scale_words(scale: Scale) -> str:
-    """A scale in words: pixels a millimetre, and the paper's tilt."""
-    return (
-        f"graph paper: {1 / scale.paper_mm_per_px:.2f} px/mm, tilt"
-        f" {scale.tilt_deg:+.2f}°"
-    )
-
-
-def paint_scale(canvas: Canvas, scale: Scale) -> None:
-    """Draw the paper's region and the fitted 10-mm lines within it."""
-    height, width = canvas.pixels.shape[:2]
-    canvas.polygon(scale.region, REGION, 1.5)
-    inside = np.zeros((height, width), np.uint8)
-    region = ((np.asarray(scale.region, float) + 0.5) * canvas.scale - 0.5) * 16
-    cv2.fillConvexPoly(inside, np.rint(region).astype(np.int32), 1, shift=4)
-    rows, columns = np.nonzero(inside)
-    u, v = scale.to_mm(
-        (columns + 0.5) / canvas.scale - 0.5, (rows + 0.5) / canvas.scale - 0.5
-    )
-    half = round(canvas.unit) * scale.paper_mm_per_px / canvas.scale / 2
-    on_line = np.minimum(*(np.abs(w - 10 * np.rint(w / 10)) for w in (u, v))) < half
-    canvas.pixels[rows[on_line], columns[on_line]] = LINE
 
 
 def draw_outlines(lot: Lot) -> np.ndarray:

@@ -270,6 +270,8 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
         base = replace(base, pitch_deg=foot.pitch_deg)
     if (base := base or foot) is None:
         return "no line is seen that the pile stands on: name it by --baseline"
+    if photo.camera.pitch_deg is not None:
+        base = replace(base, pitch_deg=max(photo.camera.pitch_deg, 0.0))
     surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
     return _at_base_line(photo, surface, base, region.factor)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.vision.board.view import SHEET_EDGE_MM, BoardView
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
-from benchtwin.vision.paper.scale import Scale
 from benchtwin.vision.shape.outline import centroid, ellipse_agreement, feret, solidity
 from benchtwin.vision.shape.silhouettes import (
     Piece,
@@ -67,7 +67,7 @@ class Grains:
     is common to all seeds of a picture."""
 
     grains: tuple[Grain, ...]
-    scale: Scale | float | None
+    scale: BoardView | float | None
     notes: tuple[str, ...] = ()
     stated_scale_sd: float = unstated_sd("scale")  # relative
 
@@ -124,7 +124,7 @@ class Grains:
 
     def common_sd(self) -> float:
         """Relative sd of the scale, which all seeds share."""
-        if not isinstance(self.scale, Scale):
+        if not isinstance(self.scale, BoardView):
             return self.stated_scale_sd
         return float(
             np.mean([_scale_sd(self.scale, g.x_px, g.y_px) for g in self.measured])
@@ -133,17 +133,17 @@ class Grains:
 
 def measure_seeds(
     image: np.ndarray,
-    scale: Scale | float | None = None,
+    scale: BoardView | float | None = None,
     *,
     mm_per_px_sd: float | None = None,
-    paper: Scale | None = None,
+    board: BoardView | None = None,
 ) -> Grains:
     """Length and width of every seed on a contrasting background in `image` ((h, w) or
     (h, w, 3), uint8 or uint16).
 
-    scale: read from graph paper, or mm per px (with its sd `mm_per_px_sd`; 1 % when not
-    stated), or None: sizes in px. `paper`: graph paper whose region is no place for
-    seeds (default: `scale` if it is one), unless it is the background. A shadow as dark
+    scale: of a printed board that lies beside them, or mm per px (with its sd
+    `mm_per_px_sd`; 1 % when not stated), or None: sizes in px. `board`: whose sheet is
+    no place for seeds (default: `scale` if it is one). A shadow as dark
     as the seeds counts as seed (doubtful): light them from all sides. Valid for seeds
     of 12 px and more with a contrast of at least some 5 % of white that do not lie on
     each other. Raises MeasurementError when no whole seed is found."""
@@ -164,13 +164,9 @@ def measure_seeds(
         )
     if isinstance(scale, int | float) and not (np.isfinite(scale) and scale > 0):
         raise MeasurementError(f"mm_per_px = {scale} is not a scale")
-    paper = paper or (scale if isinstance(scale, Scale) else None)
-    region = _paper_region(paper, image.shape[:2])
-    # Seeds on graph paper: its lines are below 0.4 mm wide.
-    blur_px = 0
-    if paper is not None and region is None:
-        blur_px = int(np.ceil(0.5 / paper.mm_per_px))
-    relief = make_relief(image, region, blur_px)
+    board = board or (scale if isinstance(scale, BoardView) else None)
+    region = None if board is None else _sheet_region(board, image.shape[:2])
+    relief = make_relief(image, region)
     if mm_per_px_sd is None or not isinstance(scale, int | float):
         relative_sd = unstated_sd("scale")
     else:
@@ -182,8 +178,8 @@ def measure_seeds(
         why = f" ({grains[0].reason})" if grains else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
     notes = ["thickness cannot be seen from above"]
-    if isinstance(scale, Scale) and scale.quality != GOOD:
-        notes.append(f"scale from the graph paper: {scale.reason}")
+    if isinstance(scale, BoardView):
+        notes += [f"the scale's board: {doubt}" for doubt in scale.doubts]
     row = max(float(np.nanmedian([g.length_px for g in grains])), 1.0)
     # in rows, each from left to right
     grains.sort(key=lambda g: (round(g.y_px / row), g.x_px))
@@ -242,7 +238,7 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
     ]
     if scale is None:
         in_mm, relative, area_mm2 = (np.nan, np.nan), np.nan, np.nan
-    elif isinstance(scale, Scale):
+    elif isinstance(scale, BoardView):
         flat = np.stack(scale.to_mm(*edge.points.T), -1)
         in_mm = feret(flat)[:2]
         relative = _scale_sd(scale, *middle)
@@ -333,7 +329,7 @@ def _rejection(
             region[y + dy, x + dx].any()
             for dx, dy in ((2, 0), (-2, 0), (0, 2), (0, -2))
         ):
-            return "it touches the graph paper"
+            return "it touches the board's sheet"
     if _at_border(patch, relief.mask.shape):
         return "cut by the picture's border"
     if area < 0.25 * typical:
@@ -359,20 +355,12 @@ def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:
     )
 
 
-def _scale_sd(scale: Scale, x: float, y: float) -> float:
+def _scale_sd(scale: BoardView, x: float, y: float) -> float:
     return scale.sd_at(x, y) / float(scale.at(x, y))
 
 
-def _paper_region(paper: Scale | None, shape: tuple[int, int]) -> np.ndarray | None:
-    """Mask of the graph paper, enlarged by two lines; None where it is the background
-    itself."""
-    if paper is None:
-        return None
-    region = cv2.fillConvexPoly(
-        np.zeros(shape, np.uint8), np.rint(paper.region).astype(np.int32), 1
-    )
-    if region.mean() > 0.5:
-        return None
-    size = 2 * int(np.ceil(2 * paper.line_mm / paper.paper_mm_per_px)) + 1
-    across, down = np.ones((1, size), np.uint8), np.ones((size, 1), np.uint8)
-    return np.maximum(cv2.dilate(region, across), cv2.dilate(region, down)) > 0
+def _sheet_region(board: BoardView, shape: tuple[int, int]) -> np.ndarray:
+    """Mask of the board's sheet, and a little around it."""
+    region = np.zeros(shape, np.uint8)
+    around = np.rint(board.page_px(beyond_mm=SHEET_EDGE_MM)).astype(np.int32)
+    return cv2.fillConvexPoly(region, around, 1) > 0

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from benchtwin.vision.board.view import BoardView, read_board
 from benchtwin.vision.evidence.photo import read_photo
-from benchtwin.vision.measurement import FAILED, GOOD, MeasurementError
+from benchtwin.vision.measurement import FAILED, MeasurementError
 from benchtwin.vision.overlay.seeds import draw_grains
-from benchtwin.vision.paper.scale import Scale, read_scale
 from benchtwin.vision.shape.grains import Grain, Grains, measure_seeds
 from benchtwin.vision.shape.lot import (
     BROKEN,
@@ -42,7 +42,7 @@ THICKNESS_SD = 0.25
 
 @dataclass(frozen=True)
 class View:
-    """How the photos were taken. mm_per_px: None where it is read from graph paper;
+    """How the photos were taken. mm_per_px: None where a printed board tells it;
     distance_mm: of the lens from the paper, None: unknown, math.inf: a scanner."""
 
     mm_per_px: float | None
@@ -80,12 +80,15 @@ def measure_lot_photos(
         report(photo.name)
         grains, picture = observe_seeds(photo, view.mm_per_px, view.mm_per_px_sd)
         if grains.scale is None:
-            hint = "lay millimetre paper beside the seeds, or state --mm-per-px"
+            hint = (
+                "lay a printed board beside the seeds (benchtwin board), or state"
+                " --mm-per-px"
+            )
             raise MeasurementError(f"{photo}: its scale is unknown: {hint}")
-        if isinstance(grains.scale, Scale) and grains.scale.quality != GOOD:
+        if isinstance(grains.scale, BoardView) and grains.scale.doubts:
             raise MeasurementError(
-                f"{photo}: the scale of its graph paper is in doubt"
-                f" ({grains.scale.reason}); state --mm-per-px"
+                f"{photo}: the scale of its board is in doubt"
+                f" ({'; '.join(grains.scale.doubts)}); state --mm-per-px"
             )
         image = read_photo(photo)
         bright = _contrasts(image, grains)
@@ -98,8 +101,8 @@ def measure_lot_photos(
             lines += outline
         pictures[photo.name] = picture
         scales.append(
-            "graph paper in the picture"
-            if isinstance(grains.scale, Scale)
+            "a printed board in the picture"
+            if isinstance(grains.scale, BoardView)
             else f"stated: {grains.scale:g} mm per px"
         )
         common.append(grains.common_sd())
@@ -201,7 +204,7 @@ def _seed(
     if kind != WHOLE:
         return row, []
     scale = grains.scale
-    if isinstance(scale, Scale):
+    if isinstance(scale, BoardView):
         points = np.stack(scale.to_mm(*grain.edge.T), -1)
     else:
         points = grain.edge * float(scale or 1.0)
@@ -305,16 +308,16 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
 def observe_seeds(
     path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None
 ) -> tuple[Grains, np.ndarray]:
-    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else read from
-    graph paper, else sizes are in px."""
+    """Grains of a photo and an overlay (uint8 RGB); scale: `mm_per_px`, else that of a
+    printed board, else sizes are in px."""
     image = read_photo(path)
     try:
         try:
-            paper, trouble = read_scale(image), ""
+            board, trouble = read_board(image), ""
         except MeasurementError as error:
-            paper, trouble = None, str(error)
-        scale = paper if mm_per_px is None else mm_per_px
-        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, paper=paper)
+            board, trouble = None, str(error)
+        scale = board if mm_per_px is None else mm_per_px
+        grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, board=board)
     except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from error
     if scale is None:
@@ -323,4 +326,4 @@ def observe_seeds(
             f"sizes are in px: no mm_per_px was given and {trouble}",
         )
         grains = replace(grains, notes=notes)
-    return grains, draw_grains(image, grains, paper)
+    return grains, draw_grains(image, grains, board)

@@ -36,14 +36,11 @@ class Piece:
     free: np.ndarray
 
 
-def make_relief(
-    image: np.ndarray, forbidden: np.ndarray | None = None, thin_px: int = 0
-) -> Relief:
+def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relief:
     """Scale the channel with the best contrast so that grains are about 1 and the
     background about 0, whichever is lighter. The background's illumination is a
-    quadratic surface. forbidden (h, w), bool: neither grains nor background (graph
-    paper). Things thinner than thin_px (printed lines) are not in the mask. Raises
-    MeasurementError where nothing stands out."""
+    quadratic surface. forbidden (h, w), bool: neither grains nor background (a
+    board's sheet). Raises MeasurementError where nothing stands out."""
     allowed = np.ones(image.shape[:2], bool) if forbidden is None else ~forbidden
     step = max(1, int(np.ceil(max(image.shape[:2]) / SMALL_SIDE)))
     small_allowed = allowed[step // 2 :: step, step // 2 :: step]
@@ -78,12 +75,7 @@ def make_relief(
     height -= _surface(surface, height.shape)
     height *= np.float32(gain)
     height = cv2.GaussianBlur(height, (0, 0), 1.0)
-    thick = (
-        cv2.morphologyEx(height, cv2.MORPH_OPEN, np.ones((thin_px, thin_px), np.uint8))
-        if thin_px > 1
-        else height
-    )
-    return Relief(height, ((thick > threshold) & allowed).astype(np.uint8), others)
+    return Relief(height, ((height > threshold) & allowed).astype(np.uint8), others)
 
 
 def _best_channel(

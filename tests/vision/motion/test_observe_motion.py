@@ -212,27 +212,6 @@ def test_a_roll_in_frames(tmp_path):
     assert any("legs meet at an angle of 1" in note for note in seen.notes)
 
 
-def test_the_scale_comes_from_graph_paper_in_the_picture(tmp_path):
-    look = Look(
-        mm_per_px=0.2,
-        width=500,
-        height=1080,
-        origin_px=(250, 1040),
-        noise=1.5,
-        graph_paper=True,
-        ground_grey=200,
-        seed_grey=90,
-    )
-    known = recording(tmp_path, "drop", camera=Camera(fps=120))
-    made = write_frames(known, film(DROP, look, np.random.default_rng(3), fps=120))
-    seen = observe(read_recording(made.path))
-    assert any("graph paper" in note for note in seen.notes)
-    assert (
-        named(seen)["rebound_height"].value == pytest.approx(45, rel=0.01)
-        and named(seen)["rebound_height"].unit == "mm"
-    )
-
-
 def test_pictures_without_a_scale_give_ratios_in_pixels(tmp_path):
     made = write_frames(
         recording(tmp_path, "drop"),

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
-from synthetic.paper import Paper, draw_paper, paper_mm
 from synthetic.seeds import DrawnSeed, Spread, draw_seeds, outline
 
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.overlay.seeds import COLOURS, draw_grains
-from benchtwin.vision.paper.scale import read_scale
 from benchtwin.vision.shape.grains import Grains, measure_seeds
 from benchtwin.vision.shape.lot_photos import observe_seeds
 from benchtwin.vision.shape.outline import feret
@@ -178,58 +176,6 @@ def test_sizes_in_mm_and_their_sds():
     length = mm.distribution().set_index("quantity").loc["length"]
     assert length.n == 12 and length["min"] <= length["mean"] <= length["max"]
     assert length.mean_sd > 0.01 * length["mean"]  # the scale's sd does not average out
-
-
-def seeds_on_paper(
-    paper: Paper, sizes_mm: list[tuple[float, float]], shape
-) -> np.ndarray:
-    """Dark ellipses of known size lying on drawn graph paper (in its plane: no
-    parallax)."""
-    rng = np.random.default_rng(7)
-    picture = draw_paper(paper, shape, rng).astype(float)
-    y, x = np.mgrid[0 : shape[0], 0 : shape[1]].astype(float)
-    cover = np.zeros(shape)
-    for i, (length, width) in enumerate(sizes_mm):
-        cx, cy = (i % 3 + 0.5) * shape[1] / 3, (i // 3 + 0.5) * shape[0] / 2
-        for a in (-0.25, 0.25):
-            for b in (-0.25, 0.25):
-                u, v = np.subtract(
-                    paper_mm(paper, shape, x + a, y + b),
-                    np.reshape(paper_mm(paper, shape, cx, cy), (2, 1, 1)),
-                )
-                turn = 0.7 * i
-                along, across = (
-                    u * np.cos(turn) + v * np.sin(turn),
-                    -u * np.sin(turn) + v * np.cos(turn),
-                )
-                cover += (np.hypot(2 * along / length, 2 * across / width) < 1) / 4
-    cover = cv2.GaussianBlur(cover, (0, 0), 0.8)
-    return np.clip(picture * (1 - cover) + 45 * cover, 0, 255).astype(np.uint8)
-
-
-def test_seeds_on_graph_paper_seen_aslant():
-    """Scale, perspective and sizes together: paper as the ground, leaning camera, sizes
-    in the paper's millimetres."""
-    paper, shape = Paper(mm_per_px=1 / 12, lean_deg=(14, 8), tilt_deg=5), (560, 760)
-    sizes = [(8.7, 6.8), (7.6, 5.3), (9.9, 7.7), (8.0, 6.5), (9.1, 6.0), (8.4, 7.4)]
-    image = seeds_on_paper(paper, sizes, shape)
-    scale = read_scale(image)
-    grains = measure_seeds(image, scale)
-    assert len(grains.measured) == 6
-    found = sorted((g.length_mm, g.width_mm) for g in grains.measured)
-    # A grid line that runs into an edge moves it by up to a third of a px, 0.03 mm; two
-    # edges.
-    assert np.array(found) == pytest.approx(np.array(sorted(sizes)), abs=0.12)
-    flat = measure_seeds(
-        image, scale.mm_per_px, paper=scale
-    )  # one scale for all places is not enough here: the control
-    assert (
-        np.abs(
-            np.array(sorted((g.length_mm, g.width_mm) for g in flat.measured))
-            - sorted(sizes)
-        ).max()
-        > 0.2
-    )
 
 
 def test_observe_seeds_reads_file_scale_and_draws(tmp_path):

@@ -1,0 +1,317 @@
+"""Corners of a printed board → scale, distance and attitude of the camera that saw it.
+
+A point of the board at (X, Y) mm, on a sheet that bends by (c X² + d Y²) / 2, lies at
+R (X, Y, bend) + t before the camera (x to the right, y down, z forward) and is seen at
+
+    principal point + f (1 + k r²) (x/z, y/z),   r = f √(x² + y²)/z over half a diagonal
+
+All of it is fitted by least squares with priors, since one picture leaves some of it
+open (a board seen straight on does not tell f, only z/f); every number's sd follows
+from the fit's covariance (Zhang 2000, IEEE TPAMI 22, 1330, of one view)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import OptimizeResult, least_squares
+from scipy.spatial.transform import Rotation
+
+from benchtwin.bench.priors import unstated_sd
+from benchtwin.vision.board.corners import Corners, find_corners
+
+UPRIGHT = np.diag([1.0, -1.0, -1.0])  # of a board that is looked at straight on
+USUAL_FOCAL = 0.75  # over the diagonal: 32 mm on a full frame
+CORNER_PX = 0.03  # least error of a corner
+SHEET_EDGE_MM = 1.0  # beside a sheet: its shadow
+LOOSE_SD = 3.0  # beyond it a corner's weight falls
+DOUBTFUL_SD = 0.03  # relative, of a scale
+BENT_CHI2 = 15.0  # by which a bent sheet fits better; of a flat one 5e-4 by chance
+PARAMETERS = (
+    *("ln_focal", "turn_x", "turn_y", "turn_z", "x", "y", "ln_distance"),
+    *("distortion", "centre_x", "centre_y", "bend_x", "bend_y"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class BoardView:
+    """What a board tells of the picture that shows it; sds hold the corners' scatter,
+    what one view leaves open, and the print's own error.
+
+    fitted: values by name of PARAMETERS (lengths in units of the board's width or, in
+    the picture, of half its diagonal); covariance: of these, in their order."""
+
+    corners: Corners
+    fitted: np.ndarray
+    covariance: np.ndarray
+    print_sd: float  # relative, of the printed lengths
+    print_scale: float  # true length over nominal
+    bent: bool  # its corners lie on no flat sheet
+
+    @property
+    def sheet_name(self) -> str:
+        """A4, A5 or A6."""
+        return self.corners.sheet.name
+
+    def page_px(self, beyond_mm: float = 0.0) -> np.ndarray:
+        """Where the sheet's corners are seen (4, 2), each moved outward by so much."""
+        around = self.corners.sheet.page_mm_about_board(beyond_mm)
+        return _project(self.fitted, around, self.corners)
+
+    def mm_per_px(self) -> tuple[float, float]:
+        """Scale at the picture's centre and its sd, of things that move in a plane
+        through the board: midway between the board's own plane and the picture's, the
+        half of what these differ by counts to the sd."""
+        middle, sd = self.scale_of_fit()
+        apart = float(np.ptp(self._scales(self.fitted))) / 2
+        return middle, float(np.sqrt(sd**2 + apart**2 + (middle * self.print_sd) ** 2))
+
+    def scale_of_fit(self) -> tuple[float, float]:
+        """The same scale, and the sd of the fit alone."""
+        middle, sd = self._with_sd(lambda p: self._scales(p).mean(keepdims=True))
+        return float(middle[0]), float(sd[0])
+
+    def distance_mm(self) -> tuple[float, float]:
+        """Of the camera from the board along its axis, and its sd."""
+        value, sd = self._with_sd(lambda p: np.array([_depth_mm(p, self.corners)]))
+        value = value * self.print_scale
+        return float(value[0]), float(np.hypot(sd[0], value[0] * self.print_sd))
+
+    def attitude_deg(self) -> dict[str, tuple[float, float]]:
+        """Angles of the camera beside an upright board, with the fit's sds: `pitch`, by
+        how much it looks down; `plumb`, direction of gravity in the picture, clockwise
+        from straight down; `yaw`, by how much the board is turned about its upright."""
+        values, sds = self._with_sd(_attitude)
+        return {
+            name: (float(v), float(s))
+            for name, v, s in zip(("pitch", "plumb", "yaw"), values, sds, strict=True)
+        }
+
+    def at(self, x_px: ArrayLike, y_px: ArrayLike) -> np.ndarray:
+        """mm per px of the board's plane at places of the picture: the geometric mean
+        of all directions, √|det ∂(mm)/∂(px)|."""
+        x, y = np.broadcast_arrays(np.asarray(x_px, float), np.asarray(y_px, float))
+        return self._local_scale(self.fitted, x, y) * self.print_scale
+
+    def sd_at(self, x_px: float, y_px: float) -> float:
+        """One standard deviation of `at` [mm per px]."""
+        x, y = np.array([x_px], float), np.array([y_px], float)
+        value, sd = self._with_sd(lambda p: self._local_scale(p, x, y))
+        return float(np.hypot(sd[0] * self.print_scale, value[0] * self.print_sd))
+
+    def to_mm(self, x_px: ArrayLike, y_px: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Places on the board's plane [mm] of points of the picture [px]."""
+        x, y = np.broadcast_arrays(np.asarray(x_px, float), np.asarray(y_px, float))
+        u, v = _to_board(self.fitted, x, y, self.corners)
+        return u * self.print_scale, v * self.print_scale
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What makes the scale doubtful."""
+        said = []
+        value, sd = self.mm_per_px()
+        if sd > DOUBTFUL_SD * value:
+            said.append(f"it tells the scale only to ± {100 * sd / value:.0f} %")
+        if self.bent:
+            said.append("it is bent: glue it to something flat")
+        if self.corners.mirrored:
+            said.append("the picture is a mirror image")
+        if self.corners.others:
+            said.append("there are several boards; the one that shows most is read")
+        return tuple(said)
+
+    def _scales(self, fitted: np.ndarray) -> np.ndarray:
+        """mm per px at the picture's centre: in the board's plane as deep as it lies
+        there, and in a plane through the board parallel to the picture."""
+        height, width = self.corners.shape
+        f = np.exp(fitted[0]) * _half_diagonal(self.corners)
+        x, y = _to_board(
+            fitted, np.array([width / 2]), np.array([height / 2]), self.corners
+        )
+        own = _before_camera(fitted, np.column_stack([x, y]), self.corners)[0, 2]
+        return self.print_scale * np.array([own, _depth_mm(fitted, self.corners)]) / f
+
+    def _local_scale(self, fitted: np.ndarray, x: np.ndarray, y: np.ndarray):
+        step = 0.5
+        right, left, down, up = (
+            np.stack(_to_board(fitted, x + dx, y + dy, self.corners))
+            for dx, dy in ((step, 0), (-step, 0), (0, step), (0, -step))
+        )
+        (a, c), (b, d) = right - left, down - up
+        return np.sqrt(np.abs(a * d - b * c))
+
+    def _with_sd(
+        self, value: Callable[[np.ndarray], np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A function (m,) of the fitted parameters and its sds, by central
+        differences of a tenth of each parameter's sd."""
+        steps = 0.1 * np.sqrt(np.diag(self.covariance))
+        slopes = np.column_stack(
+            [
+                (value(self.fitted + h) - value(self.fitted - h)) / (2 * step)
+                for h, step in zip(np.diag(steps), steps, strict=True)
+            ]
+        )
+        variance = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
+        return value(self.fitted), np.sqrt(variance)
+
+
+def read_board(image: np.ndarray, line_mm: float | None = None) -> BoardView:
+    """Find the printed board in a picture and fit the camera that saw it.
+
+    image: (h, w) or (h, w, 3), uint8 or uint16. line_mm: length of the sheet's line as
+    measured on the print; None: a printer's usual error. MeasurementError where no
+    board, or too little of it, is seen."""
+    corners = find_corners(image)
+    scale, sd = 1.0, unstated_sd("board-print")
+    if line_mm is not None:
+        scale = line_mm / corners.sheet.line_mm
+        sd = unstated_sd("board-line") / corners.sheet.line_mm
+    bent, error_px = _fit(corners, unstated_sd("board-bent"))
+    flat, _ = _fit(corners, unstated_sd("board-bend"), error_px)
+    is_bent = 2 * (flat.cost - bent.cost) > BENT_CHI2
+    found = bent if is_bent else flat
+    covariance = np.linalg.inv(found.jac.T @ found.jac)
+    return BoardView(corners, found.x, covariance, sd, scale, is_bent)
+
+
+def _fit(
+    corners: Corners, bend_sd: float, error_px: float | None = None
+) -> tuple[OptimizeResult, float]:
+    """The fitted parameters, and the error of a corner, which is read off what the fit
+    leaves where it is not given."""
+    believed = {
+        "ln_focal": (np.log(2 * USUAL_FOCAL), unstated_sd("focal-length")),
+        "distortion": (0.0, unstated_sd("board-lens")),
+        "centre_x": (0.0, unstated_sd("principal-point")),
+        "centre_y": (0.0, unstated_sd("principal-point")),
+        # a sheet that bends by b widths in its middle has a curvature of 8 b over that
+        "bend_x": (0.0, 8 * bend_sd),
+        "bend_y": (0.0, 8 * bend_sd),
+    }
+    held = [PARAMETERS.index(name) for name in believed]
+    centre, sd = np.array(list(believed.values())).T
+
+    def off(p: np.ndarray, error_px: float) -> np.ndarray:
+        rows = (_project(p, corners.board_mm, corners) - corners.picture_px) / error_px
+        weight = np.sqrt(np.minimum(1, LOOSE_SD / np.hypot(*rows.T).clip(1e-9)))
+        return np.append((weight[:, None] * rows).ravel(), (p[held] - centre) / sd)
+
+    start, given = _start(corners), error_px
+    error_px = given or CORNER_PX
+    for _ in range(1 if given else 3):
+        found = least_squares(off, start, x_scale="jac", args=(error_px,))
+        start = found.x
+        if not given:
+            left = _project(start, corners.board_mm, corners) - corners.picture_px
+            freedom = max(left.size - len(PARAMETERS) + len(held), 1)
+            error_px = float(np.hypot(CORNER_PX, np.sqrt((left**2).sum() / freedom)))
+    return found, error_px
+
+
+def _start(corners: Corners) -> np.ndarray:
+    """Straight on, as large and as much turned in the picture as it is."""
+    board = corners.board_mm - corners.board_mm.mean(0)
+    seen = corners.picture_px - corners.picture_px.mean(0)
+    planar, *_ = np.linalg.lstsq(board * [1, -1], seen, rcond=None)
+    turn = np.arctan2(planar[0, 1] - planar[1, 0], planar[0, 0] + planar[1, 1])
+    px_per_mm = np.sqrt(abs(np.linalg.det(planar)))
+    half = _half_diagonal(corners)
+    width = corners.sheet.size_mm[0]
+    focal = 2 * USUAL_FOCAL
+    distance = focal * half / px_per_mm / width
+    place = corners.picture_px.mean(0) - np.array(corners.shape[::-1]) / 2
+    turned = Rotation.from_rotvec([0, 0, turn]).as_matrix() @ UPRIGHT
+    middle = turned[:2, :2] @ corners.board_mm.mean(0) / width
+    x, y = place / half / focal * distance - middle
+    return np.array(
+        [np.log(focal), 0, 0, turn, x, y, np.log(distance), 0, 0, 0, 0, 0], float
+    )
+
+
+def _half_diagonal(corners: Corners) -> float:
+    return float(np.hypot(*corners.shape) / 2)
+
+
+def _before_camera(p: np.ndarray, board_mm: np.ndarray, corners: Corners) -> np.ndarray:
+    """Points (n, 3) before the camera [mm]."""
+    width = corners.sheet.size_mm[0]
+    flat = board_mm / width
+    bend = (flat**2 @ p[10:12]) / 2
+    turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
+    place = np.array([p[4], p[5], np.exp(p[6])])
+    return width * (np.column_stack([flat, bend]) @ turned.T + place)
+
+
+def _project(p: np.ndarray, board_mm: np.ndarray, corners: Corners) -> np.ndarray:
+    """Where points of the board are seen (n, 2) [px]."""
+    x, y, z = _before_camera(p, board_mm, corners).T
+    seen = np.exp(p[0]) * np.column_stack([x, y]) / z.clip(1e-6)[:, None]
+    seen = seen * (1 + p[7] * (seen**2).sum(1))[:, None] + p[8:10]
+    return seen * _half_diagonal(corners) + (np.array(corners.shape[::-1]) - 1) / 2
+
+
+def _to_board(
+    p: np.ndarray, x_px: np.ndarray, y_px: np.ndarray, corners: Corners
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places on the flat board [mm] that are seen at places of the picture."""
+    height, width = corners.shape
+    half = _half_diagonal(corners)
+    u = (x_px - (width - 1) / 2) / half - p[8]
+    v = (y_px - (height - 1) / 2) / half - p[9]
+    straight = 1.0
+    for _ in range(4):
+        straight = 1 + p[7] * (u * u + v * v) / straight**2
+    rays = np.stack([u / straight, v / straight, np.full_like(u, np.exp(p[0]))])
+    turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
+    place = np.array([p[4], p[5], np.exp(p[6])])
+    along = turned.T @ rays.reshape(3, -1)
+    origin = turned.T @ place
+    hit = along * (origin[2] / along[2]) - origin[:, None]
+    side = corners.sheet.size_mm[0]
+    return side * hit[0].reshape(u.shape), side * hit[1].reshape(u.shape)
+
+
+def _depth_mm(p: np.ndarray, corners: Corners) -> float:
+    """Distance along the camera's axis of the board's middle [mm]."""
+    return float(_before_camera(p, np.zeros((1, 2)), corners)[0, 2])
+
+
+def _attitude(p: np.ndarray) -> np.ndarray:
+    """Pitch, plumb, yaw [deg]."""
+    turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
+    down = -turned[:, 1]
+    facing = turned[:, 2]  # out of the board, towards who looks at it
+    return np.degrees(
+        [
+            np.arcsin(np.clip(down[2], -1, 1)),
+            np.arctan2(-down[0], down[1]),
+            np.arctan2(facing[0], -facing[2]),
+        ]
+    )
+
+
+def without_sheet(image: np.ndarray, board: BoardView) -> np.ndarray:
+    """The picture with the board's sheet taken out: each row goes on from what lies on
+    one side of it to what lies on the other."""
+    mask = cv2.fillConvexPoly(
+        np.zeros(image.shape[:2], np.uint8),
+        np.rint(board.page_px(beyond_mm=SHEET_EDGE_MM)).astype(np.int32),
+        1,
+    )
+    bare, width = image.copy(), image.shape[1]
+    for row in np.flatnonzero(mask.any(1)):
+        inside = np.flatnonzero(mask[row])
+        left, right = inside[0] - 1, inside[-1] + 1
+        left, right = (left, right) if left >= 0 else (right, right)
+        right = right if right < width else left
+        if not 0 <= left < width:
+            continue  # the sheet fills the row
+        share = (inside - left) / max(right - left, 1)
+        ends = image[row, [left, right]].astype(float)
+        mixed = np.multiply.outer(1 - share, ends[0]) + np.multiply.outer(
+            share, ends[1]
+        )
+        bare[row, inside] = mixed.astype(image.dtype)
+    return bare

@@ -1,1 +1,0 @@
-"""Millimetre graph paper in a picture → scale, tilt, perspective."""
