@@ -57,11 +57,11 @@ def turned(shot: Shot) -> np.ndarray:
 def truth(shot: Shot) -> dict[str, float]:
     """What the reader is asked for."""
     axes, place, f = turned(shot), _place(shot), _focal_px(shot)
-    normal, forward = axes[:, 2], np.array([0.0, 0.0, 1.0])
-    own = (normal @ place) / (normal @ forward)
-    down = -axes[:, 1]
+    down, forward = -axes[:, 1], np.array([0.0, 0.0, 1.0])
+    planes = axes[:, 2], forward - (forward @ down) * down
+    depths = [(normal @ place) / (normal @ forward) for normal in planes]
     return {
-        "mm_per_px": (own + place[2]) / 2 / f,
+        "mm_per_px": np.mean(depths) / f,
         "pitch": np.degrees(np.arcsin(down[2])),
         "plumb": np.degrees(np.arctan2(-down[0], down[1])),
         "distance_mm": place[2],

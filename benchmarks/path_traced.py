@@ -32,6 +32,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from benchtwin.vision.board.sheet import SHEETS, Sheet, draw_page
+
 Array = np.ndarray
 BACKGROUNDS = ("dark", "white", "cloth", "wood", "horizon", "busy")
 BEANS = {  # mean colour, scatter between grains, length : width : thickness
@@ -66,6 +68,7 @@ class Shot:
     slope_deg: tuple[float, float] = (22.0, 36.0)  # of the cone the heap fills
     grain: str = ""  # of GRAINS; "": one of BEANS
     strewn: float = 0.0  # share of the plate about the heap that loose grains cover
+    board: str = ""  # size of the printed board that stands to the left of the heap
 
     @property
     def name(self) -> str:
@@ -73,6 +76,7 @@ class Shot:
         marks += "-low" if self.slope_deg[1] < LOW_DEG else ""
         marks += f"-{self.grain}" if self.grain else ""
         marks += f"-strewn{100 * self.strewn:.0f}" if self.strewn else ""
+        marks += f"-{self.board}" if self.board else ""
         return f"{self.background}-{self.camera_deg:.0f}deg{marks}-{self.seed}"
 
 
@@ -88,12 +92,14 @@ class Grains:
 @dataclass(frozen=True)
 class Photo:
     """The picture (uint8 RGB), the true angles by quantity, the pile's frame (roi: x,
-    y, w, h) and foot (baseline: x1, y1, x2, y2) in px."""
+    y, w, h) and foot (baseline: x1, y1, x2, y2) in px; mm_per_px: in the plane of the
+    heap's middle, which is the board's."""
 
     pixels: Array
     truth: dict[str, float]
     roi: tuple[int, int, int, int]
     baseline: tuple[float, float, float, float]
+    mm_per_px: float
 
 
 def heap(
@@ -251,6 +257,9 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
     tall = float((grains.centre[:, 2] + grains.axes.min(axis=1)).max())
     middle = 0.5 * radius if shot.wall else 0.0
     distance, lens = float(rng.uniform(450, 800)), float(rng.uniform(2.9, 3.6) * radius)
+    if shot.board:  # it and the heap side by side in the picture
+        sheet = SHEETS[shot.board].page_mm[0]
+        middle, lens = -sheet / 2, 1.15 * (2.3 * radius + sheet)
     up = np.radians(shot.camera_deg)
     aim = np.array([middle, 0.0, 0.55 * tall])
     eye = np.array(
@@ -312,6 +321,7 @@ def take(shot: Shot, width: int = 1400, samples: int = 24) -> Photo:
         true_angles(grains, radius, shot.wall),
         (x0, y0, x1 - x0, y1 - y0),
         (left, left_y, end, right_y),
+        float(np.linalg.norm(aim - eye) / focal),
     )
 
 
@@ -399,6 +409,8 @@ def _render(
         **_plate(mi, shot, eye, tall, radius, rng),
         **_behind(mi, shot, eye, tall, rng),
     }
+    if shot.board:
+        scene["board"] = _board(mi, SHEETS[shot.board], radius)
     if shot.wall:
         scene["wall"] = box(
             mi,
@@ -407,6 +419,21 @@ def _render(
             plain_surface(mi, rng.uniform(0.15, 0.7, 3)),
         )
     return np.array(mi.render(mi.load_dict(scene)))[..., :3].astype(float)
+
+
+def _board(mi, sheet: Sheet, radius: float) -> dict:
+    """The printed sheet, upright in the plane of the heap's middle, on the plate."""
+    # a texture's first row is its lowest
+    page = np.asarray(draw_page(sheet).convert("L").reduce(4), float)[::-1] / 255
+    wide, high = sheet.page_mm
+    place = mi.ScalarTransform4f()
+    return {
+        "type": "rectangle",
+        "to_world": place.translate([-1.15 * radius - wide / 2, 0, high / 2])
+        .rotate([1, 0, 0], 90)
+        .scale([wide / 2, high / 2, 1]),
+        "bsdf": painted_surface(mi, np.repeat(0.04 + 0.8 * page[..., None], 3, 2)),
+    }
 
 
 def _seeds(mi, grains: Grains, colours, rng) -> object:
@@ -490,7 +517,7 @@ def _plate(mi, shot: Shot, eye, tall, radius, rng) -> dict:
         ) * float(rng.uniform(0.8, 1.1))
     wide = (
         1e4
-        if shot.background in ("horizon", "busy") or rng.random() < 0.5
+        if shot.background in ("horizon", "busy") or rng.random() < 0.5 or shot.board
         else float(rng.uniform(2.2, 3.0) * radius)
     )
     thick = float(rng.uniform(5, 60))

@@ -51,10 +51,10 @@ def with_board(recording: Recording, picture: np.ndarray) -> Completed:
     except MeasurementError as error:
         expected = camera.board_line_mm is not None or not isinstance(error, NoBoard)
         return Completed(recording, picture, (str(error),) if expected else ())
-    notes, bare = [_in_words(board)], without_sheet(picture, board)
+    bare = without_sheet(picture, board)
     if board.doubts:
-        notes.append(f"the board is not trusted: {'; '.join(board.doubts)}")
-        return Completed(recording, bare, tuple(notes), board=board)
+        note = f"the printed board in the picture tells nothing: {board.doubts[0]}"
+        return Completed(recording, bare, (note,), board=board)
     told = {t.key: t for t in told_by(board)}
     against = [
         _disagreement(t, camera)
@@ -66,7 +66,8 @@ def with_board(recording: Recording, picture: np.ndarray) -> Completed:
         if getattr(camera, t.key) is None:
             keys |= {t.key: t.value} | ({t.sd_key: t.sd} if t.sd_key else {})
     doubt = "; ".join(words for words in against if words)
-    return Completed(with_camera(recording, **keys), bare, tuple(notes), doubt, board)
+    completed = with_camera(recording, **keys)
+    return Completed(completed, bare, (_in_words(board),), doubt, board)
 
 
 def told_by(board: BoardView) -> Iterable[Told]:

@@ -60,9 +60,9 @@ class BoardView:
         return _project(self.fitted, around, self.corners)
 
     def mm_per_px(self) -> tuple[float, float]:
-        """Scale at the picture's centre and its sd, of things that move in a plane
-        through the board: midway between the board's own plane and the picture's, the
-        half of what these differ by counts to the sd."""
+        """Scale at the picture's centre and its sd, of what stands or moves in an
+        upright plane through the board: midway between the board's own plane and the
+        one that faces the camera; half of what these differ by counts to the sd."""
         middle, sd = self.scale_of_fit()
         apart = float(np.ptp(self._scales(self.fitted))) / 2
         return middle, float(np.sqrt(sd**2 + apart**2 + (middle * self.print_sd) ** 2))
@@ -122,15 +122,15 @@ class BoardView:
         return tuple(said)
 
     def _scales(self, fitted: np.ndarray) -> np.ndarray:
-        """mm per px at the picture's centre: in the board's plane as deep as it lies
-        there, and in a plane through the board parallel to the picture."""
-        height, width = self.corners.shape
+        """mm per px at the picture's centre: in the board's plane, and in the one that
+        has the same upright and faces the camera."""
+        turned = Rotation.from_rotvec(fitted[1:4]).as_matrix() @ UPRIGHT
+        middle = _before_camera(fitted, np.zeros((1, 2)), self.corners)[0]
+        upright, forward = turned[:, 1], np.array([0.0, 0.0, 1.0])
+        normals = np.stack([turned[:, 2], forward - upright[2] * upright])
+        depth_mm = (normals @ middle) / (normals @ forward)
         f = np.exp(fitted[0]) * _half_diagonal(self.corners)
-        x, y = _to_board(
-            fitted, np.array([width / 2]), np.array([height / 2]), self.corners
-        )
-        own = _before_camera(fitted, np.column_stack([x, y]), self.corners)[0, 2]
-        return self.print_scale * np.array([own, _depth_mm(fitted, self.corners)]) / f
+        return self.print_scale * depth_mm / f
 
     def _local_scale(self, fitted: np.ndarray, x: np.ndarray, y: np.ndarray):
         step = 0.5
