@@ -20,7 +20,7 @@ demo: $(VENV)/installed
 examples: $(VENV)/installed        # every other kind of recording, and what else may be missing: some minutes
 	@sh scripts/system-packages.sh
 	@echo "1. Photos, films, tracks, sounds, readings, a paper's means, gates, other tools' files; the shapes of a lot"
-	@$(BIN)/benchtwin measure samples/drawn-bench samples/soybean-paper samples/heard-drop samples/gates-roll samples/imported-drop --out $(DEMO_OUT)/examples --overwrite
+	@$(BIN)/benchtwin measure samples/drawn-bench samples/board-heap samples/soybean-paper samples/heard-drop samples/gates-roll samples/imported-drop --out $(DEMO_OUT)/examples --overwrite
 	@$(BIN)/benchtwin shape samples/seed-lot/spread.jpg --scanner --out $(DEMO_OUT)/lot --overwrite
 	@echo "2. A drop simulated, filmed and measured"
 	@$(BIN)/benchtwin simulate drop --out $(DEMO_OUT)/twin-drop

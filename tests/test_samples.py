@@ -13,6 +13,8 @@ from readme_numbers import blocks, calibrated, differences, printed, tidy
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
+from benchtwin.vision.board.view import read_board
+from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.find_recordings import find_recordings
 
 ROOT = Path(__file__).parents[1]
@@ -335,6 +337,24 @@ def test_a_key_is_not_read_by_accident_and_is_revealed_when_asked(capsys):
         assert effect in capsys.readouterr().out
         assert (SAMPLES / name / KEY).is_file()
     assert main(["reveal", "nowhere"]) == 2
+
+
+def test_a_photo_with_a_board_and_no_key_at_all_becomes_a_number(tmp_path):
+    """Every angle good and within two of its sds of the truth, scale within four of the
+    fit's, pitch and plumb within .1° (the board stands upright in this photo)."""
+    bench, out = SAMPLES / "board-heap", tmp_path / "out"
+    result = CliRunner().invoke(app, ["measure", str(bench), "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    truth = pd.read_csv(bench / "truth.csv").set_index("quantity").value
+    measured = pd.read_csv(out / "measurements.csv").set_index("quantity")
+    assert set(measured.quality) == {"good"}
+    for name, row in measured.iterrows():
+        assert abs(row.value - truth[name]) < 2 * row.sd
+    board = read_board(read_photo(bench / "heap" / "photo.jpg"))
+    scale, sd = board.scale_of_fit()
+    assert abs(scale - truth.mm_per_px) < 4 * sd < 5e-3 * scale
+    for name in ("pitch", "plumb"):
+        assert board.attitude_deg()[name][0] == pytest.approx(truth[name], abs=0.1)
 
 
 def test_the_heard_drops_are_what_their_script_makes_and_are_measured_right(tmp_path):
