@@ -8,6 +8,7 @@ from pathlib import Path
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
+from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
@@ -181,7 +182,18 @@ def _observe_or_fail(
             f"{entry.path}: a fault of benchtwin, please report it: {error!r} in"
             f" {Path(place.filename).name}:{place.lineno}"
         )
-    return _failure(entry.id, rig or entry.rig, reason)
+    return _failure(entry.id, rig or entry.rig, reason + _rig_of_bench(entry))
+
+
+def _rig_of_bench(recording: Recording) -> str:
+    """Where the rig of a recording that failed is stated, if that is for the whole
+    bench."""
+    own, bench = recording.toml, recording.path.parent / "bench.toml"
+    if own.is_file() and "rig" in read_toml(own):
+        return ""
+    if recording.rig is None or not bench.is_file() or "rig" not in read_toml(bench):
+        return ""
+    return f" ({bench} says rig = {recording.rig!r} for all; {own} may say another)"
 
 
 def _failure(name: str, rig: str | None, reason: str) -> Observation:

@@ -85,6 +85,18 @@ def validate(content: dict, path: Path) -> Keys:
         ) from error
 
 
+def _sections_with(key: str) -> list[str]:
+    """The places where a key is known, in words."""
+    if key in Keys.model_fields:
+        return ["at the top of the file, above the sections"]
+    sections = ((n, f.annotation) for n, f in Keys.model_fields.items())
+    return [
+        f"under [{name}]"
+        for name, of in sections
+        if isinstance(of, type) and issubclass(of, Section) and key in of.model_fields
+    ]
+
+
 def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic error in plain words: file, field, what it should hold."""
     if error["type"] == COMPLETE:
@@ -97,9 +109,12 @@ def _explain(error: ErrorDetails, path: Path) -> str:
         if isinstance(owner, type) and issubclass(owner, Section):
             known = list(owner.model_fields)
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            hint = (
-                f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            )
+            if owners := _sections_with(key):
+                hint = f"it belongs {' or '.join(owners)}"
+            elif near:
+                hint = f"did you mean {near[0]}?"
+            else:
+                hint = f"known are {', '.join(known)}"
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)

@@ -58,7 +58,7 @@ MOST_APART, MOST_AREA = (0.1, 0.15)
 LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
 # a flank's height is known from the side: lopsided heaps differ by less
 MOST_LOPSIDED_DEG = 4.0
-# heaps of seeds stand at some 20 to 40°: ± 10° (95 %) tells none from another
+# heaps of seeds stand at some 20 to 40°: ± 5° tells none from another
 MOST_SD_DEG = 5.0
 # by the foot's bow: that of a camera 6° above the plate, five foot radii away
 MOST_PITCH_DEG = 9.0
@@ -168,7 +168,7 @@ def if_known(q: Quantity) -> Quantity:
     """With a doubt where it is known too badly to be of use."""
     if not q.sd > MOST_SD_DEG:
         return q
-    return q.doubt(f"known no better than ± {1.96 * q.sd:.0f}°")
+    return q.doubt(f"known no better than ± {q.sd:.0f}°")
 
 
 def _lies(region: Region | None) -> str:
