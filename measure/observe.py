@@ -97,7 +97,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
         if grains.scale is None
         else getattr(grains.scale, "reason", "")
     )
-    quantities = tuple(q.doubt(doubt) for q in quantities)
+    quantities = tuple(q.doubt(doubt).doubt(grains.common_doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [
         f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g}"

@@ -1,7 +1,7 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
 Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out falls towards +x [deg], so
-that a run in direction −x climbs it. initial-slip: v − ωr at the foot of the incline [m/s].
+that a run in direction −x climbs it. initial-slip: v − ωr at the incline's foot [m/s].
 corner-loss: lost share of the speed there. shape-barrier: highest less lowest centre in
 a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of
 the level. follows, order-drift: change of μ_r over half the range of a condition, of

@@ -23,6 +23,7 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
+    beside_seen,
     find_base_line,
     find_horizontal,
     foot_line,
@@ -267,7 +268,8 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     foot = foot_line(region, mask, level)
     base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
     if base is not None and foot is not None:
-        base = replace(base, pitch_deg=foot.pitch_deg)
+        told = [foot] if foot.source == "foot" else []
+        base = replace(beside_seen(base, told), pitch_deg=foot.pitch_deg)
     if (base := base or foot) is None:
         return "no line is seen that the pile stands on: name it by --baseline"
     surface = np.minimum(_upper_border(region, mask, width), base.at(np.arange(width)))
@@ -467,6 +469,7 @@ def _doubts(
     photo: _Photo, found: Repose, heap: Heap, horizontal_sd: float
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
+    yield found.base.doubt
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])
