@@ -2,6 +2,7 @@
 them."""
 
 import difflib
+import re
 import reprlib
 import tomllib
 from pathlib import Path
@@ -30,13 +31,14 @@ def read_toml(path: Path) -> dict:
             f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most"
         )
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        content = tomllib.loads(text)
     except RecursionError as error:
         raise MeasurementError(
             f"{path}: not valid TOML: brackets within brackets, too deep"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
+        raise MeasurementError(_invalid(path, text, error)) from error
     except UnicodeDecodeError as error:
         raise MeasurementError(
             f"{path}: not UTF-8 text (byte {error.start})"
@@ -63,6 +65,22 @@ def read_toml(path: Path) -> dict:
             "seed": content["seed"] | {name: str(file) for name, file in found.items()}
         }
     return content
+
+
+def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+    """Why a file is no TOML: the line, and what a line should be like."""
+    place = re.search(r"\(at line (\d+)", str(error))
+    line = text.splitlines()[int(place[1]) - 1].strip() if place else ""
+    said = f"{path}: not valid TOML: {error}"
+    if not line:
+        return said
+    if re.fullmatch(r"[\w-]+ *=\s*(#.*)?", line):
+        key = line.partition("=")[0].strip()
+        return f"{said}: {key} has no value; a # before a line leaves it out"
+    return (
+        f"{said}: {reprlib.repr(line)}; a number has a point and no unit, a word stands"
+        ' in quotation marks'
+    )
 
 
 def merge(base: dict, over: dict) -> dict:

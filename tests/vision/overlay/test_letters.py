@@ -50,7 +50,7 @@ def test_long_lines_are_wrapped_to_the_room_that_there_is():
 
 
 def test_what_lies_far_outside_or_is_unknown_costs_no_picture():
-    """A plate's line of a film held sideways is as good as upright: its ends lie 1e18 px
+    """A plate's line of a film held sideways may be upright: its ends lie 1e18 px
     away."""
     canvas = Canvas(np.zeros((300, 400, 3), np.uint8))
     canvas.line(200 - 9, 150 - 1e18, 200 + 9, 150 + 1e18, WHITE)
