@@ -70,10 +70,10 @@ def read_toml(path: Path) -> dict:
 def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
     """Why a file is no TOML: the line, and what a line should be like."""
     place = re.search(r"\(at line (\d+)", str(error))
-    line = text.splitlines()[int(place[1]) - 1].strip() if place else ""
+    line = text.splitlines()[int(place[1]) - 1 if place else -1].strip()
     said = f"{path}: not valid TOML: {error}"
-    if not line:
-        return said
+    if line.startswith("["):
+        return f"{said}: {reprlib.repr(line)}; each section stands once in a file"
     if re.fullmatch(r"[\w-]+ *=\s*(#.*)?", line):
         key = line.partition("=")[0].strip()
         return f"{said}: {key} has no value; a # before a line leaves it out"

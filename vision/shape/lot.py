@@ -177,8 +177,8 @@ def lot_summary(
 ) -> dict:
     """Contents of lot.toml: counts of each kind, scale, doubts, mean with 95 % interval
     and sd of each size, correlations, shape modes. common: relative sd of the errors
-    that all seeds share, for each size. thickness: mean, sd [mm] and number where it is from
-    other seeds of the lot."""
+    that all seeds share, for each size. thickness: mean, sd [mm] and number where it is
+    from other seeds of the lot."""
     sizes = lot.sizes_mm()
     content: dict = {
         "counts": {
