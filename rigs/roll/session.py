@@ -207,10 +207,11 @@ def run_of(roll, seed: Seed) -> Run:
 
 
 def stated_slope_deg(told: dict) -> float:
-    """Stated slope of the level plate, falling towards +x [deg]; NaN where it or the
-    direction of the roll is not stated."""
+    """Stated slope of the level plate, falling towards +x [deg]; NaN where it is not
+    stated, or the direction of the roll is neither stated nor seen."""
     slope = told.get("slope_deg")
-    return math.nan if slope is None or not told.get("direction") else slope
+    direction = told.get("direction") or told.get("seen_direction")
+    return math.nan if slope is None or not direction else slope
 
 
 def _distance_m(description: dict) -> float:

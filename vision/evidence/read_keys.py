@@ -79,7 +79,7 @@ def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
         return f"{said}: {key} has no value; a # before a line leaves it out"
     return (
         f"{said}: {reprlib.repr(line)}; a number has a point and no unit, a word stands"
-        ' in quotation marks'
+        " in quotation marks"
     )
 
 
