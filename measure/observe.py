@@ -8,6 +8,7 @@ from pathlib import Path
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.section import PLAUSIBLE_MM
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions
@@ -19,13 +20,8 @@ MAIN_QUANTITY: dict[str | None, tuple[str, str]] = {
     "seeds": ("seed_length", "mm"),
     None: ("recording", ""),
 }
-# Plausible sizes, masses and densities of seeds and balls: poppy seed to coconut, cork
-# to lead.
-PLAUSIBLE_MM, PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (
-    (0.2, 60.0),
-    (1e-5, 100.0),
-    (150.0, 12_000.0),
-)
+# plausible masses and densities of seeds and balls: cork to lead
+PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (1e-5, 100.0), (150.0, 12_000.0)
 
 Progress = Callable[[float], None]
 

@@ -63,6 +63,11 @@ class Grain:
     hidden: float = 0.0
     lean: tuple[float, float] = (np.nan, np.nan)  # see Edge
 
+    def doubted(self, why: str) -> "Grain":
+        """The same seed, doubtful for one more reason."""
+        reason = "; ".join(filter(None, (self.reason, why)))
+        return replace(self, quality=DOUBTFUL, reason=reason)
+
 
 @dataclass(frozen=True)
 class Grains:
@@ -199,7 +204,7 @@ def measure_seeds(
         why = f" ({grains[0].reason})" if grains else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
     if _all_lean(grains):
-        grains = [g if g.quality == FAILED else _doubted(g, ONE_LAMP) for g in grains]
+        grains = [g if g.quality == FAILED else g.doubted(ONE_LAMP) for g in grains]
     notes = ["thickness cannot be seen from above"]
     if isinstance(scale, Scale) and scale.quality != GOOD:
         notes.append(f"scale from the graph paper: {scale.reason}")
@@ -374,11 +379,6 @@ def _rejection(
     if area > 3.5 * typical and solidity(patch) >= CONVEX:
         return "too large for a seed"
     return ""
-
-
-def _doubted(grain: Grain, why: str) -> Grain:
-    reason = "; ".join(filter(None, (grain.reason, why)))
-    return replace(grain, quality=DOUBTFUL, reason=reason)
 
 
 def _rejected(patch: np.ndarray, reason: str) -> Grain:

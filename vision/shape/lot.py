@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.section import SIZE_LIMITS_MM
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.shape.outline import from_fourier_terms
 
@@ -108,7 +109,7 @@ def read_lot(folder: Path) -> Lot:
         }
         length, width = (numbers[f"{name}_mm"] or 0.0 for name in ("length", "width"))
         for name, size in (("length_mm", length), ("width_mm", width)):
-            if not 0.05 <= size <= 2000:
+            if not SIZE_LIMITS_MM[0] <= size <= SIZE_LIMITS_MM[1]:
                 raise MeasurementError(
                     f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name} must be 0.05 to"
                     " 2000"

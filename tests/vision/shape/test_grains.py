@@ -215,6 +215,18 @@ def test_shadows_as_dark_as_the_seeds_that_lie_on_one_side_of_all_are_seen(seeds
         assert not any("shadow" in g.reason for g in plain.measured)
 
 
+@pytest.mark.parametrize("mm_per_px", [2.0, 0.001])
+def test_seeds_of_no_seed_s_size_are_doubtful_by_their_scale(tmp_path, mm_per_px):
+    image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
+    Image.fromarray(image).save(tmp_path / "a.png")
+    grains, _ = observe_seeds(tmp_path / "a.png", mm_per_px)
+    assert all("is the scale right" in g.reason for g in grains.measured)
+    with pytest.raises(MeasurementError, match="is the scale right"):
+        observe_seeds(tmp_path / "a.png", 40.0)
+    plain, _ = observe_seeds(tmp_path / "a.png", 0.1)
+    assert not any(g.reason for g in plain.measured)
+
+
 def test_sizes_in_mm_and_their_sds():
     _, errors, _ = matched(Spread())
     image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
