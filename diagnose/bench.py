@@ -62,7 +62,7 @@ def diagnose_bench(
 ) -> Diagnosis:
     """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
-    observed = Observed.under(folder)
+    observed = Observed.under(folder).with_rigs()
     entries = listed(observed)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}

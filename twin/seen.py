@@ -2,7 +2,7 @@
 and twin are read by the same code, in each rig's `read.py`."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -44,10 +44,11 @@ class Listed:
 
 def listed(folder: Path | Observed) -> list[Listed]:
     """What a folder holds. FileNotFoundError without one."""
-    return [_entry(entry) for entry in Observed.under(folder).entries]
+    observed = Observed.under(folder)
+    return [_entry(entry, observed.told) for entry in observed.entries]
 
 
-def _entry(entry: Recording | MeasurementError) -> Listed:
+def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> Listed:
     if isinstance(entry, MeasurementError):
         return Listed(entry.recording, "", "", "", str(entry))
     missing = f"{entry.toml}: rig is missing; it should be {rigs_in_words()}"
@@ -58,7 +59,7 @@ def _entry(entry: Recording | MeasurementError) -> Listed:
         entry.evidence,
         entry.session or "",
         trouble,
-        entry.sds_beyond_belief(),
+        (*filter(None, [told.get(entry.id, "")]), *entry.sds_beyond_belief()),
     )
 
 
