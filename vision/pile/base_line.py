@@ -150,6 +150,21 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
     return given
 
 
+def beside_plumb(base: BaseLine, camera: Camera) -> str:
+    """A doubt where the plate that is seen is not level by the stated plumb: plates are,
+    and one of both is wrong; ""."""
+    if camera.plumb_deg is None or base.source not in SEEN:
+        return ""
+    off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
+    sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
+    if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
+        return ""
+    return (
+        f"the plate in the picture is {abs(off):.1f}° off level by the stated plumb_deg:"
+        " one of both is wrong"
+    )
+
+
 def _line_through(
     profile: np.ndarray, factor: float, share: float, below: float = 0.15
 ) -> tuple[float, float, float] | None:

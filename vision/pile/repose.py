@@ -23,6 +23,7 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
+    beside_plumb,
     beside_seen,
     find_base_line,
     find_horizontal,
@@ -470,6 +471,7 @@ def _doubts(
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
     yield found.base.doubt
+    yield beside_plumb(found.base, photo.camera)
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])

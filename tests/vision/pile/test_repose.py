@@ -163,6 +163,17 @@ def test_roi_and_baseline():
         measure_repose(pile, options=PileOptions(roi=(700, 0, 400, 600)))
 
 
+@pytest.mark.parametrize(
+    ("plumb_deg", "quality"), [(3.0, GOOD), (2.0, GOOD), (-3.0, DOUBTFUL)]
+)
+def test_a_plumb_of_the_wrong_sign_is_doubtful_beside_the_plate(plumb_deg, quality):
+    """One flank and a plate that is seen 3° clockwise: by plumb −3° its angle is 36°."""
+    pile = draw(roll_deg=3, sides="right")
+    found = value(measure_repose(pile, camera=Camera(plumb_deg=plumb_deg)))
+    assert found.quality == quality
+    assert (abs(found.value - 30) > 3) == (quality == DOUBTFUL)
+
+
 @pytest.mark.parametrize("off_deg", [1.5, -1.5])
 @pytest.mark.parametrize("sides", ["two", "right"])
 def test_a_base_line_dragged_off_the_plate_that_is_seen_is_doubtful(off_deg, sides):
