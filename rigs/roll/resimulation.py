@@ -108,6 +108,7 @@ def change_of(
 ) -> Change:
     """What was named or found, in the twin."""
     key = EFFECTS["slope"].key
+    assert key is not None
     slope = key.both(key.stated(description), values.get("slope", 0.0))
     return slope, laws_of(description, values, found)
 
