@@ -114,7 +114,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in (
         "mean over repeats",
-        "95 % interval",
+        "value (95 % interval)",
         "unit",
         "n",
         "sd between repeats",
