@@ -7,9 +7,12 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 # Ranges catch the wrong unit (a 310 m drop), not the unusual bench.
+SIZE_LIMITS_MM = 0.05, 2000.0  # a grain of sand: 0.5, a basketball: 240
+PLAUSIBLE_MM = 0.2, 60.0  # of a seed: poppy to coconut
 SeedSize = Annotated[
-    float, Field(gt=0.05, le=2000, allow_inf_nan=False)
-]  # a grain of sand: 0.5, a basketball: 240
+    float,
+    Field(gt=SIZE_LIMITS_MM[0], le=SIZE_LIMITS_MM[1], allow_inf_nan=False),
+]
 Length = Annotated[float, Field(gt=0, lt=100_000, allow_inf_nan=False)]
 Angle = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.diagnose.stated import with_stated
 from benchtwin.diagnose.words import fault_in_words, tone, verdict_in_words
 from benchtwin.infer.finding import Finding
 from benchtwin.twin.bench_folder import Observed
-from benchtwin.twin.seen import Listed, listed
+from benchtwin.twin.seen import Listed, Recording, listed
 
 Say = Callable[[str], None]
 
@@ -61,7 +62,7 @@ def diagnose_bench(
 ) -> Diagnosis:
     """Diagnose every rig of a bench folder, or those in `only`."""
     begun = time.monotonic()
-    observed = Observed.under(folder)
+    observed = Observed.under(folder).with_rigs()
     entries = listed(observed)
     trouble = [(e.recording, e.rig, e.trouble) for e in entries if e.trouble]
     findings, used, refused = {}, {}, {}
@@ -74,7 +75,7 @@ def diagnose_bench(
         found, used[rig], wrong = _diagnosed(observed, rig, here, rng, say)
         trouble += wrong
         if isinstance(found, Finding):
-            findings[rig] = found
+            findings[rig] = with_stated(found, _used(observed, rig, here))
         else:
             refused[rig] = found
     took = time.monotonic() - begun
@@ -86,6 +87,16 @@ def diagnose_bench(
     said = tuple(dict.fromkeys(trouble))
     notes = (*notes, *_sds_not_used(entries, tuple(used)))
     return Diagnosis(observed.folder, findings, used, refused, said, notes, took, seed)
+
+
+def _used(observed: Observed, rig: str, here: list[Listed]) -> list[Recording]:
+    """The recordings of a rig that can be used."""
+    names = {e.recording for e in here}
+    return [
+        entry
+        for entry in observed.entries
+        if isinstance(entry, Recording) and entry.rig == rig and entry.id in names
+    ]
 
 
 def _sds_not_used(entries: list[Listed], only: tuple[str, ...]) -> list[str]:

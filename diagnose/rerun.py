@@ -64,7 +64,7 @@ class Resimulation:
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """One sentence: run again so that the plate rises by 0.2°, the twin is off by
+        """One sentence: run again so that the plate falls by 0.2°, the twin is off by
         0.97 mm where it was off by 7.7 mm."""
         if not self.compared:
             return "; ".join(self.notes)
@@ -186,7 +186,7 @@ def change_in_words(finding: Finding) -> str:
         assert (
             effect is not None and effect.counterpart is not None
         )  # see reason_not_simulated
-        value = f"{told.size.value if told else math.nan:.3g}"
+        value = f"{told.size.value if told else math.nan:.3g}".replace("-", "−")
         said.append(effect.counterpart.what.format(value=value))
     return "; ".join(said)
 

@@ -4,13 +4,13 @@ import math
 import traceback
 from pathlib import Path
 
-from benchtwin.bench.numbers import plus_minus
+from benchtwin.bench.numbers import with_interval, with_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.explanation import UNSHAPED
-from benchtwin.infer.finding import Finding
+from benchtwin.infer.finding import Finding, StatedKey
 from benchtwin.infer.follow import Follow
-from benchtwin.infer.verdict import MATTERS_SDS
+from benchtwin.infer.verdict import MATTERS_SDS, Interval
 
 SURE_OF_NOTHING = 0.8  # from which it is said in green
 LEAST_SHARE = 0.1  # of an explanation beside the verdict that is worth a word
@@ -221,28 +221,46 @@ def _with_slope(name: str, finding: Finding) -> str:
 
 
 def _size(name: str, finding: Finding) -> str:
-    """ "0.018 ± 0.002 of the weight at 2 m/s" (95 %); of several effects, which."""
+    """ "0.018 of the weight at 2 m/s (95 %: 0.016 to 0.020)"; of several effects,
+    which, and the key that states it."""
     told, effect = finding.effects.get(name), effect_of(finding, name)
     unit = effect.wording[1] if effect else ""
     if told is None or not unit or not math.isfinite(told.size.value):
         return ""
-    if told.size.low95 < 0 < told.size.high95:  # a further parameter tells that it is
+    key = finding.keys.get(name)
+    held = key.held if key else 0.0
+    # a further parameter tells that it is
+    if told.size.low95 < held < told.size.high95:
         return ""
     which = f"{name} " if len(finding.names) > 1 else ""
     space = "" if unit.startswith("°") else " "
-    return f"{which}{half_interval(told.size)}{space}{unit}"
+    stated = _stated(key) if key else ""
+    value, ends = _value(told.size), _ends(told.size)
+    return f"{which}{value}{space}{unit} ({ends}){stated}"
+
+
+def _stated(key: StatedKey) -> str:
+    """ ", where 0.2 is stated; [roll] slope_deg = -0.2 states it"; of several that are
+    stated, what is to stand in the place of each."""
+    # minus signs as TOML has them
+    whole = [with_sd(one, key.sd)[0].replace("−", "-") for one in key.should_be]
+    if len(whole) > 1:
+        each = (f"{w} for {s:g}" for w, s in zip(whole, key.stated, strict=True))
+        return f"; {key.key} = {', '.join(each)} state it"
+    where = f", where {key.stated[0]:g} is stated" if key.held else ""
+    return f"{where}; {key.key} = {whole[0]} states it"
 
 
 def follow_in_words(follow: Follow, finding: Finding) -> str:
-    """ "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"; of a
-    curve its ends, of words each level."""
+    """ "static friction falls by 0.00800 (95 %: 0.00680 to 0.00920) per % moisture
+    (moisture_pct)"; of a curve its ends, of words each level."""
     parameter, condition = follow.parameter.replace("_", " "), follow.condition
     ends = [point.size.value for point in follow.curve]
     up = ends[-1] > ends[0]
     if follow.levels:
         each = ", ".join(
             f"{follow.levels[int(p.at)]}"
-            f" {'+' if p.size.value > 0 else ''}{half_interval(p.size)}"
+            f" {'+' if p.size.value > 0 else ''}{_value(p.size)} ({_ends(p.size)})"
             for p in follow.curve
         )
         return f"{parameter} follows {condition} (beside the mean of all: {each})"
@@ -252,11 +270,12 @@ def follow_in_words(follow: Follow, finding: Finding) -> str:
             of = f"{UNITS.get(unit, unit)} {what.replace('_', ' ')} ({condition})"
         else:
             of = f"unit of {condition}"
-        size = half_interval(follow.slope).lstrip("−")
+        slope = follow.slope if up else negative(follow.slope)
+        size = f"{_value(slope)} ({_ends(slope)})"
         return f"{parameter} {'rises' if up else 'falls'} by {size} per {of}"
     told = finding.contact.get(follow.parameter)
     level = told.explained.value if told else 0.0
-    digits = half_interval(follow.curve[0].size).partition(" ")[0].partition(".")[2]
+    digits = _value(follow.curve[0].size).partition(".")[2]
 
     def at(k: int) -> str:
         value = f"{level + ends[k]:.{len(digits)}f}".replace("-", "−")
@@ -296,14 +315,20 @@ def missing(name: str, rig: str) -> str:
     return effect.wording[0] if effect and effect.wording[0] else name
 
 
-def half_interval(size) -> str:
-    """Value ± half its 95 % interval (value, low95, high95), with two digits of that.
+def negative(size: Interval) -> Interval:
+    """Of the opposite sign."""
+    return Interval(-size.value, -size.high95, -size.low95)
 
-    >>> from benchtwin.infer.finding import Parameter
-    >>> half_interval(Parameter("1", 0.01834, 0.0163, 0.0203))
-    '0.0183 ± 0.0020'
-    """
-    return plus_minus(size.value, (size.high95 - size.low95) / 2)
+
+def _value(size: Interval) -> str:
+    """A value to the digits that its interval bears."""
+    return with_interval(size.value, size.low95, size.high95).partition(" ")[0]
+
+
+def _ends(size: Interval) -> str:
+    """The ends of an interval, as after a value: "95 %: 0.016 to 0.020"."""
+    shown = with_interval(size.value, size.low95, size.high95)
+    return f"95 %: {shown.partition('(')[2][:-1]}"
 
 
 def place(finding: Finding) -> str:

@@ -1,6 +1,7 @@
 """A listed effect: a law with a reported parameter, its prior, sector and wording."""
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,37 @@ class Counterpart:
     what: str  # in words, {value} in its unit
     # see rerun.simulation_settings
     change: Callable[[dict[str, float]], dict] | None = None
+
+
+@dataclass(frozen=True)
+class Key:
+    """The key of recording.toml that states an effect; both have one sign."""
+
+    section: str
+    name: str
+    # (stated, value beside it) → what states both
+    both: Callable[[float, float], float] = lambda stated, value: stated + value
+    absent: float = math.nan  # what an absent key stands for; NaN: for nothing
+    # whether the effect's number is told with what is stated, not beside it
+    whole: bool = False
+    overruled_by: str = ""  # column of a table beside which the key counts for nothing
+
+    def __str__(self) -> str:
+        return f"[{self.section}] {self.name}"
+
+    def stated(self, sections: Mapping[str, Mapping]) -> float:
+        """What a recording's sections state, or what an absent key stands for."""
+        told = sections.get(self.section, {}).get(self.name)
+        return self.absent if told is None else told
+
+
+def in_proportion(stated: float, share: float) -> float:
+    """What states `share` more than is stated."""
+    return stated * (1 + share)
+
+
+SCALE = Key("camera", "mm_per_px", in_proportion, overruled_by="x_mm")
+FRAME_RATE = Key("camera", "fps", in_proportion, overruled_by="t_s")
 
 
 @dataclass(frozen=True)
@@ -38,6 +70,7 @@ class Effect:
     # not linear about 0: fitted in full whatever its slope there
     nonlinear: bool = False
     unlisted: bool = False  # it says when or how, not why
+    key: Key | None = None  # that states it
     counterpart: Counterpart | None = None
     not_simulated: str = ""  # why there is no counterpart
     acceleration: Callable | None = None  # (Motion, value): drops

@@ -50,6 +50,19 @@ class Parameter:
     high95: float
 
 
+@dataclass(frozen=True)
+class StatedKey:
+    """The key of an effect; what recordings state by it, what would state all of the
+    effect in the place of each, with its sd, and how much of what is stated the
+    effect's number holds."""
+
+    key: str
+    stated: tuple[float, ...]
+    should_be: tuple[float, ...]
+    sd: float
+    held: float
+
+
 @dataclass(frozen=True, eq=False)
 class Curve:
     """What a report draws of one recording: `seen` (n,) over `along` (n,), and
@@ -95,6 +108,7 @@ class Finding:
     unlisted: frozenset[str] = frozenset({UNSHAPED})  # of the explanations' parts
     laws: dict[str, Effect] = field(default_factory=dict)  # found for what is unlisted
     follows: tuple[Follow, ...] = ()  # parameters that follow conditions
+    keys: dict[str, StatedKey] = field(default_factory=dict)  # that state effects
 
     @property
     def modelled(self) -> tuple[str, ...]:
@@ -127,6 +141,10 @@ class Finding:
                 ),
                 "parameters": {name: vars(p) for name, p in self.parameters.items()},
                 "follows": [f.to_json() for f in self.follows],
+                "keys": {
+                    name: {"key": k.key, "stated": k.stated, "should_be": k.should_be}
+                    for name, k in self.keys.items()
+                },
                 "moves_mm": self.moves_mm,
                 "explanations": [
                     {"effects": names, "probability": p}

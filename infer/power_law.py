@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchtwin.bench.numbers import plus_minus
+from benchtwin.bench.numbers import with_interval
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
 from benchtwin.infer.linear import Reduced, beside_globals, fall_in
@@ -58,10 +58,12 @@ class Term:
         return self.effect.counterpart.what if self.effect.counterpart else ""
 
     def in_words(self) -> str:
-        """With its size, 95 %."""
-        value = plus_minus(abs(self.size), SDS_95 * self.sd)
+        """With its size and 95 % interval."""
+        value, half = abs(self.size), SDS_95 * self.sd
+        size, _, ends = with_interval(value, value - half, value + half).partition(" (")
         also = f"; {' or '.join(self.also)} would do as well" if self.also else ""
-        return f"{self.words}, {value} {self.effect.wording[1]}{also}"
+        said = f"{self.words}, {size} {self.effect.wording[1]}"
+        return f"{said} (95 %: {ends}{also}" if ends else f"{said}{also}"
 
 
 def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:

@@ -8,6 +8,8 @@ from pathlib import Path
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.section import PLAUSIBLE_MM
+from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
@@ -18,13 +20,8 @@ MAIN_QUANTITY: dict[str | None, tuple[str, str]] = {
     "seeds": ("seed_length", "mm"),
     None: ("recording", ""),
 }
-# Plausible sizes, masses and densities of seeds and balls: poppy seed to coconut, cork
-# to lead.
-PLAUSIBLE_MM, PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (
-    (0.2, 60.0),
-    (1e-5, 100.0),
-    (150.0, 12_000.0),
-)
+# plausible masses and densities of seeds and balls: cork to lead
+PLAUSIBLE_G, PLAUSIBLE_KG_M3 = (1e-5, 100.0), (150.0, 12_000.0)
 
 Progress = Callable[[float], None]
 
@@ -96,7 +93,7 @@ def observe_seeds_photo(recording: Recording) -> Observation:
         if grains.scale is None
         else getattr(grains.scale, "reason", "")
     )
-    quantities = tuple(q.doubt(doubt) for q in quantities)
+    quantities = tuple(q.doubt(doubt).doubt(grains.common_doubt) for q in quantities)
     rows = grains.distribution().itertuples()
     spread = [
         f"{r.quantity}: n = {r.n}, sd {r.sd:.3g}, range {r.min:.3g}–{r.max:.3g}"
@@ -181,7 +178,18 @@ def _observe_or_fail(
             f"{entry.path}: a fault of benchtwin, please report it: {error!r} in"
             f" {Path(place.filename).name}:{place.lineno}"
         )
-    return _failure(entry.id, rig or entry.rig, reason)
+    return _failure(entry.id, rig or entry.rig, reason + _rig_of_bench(entry))
+
+
+def _rig_of_bench(recording: Recording) -> str:
+    """Where the rig of a recording that failed is stated, if that is for the whole
+    bench."""
+    own, bench = recording.toml, recording.path.parent / "bench.toml"
+    if own.is_file() and "rig" in read_toml(own):
+        return ""
+    if recording.rig is None or not bench.is_file() or "rig" not in read_toml(bench):
+        return ""
+    return f" ({bench} says rig = {recording.rig!r} for all; {own} may say another)"
 
 
 def _failure(name: str, rig: str | None, reason: str) -> Observation:

@@ -12,6 +12,7 @@ from benchtwin.measure.observe import observe
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
+from benchtwin.vision.tell_rig import with_rig
 
 
 class PackedPictures(Mapping[str, np.ndarray]):
@@ -48,12 +49,14 @@ class Observed:
     asked for; it stands wherever the folder's path may stand.
 
     folder: where they lie; entries: the recordings, and errors of those that cannot be
-    read; options, trim: how they are measured, as `observe` takes them."""
+    read; options, trim: how they are measured, as `observe` takes them; told: what told
+    a recording's rig, by name, where nobody states it (`with_rigs`)."""
 
     folder: Path
     entries: tuple[Recording | MeasurementError, ...]
     options: PileOptions | None = None
     trim: bool = False
+    told: Mapping[str, str] = field(default_factory=dict)
     _found: dict[Recording, Observation | MeasurementError | OSError] = field(
         default_factory=dict, repr=False
     )
@@ -73,6 +76,20 @@ class Observed:
 
     def __str__(self) -> str:
         return str(self.folder)
+
+    def with_rigs(self) -> "Observed":
+        """The same with the rigs that evidence tells where nobody states them."""
+        entries, told = list(self.entries), dict(self.told)
+        for k, entry in enumerate(self.entries):
+            if isinstance(entry, MeasurementError):
+                continue
+            try:
+                entries[k], why = with_rig(entry)
+            except (MeasurementError, OSError):
+                continue  # its measuring says so
+            if why:
+                told[entry.id] = why
+        return replace(self, entries=tuple(entries), told=told)
 
     def only(self, entries: Iterable[Recording | MeasurementError]) -> "Observed":
         """Some of these recordings, with what was observed on them."""

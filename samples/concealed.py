@@ -125,7 +125,7 @@ def make_roll(folder: Path) -> None:
             rng,
         )
     conceal(
-        folder, {"rig": "roll", "effect": "slope", "parameter": 0.25, "unit": "deg"}
+        folder, {"rig": "roll", "effect": "slope", "parameter": -0.25, "unit": "deg"}
     )
 
 

@@ -16,7 +16,7 @@ import pandas as pd
 
 GATES_MM = (150.0, 350.0, 550.0, 750.0, 950.0)  # along the rails, from the release
 DIAMETER_MM, GAP_MM, MASS_G = 15.0, 6.0, 13.8
-INCLINE_DEG, SLOPE_DEG = 8.0, 0.15  # of the rails; of the table, rising along +x
+INCLINE_DEG, SLOPE_DEG = 8.0, -0.15  # of the rails; of the table, falling towards +x
 FRICTION, FROM_RUN_TO_RUN = 0.012, 0.02  # of rolling, and how much it differs, relative
 TIMER_SD_S = 2e-5
 RUNS = 4  # either way
@@ -44,7 +44,7 @@ def draw(folder: Path) -> pd.DataFrame:
     for direction, sign in (("+x", 1), ("-x", -1)):
         for k in range(RUNS):
             friction.append(FRICTION * (1 + FROM_RUN_TO_RUN * rng.standard_normal()))
-            lean = math.radians(INCLINE_DEG - sign * SLOPE_DEG)
+            lean = math.radians(INCLINE_DEG + sign * SLOPE_DEG)
             acceleration = (
                 9.80665 * (math.sin(lean) - friction[-1] * math.cos(lean)) / inertia
             )

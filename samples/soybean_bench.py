@@ -93,7 +93,7 @@ def make(folder: Path) -> None:
             {
                 "rig": "roll",
                 "effect": "slope",
-                "parameter": -SLOPE_DEG,
+                "parameter": SLOPE_DEG,
                 "unit": "deg",
                 "parameters": TRUTH | ON_SEED,
             },

@@ -53,7 +53,7 @@ def shown(tmp_path_factory):
 def test_measurements_are_the_command_s(shown):
     found: Measurements = shown["found"]
     slope = found.summary.query("quantity == 'slope'").iloc[0]
-    assert slope["low"] < 0.14 < slope["high"] and slope["unit"] == "deg"
+    assert slope["low"] < -0.14 < slope["high"] and slope["unit"] == "deg"
     assert set(found.table["recording"]) == set(found.quantities["recording"])
     rolls = found.table.dropna(subset="acceleration_m_s2")
     assert (rolls["acceleration_sd_m_s2"] > 0).all() and len(rolls) >= 6

@@ -46,7 +46,7 @@ def demo(tmp_path):
     (tmp_path / "diagnosed" / "report.html").write_text(
         tag("diagnosis.html.j2", 50, "")
     )
-    roll = {"twin": {"change": "the level plate rises by 0.2°"}}
+    roll = {"twin": {"change": "the level plate falls by 0.2° towards +x"}}
     (tmp_path / "diagnosed" / "diagnosis.json").write_text(
         json.dumps({"rigs": {"roll": roll}})
     )

@@ -275,9 +275,9 @@ def test_the_readme_shows_what_measuring_the_sample_bench_prints():
     little differently elsewhere."""
     arguments, shown = blocks(README)["measure"]
     assert not differences(shown, printed(arguments), share=0.02)
-    pile = re.search(r"pile repose_angle +[\d.]+ ± ([\d.]+)", shown)
+    pile = re.search(r"pile repose_angle +[\d.]+ \(([\d.]+) to ([\d.]+)\)", shown)
     assert (
-        pile and float(pile[1]) <= 2.0
+        pile and float(pile[2]) - float(pile[1]) <= 4.0
     )  # ten heaps of 520 seeds, of which one packing differs from the next by 2°
     assert "pile" not in shown.partition("look at these")[2]
 

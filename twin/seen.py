@@ -1,7 +1,8 @@
 """What was seen of the recordings of a bench, as plain arrays for a diagnosis: bench
 and twin are read by the same code, in each rig's `read.py`."""
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -18,7 +19,7 @@ from benchtwin.vision.motion.track import (
     track_from_gates,
     track_from_table,
 )
-from benchtwin.vision.recording import Recording
+from benchtwin.vision.recording import Recording as Recording
 
 Seen = TypeVar("Seen")
 
@@ -43,10 +44,11 @@ class Listed:
 
 def listed(folder: Path | Observed) -> list[Listed]:
     """What a folder holds. FileNotFoundError without one."""
-    return [_entry(entry) for entry in Observed.under(folder).entries]
+    observed = Observed.under(folder)
+    return [_entry(entry, observed.told) for entry in observed.entries]
 
 
-def _entry(entry: Recording | MeasurementError) -> Listed:
+def _entry(entry: Recording | MeasurementError, told: Mapping[str, str]) -> Listed:
     if isinstance(entry, MeasurementError):
         return Listed(entry.recording, "", "", "", str(entry))
     missing = f"{entry.toml}: rig is missing; it should be {rigs_in_words()}"
@@ -57,7 +59,7 @@ def _entry(entry: Recording | MeasurementError) -> Listed:
         entry.evidence,
         entry.session or "",
         trouble,
-        entry.sds_beyond_belief(),
+        (*filter(None, [told.get(entry.id, "")]), *entry.sds_beyond_belief()),
     )
 
 
@@ -105,6 +107,31 @@ def track_of(recording: Recording, observed: Observed) -> Track:
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")
     return track_from_table(table, recording.camera)
+
+
+def stated_by(
+    recordings: Iterable[Recording],
+    section: str,
+    key: str,
+    absent: float,
+    overruled_by: str = "",
+) -> tuple[float, ...]:
+    """The numbers that recordings state by a key, each once; absent: what stands for it
+    where it is not stated; NaN too where a table holds the column beside which the key
+    counts for nothing."""
+    told = set()
+    for recording in recordings:
+        value = getattr(getattr(recording, section), key)
+        overruled = overruled_by and _holds(recording, overruled_by)
+        told.add(math.nan if overruled else absent if value is None else value)
+    return tuple(sorted(told))
+
+
+def _holds(recording: Recording, column: str) -> bool:
+    """Whether a recording is a table with that column, in millimetres or seconds."""
+    if recording.evidence != "track.csv":
+        return recording.evidence.endswith(".csv")
+    return column in read_track(recording.files[0]).rows
 
 
 def sections_of(recording: Recording, *names: str) -> dict:

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchtwin.bench.rigs import RIGS, rigs_in_words
+from benchtwin.bench.rigs import READING_COLUMNS, RIGS, rigs_in_words
 from benchtwin.vision.evidence.film_or_photos import film_or_photos
 from benchtwin.vision.evidence.frames import open_frames
+from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.foreign.unit_inference import free_falls
 from benchtwin.vision.measurement import MeasurementError
@@ -16,6 +17,7 @@ LEAST_TILT_DEG = 3.0  # by which a plate turns while a block waits on it
 LEAST_SLOPE_DEG = 4.0  # of an incline against what it leads to
 EVEN = 0.02  # rms about a straight line, of its length: an incline, or a plate
 LEAST_ROWS = 12
+WITHOUT_CAMERA = ("sound", "readings.csv")
 UPWARDS = 0.3  # of the worth of falls, that of parabolas which open upwards in a drop
 SLOWS = 0.7  # of the speed at the incline's foot, to which a seed slows on the plate
 
@@ -35,7 +37,7 @@ def with_rig(recording: Recording) -> tuple[Recording, str]:
         f"[{section}] {key}"
         for section, key in RIGS[rig].wanted
         if getattr(getattr(known, section), key) is None
-        and not (recording.evidence == "sound" and section == "camera")
+        and not (recording.evidence in WITHOUT_CAMERA and section == "camera")
     ]
     unknown = f"; not stated: {', '.join(missing)}" if missing else ""
     return known, f"taken for a {rig}: {why}{unknown}"
@@ -63,6 +65,10 @@ def told_rig(recording: Recording) -> tuple[str, str] | None:
     told = RIG_OF_KIND.get(recording.evidence)
     if told and (recording.evidence != "photos" or recording.rig is not None):
         return told  # without a rig, the pictures may be photos or a film's frames
+    if recording.evidence == "readings.csv":
+        columns = read_readings(recording.files[0]).rows.columns
+        column = next(c for c in columns if c in READING_COLUMNS)
+        return READING_COLUMNS[column][0], f"readings of {column}"
     if recording.evidence == "track.csv":
         rows = read_track(recording.files[0]).rows
         x, y = (rows.get(f"{axis}_mm", rows.get(f"{axis}_px")) for axis in "xy")

@@ -11,7 +11,7 @@ import pandas as pd
 from rich.console import Console
 from rich.table import Table
 
-from benchtwin.bench.numbers import with_sd
+from benchtwin.bench.numbers import with_interval, with_sd
 from benchtwin.bench.rigs import RIGS
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
@@ -35,7 +35,8 @@ def show_results(
     look = table["quality"] != GOOD
     if short:
         _show_rows(console, table[~look])
-    lines = [line for line in means if line.n > 1] if short else _main_results(means)
+    lines = list(means) if short else _main_results(means)
+    lines = lines if any(line.n > 1 for line in lines) else []
     _show_means(console, lines)
     if look.any():
         console.print("\nlook at these:" if (~look).any() else "")
@@ -113,7 +114,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in (
         "mean over repeats",
-        "± 95 %",
+        "value (95 % interval)",
         "unit",
         "n",
         "sd between repeats",
@@ -126,7 +127,6 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
     for line in lines:
         bench = line.bench if several else ""
         name = " ".join(part for part in (bench, line.rig, line.quantity) if part)
-        mean, half = with_sd(line.mean, (line.high - line.low) / 2)
         doubts = [
             text
             for count, text in (
@@ -142,7 +142,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
         ]
         shown.add_row(
             _escape(f"{name}, {line.conditions}" if line.conditions else name),
-            f"{mean} ± {half}" if half else mean,
+            with_interval(line.mean, line.low, line.high),
             "" if line.unit == "1" else line.unit,
             str(line.n),
             *(

@@ -10,7 +10,7 @@ from urllib.parse import quote
 import pandas as pd
 from nicegui import ui
 
-from benchtwin.bench.numbers import plus_minus, with_unit
+from benchtwin.bench.numbers import with_interval, with_unit
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
 from benchtwin.page.side_by_side import pairs_of
@@ -153,7 +153,7 @@ def _means(file: Path) -> None:
     table = table[table["n"] > 1]
     if not len(table):
         return
-    title = f"Means over repeats ({len(table)} rows): ± is half the 95 % interval"
+    title = f"Means over repeats, with 95 % intervals ({len(table)} rows)"
     heads = [{"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS]
     rows = [_mean(row) for row in table.itertuples()]
     with ui.expansion(title).classes("w-full"), ui.element("div").classes("scroll-x"):
@@ -163,12 +163,11 @@ def _means(file: Path) -> None:
 def _mean(row) -> dict[str, str]:
     """A row of summary.csv, to the digits that its interval bears."""
     unit = str(row.unit)
-    half = (row.high - row.low) / 2
     named = (
         row.rig,
         in_words(row.quantity),
         "" if pd.isna(row.conditions) else row.conditions,
-        plus_minus(row.mean, half, unit),
+        f"{with_interval(row.mean, row.low, row.high)}{with_unit(unit)}",
         str(row.n),
         f"{row.scatter:.2g}{with_unit(unit)}",
         "" if pd.isna(row.outliers) else row.outliers,

@@ -257,7 +257,7 @@ def _fly(scene: Scene, run: Run, items: tuple) -> SimulatedDrop:
     inertia = mass / 5 * (np.sum(axes**2) - axes**2)
     law, impact, camera = world(scene, run, sizes)
     tilt = np.radians(sizes.get("plate-tilt", 0.0))
-    normal = np.array([-np.sin(tilt), 0.0, np.cos(tilt)])
+    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
     film = 0.5 * mass * sizes.get("film-adhesion", 0.0) ** 2
     plate = np.array(
         [*normal, scene.friction, mass * (np.pi / CONTACT_S) ** 2, film, mass]

@@ -4,7 +4,7 @@ in the camera.
 Signs. drag: force over weight at 2 m/s, ≥ 0. magnus: C in a = C (ρ A r / 2m) ω × v,
 vectors in space. draught: wind towards +x. restitution: e(0.5 m/s) − e(2 m/s), > 0 when
 it falls. film: √(2W/m). impact-damage: e × (1 + η) with every impact, η < 0 when the
-seed loses. plate-tilt: the plate rises towards +x. camera effects: see camera.py.
+seed loses. plate-tilt: the plate falls towards +x. camera effects: see camera.py.
 Outside: updraught [1/s] of rising air per metre of height; field [1/s²] away from a
 place beside the rig; oriented-restitution: relative, upright landing minus flat.
 follows, order-drift: change of e over half the range of a condition, of the order."""
@@ -43,12 +43,12 @@ EFFECTS = {
     "plastic-restitution": Effect(("impact",), "1", 0.01, 0.12),
     "film-adhesion": Effect(("impact",), "m/s", 0.02, 0.3),
     "impact-damage": Effect(("impact",), "1", 0.005, 0.2, -1),
-    "plate-tilt": Effect(("impact",), "deg", 0.03, 4.0, 0, either=True),
+    "plate-tilt": Effect(("impact",), "deg", 0.03, 4.0, 0),
     "plate-compliance": Effect(("impact",), "1", 0.01, 0.12),
     "shape-conversion": Effect(("impact",), None, 0.03, 0.22),
     "scale-error": Effect(("measurement",), "1", 0.002, 0.06, 0),
     "clock-error": Effect(("measurement",), "1", 0.001, 0.06, 0),
-    "camera-roll": Effect(("measurement",), "deg", 0.1, 5.0, 0, either=True),
+    "camera-roll": Effect(("measurement",), "deg", 0.1, 5.0, 0),
     "perspective": Effect(("measurement",), "1/m", 0.004, 0.3, 0, either=True),
     "silhouette-wobble": Effect(("measurement",), "mm", 0.01, 0.6, 0, either=True),
     "updraught": Effect(("flight",), None, 0.02, 20.0, 0, listed=False),

@@ -276,7 +276,7 @@ def _by_impact(
         )
         return Visibility(spread_snr(now / usual, len(log)))
     if name == "plate-tilt":
-        change = -(1 + log[:, E_LAW]) * np.radians(sizes[name])
+        change = (1 + log[:, E_LAW]) * np.radians(sizes[name])
         if scene.angle_sd_deg:
             turning = log[:, TURN_IN] * np.mean(scene.stated_axes_mm) * 5e-4
         else:

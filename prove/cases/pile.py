@@ -6,7 +6,7 @@ many mm higher than the flanks' line, on a length that does not grow with the he
 a toe cut short. wall-friction: the flanks bow out by so many mm. gate-speed: rounder
 crest and longer toe by so many mm where 50 mm/s are stated, in proportion to what is.
 base-vibration: the same, more in each later photo. base-tilt: plate and heap's foot
-turned [deg], the flanks not, rising along +x. particle-shape: flanks bow in and the
+turned [deg], the flanks not, clockwise. particle-shape: flanks bow in and the
 skin is rougher. camera-roll: all turned, clockwise positive. layered (outside): the
 flank breaks half way up."""
 
@@ -31,9 +31,9 @@ EFFECTS = {
     "wall-friction": Effect(("middle",), None, 0.2, 10.0),
     "gate-speed": Effect(("toe", "crest"), None, 0.3, 25.0),
     "base-vibration": Effect(("toe", "crest"), None, 0.2, 20.0),
-    "base-tilt": Effect(("measurement",), "deg", 0.1, 4.0, 0, either=True),
+    "base-tilt": Effect(("measurement",), "deg", 0.1, 4.0, 0),
     "particle-shape": Effect(("middle",), None, 0.2, 7.0),
-    "camera-roll": Effect(("measurement",), "deg", 0.1, 6.0, 0, either=True),
+    "camera-roll": Effect(("measurement",), "deg", 0.1, 6.0, 0),
     "layered": Effect(("middle",), None, 0.3, 12.0, 0, listed=False),
 }
 PHOTOS = 3
@@ -129,7 +129,7 @@ def profile(
 ) -> np.ndarray:
     """Height of the heap's skin [mm] at x [mm] from its middle; the plate's where there
     is none."""
-    plate = np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
+    plate = -np.tan(np.radians(sizes.get("base-tilt", 0.0))) * x
     faster = run.gate_mm_s / GATE_MM_S
     lower = scene.gate_deg * np.log(faster)
     steep = np.tan(np.radians(scene.angle_deg + run.angle_off_deg - lower))
@@ -198,7 +198,7 @@ def photograph(
         x * np.cos(turn) - y * np.sin(turn),
         y * np.cos(turn) + x * np.sin(turn),
     )  # from the picture to the bench
-    plate = np.tan(np.radians(sizes.get("base-tilt", 0.0)))
+    plate = -np.tan(np.radians(sizes.get("base-tilt", 0.0)))
     rough = SKIN + 0.02 * sizes.get("particle-shape", 0.0)
     fine = np.arange(-wide - 15, wide + 15, pixel / 2)
     top = skin(
@@ -221,7 +221,7 @@ def photograph(
 def _width_mm(scene: Scene, run: Run, sizes: dict[str, float], photo: int) -> float:
     """Half of the picture's: the whole heap is in it."""
     out = np.arange(1.55 * run.half_mm, 10 * run.half_mm)
-    plate = np.tan(np.radians(sizes.get("base-tilt", 0.0)))
+    plate = -np.tan(np.radians(sizes.get("base-tilt", 0.0)))
     deep = np.max(
         [profile(x, scene, run, sizes, photo) - plate * x for x in (out, -out)], axis=0
     )

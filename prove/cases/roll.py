@@ -1,7 +1,7 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
-Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out rises along +x [deg]; a run in
-direction −x goes down there. initial-slip: v − ωr at the foot of the incline [m/s].
+Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out falls towards +x [deg], so
+that a run in direction −x climbs it. initial-slip: v − ωr at the incline's foot [m/s].
 corner-loss: lost share of the speed there. shape-barrier: highest less lowest centre in
 a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of
 the level. follows, order-drift: change of μ_r over half the range of a condition, of
@@ -46,7 +46,7 @@ CORNER = (0.0, 0.5, 1.0)
 CORNER_SD = 0.25
 EFFECTS = {
     "viscous-rolling": Effect(("run-out",), "s/m", 0.002, 0.2),
-    "slope": Effect(("run-out",), "deg", 0.006, 1.0, 0, either=True),
+    "slope": Effect(("run-out",), "deg", 0.006, 1.0, 0),
     "initial-slip": Effect(("onset", "run-out"), "m/s", 0.005, 0.18),
     "corner-loss": Effect(("onset", "run-out"), "1", 0.003, 0.3),
     "shape-barrier": Effect(("run-out",), "mm", 0.001, 0.15),
@@ -154,7 +154,7 @@ def seed(
     out[ground.ROLLING] = mu * mu_factor
     out[ground.GROWING] = sizes.get("viscous-rolling", 0.0)
     out[ground.LEVEL] = sign * np.radians(
-        scene.level_deg + level_more + sizes.get("slope", 0.0)
+        scene.level_deg + level_more - sizes.get("slope", 0.0)
     )
     out[ground.BARRIER] = sizes.get("shape-barrier", 0.0) * 1e-3
     out[ground.RADIUS] = scene.diameter_mm * 5e-4

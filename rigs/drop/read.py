@@ -263,6 +263,8 @@ def flights_of(track: Track, recording: Recording) -> Flights:
     if len(used) < 4:
         raise MeasurementError(f"{len(used)} usable frames; a flight needs at least 4")
     up, across = used.upright(recording.camera.plumb_deg)
+    if not np.ptp(up):
+        raise MeasurementError("nothing falls in it: its height never changes")
     gates = recording.evidence == "gates.csv"
     gravity = G_MM_S2 if used.physical else None
     if gates or len(used) < FEW_ROWS:

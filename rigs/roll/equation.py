@@ -1,12 +1,17 @@
-"""Run-outs that were read off → rolling friction, Eq. 3:
-μ_r = S sin β / (S cos β + L)."""
+"""Run-outs that were read off → rolling friction, Eq. 3 (bench/run_out.py), on a plate
+that is level, or sloped as stated."""
 
 import numpy as np
 
-from benchtwin.bench.priors import stated_sd
+from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.vision.evidence.readings import Derived, Summary, mean_quantity
 from benchtwin.vision.recording import Recording
+
+NO_DIRECTION = (
+    "[roll] slope_deg is stated and [roll] direction is not: whether the seed rolls"
+    " down the slope or up is unknown"
+)
 
 
 def friction_of_run_out(recording: Recording, read: Summary, common: float) -> Derived:
@@ -16,8 +21,13 @@ def friction_of_run_out(recording: Recording, read: Summary, common: float) -> D
         missing = "[roll] incline_length_mm and incline_deg are needed for"
         note = f"{recording.toml}: {missing} rolling_friction (Eq. 3)"
         return Derived(notes=(note,))
-    mu, by = rolling_friction(length, beta, read.mean)
-    off = [stated_sd("way-on-incline"), stated_sd("incline"), common]
+    slope, direction = recording.roll.slope_deg, recording.roll.direction
+    known = slope is not None and direction is not None
+    falls = 0.0 if not known else -slope if direction == "-x" else slope
+    mu, by = rolling_friction(length, beta, read.mean, falls)
+    level = stated_sd("level-plate") if known else unstated_sd("level-plate")
+    off = [stated_sd("way-on-incline"), stated_sd("incline"), common, level]
     shared = float(np.linalg.norm(by * off))
-    own = -by[2] * read.sd_mean
-    return Derived((mean_quantity("rolling_friction", mu, own, shared, "1", read.n),))
+    own = abs(by[2]) * read.sd_mean
+    found = mean_quantity("rolling_friction", mu, own, shared, "1", read.n)
+    return Derived((found.doubt("" if known or slope is None else NO_DIRECTION),))

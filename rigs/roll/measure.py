@@ -177,9 +177,10 @@ class Fitted:
         true = float(np.diff(scale * ends + beside_m(model, 0, own, scale * ends))[0])
         length = float(model.length[0] + own[OWN.index("length_m")])
         beta = math.degrees(incline_of(model, 0, own, at))
+        falls = 0.0 if math.isnan(told.run.slope) else told.run.sign * told.run.slope
         return {
             "run_out": true / (1.0 if told.track.physical else scale) / told.unit,
-            "rolling_friction": rolling_friction(length, beta, true)[0],
+            "rolling_friction": rolling_friction(length, beta, true, falls)[0],
             "rolling_resistance": way.mu,
         }
 

@@ -1,7 +1,7 @@
 """Slope of the table from rolls in both directions on an incline: half the difference
 of their accelerations.
 
-    s = (a₋ − a₊)(1 + I/(m r²)) / (2 g (cos β + μ_r sin β)),  rising along +x
+    s = (a₊ − a₋)(1 + I/(m r²)) / (2 g (cos β + μ_r sin β)),  falling towards +x
 
 Errors that both directions share (the incline's angle, the gates' places, the scale)
 cancel. The mean of the rolling frictions over both directions is free of s."""
@@ -110,13 +110,13 @@ def _slope(name: str, runs: list[InclineRun]) -> Observation:
         freedom = total**2 / max(sum(share**2 / free for share, free in shares), 1e-300)
         scatter = total * (student.ppf(0.975, max(freedom, 1.0)) / 1.96) ** 2
         variance, source = float(scatter), "the scatter of the runs"
-    slope = math.degrees(float(values[-1].mean() - values[1].mean()) * float(per))
+    slope = math.degrees(float(values[1].mean() - values[-1].mean()) * float(per))
     sd = math.degrees(math.sqrt(variance) * float(per))
     counts = f"{len(values[1])} runs towards +x and {len(values[-1])} towards -x"
     notes = (
         (
-            "slope, rising along +x, from half the difference of the accelerations of"
-            f" {counts}; its sd is from {source}"
+            "slope, falling towards +x, from half the difference of the accelerations"
+            f" of {counts}; its sd is from {source}"
         ),
         "each direction's rolling friction contains the slope, their mean does not",
     )
@@ -134,7 +134,7 @@ def _slope(name: str, runs: list[InclineRun]) -> Observation:
         np.zeros(len(number), bool),
         labels=("run of its direction", "acceleration [m/s²]"),
         curves=levels,
-        caption=f"{name}: slope {plus_minus(slope, sd, 'deg')} rising along +x",
+        caption=f"{name}: slope {plus_minus(slope, sd, 'deg')} falling towards +x",
     )
     return Observation(
         name, "roll", (Quantity("slope", slope, sd, "deg"),), notes, {"slope": picture}

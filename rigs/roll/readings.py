@@ -49,7 +49,7 @@ class Ruler:
     incline: float  # [rad]
     length_m: float
     sign: float
-    slope_deg: float  # stated, rising along +x; NaN
+    slope_deg: float  # stated, falling towards +x; NaN
 
     def friction(self) -> float:
         """Rolling friction on a level plate of the mean run-out."""

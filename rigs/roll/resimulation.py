@@ -25,6 +25,7 @@ from benchtwin.diagnose.rerun import (
 )
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.finding import Finding
+from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.effects.resistance import REFERENCE_SPEED_M_S as DRAG_M_S
 from benchtwin.rigs.roll.session import FEW_ROWS, stays
 from benchtwin.twin.lone_seed import drag_factor
@@ -32,7 +33,7 @@ from benchtwin.twin.parameters import Parameters
 from benchtwin.twin.paths import Path1D, Recording, like, run_path
 
 LENGTH_MM, MOST_MU = 10.0, 0.2
-Change = tuple[float, dict[str, dict]]  # slope [deg] and laws
+Change = tuple[float, dict[str, dict]]  # [roll] slope_deg and laws
 
 
 def resimulate(
@@ -94,8 +95,7 @@ def length_mm(r) -> float:
 def _made(r, mu: float, change: Change) -> tuple[Recording, Parameters]:
     """(recording to be like, parameters) with what was named."""
     slope, laws = change
-    # the rig's slope falls towards +x
-    about: dict[str, Any] = {"slope_deg": float(np.clip(-slope, -4.9, 4.9))}
+    about: dict[str, Any] = {"slope_deg": float(np.clip(slope, -4.9, 4.9))}
     about["direction"] = r.description.get("roll", {}).get(
         "direction"
     ) or r.description["roll"].get("seen_direction", "+x")
@@ -107,7 +107,10 @@ def change_of(
     description: dict, values: dict[str, float], found: Mapping[str, Effect]
 ) -> Change:
     """What was named or found, in the twin."""
-    return values.get("slope", 0.0), laws_of(description, values, found)
+    key = EFFECTS["slope"].key
+    assert key is not None
+    slope = key.both(key.stated(description), values.get("slope", 0.0))
+    return slope, laws_of(description, values, found)
 
 
 def laws_of(

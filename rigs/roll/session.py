@@ -56,7 +56,7 @@ class Run:
     turning: tuple[float, float] | None  # slope [1/m] and start of orientation over x
     drag: float = 1.0  # of its seed over the session's
     away: float = math.inf  # distance of the camera [m]
-    slope: float = math.nan  # of the level, stated, rising along +x [deg], or NaN
+    slope: float = math.nan  # of the level, stated, falling towards +x [deg], or NaN
     junction: tuple[float, float] | None = None  # place and sd [m], seen in a picture
     stays: bool = False  # on its incline
     gates: bool = False  # light gates
@@ -207,10 +207,11 @@ def run_of(roll, seed: Seed) -> Run:
 
 
 def stated_slope_deg(told: dict) -> float:
-    """Stated slope of the level plate, rising along +x [deg]; NaN where it or the
-    direction of the roll is not stated."""
-    slope = told.get("slope_deg")  # falling towards +x
-    return math.nan if slope is None or not told.get("direction") else -slope
+    """Stated slope of the level plate, falling towards +x [deg]; NaN where it is not
+    stated, or the direction of the roll is neither stated nor seen."""
+    slope = told.get("slope_deg")
+    direction = told.get("direction") or told.get("seen_direction")
+    return math.nan if slope is None or not direction else slope
 
 
 def _distance_m(description: dict) -> float:

@@ -15,9 +15,8 @@ RIG = Rig(
     wanted=(("camera", "plumb_deg"),),
     asked=(
         (
-            "[slide] tilt_rate_deg_s",
-            "how fast was the plate raised, and at what angle did it start ([slide]"
-            " start_deg)?",
+            "[slide] tilt_rate_deg_s, start_deg",
+            "how fast was the plate raised, and at what angle did it start?",
         ),
     ),
     corrected_in=("reading", "track"),

@@ -38,7 +38,7 @@ class Bench:
     added: float = 0.4  # I/(m r²)
     stated: dict = field(default_factory=lambda: STATED)
     viscous: float = 0.0  # s/m
-    slope_deg: float = 0.0  # rising along +x
+    slope_deg: float = 0.0  # falling towards +x
     slip: float = 0.0  # m/s where the incline ends
     slip_s: float = 0.025
     slip_on_incline: bool = True
@@ -77,7 +77,7 @@ def motion(b: Bench, sign: float, rng) -> tuple[np.ndarray, np.ndarray, np.ndarr
         b.incline_deg + (0 if b.common_incline else b.incline_sd * rng.normal())
     )
     mu = b.mu * (1 + b.mu_scatter * rng.normal())
-    theta = math.radians(b.slope_deg + b.level_sd * rng.normal()) * sign
+    theta = math.radians(-b.slope_deg + b.level_sd * rng.normal()) * sign
     psi = rng.uniform(0, 2 * math.pi)
     gain = 1.0
     # friction that spins the seed up is only what turning by (1 − s) of its travel

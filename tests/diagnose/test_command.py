@@ -333,3 +333,15 @@ def test_no_engine_is_imported_for_a_verdict(airless):
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_a_rig_that_nobody_states_is_told_to_a_diagnosis_as_to_a_measurement(tmp_path):
+    """Readings of sliding angles, as docs/start.md has them, with nothing stated."""
+    from benchtwin.diagnose.bench import diagnose_bench
+
+    (tmp_path / "bench" / "slides").mkdir(parents=True)
+    rows = "slide_angle_deg\n19\n20\n21\n20.5\n19.5\n"
+    (tmp_path / "bench" / "slides" / "readings.csv").write_text(rows)
+    found = diagnose_bench(tmp_path / "bench")
+    assert list(found.findings) == ["slide"] and not found.trouble
+    assert any("taken for a slide: readings" in note for note in found.notes)

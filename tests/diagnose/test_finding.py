@@ -83,8 +83,8 @@ NEVER = "; noise alone would do this in fewer than 1 of 10 000 benches"
 def test_a_name_leads_with_what_it_does_then_its_probability_and_its_number():
     """Drag is in all but 0.3 % of what may be missing, alone in 96 %."""
     name = (
-        "air drag is missing (99.7 %), and nothing else (96 %): 0.0180 ± 0.0020 of"
-        " the weight at 2 m/s"
+        "air drag is missing (99.7 %), and nothing else (96 %): 0.0180 of the weight at"
+        " 2 m/s (95 %: 0.0160 to 0.0200)"
     )
     moved = "restitution reads 0.79 % too low (0.78 of its sds) because"
     assert said() == f"{moved} {name}{NEVER}"
@@ -123,8 +123,9 @@ def test_two_effects_are_one_set_and_what_else_is_possible_is_said():
     )
     assert sentence == (
         "air drag is missing and the scale is wrong (78 %), and nothing else (78 %):"
-        " drag 0.0180 ± 0.0020 of the weight at 2 m/s; scale-error 0.0180 ± 0.0020 ="
-        f" true/stated − 1; also possible: air drag is missing (15 %){NEVER}"
+        " drag 0.0180 of the weight at 2 m/s (95 %: 0.0160 to 0.0200); scale-error"
+        " 0.0180 = true/stated − 1 (95 %: 0.0160 to 0.0200);"
+        f" also possible: air drag is missing (15 %){NEVER}"
     )
 
 
@@ -226,7 +227,8 @@ def test_a_parameter_that_follows_a_condition_says_by_how_much():
     sets = (((FOLLOWS,), 0.96), ((), 0.04))
     of = {"rig": "slide", "names": (FOLLOWS,), "contact": {}, "explanations": sets}
     line = (
-        "static friction falls by 0.0080 ± 0.0012 per % moisture (moisture_pct)"
+        "static friction falls by 0.00800 (95 %: 0.00680 to 0.00920) per % moisture"
+        " (moisture_pct)"
         " (96 %), and nothing else (96 %)"
     )
     assert said(**of, follows=(slope,)) == line + NEVER
@@ -235,7 +237,10 @@ def test_a_parameter_that_follows_a_condition_says_by_how_much():
     )
     sets = (((plate.name,), 0.96), ((), 0.04))
     line = said(**of | {"names": (plate.name,), "explanations": sets}, follows=(plate,))
-    each = "steel +0.0200 ± 0.0020, glass −0.0200 ± 0.0020"
+    each = (
+        "steel +0.0200 (95 %: 0.0180 to 0.0220), glass −0.0200 (95 %: −0.0220 to"
+        " −0.0180)"
+    )
     assert line == (
         f"static friction follows plate (beside the mean of all: {each}) (96 %), and"
         f" nothing else (96 %){NEVER}"

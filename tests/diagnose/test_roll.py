@@ -457,7 +457,7 @@ def run_outs(rng, mu, count=10, mm=10.0, deg=15.0, slope_deg=0.0):
 def test_run_outs_read_off_tell_a_slope_only_from_both_directions(tmp_path):
     rng = np.random.default_rng(3)
     for way, sign in (("+x", 1), ("-x", -1)):
-        read_off(tmp_path / way, run_outs(rng, 0.012, slope_deg=0.1 * sign), way=way)
+        read_off(tmp_path / way, run_outs(rng, 0.012, slope_deg=-0.1 * sign), way=way)
     seen = read_rolls(tmp_path)
     found = diagnose_roll(seen, rng)
     assert found.verdict == "name" and found.names == ("slope",)

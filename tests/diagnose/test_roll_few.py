@@ -23,12 +23,12 @@ def runs(
     level: bool = False,
 ) -> list[SeenRoll]:
     """`count` runs in either direction of a ball on an apparatus that leans by
-    `slope_deg`, rising along +x; camera: rows of its tracks, 0: past gates."""
+    `slope_deg`, falling towards +x; camera: rows of its tracks, 0: past gates."""
     out, place = [], 0.2e-3 * rng.standard_normal(len(GATES))
     for direction, sign in (("+x", 1.0), ("-x", -1.0)):
         for k in range(count):
             mu = 0.015 * (1 + 0.02 * rng.standard_normal())
-            beta = math.radians(12 - (0 if level else sign * slope_deg))
+            beta = math.radians(12 + (0 if level else sign * slope_deg))
             ball = Ball(beta, mu, 1.4, 0.0012, length=0.15 if level else np.inf)
             fine, x = way(ball, rng.uniform(0.02, 0.05), 6.0 if level else 2.0)
             if camera or level:

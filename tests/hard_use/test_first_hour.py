@@ -114,7 +114,7 @@ def test_one_sound_of_ten_drops_gives_a_restitution(brought, tmp_path):
     )
     assert said.exit_code == 0, said.output
     toml = bench / "Memo 12" / "recording.toml"
-    toml.write_text(toml.read_text() + "\n[drop]\nheight_mm = 300\n")
+    toml.write_text(toml.read_text() + "height_mm = 300\n")  # under its question
     line = measured(tmp_path / "out", bench).loc["restitution_normal"]
     assert (line.n, line.doubtful) == (10, 0)
     assert line.low < e.mean() < line.high

@@ -162,7 +162,8 @@ def test_the_verdicts_stand_first(page):
     text = re.sub(r"<[^>]+>", " ", own(page).split("</style>")[1])
     first = text.index(
         "restitution reads 3.1 % too low (3.1 of its sds) because air drag is missing"
-        " (98 %), and nothing else (96 %): 0.0180 ± 0.0020 of the weight at 2 m/s"
+        " (98 %), and nothing else (96 %): 0.0180 of the weight at 2 m/s (95 %:"
+        " 0.0160 to 0.0200)"
     )
     second = text.index(
         "the plate is not level (60 %) or air drag is missing (38 %), which these"

@@ -95,7 +95,8 @@ def test_a_calibration_without_a_pile_is_a_page_too(paper):
     )
     assert (
         "no pile recording" in page
-        and "still running" in page
+        and "were still running" in page
+        and "Where they were stopped, the same command goes on" in page
         and 'id="pile"' not in page
     )
 

@@ -83,7 +83,7 @@ def test_one_number_many_times_is_no_more_certain_than_once(capsys, tmp_path):
     assert line.all_equal and (line.high - line.low) / 2 == pytest.approx(1.96 * 0.05)
     show_results(pd.DataFrame(columns=COLUMNS), [line], (), (), tmp_path)
     printed = capsys.readouterr().out
-    assert "3.551 ± 0.098" in printed and "one number 3 times" in printed
+    assert "3.551 (3.453 to 3.649)" in printed and "one number 3 times" in printed
 
 
 def test_tables_hold_what_the_sd_bears(tmp_path):

@@ -75,7 +75,11 @@ def test_scale_and_plumb_without_a_stated_sd_are_not_trusted():
         ("[camra]\nfps = 3", ["unknown key camra", "did you mean camera?"]),
         ("camera = 3", ["camera = 3"]),
         ("[camera]\nfps = true", ["[camera] fps = True", "number"]),
-        ("rig =", ["not valid TOML"]),
+        ("rig =", ["not valid TOML", "rig has no value; a # before a line"]),
+        ("[drop]\nbounces = 2\n[drop]\nheight_mm = 3", ["stands once in a file"]),
+        ("[drop]\nheight_mm = 300,5", ["line 2", "'height_mm = 300,5'", "a point"]),
+        ("[drop]\nheight_mm = 300 mm", ["'height_mm = 300 mm'", "no unit"]),
+        ("[roll]\ndirection = +x", ["'direction = +x'", "quotation marks"]),
     ],
 )
 @pytest.mark.parametrize("where", ["recording", "bench"])

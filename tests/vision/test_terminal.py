@@ -56,7 +56,7 @@ def test_a_long_batch_prints_its_answer_first_and_then_only_what_needs_a_look(pr
     means = [replace(LINE, quantity="rebound_speed", unit="m/s"), LINE]
     out = printed(MOST_ROWS, means)
     assert (
-        out.index("0.500 ± 0.010")
+        out.index("0.5000 (0.4900 to 0.5100)")
         < out.index("it was cut")
         < out.index("black")
         < out.index(f"{MOST_ROWS} good, 1 doubtful, 1 failed")

@@ -44,8 +44,7 @@ def main(arguments: list[str]) -> int:
         return 1
     for m in reply.outcome.measurements:
         print(
-            f"{m.name} = {m.value:.6g} ± {1.96 * m.sd:.2g} {m.unit} ({m.quality})"
-            f" {m.reason}"
+            f"{m.name} = {m.value:.6g} ± {m.sd:.2g} {m.unit} ({m.quality}) {m.reason}"
         )
     print(reply.outcome.reason or reply.outcome.folder)
     return 0

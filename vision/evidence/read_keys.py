@@ -2,6 +2,7 @@
 them."""
 
 import difflib
+import re
 import reprlib
 import tomllib
 from pathlib import Path
@@ -30,13 +31,14 @@ def read_toml(path: Path) -> dict:
             f"{path}: {size:,} bytes; a file of keys has {MOST_BYTES:,} at most"
         )
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        content = tomllib.loads(text)
     except RecursionError as error:
         raise MeasurementError(
             f"{path}: not valid TOML: brackets within brackets, too deep"
         ) from error
     except tomllib.TOMLDecodeError as error:
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
+        raise MeasurementError(_invalid(path, text, error)) from error
     except UnicodeDecodeError as error:
         raise MeasurementError(
             f"{path}: not UTF-8 text (byte {error.start})"
@@ -65,6 +67,22 @@ def read_toml(path: Path) -> dict:
     return content
 
 
+def _invalid(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+    """Why a file is no TOML: the line, and what a line should be like."""
+    place = re.search(r"\(at line (\d+)", str(error))
+    line = text.splitlines()[int(place[1]) - 1 if place else -1].strip()
+    said = f"{path}: not valid TOML: {error}"
+    if line.startswith("["):
+        return f"{said}: {reprlib.repr(line)}; each section stands once in a file"
+    if re.fullmatch(r"[\w-]+ *=\s*(#.*)?", line):
+        key = line.partition("=")[0].strip()
+        return f"{said}: {key} has no value; a # before a line leaves it out"
+    return (
+        f"{said}: {reprlib.repr(line)}; a number has a point and no unit, a word stands"
+        " in quotation marks"
+    )
+
+
 def merge(base: dict, over: dict) -> dict:
     """Both merged key by key; `over` takes precedence."""
     merged = dict(base)
@@ -85,6 +103,18 @@ def validate(content: dict, path: Path) -> Keys:
         ) from error
 
 
+def _sections_with(key: str) -> list[str]:
+    """The places where a key is known, in words."""
+    if key in Keys.model_fields:
+        return ["at the top of the file, above the sections"]
+    sections = ((n, f.annotation) for n, f in Keys.model_fields.items())
+    return [
+        f"under [{name}]"
+        for name, of in sections
+        if isinstance(of, type) and issubclass(of, Section) and key in of.model_fields
+    ]
+
+
 def _explain(error: ErrorDetails, path: Path) -> str:
     """One pydantic error in plain words: file, field, what it should hold."""
     if error["type"] == COMPLETE:
@@ -97,9 +127,12 @@ def _explain(error: ErrorDetails, path: Path) -> str:
         if isinstance(owner, type) and issubclass(owner, Section):
             known = list(owner.model_fields)
             near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-            hint = (
-                f"did you mean {near[0]}?" if near else f"known are {', '.join(known)}"
-            )
+            if owners := _sections_with(key):
+                hint = f"it belongs {' or '.join(owners)}"
+            elif near:
+                hint = f"did you mean {near[0]}?"
+            else:
+                hint = f"known are {', '.join(known)}"
             return f"{path}: unknown key {place}; {hint}"
     given = error.get("input")
     unit = next((u for end, u in _OTHER_UNITS.items() if key.endswith(end)), None)

@@ -95,7 +95,7 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
         told = derive(recording, s, common) if derive else Derived()
         notes += told.notes
         read = mean_quantity(name, s.mean, s.sd_mean, common, unit, s.n)
-        doubts = (*told.doubts, _far_off(values))
+        doubts = (*told.doubts, _far_off(values), _in_radians(values, unit))
         quantities += [q.doubt(*doubts) for q in (read, *told.quantities)]
         left_out = values.size - s.n
         statistics = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
@@ -122,6 +122,14 @@ def observe_readings(recording: Recording, trim: bool = False) -> Observation:
     return Observation(
         recording.id, rig, tuple(quantities), tuple(notes), readings=readings
     )
+
+
+def _in_radians(values: np.ndarray, unit: str) -> str:
+    """A doubt where angles are small enough to be radians; ""."""
+    if unit != "deg" or values.max() > np.pi / 2:
+        return ""
+    degrees = np.degrees(values.mean())
+    return f"all readings lie below 1.6°: are they radians ({degrees:.3g}°)?"
 
 
 def _far_off(values: np.ndarray) -> str:

@@ -3,14 +3,16 @@ comments."""
 
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import tomlkit
+from pydantic import BaseModel
 
+from benchtwin.bench.keys import Keys
 from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
@@ -31,7 +33,6 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import VIDEO_SUFFIXES, bare_recording
 from benchtwin.vision.tell_rig import rig_of_motion, told_rig
 
-WHICH_RIG = (("rig", f"which rig is it: {rigs_in_words()}?"),)
 BENCH_HEADING = "What holds for every recording here; a recording.toml wins over it."
 _COPIED = (
     (VIDEO_SUFFIXES, "video"),
@@ -47,6 +48,38 @@ BENCH_QUESTIONS = {  # by the keys that answer them
     ),
     "[camera] distance_mm": "how far was the camera from the plane of the motion?",
 }
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A question that keys of one section answer; section "": of the file's top."""
+
+    section: str
+    keys: tuple[str, ...]
+    words: str
+
+    def __str__(self) -> str:
+        section = f"[{self.section}] " if self.section else ""
+        return f"{section}{', '.join(self.keys)}: {self.words}"
+
+    def beside(self, stated: dict[str, dict[str, Any]]) -> "Asked | None":
+        """Of the keys that are not stated; None where all are."""
+        rest = tuple(k for k in self.keys if k not in stated.get(self.section, {}))
+        return replace(self, keys=rest) if rest else None
+
+
+def asked_by(spec: str, words: str) -> Asked:
+    """A question by the keys that answer it, as "[seed] length_mm, width_mm"."""
+    section, _, keys = spec.removeprefix("[").partition("] ")
+    return Asked(section, tuple(keys.split(", ")), words)
+
+
+def asked_of(section: str, key: str) -> Asked:
+    """A key and what its documentation says."""
+    model = Keys.model_fields[section].annotation
+    assert isinstance(model, type) and issubclass(model, BaseModel)
+    words = " ".join((model.model_fields[key].description or "").split())
+    return Asked(section, (key,), words)
 
 
 @dataclass(frozen=True)
@@ -88,17 +121,26 @@ class Draft:
         return replace(self, keys=keys, guesses=tuple(guesses), questions=questions)
 
     @property
-    def all_questions(self) -> tuple[str, ...]:
-        """The questions of the file, and those of the rig whose keys are not stated."""
-        stated = {
-            f"[{section}] {key}" for section, held in self.keys.items() for key in held
-        }
-        rest = [
-            f"{key}: {words}"
-            for key, words in (RIGS[self.rig].asked if self.rig else WHICH_RIG)
-            if key not in stated
+    def asked(self) -> tuple[Asked, ...]:
+        """The keys of the rig, and of pictures that are not in millimetres and seconds,
+        that nobody states."""
+        which = Asked("", ("rig",), f"which rig is it: {rigs_in_words()}?")
+        of_rig = RIGS[self.rig].asked if self.rig else ()
+        out = [] if self.rig else [which]
+        out += [asked_by(*asked) for asked in of_rig]
+        seen = () if self.table is None else self.table.columns
+        filmed = Path(self.evidence).suffix.lower() in VIDEO_SUFFIXES
+        out += [
+            asked_of("camera", key)
+            for key, column in (("mm_per_px", "x_px"), ("fps", "frame"))
+            if filmed or (column in seen and not (key == "fps" and "t_s" in seen))
         ]
-        return (*self.questions, *rest)
+        return tuple(filter(None, (one.beside(self.keys) for one in out)))
+
+    @property
+    def all_questions(self) -> tuple[str, ...]:
+        """The questions of the file, and those whose keys are not stated."""
+        return (*self.questions, *(str(one) for one in self.asked))
 
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
@@ -212,26 +254,37 @@ def write_bench(folder: Path, drafts: list[Draft], trouble: list[str]) -> list[s
         else:
             draft.table.to_csv(evidence, index=False, float_format="%.9g")
         questions += [f"{draft.name}: {q}" for q in draft.all_questions]
-    all_questions = [f"{key}: {words}" for key, words in BENCH_QUESTIONS.items()]
+    asked = [asked_by(spec, words) for spec, words in BENCH_QUESTIONS.items()]
+    for_all = []
     if words := words_that_differ([draft.file.stem for draft in drafts]):
-        all_questions.append(
+        for_all.append(
             f"[conditions]: the names differ by {', '.join(words)}: is that a"
             f' condition, such as plate = "{words[0]}" beside those recordings?'
         )
     document = tomlkit.document()
     document.add(_comment(BENCH_HEADING))
     document["provenance"] = "measured"
-    if len(rigs := {d.rig for d in drafts}) == 1 and (rig := rigs.pop()) in RIGS:
-        document["rig"] = rig
     for heading, lines in (
-        ("QUESTIONS for all", all_questions),
-        ("QUESTIONS by recording", questions),
+        ("QUESTIONS for all", for_all),
+        ("QUESTIONS by recording, answered in its own recording.toml", questions),
         ("NOT READ", trouble),
     ):
         for line in lines:
             document.add(_comment(f"{heading}: {line}"))
+    _ask(document, asked)
     (folder / "bench.toml").write_text(tomlkit.dumps(document), encoding="utf8")
-    return [*(f"all: {q}" for q in all_questions), *questions]
+    return [*(f"all: {q}" for q in (*asked, *for_all)), *questions]
+
+
+def _ask(document: tomlkit.TOMLDocument, asked: Iterable[Asked]) -> None:
+    """Write each question into the section whose keys answer it, with those keys."""
+    for one in asked:
+        if one.section and one.section not in document:
+            document[one.section] = tomlkit.table()
+        into: Any = document[one.section] if one.section else document
+        into.add(_comment(f"QUESTION: {one.words}"))
+        for key in one.keys:
+            into.add(_comment(f"{key} ="))
 
 
 def _recording_toml(draft: Draft) -> str:
@@ -246,14 +299,16 @@ def _recording_toml(draft: Draft) -> str:
         document["rig"] = draft.rig
     for guess in draft.guesses:
         document.add(_comment(f"GUESS: {guess}"))
+    for question in draft.questions:
+        document.add(_comment(f"QUESTION: {question}"))
+    _ask(document, [one for one in draft.asked if not one.section])
     for section, held in draft.keys.items():
         table = tomlkit.table()
         for key, value in held.items():
             table[key] = value
             table[key].comment(f"GUESS: as {_plain(draft.file.name)} says")
         document[section] = table
-    for question in draft.all_questions:
-        document.add(_comment(f"QUESTION: {question}"))
+    _ask(document, [one for one in draft.asked if one.section])
     return tomlkit.dumps(document)
 
 

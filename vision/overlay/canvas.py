@@ -6,6 +6,7 @@ import textwrap
 import cv2
 import numpy as np
 
+FAR_PX = 1e6  # from the picture, where what is drawn is not seen
 LONGEST_PX, SHORTEST_PX = 1600, 800
 # the longest side at which overlays/index.html and report.html show a picture
 SHOWN_PX = 480
@@ -64,9 +65,14 @@ class Canvas:
         self.shown = max(self.pixels.shape[:2]) / SHOWN_PX
 
     def _at(self, x, y) -> tuple[int, int]:
-        return round(((x + 0.5) * self.scale - 0.5) * 16), round(
-            ((y + 0.5) * self.scale - 0.5) * 16
-        )
+        x, y = self._fine(np.array([x, y])).tolist()
+        return x, y
+
+    def _fine(self, places: np.ndarray) -> np.ndarray:
+        """Finite places in the original as sixteenths of a pixel; what lies far outside
+        is drawn outside, and no number is lost by it."""
+        own = (np.asarray(places, float) + 0.5) * self.scale - 0.5
+        return np.rint(np.clip(own, -FAR_PX, FAR_PX) * 16).astype(np.int32)
 
     def line(
         self,
@@ -77,6 +83,8 @@ class Canvas:
         colour: Colour,
         width: float = 2.0,
     ) -> None:
+        if not np.isfinite([x1, y1, x2, y2]).all():
+            return
         cv2.line(
             self.pixels,
             self._at(x1, y1),
@@ -113,12 +121,11 @@ class Canvas:
     ) -> None:
         """A polyline; NaNs interrupt it."""
         keep = np.isfinite(x) & np.isfinite(y)
-        x, y = ((np.asarray(v) + 0.5) * self.scale - 0.5 for v in (x, y))
         points = np.stack([x, y], axis=1)
         for piece in np.split(np.arange(len(points)), np.flatnonzero(~keep)):
             piece = piece[keep[piece]]
             if piece.size > 1:
-                path = np.rint(points[piece] * 16).astype(np.int32)
+                path = self._fine(points[piece])
                 thickness = max(1, round(width * self.unit))
                 cv2.polylines(
                     self.pixels, [path], False, colour, thickness, cv2.LINE_AA, 4
@@ -133,9 +140,8 @@ class Canvas:
 
     def polygon(self, points: np.ndarray, colour: Colour, width: float = 1.5) -> None:
         """A closed outline through points (n, 2)."""
-        path = np.rint(
-            ((np.asarray(points, float) + 0.5) * self.scale - 0.5) * 16
-        ).astype(np.int32)
+        points = np.asarray(points, float)
+        path = self._fine(points[np.isfinite(points).all(axis=1)])
         thickness = max(1, round(width * self.unit))
         cv2.polylines(self.pixels, [path], True, colour, thickness, cv2.LINE_AA, 4)
 
@@ -147,6 +153,8 @@ class Canvas:
         radius: float = 6.0,
         width: float = 2.0,
     ) -> None:
+        if not np.isfinite([x, y]).all():
+            return
         cv2.circle(
             self.pixels,
             self._at(x, y),

@@ -5,7 +5,7 @@ The foot of a segmented heap is straight for a level camera and the near half of
 ellipse for one that looks down on a round heap. On a shiny plate the base line lies
 half-way between the heap and its mirror image."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import cv2
@@ -42,6 +42,8 @@ BASES = (
     "mirror",
     "toe",
 )  # how the pile's foot was found, best first
+SEEN = ("plate", "edge")  # lines of the plate itself
+MOST_OFF_DEG = 0.5  # of a line set by hand beside the plate that is seen
 # standard errors of a step's mean over the columns, below which it is none
 CLEAR_STEP_SDS = 6.0
 MOST_SLOPE = np.tan(np.radians(2.0))
@@ -69,9 +71,11 @@ def find_base_line(
     beside the pile; foot: the silhouette's lower edge; mirror: half-way between the
     surface and its mirror image; toe: a level line through the surface's lowest point.
     A line that contradicts the stated plumb (a shelf's edge, a pattern) is taken only
-    where none agrees with it."""
+    where none agrees with it; a stated one is doubtful where the plate contradicts
+    it."""
     if (given := stated_base_line(baseline, crop.shape, roi)) is not None:
-        return given
+        candidates = _candidate_lines(crop, background, silhouette, surface)
+        return beside_seen(given, (c for c in candidates if c.source in SEEN))
     tilted = None
     for line in _candidate_lines(crop, background, silhouette, surface):
         if not _contradicts_plumb(camera, line):
@@ -129,6 +133,36 @@ def stated_base_line(
     intercept = y1 - roi[1] - slope * (x1 - roi[0])
     slope_sd = np.hypot(1, 1) / abs(x2 - x1)  # each end is set to a pixel
     return BaseLine(intercept, slope, slope_sd, "given", GIVEN_SD_PX)
+
+
+def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
+    """A stated base line, doubtful where the plate that is seen lies at an angle to
+    it."""
+    for line in seen:
+        angles = np.degrees(np.arctan([given.slope, line.slope]))
+        sd = np.degrees(np.hypot(given.slope_sd, line.slope_sd))
+        off = float(angles[1] - angles[0])
+        if abs(off) > MOST_OFF_DEG + 3 * sd:
+            why = (
+                f"the stated base line is {abs(off):.1f}° off the plate in the picture"
+            )
+            return replace(given, doubt=why)
+    return given
+
+
+def beside_plumb(base: BaseLine, camera: Camera) -> str:
+    """A doubt where the plate that is seen is not level by the stated plumb: plates are,
+    and one of both is wrong; ""."""
+    if camera.plumb_deg is None or base.source not in SEEN:
+        return ""
+    off = float(np.degrees(np.arctan(base.slope))) - camera.plumb_deg
+    sd = np.hypot(np.degrees(base.slope_sd), camera.plumb_sd)
+    if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
+        return ""
+    return (
+        f"the plate in the picture is {abs(off):.1f}° off level by the stated plumb_deg:"
+        " one of both is wrong"
+    )
 
 
 def _line_through(

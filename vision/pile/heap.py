@@ -30,7 +30,8 @@ LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least 
 class BaseLine:
     """The line that the pile stands on: y_px = intercept + slope · x, and how it was
     found (base_line.BASES). sd: of its height below the pile's middle [px]; pitch_deg:
-    by how much the camera looks down, where the bow of the pile's foot tells it."""
+    by how much the camera looks down, where the bow of the pile's foot tells it; doubt:
+    what in the picture contradicts it."""
 
     intercept: float
     slope: float
@@ -38,6 +39,7 @@ class BaseLine:
     source: str
     sd: float
     pitch_deg: float = 0.0
+    doubt: str = ""
 
     def at(self, x: Any) -> Any:
         """y_px at x, a number or an array."""

@@ -23,6 +23,8 @@ from benchtwin.vision.measurement import (
 )
 from benchtwin.vision.pile.base_line import (
     BASES,
+    beside_plumb,
+    beside_seen,
     find_base_line,
     find_horizontal,
     foot_line,
@@ -58,7 +60,7 @@ MOST_APART, MOST_AREA = (0.1, 0.15)
 LEAST_BELOW, LEAST_BESIDE = 0.985, 0.99
 # a flank's height is known from the side: lopsided heaps differ by less
 MOST_LOPSIDED_DEG = 4.0
-# heaps of seeds stand at some 20 to 40°: ± 10° (95 %) tells none from another
+# heaps of seeds stand at some 20 to 40°: ± 5° tells none from another
 MOST_SD_DEG = 5.0
 # by the foot's bow: that of a camera 6° above the plate, five foot radii away
 MOST_PITCH_DEG = 9.0
@@ -168,7 +170,7 @@ def if_known(q: Quantity) -> Quantity:
     """With a doubt where it is known too badly to be of use."""
     if not q.sd > MOST_SD_DEG:
         return q
-    return q.doubt(f"known no better than ± {1.96 * q.sd:.0f}°")
+    return q.doubt(f"known no better than ± {q.sd:.0f}°")
 
 
 def _lies(region: Region | None) -> str:
@@ -267,7 +269,8 @@ def _of_mask(photo: _Photo, region: Region, mask: np.ndarray) -> Repose | str:
     foot = foot_line(region, mask, level)
     base = stated_base_line(photo.options.baseline, photo.crop.shape, photo.roi)
     if base is not None and foot is not None:
-        base = replace(base, pitch_deg=foot.pitch_deg)
+        told = [foot] if foot.source == "foot" else []
+        base = replace(beside_seen(base, told), pitch_deg=foot.pitch_deg)
     if (base := base or foot) is None:
         return "no line is seen that the pile stands on: name it by --baseline"
     if photo.camera.pitch_deg is not None:
@@ -469,6 +472,8 @@ def _doubts(
     photo: _Photo, found: Repose, heap: Heap, horizontal_sd: float
 ) -> Iterator[str]:
     """What speaks against the outline, of which every quantity is read."""
+    yield found.base.doubt
+    yield beside_plumb(found.base, photo.camera)
     yield from dict.fromkeys(doubt for s in found.slopes for doubt in s.doubts)
     height, width = photo.crop.shape[:2]
     foot = found.base.at(found.crest[0] - found.roi[0])

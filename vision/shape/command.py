@@ -160,10 +160,10 @@ def _show(content: dict, notes: tuple[str, ...], out: Path) -> None:
                 interval = " ({:.3f} to {:.3f})".format(*of["mean_low_high_mm"])
             else:
                 interval = ""
-            print(
-                f"{name:9}  {of['mean_mm']:.3f}{interval} mm, sd {of['sd_mm']:.3f}, n ="
-                f" {of['n']}"
-            )
+            sd = f", sd {of['sd_mm']:.3f}" if "sd_mm" in of else ""
+            print(f"{name:9}  {of['mean_mm']:.3f}{interval} mm{sd}, n = {of['n']}")
+    for doubt in content["doubts"]:
+        print(f"doubtful: {doubt}")
     for note in notes:
         print(note)
     print(

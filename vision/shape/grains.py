@@ -22,9 +22,18 @@ from benchtwin.vision.shape.silhouettes import (
 from benchtwin.vision.shape.subpixel_outline import Edge, find_edge
 
 LEAST_AREA_PX = 60  # smaller things are dust
+NO_DUST_PX = 2000  # specks and crumbs are smaller
+ALIKE = 2.2  # ratio of the areas of seeds of one lot
 CONVEX = 0.955  # least solidity of a single grain; touching grains have notches
 # reached by seeds without shadow; dark seeds measured with their shadow start at 1.85
 MOST_SOFTNESS = 1.8
+# Edges of seeds without shadow lean by .017 at most on average, each by .02; those of
+# dark seeds with as dark a shadow by .08.
+LEAST_LEAN, LEAN_SD = 0.04, 0.02
+ONE_LAMP = (
+    "the edges of all seeds are softer on one side: a shadow is measured with them;"
+    " light them from all sides"
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,12 @@ class Grain:
     reason: str
     edge: np.ndarray
     hidden: float = 0.0
+    lean: tuple[float, float] = (np.nan, np.nan)  # see Edge
+
+    def doubted(self, why: str) -> "Grain":
+        """The same seed, doubtful for one more reason."""
+        reason = "; ".join(filter(None, (self.reason, why)))
+        return replace(self, quality=DOUBTFUL, reason=reason)
 
 
 @dataclass(frozen=True)
@@ -75,6 +90,13 @@ class Grains:
     def measured(self) -> tuple[Grain, ...]:
         """The seeds that count."""
         return tuple(g for g in self.grains if g.quality != FAILED)
+
+    @property
+    def common_doubt(self) -> str:
+        """The reasons for which most of the seeds are doubtful, "" for none."""
+        each = [reason for g in self.measured for reason in set(g.reason.split("; "))]
+        most = len(self.measured) / 2
+        return "; ".join(w for w in dict.fromkeys(each) if w and each.count(w) > most)
 
     def table(self) -> pd.DataFrame:
         """seeds.csv: a row for each thing found; columns in px without a scale."""
@@ -177,6 +199,8 @@ def measure_seeds(
     if not any(g.quality != FAILED for g in grains):
         why = f" ({grains[0].reason})" if grains else ""
         raise MeasurementError(f"no whole seed found in the picture{why}")
+    if _all_lean(grains):
+        grains = [g if g.quality == FAILED else g.doubted(ONE_LAMP) for g in grains]
     notes = ["thickness cannot be seen from above"]
     if isinstance(scale, BoardView):
         notes += [f"the scale's board: {doubt}" for doubt in scale.doubts]
@@ -269,7 +293,18 @@ def _sized(edge: Edge, scale, relative_sd: float, doubts: list[str]) -> Grain:
         "; ".join(doubts),
         edge.points,
         edge.hidden,
+        edge.lean,
     )
+
+
+def _all_lean(grains: list[Grain]) -> bool:
+    """Whether the edges of all seeds are softer on the same side: a lamp's shadows lie
+    on one side of all, whatever lies on the seeds themselves on any."""
+    lean = np.array([g.lean for g in grains if g.quality != FAILED])
+    if not len(lean):
+        return False
+    mean, scatter = lean.mean(0), np.hypot(LEAN_SD, lean.std(0).max())
+    return np.hypot(*mean) > max(LEAST_LEAN, 4 * scatter / np.sqrt(len(lean)))
 
 
 def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
@@ -288,14 +323,14 @@ def _doubts(edge: Edge, area: float, typical: float) -> list[str]:
         doubts.append("its outline is no ellipse")
     if edge.rim_drop > 0.25:
         doubts.append("its rim is much fainter than its middle, its edge uncertain")
-    if not 0.45 < area / typical < 2.2:
+    if not 1 / ALIKE < area / typical < ALIKE:
         doubts.append(f"its area is {area / typical:.1g} times that of most")
     return doubts
 
 
 def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
-    """Typical area of a seed: median of the convex whole patches, weighted by area so
-    that dust does not count."""
+    """Typical area of a seed: that of the convex whole patches of which most are alike;
+    each counts one, but the less the smaller it is where it may be dust."""
     whole = [p for p in patches if not _at_border(p, relief.mask.shape)]
     lone = [cv2.contourArea(p) for p in whole if solidity(p) >= CONVEX]
     # nearly all touch: split them first
@@ -305,13 +340,16 @@ def _typical_area(patches: list[np.ndarray], relief: Relief) -> float:
             for p in whole
             for q in split(touching_patch(relief, p)[0])
         ]
-    areas = np.sort(lone)
+    areas = np.array(lone)
     if not len(areas):
         raise MeasurementError(
             "no seeds stand out from the ground; spread them on paper or cloth of a"
             " contrasting colour"
         )
-    return float(areas[np.searchsorted(np.cumsum(areas), areas.sum() / 2)])
+    apart = np.abs(np.log(areas[:, None] / areas))
+    alike = apart < np.log(ALIKE)
+    most = (alike * np.minimum(areas, NO_DUST_PX)).sum(1).argmax()
+    return float(np.median(areas[alike[most]]))
 
 
 def _rejection(

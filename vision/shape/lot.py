@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.distributions import t as student
+from benchtwin.bench.section import SIZE_LIMITS_MM
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.shape.outline import from_fourier_terms
 
@@ -108,7 +109,7 @@ def read_lot(folder: Path) -> Lot:
         }
         length, width = (numbers[f"{name}_mm"] or 0.0 for name in ("length", "width"))
         for name, size in (("length_mm", length), ("width_mm", width)):
-            if not 0.05 <= size <= 2000:
+            if not SIZE_LIMITS_MM[0] <= size <= SIZE_LIMITS_MM[1]:
                 raise MeasurementError(
                     f"{folder / SEEDS}: seed {key[0]}:{key[1]}: {name} must be 0.05 to"
                     " 2000"
@@ -160,6 +161,14 @@ def _number(folder: Path, row: dict, name: str) -> float | None:
     return None if np.isnan(value) else value
 
 
+def doubts_of(rows: pd.DataFrame) -> list[str]:
+    """Why whole seeds are doubtful, each with how many of them: "15 of 15: …"."""
+    whole = rows[rows["kind"] == WHOLE]
+    said = whole["reason"].fillna("").str.split("; ").explode()
+    counts = said[said != ""].value_counts()
+    return [f"{n} of {len(whole)} whole seeds: {why}" for why, n in counts.items()]
+
+
 def lot_summary(
     rows: pd.DataFrame,
     lot: Lot,
@@ -167,22 +176,23 @@ def lot_summary(
     common: float,
     thickness: tuple[float, float, int] | None,
 ) -> dict:
-    """Contents of lot.toml: counts of each kind, scale, mean with 95 % interval and sd
-    of each size, correlations, shape modes. common: relative sd of the errors that all
-    seeds share, for each size. thickness: mean, sd [mm] and number where it is from
-    other seeds of the lot."""
+    """Contents of lot.toml: counts of each kind, scale, doubts, mean with 95 % interval
+    and sd of each size, correlations, shape modes. common: relative sd of the errors
+    that all seeds share, for each size. thickness: mean, sd [mm] and number where it is
+    from other seeds of the lot."""
     sizes = lot.sizes_mm()
     content: dict = {
         "counts": {
             kind: int((rows["kind"] == kind).sum()) for kind in rows["kind"].unique()
         },
         "scale": scale,
+        "doubts": doubts_of(rows),
     }
     for k, name in enumerate(SIZES):
         values = sizes[np.isfinite(sizes[:, k]), k]
         if len(values):
             mean = float(values.mean())
-            sd = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+            sd = float(values.std(ddof=1)) if len(values) > 1 else np.nan
             n = len(values)
         elif name == "thickness" and thickness is not None:
             mean, sd, n = thickness
@@ -200,7 +210,7 @@ def lot_summary(
         content[name] = {
             "mean_mm": round(mean, 4),
             "mean_low_high_mm": interval,
-            "sd_mm": round(sd, 4),
+            **({"sd_mm": round(sd, 4)} if n > 1 else {}),
             "n": n,
         }
     seen = [k for k in range(3) if np.isfinite(sizes[:, k]).all()]

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.section import PLAUSIBLE_MM, SIZE_LIMITS_MM
 from benchtwin.vision.board.view import BoardView, read_board
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.measurement import FAILED, MeasurementError
@@ -305,6 +306,23 @@ def _contrasts(image: np.ndarray, grains: Grains) -> np.ndarray:
     return np.array(found)
 
 
+def _plausible(grains: Grains) -> Grains:
+    """The grains, doubtful where no seed is so small or large; MeasurementError beyond
+    what a seed's keys may say."""
+    length = float(np.median([g.length_mm for g in grains.measured]))
+    said = f"seeds of {length:.3g} mm: is the scale right (millimetres a pixel)?"
+    if not SIZE_LIMITS_MM[0] < length <= SIZE_LIMITS_MM[1]:
+        raise MeasurementError(said)
+    if PLAUSIBLE_MM[0] <= length <= PLAUSIBLE_MM[1]:
+        return grains
+    return replace(
+        grains,
+        grains=tuple(
+            g if g.quality == FAILED else g.doubted(said) for g in grains.grains
+        ),
+    )
+
+
 def observe_seeds(
     path: Path, mm_per_px: float | None = None, mm_per_px_sd: float | None = None
 ) -> tuple[Grains, np.ndarray]:
@@ -318,6 +336,8 @@ def observe_seeds(
             board, trouble = None, str(error)
         scale = board if mm_per_px is None else mm_per_px
         grains = measure_seeds(image, scale, mm_per_px_sd=mm_per_px_sd, board=board)
+        if scale is not None:
+            grains = _plausible(grains)
     except MeasurementError as error:
         raise MeasurementError(f"{path}: {error}") from error
     if scale is None:

@@ -11,6 +11,8 @@ from benchtwin.vision.measurement import MeasurementError
 # px of the reduced picture on which background and threshold are found
 SMALL_SIDE = 700
 LEAST_CONTRAST = 3.0  # difference of the means of grains and background, in their sds
+CLEARLY = 0.6  # of the height of what stands out
+LEAST_SMALL_PX = 12  # area of a thing in the reduced picture
 # two maxima of depth are one grain where the path between them stays above this share
 # of the lower one
 SADDLE = 0.88
@@ -81,20 +83,36 @@ def make_relief(image: np.ndarray, forbidden: np.ndarray | None = None) -> Relie
 def _best_channel(
     small: np.ndarray, allowed: np.ndarray
 ) -> tuple[float, np.ndarray, float, float, str] | None:
-    """Contrast, background, gain and threshold (see `_separate_levels`) of the channel
-    with the best contrast, and its name."""
-    best = None
+    """Contrast, background, gain and threshold (see `_separate_levels`) of a channel,
+    and its name: that with the best contrast of those in which most things stand out,
+    not the one that shows a red cap alone."""
     if allowed.mean() < 0.03:
         return None
-    for name in (
-        ("light", "red", "green", "blue", "colour") if small.ndim == 3 else ("light",)
-    ):
-        found = _separate_levels(
-            cv2.GaussianBlur(channel(small, name), (0, 0), 0.8), allowed
-        )
-        if found and (best is None or found[0] > best[0] + 0.5):
+    names = ("light", "red", "green", "blue", "colour")[
+        : None if small.ndim == 3 else 1
+    ]
+    pictures = {n: cv2.GaussianBlur(channel(small, n), (0, 0), 0.8) for n in names}
+    levels = {n: _separate_levels(p, allowed) for n, p in pictures.items()}
+    told = {n: found for n, found in levels.items() if found}
+    clear = {n: f for n, f in told.items() if f[0] >= LEAST_CONTRAST}
+    shown = {n: _things(pictures[n], f, allowed) for n, f in clear.items()}
+    most = max(shown.values(), default=0)
+    best = None
+    for name, found in (clear or told).items():
+        if 2 * shown.get(name, most) < most:
+            continue
+        if best is None or found[0] > best[0] + 0.5:
             best = (*found, name)
     return best
+
+
+def _things(picture: np.ndarray, levels: tuple, allowed: np.ndarray) -> int:
+    """How many things stand out clearly."""
+    _, surface, gain, _ = levels
+    height = (picture - _surface(surface, picture.shape)) * np.float32(gain)
+    clear = ((height > CLEARLY) & allowed).astype(np.uint8)
+    stats = cv2.connectedComponentsWithStats(clear)[2]
+    return int((stats[1:, cv2.CC_STAT_AREA] > LEAST_SMALL_PX).sum())
 
 
 def _large_things(
@@ -109,11 +127,12 @@ def _large_things(
     seeds = ((height > threshold) & allowed).astype(np.uint8)
     contours = cv2.findContours(seeds, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
     areas = np.array([cv2.contourArea(c) for c in contours])
-    typical = np.median(areas[areas > 12]) if (areas > 12).any() else 0.0
+    seen = areas > LEAST_SMALL_PX
+    typical = np.median(areas[seen]) if seen.any() else 0.0
     chosen = [
         c for c, a in zip(contours, areas) if a > max(0.02 * allowed.size, 20 * typical)
     ]
-    if not chosen or len(chosen) == (areas > 12).sum() > 1:
+    if not chosen or len(chosen) == seen.sum() > 1:
         return None
     mask = cv2.drawContours(np.zeros(allowed.shape, np.uint8), chosen, -1, 1, -1)
     return cv2.dilate(mask, np.ones((9, 9), np.uint8)) > 0, [c[:, 0] for c in chosen]

@@ -26,7 +26,8 @@ class Edge:
     covered by a neighbour (completed by an ellipse), and beside which something is
     brighter than the grain. softness: width of the softest tenth of the edge over that
     of the sharpest fifth (1.0–1.6 for seeds alone, about 2 where a shadow joins one).
-    rim_drop: height of the middle less that of the rim, relative."""
+    rim_drop: height of the middle less that of the rim, relative. lean: change of the
+    edge's width with the direction of its normal (x, y), over its mean."""
 
     points: np.ndarray
     sd_px: float
@@ -36,6 +37,7 @@ class Edge:
     rim: float
     softness: float
     rim_drop: float
+    lean: tuple[float, float]
 
 
 def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge | None:
@@ -80,6 +82,7 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
     rim_drop = 1 - shifts["inner"] / max(float(np.median(core)), 0.1)
     level_px *= 1 + 4 * max(rim_drop - 0.1, 0.0)  # a dark rim makes the level uncertain
     edge_width = (shifts[0.5 - LEVEL_STEP] - shifts[0.5 + LEVEL_STEP])[good]
+    lean = _lean(edge_width, normal[good])
     softness = ndimage.median_filter(
         np.nan_to_num(edge_width, nan=4.0), size=_odd(len(edge_width) / 12), mode="wrap"
     )
@@ -95,7 +98,17 @@ def find_edge(height: np.ndarray, outline: np.ndarray, free: np.ndarray) -> Edge
         rim,
         softness,
         rim_drop,
+        lean,
     )
+
+
+def _lean(width: np.ndarray, normal: np.ndarray) -> tuple[float, float]:
+    """Least squares of the edge's width (n,) on its normals (n, 2), over its mean."""
+    known = np.isfinite(width)
+    most = np.percentile(width[known], 95) if known.any() else 1.0
+    columns = np.column_stack([np.ones(known.sum()), normal[known]])
+    mean, x, y = np.linalg.lstsq(columns, np.minimum(width[known], most), rcond=None)[0]
+    return float(x / max(mean, 0.3)), float(y / max(mean, 0.3))
 
 
 def _edge_shifts(

@@ -1,7 +1,7 @@
 """Errors of a camera: scale, clock, vertical, perspective, lens, centre of a turning
 silhouette."""
 
-from benchtwin.infer.effect import Counterpart, Effect
+from benchtwin.infer.effect import FRAME_RATE, SCALE, Counterpart, Effect, Key
 from benchtwin.rigs.drop.effects.hooks import (
     distorted,
     keystone,
@@ -34,6 +34,7 @@ EFFECTS = (
         picture=scaled,
         wording=("the scale is wrong", "= true/stated − 1"),
         separating="a ruler in the plane of motion, or a fall from a measured height",
+        key=SCALE,
         counterpart=Counterpart(
             "a pixel of the camera is {value} of itself larger than stated"
         ),
@@ -50,6 +51,7 @@ EFFECTS = (
         clock=lambda value: 1 + value,
         wording=("the frame rate is wrong", "= true/stated − 1"),
         separating="a film of a stop watch, or a fall from a measured height",
+        key=FRAME_RATE,
         counterpart=Counterpart(
             "the camera runs {value} of its rate faster than stated"
         ),
@@ -66,6 +68,7 @@ EFFECTS = (
         picture=turned,
         wording=("the camera is rolled", "° clockwise beyond what is stated"),
         separating="a plumb line in the picture",
+        key=Key("camera", "plumb_deg", absent=0.0),
         counterpart=Counterpart("the camera is rolled by {value}° more than stated"),
     ),
     Effect(

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from benchtwin.infer.effect import Counterpart, Effect
+from benchtwin.infer.effect import Counterpart, Effect, Key
 from benchtwin.rigs.drop.effects.hooks import Hits, tilted_kick, tilted_restitution
 
 REACH = 0.45  # rms of b over (a − c) of ellipsoids in any attitude: 0.37 to 0.41 in 3-D
@@ -92,12 +92,13 @@ EFFECTS = (
         name="plate-tilt",
         sector="impact",
         unit="deg",
-        meaning="tilt",
+        meaning="tilt, falling towards +x",
         prior_sd=1.0,
         low=-15.0,
         high=15.0,
         source="reflection about the plate's normal",
-        wording=("the plate is tilted", "°"),
+        wording=("the plate is tilted", "° falling towards +x"),
+        key=Key("drop", "tilt_deg", absent=0.0, whole=True),
         kick=tilted_kick,
         restitution=tilted_restitution,
         separating="a spirit level on the plate; the plate turned round by half a turn",

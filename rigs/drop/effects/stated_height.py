@@ -1,6 +1,6 @@
 """Release heights that are stated too low or too high, all by as much."""
 
-from benchtwin.infer.effect import Effect
+from benchtwin.infer.effect import Effect, Key
 from benchtwin.rigs.drop.effects.hooks import fallen_deeper, lower
 
 RELEASE_HEIGHT = "release-height"
@@ -19,6 +19,7 @@ EFFECTS = (
             " by half of the height's relative error, at the first impact only"
         ),
         wording=("the stated release height is off", "mm = true − stated"),
+        key=Key("drop", "height_mm"),
         release=lower,
         restitution=fallen_deeper,
         needs=lambda seen: seen.of_stated_height,

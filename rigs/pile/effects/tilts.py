@@ -2,6 +2,7 @@
 everything."""
 
 from benchtwin.bench.priors import unstated_sd
+from benchtwin.infer.effect import Key
 from benchtwin.rigs.pile.effects.shapes import HeapEffect, Law
 
 EFFECTS = (
@@ -38,6 +39,7 @@ EFFECTS = (
         source="rotation of the picture",
         wording=("the camera is rolled", "° clockwise beyond what is stated"),
         separating="a plumb line in the picture",
+        key=Key("camera", "plumb_deg"),
         not_simulated="the twin's camera of a heap is upright",
         law=Law(
             turn_deg={"plumb": 1.0, "plate": 0.0, "rows": 1.0},

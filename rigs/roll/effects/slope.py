@@ -2,12 +2,12 @@
 
 import math
 
-from benchtwin.infer.effect import Counterpart, Effect
+from benchtwin.infer.effect import Counterpart, Effect, Key
 
 
 def drive(value: float, sign: float) -> float:
-    """Weight's share along the motion, −sign sin of `value` [deg], rising along +x."""
-    return -sign * math.sin(math.radians(value))
+    """Weight's share along the motion, sign sin of `value` [deg], falling along +x."""
+    return sign * math.sin(math.radians(value))
 
 
 EFFECTS = (
@@ -15,7 +15,7 @@ EFFECTS = (
         name="slope",
         sector="run-out",
         unit="deg",
-        meaning="slope, rising along +x",
+        meaning="slope, falling towards +x",
         prior_sd=0.5,
         low=-5.0,
         high=5.0,
@@ -23,12 +23,13 @@ EFFECTS = (
             "component of the weight; one direction alone cannot tell it from rolling"
             " friction"
         ),
-        wording=("the plate is not level", "° rising along +x"),
+        wording=("the plate is not level", "° falling towards +x"),
         separating="the same plate run the other way",
         needs=lambda runs, seed: len({run.sign for run in runs}) > 1,
         act=lambda way, value, context: (
             way | {"level": way["level"] + drive(value, context.run.sign)}
         ),
-        counterpart=Counterpart("the level plate rises by {value}° along +x"),
+        counterpart=Counterpart("the level plate falls by {value}° towards +x"),
+        key=Key("roll", "slope_deg", absent=0.0, whole=True),
     ),
 )

@@ -74,11 +74,11 @@ def test_a_bench_is_written_that_measures(files):
     assert (
         'rig = "drop"' in film
         and "# GUESS: lengths in m, which the file does not say" in film
-        and "# QUESTION: [drop] height_mm" in film
+        and "[drop]\n# QUESTION: from which height" in film
     )
     questions = (bench / "bench.toml").read_text(encoding="utf8")
+    assert "# length_mm =" in questions
     for said in (
-        "[seed] length_mm",
         "film: [drop] height_mm",
         "clap: [drop] height_mm",
         "plate: was the plate stopped",
@@ -284,3 +284,68 @@ def test_a_fall_along_x_is_measured_as_it_lies(tmp_path):
     (seen,) = measure(tmp_path / "side.csv")
     assert seen.rig == "drop"
     assert {q.name: q for q in seen.quantities}["restitution_normal"].quality == "good"
+
+
+def answered(file, **values) -> None:
+    """Each commented key of a draft with its number, in its place."""
+    text = file.read_text(encoding="utf8")
+    for key, value in values.items():
+        assert text.count(f"# {key} =\n") == 1, (key, text)
+        text = text.replace(f"# {key} =\n", f"{key} = {value}\n")
+    file.write_text(text, encoding="utf8")
+
+
+def test_every_question_is_answered_where_it_stands(files):
+    """The # taken away and the number typed, or the key typed beneath: both measure."""
+    run(files / "clap.csv", "--out", files / "bench")
+    answered(files / "bench" / "clap" / "recording.toml", height_mm=1000 * HEIGHT_M)
+    sizes = {"length_mm": 7, "width_mm": 7, "thickness_mm": 7, "mass_g": 3}
+    answered(files / "bench" / "bench.toml", **sizes, distance_mm=1500)
+    found = {q.name: q.value for o in measure(files / "bench") for q in o.quantities}
+    assert found["restitution_normal"] == pytest.approx(0.8, abs=0.005)
+    run(files / "clap.csv", "--out", files / "typed")
+    with (files / "typed" / "clap" / "recording.toml").open("a") as file:
+        file.write(f"height_mm = {1000 * HEIGHT_M}\n")
+    found = {q.name: q.value for o in measure(files / "typed") for q in o.quantities}
+    assert found["restitution_normal"] == pytest.approx(0.8, abs=0.01)
+
+
+def test_a_key_in_the_wrong_place_is_told_its_section(files):
+    run(files / "clap.csv", "--out", files / "bench")
+    file = files / "bench" / "clap" / "recording.toml"
+    text = file.read_text(encoding="utf8")
+    for wrong, said in (
+        (
+            "height_mm = 300\n" + text,
+            "height_mm; it belongs under [drop] or under [bed]",
+        ),
+        (text + 'rig = "drop"\n', "it belongs at the top of the file"),
+        (text + "fps = 240\n", "[drop] fps; it belongs under [camera]"),
+    ):
+        file.write_text(wrong, encoding="utf8")
+        (observation,) = measure(files / "bench")
+        assert said in observation.quantities[0].reason
+
+
+def test_a_bench_states_no_rig_for_what_is_added_later(files):
+    """A slide that is put beside imported drops is measured as one; a rig stated for
+    all is named where one recording fails by it."""
+    run(files / "clap.csv", "--out", files / "bench")
+    slide = files / "bench" / "slide-1"
+    slide.mkdir()
+    (slide / "readings.csv").write_text("slide_angle_deg\n19\n20\n21\n")
+    found = {o.recording: o for o in measure(files / "bench")}
+    assert found["slide-1"].rig == "slide"
+    toml = files / "bench" / "bench.toml"
+    toml.write_text('rig = "drop"\n' + toml.read_text(encoding="utf8"))
+    failed = {o.recording: o for o in measure(files / "bench")}["slide-1"]
+    (q,) = failed.quantities
+    assert f"{toml} says rig = 'drop' for all" in q.reason
+
+
+def test_a_film_is_asked_for_its_scale(files):
+    (files / "a.mp4").write_bytes(b"a film")
+    result = run(files / "a.mp4", "--out", files / "bench", "--rig", "drop")
+    draft = (files / "bench" / "a" / "recording.toml").read_text()
+    for key in ("mm_per_px", "fps", "height_mm"):
+        assert f"# {key} =\n" in draft and key in result.output

@@ -173,3 +173,12 @@ def test_few_rows_of_a_flight_alone_are_a_flight():
     for slower in (0.0, 6000.0):  # as no seed falls
         with pytest.raises(MeasurementError, match="no flight by themselves"):
             few(time, 900 * time - slower * time**2 / 2)
+
+
+def test_a_track_along_a_level_line_holds_no_drop(tmp_path):
+    """A roll on a plate, taken for a drop: one sentence, no fault."""
+    time = np.arange(20) / 100
+    level = make_track(time, 300 * time, np.zeros(20))
+    found = measure_drop(level, recording(tmp_path, "track.csv")).quantities
+    assert all(q.quality == "failed" for q in found)
+    assert all("nothing falls in it" in q.reason for q in found)

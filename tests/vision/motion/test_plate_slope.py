@@ -13,7 +13,7 @@ GATES = np.array([150.0, 350, 550, 750, 950])
 
 
 def bench(folder, slope_deg: float, runs: int, rng: np.random.Generator) -> None:
-    """A ball on an apparatus that leans, rising along +x; its incline is stated 0.2°
+    """A ball on an apparatus that leans, falling towards +x; its incline is stated 0.2°
     too small, its gates are off by 0.3 mm."""
     folder.mkdir()
     places = GATES / 1000 + 0.3e-3 * rng.standard_normal(len(GATES))
@@ -27,7 +27,7 @@ def bench(folder, slope_deg: float, runs: int, rng: np.random.Generator) -> None
     for direction, sign in (("+x", 1), ("-x", -1)):
         for k in range(runs):
             ball = Ball(
-                math.radians(beta - sign * slope_deg),
+                math.radians(beta + sign * slope_deg),
                 0.01 * (1 + 0.02 * rng.standard_normal()),
                 1.4,
                 0.001,

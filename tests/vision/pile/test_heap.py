@@ -48,10 +48,10 @@ def test_the_steps_of_a_heap_of_few_layers_of_seeds_are_no_wall(layers):
     assert [flank.problem for flank in heap.flanks] == ["", ""]
 
 
-def test_an_angle_known_no_better_than_ten_degrees_is_doubtful():
+def test_an_angle_known_no_better_than_five_degrees_is_doubtful():
     known = Quantity("repose_angle", 30.0, 4.9, "deg")
     assert if_known(known).quality == GOOD
     vague = if_known(Quantity("repose_angle", 43.0, 17.0, "deg"))
-    assert vague.quality == DOUBTFUL and vague.reason == "known no better than ± 33°"
+    assert vague.quality == DOUBTFUL and vague.reason == "known no better than ± 17°"
     refused = failed("repose_angle", "deg", "no slope")
     assert if_known(refused).reason == "no slope"

@@ -163,6 +163,34 @@ def test_roi_and_baseline():
         measure_repose(pile, options=PileOptions(roi=(700, 0, 400, 600)))
 
 
+@pytest.mark.parametrize(
+    ("plumb_deg", "quality"), [(3.0, GOOD), (2.0, GOOD), (-3.0, DOUBTFUL)]
+)
+def test_a_plumb_of_the_wrong_sign_is_doubtful_beside_the_plate(plumb_deg, quality):
+    """One flank and a plate that is seen 3° clockwise: by plumb −3° its angle is 36°."""
+    pile = draw(roll_deg=3, sides="right")
+    found = value(measure_repose(pile, camera=Camera(plumb_deg=plumb_deg)))
+    assert found.quality == quality
+    assert (abs(found.value - 30) > 3) == (quality == DOUBTFUL)
+
+
+@pytest.mark.parametrize("off_deg", [1.5, -1.5])
+@pytest.mark.parametrize("sides", ["two", "right"])
+def test_a_base_line_dragged_off_the_plate_that_is_seen_is_doubtful(off_deg, sides):
+    """Along the plate it is good; neither the line nor the angle are called so 1.5° off
+    it."""
+    pile = draw(sides=sides)
+    foot = measure_repose(pile).base
+    wide = pile.shape[1]
+    for off, quality in ((0.0, GOOD), (off_deg, DOUBTFUL)):
+        slope = foot.slope + np.tan(np.radians(off))
+        middle = foot.at(wide / 2)
+        line = (0.0, middle - slope * wide / 2, wide, middle + slope * wide / 2)
+        found = value(measure_repose(pile, options=PileOptions(baseline=line)))
+        assert found.quality == quality
+        assert ("off the plate in the picture" in found.reason) == bool(off)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("pictures", [25, 60])
 def test_hard_scenes_mirror_wall_strays(pictures):

@@ -143,6 +143,88 @@ def test_seeds_that_a_shadow_makes_larger_are_doubtful():
     assert not any(g.reason for g in plain.measured)
 
 
+def beside(image: np.ndarray, things: int, colour) -> np.ndarray:
+    """A picture in colour with discs below its seeds, each 70 times as large as one."""
+    tall = np.pad(image, ((0, 620), (0, 0)), constant_values=int(image[0, 0]))
+    tall = np.repeat(tall[..., None], 3, axis=2)
+    for k in range(things):
+        cv2.circle(tall, (170 + 300 * k, 790), 145, colour, -1, cv2.LINE_AA)
+    return tall
+
+
+@pytest.mark.parametrize(
+    ("things", "colour"), [(1, (150, 40, 30)), (2, (150, 40, 30)), (2, (160, 160, 160))]
+)
+def test_seeds_are_what_most_things_are_not_what_is_largest(things, colour):
+    """A red cap beside small grains, two of them, two coins: each is another thing."""
+    small = Spread(length_px=(40, 2), width_px=(14, 1), groups=(1,) * 8)
+    image, truth = draw_seeds(small, SHAPE, np.random.default_rng(5))
+    grains = measure_seeds(beside(image, things, colour))
+    lengths = sorted(g.length_px for g in grains.measured)
+    assert np.allclose(lengths, sorted(truth.length_px), atol=0.8)
+    large = [g for g in grains.grains if "too large" in g.reason]
+    assert len(large) == things and all(g.quality == FAILED for g in large)
+
+
+def lamp(ground: float, shadow: float, seeds: int, rng) -> np.ndarray:
+    """Brown ellipses of 110 × 76 px, darker away from a lamp at the upper left, whose
+    shadow of `shadow` px is nearly as dark at its foot and fades."""
+    wide, tall = 210 * seeds, 230
+    y, x = np.mgrid[:tall, :wide].astype(np.float32)
+    picture = np.full((tall, wide, 3), ground, np.float32)
+    for k in range(seeds):
+        turn = rng.uniform(0, np.pi)
+        middle = 105 + 210 * k + rng.uniform(-8, 8), 110 + rng.uniform(-8, 8)
+
+        def inside(off, middle=middle, turn=turn):
+            dx, dy = x - middle[0] - off, y - middle[1] - off
+            along = dx * np.cos(turn) + dy * np.sin(turn)
+            across = dy * np.cos(turn) - dx * np.sin(turn)
+            return np.hypot(along / 55, across / 38) < 1
+
+        for off in np.linspace(shadow, 0, 12) if shadow else ():
+            part = off / shadow
+            dark = (1 - part) * np.array([108, 76, 62]) + part * np.array(
+                [134, 112, 112]
+            )
+            picture[inside(off)] = dark
+        there = inside(0)
+        away = ((x + y)[there] - sum(middle)) / 110 + 0.5
+        away = np.clip(away, 0, 1)[:, None]
+        picture[there] = (1 - away) * [182, 126, 98] + away * [118, 72, 52]
+    picture = cv2.GaussianBlur(picture, (0, 0), 2.0) + rng.normal(0, 2, picture.shape)
+    return np.clip(picture, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("seeds", [4, 12])
+def test_shadows_as_dark_as_the_seeds_that_lie_on_one_side_of_all_are_seen(seeds):
+    """The outlines are 6 % too long; a lamp's shading alone, without a shadow, on black
+    and on white, is no doubt."""
+    grains = measure_seeds(lamp(206, 9.0, seeds, np.random.default_rng(2)))
+    measured = grains.measured
+    assert np.mean([g.length_px for g in measured]) > 1.02 * 110
+    assert all(g.quality == DOUBTFUL and "shadow" in g.reason for g in measured)
+    assert "shadow" in grains.common_doubt
+    for ground in (206, 8):
+        plain = measure_seeds(lamp(ground, 0.0, seeds, np.random.default_rng(2)))
+        assert np.mean([g.length_px for g in plain.measured]) == pytest.approx(
+            110, 0.02
+        )
+        assert not any("shadow" in g.reason for g in plain.measured)
+
+
+@pytest.mark.parametrize("mm_per_px", [2.0, 0.001])
+def test_seeds_of_no_seed_s_size_are_doubtful_by_their_scale(tmp_path, mm_per_px):
+    image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
+    Image.fromarray(image).save(tmp_path / "a.png")
+    grains, _ = observe_seeds(tmp_path / "a.png", mm_per_px)
+    assert all("is the scale right" in g.reason for g in grains.measured)
+    with pytest.raises(MeasurementError, match="is the scale right"):
+        observe_seeds(tmp_path / "a.png", 40.0)
+    plain, _ = observe_seeds(tmp_path / "a.png", 0.1)
+    assert not any(g.reason for g in plain.measured)
+
+
 def test_sizes_in_mm_and_their_sds():
     _, errors, _ = matched(Spread())
     image, _ = draw_seeds(Spread(), SHAPE, np.random.default_rng(0))
