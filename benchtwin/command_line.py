@@ -2,8 +2,10 @@
 
 import io
 import os
+import signal
 import sys
 import tempfile
+import threading
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +15,7 @@ import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.bench.whole_file import own_folder
 from benchtwin.blas import one_thread_for_this_process
 from benchtwin.options import said
 
@@ -74,8 +77,9 @@ def _keep_compiled_code() -> None:
         pass
     user = getattr(os, "getuid", lambda: 0)()
     folder = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    if folder.stat().st_uid != user:  # compiled code is not taken from another's folder
+    try:
+        own_folder(folder)
+    except OSError:  # compiled code is not taken from another's folder
         folder = Path(tempfile.mkdtemp(prefix="benchtwin-kernels-"))
     os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
 
@@ -91,6 +95,9 @@ def _run_nothing_from_here() -> None:
 def main() -> None:
     """The command line. A fault of ours ends it with one line and exit code 1;
     BENCHTWIN_TRACEBACK=1 shows where it arose."""
+    if threading.current_thread() is threading.main_thread():
+        # asked to end, what is half-written is removed as after Ctrl-C
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     one_thread_for_this_process()
     _keep_compiled_code()
     _run_nothing_from_here()

@@ -51,20 +51,25 @@ def exit_code(
     misuses: Errors = (FileNotFoundError, FileExistsError, Misuse),
     failures: Errors = (ValueError, RuntimeError),
 ) -> int:
-    """The exit code of `work`; an error that it raises is printed in one line.
+    """The exit code of `work`; an error that it raises is printed in one line, one of
+    the system's with its file.
 
     misuses, failures: errors of what was typed, and of what came of it; others are
     faults of ours."""
+
+    def words(error: Exception) -> object:
+        if isinstance(error, OSError) and error.strerror:
+            return f"{error.filename or out}: {error.strerror}"
+        return error
+
     try:
         return work()
     except KeyboardInterrupt:
         return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
     except misuses as error:
-        return say(verb, error, MISUSED)
-    except failures as error:
-        return say(verb, error, FAILED)
-    except OSError as error:
-        return say(verb, f"{error.filename or out}: {error.strerror or error}", FAILED)
+        return say(verb, words(error), MISUSED)
+    except (*failures, OSError) as error:
+        return say(verb, words(error), FAILED)
 
 
 def check_out(

@@ -1,8 +1,8 @@
 """The folder that `benchtwin measure` writes: tables, overlays, and a page on which
 fifty are looked through in a minute."""
 
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -13,6 +13,7 @@ from jinja2 import Environment, PackageLoader
 from PIL import Image
 
 from benchtwin.bench.numbers import stored
+from benchtwin.bench.whole_file import folder_beside
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.vision.measurement import (
     DOUBTFUL,
@@ -22,7 +23,7 @@ from benchtwin.vision.measurement import (
     Quantity,
     worst,
 )
-from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
+from benchtwin.vision.out_folder import check_out, file_name, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 
 COLUMNS = [
@@ -123,7 +124,8 @@ class Results:
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out, self.overwrite = Path(out), overwrite
         check_out(self.out, "results", _is_own, overwrite, inputs)
-        self.part = part_folder(self.out)
+        self.open = ExitStack()
+        self.part = self.open.enter_context(folder_beside(self.out))
         self.stems: set[str] = set()
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
@@ -195,11 +197,12 @@ class Results:
             )
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")
-        put_in_place(self.part, self.out, _is_own, self.overwrite)
+        with self.open:
+            put_in_place(self.part, self.out, _is_own, self.overwrite)
         return table
 
     def abandon(self) -> None:
-        shutil.rmtree(self.part, ignore_errors=True)
+        self.open.close()
 
 
 def _rounded(
