@@ -15,6 +15,7 @@ import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.bench.terminal import gated
 from benchtwin.bench.whole_file import own_folder
 from benchtwin.blas import one_thread_for_this_process
 from benchtwin.options import said
@@ -104,6 +105,11 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that has no "±" shows "?"
+    with gated():
+        _run()
+
+
+def _run() -> None:
     try:
         app()
     except Exception as error:
@@ -111,7 +117,9 @@ def main() -> None:
             raise
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
-        sys.exit(
+        fault = (
             f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where}"
             " (BENCHTWIN_TRACEBACK=1 shows more)"
         )
+        print(fault, file=sys.stderr)
+        sys.exit(1)

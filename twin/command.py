@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+
+from benchtwin.bench.terminal import Terminal, Words
 
 if TYPE_CHECKING:
     from benchtwin.twin.bench_folder import Observed
@@ -120,23 +121,17 @@ def check_bench(bench: "Path | Observed", out: Path) -> None:
 def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
     """A function that shows what is being done, in a line of the terminal that goes
     away."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    console = Console(stderr=True)
+    columns = (SpinnerColumn(), Words("{task.description}"), TimeElapsedColumn())
+    console = Terminal(stderr=True)
     with Progress(*columns, console=console, disable=quiet, transient=True) as progress:
         task = progress.add_task("", total=None)
         yield lambda state: progress.update(task, description=str(state))
 
 
-def result_console() -> Console:
-    """Where results are printed: as wide as the terminal, or 160 characters where there
-    is none."""
-    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-
-
-def print_lines(console: Console, *lines: str) -> None:
-    """Sentences, each as it is."""
+def print_lines(console: Terminal, *lines: str) -> None:
+    """Sentences, each on a line of its own."""
     for line in lines:
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line, soft_wrap=True)
 
 
 def reported(write: Callable[[], object], kept: str, verb: str) -> bool:

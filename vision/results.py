@@ -12,7 +12,9 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader
 from PIL import Image
 
+from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.numbers import stored
+from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.whole_file import folder_beside
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.vision.measurement import (
@@ -26,18 +28,6 @@ from benchtwin.vision.measurement import (
 from benchtwin.vision.out_folder import check_out, file_name, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 
-COLUMNS = [
-    "recording",
-    "rig",
-    "quantity",
-    "value",
-    "sd",
-    "sd_common",
-    "unit",
-    "quality",
-    "reason",
-    "overlay",
-]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
 OWN = (
     "measurements.csv",
@@ -108,7 +98,7 @@ class ContactSheet:
 
 
 def row_of(observation: Observation, quantity: Quantity) -> tuple:
-    """What COLUMNS say of a quantity, but for the overlay."""
+    """What MEASURED say of a quantity, but for the overlay."""
     q = quantity
     told = (q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason)
     return (observation.recording, observation.rig, *told)
@@ -155,14 +145,15 @@ class Results:
             )
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                stated = {
-                    k: v for k, v in observation.conditions.items() if k not in table
-                }
-                tables.append(table.assign(**stated))
+                beside = table.copy()
+                for condition, value in observation.conditions.items():
+                    own = condition not in table
+                    beside[condition if own else f"condition_{condition}"] = value
+                tables.append(beside)
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (*row_of(observation, q), overlay)
-            self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
+            self.rows.append({**observation.conditions, **dict(zip(MEASURED, row))})
         self.observations.append(
             replace(observation, pictures={}, track=None, bounces=None, seeds=None)
         )
@@ -170,9 +161,9 @@ class Results:
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
         conditions = dict.fromkeys(
-            name for row in self.rows for name in row if name not in COLUMNS
+            name for row in self.rows for name in row if name not in MEASURED
         )
-        table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
+        table = pd.DataFrame(self.rows, columns=[*MEASURED, *conditions])
         self.summary = summarise(self.observations)
         written = {
             "measurements": table,
@@ -190,11 +181,8 @@ class Results:
         summary = written["summary"]
         half = (summary["high"] - summary["low"]) / 2
         written["summary"] = _rounded(summary, ("mean", "low", "high"), half)
-        for name, rows in written.items():  # a folder's name need not be valid UTF-8
-            file = self.part / f"{name}.csv"
-            rows.to_csv(
-                file, index=False, float_format="%.6g", errors="backslashreplace"
-            )
+        for name, rows in written.items():
+            (self.part / f"{name}.csv").write_text(csv_text(rows), encoding="utf8")
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")
         with self.open:

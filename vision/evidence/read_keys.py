@@ -35,12 +35,12 @@ def read_toml(path: Path) -> dict:
         raise MeasurementError(
             f"{path}: not valid TOML: brackets within brackets, too deep"
         ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     except UnicodeDecodeError as error:
         raise MeasurementError(
             f"{path}: not UTF-8 text (byte {error.start})"
         ) from error
+    except ValueError as error:  # a number of thousands of digits is one, too
+        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     validate(content, path)  # here, so that the error names this file
     found = {
         name: (path.parent / file).resolve()
