@@ -1,6 +1,7 @@
 """What came from outside (names of files, ids, conditions, notes, reasons) on its way
-out: one function for the terminal, for tables (CSV), and for comments in TOML. HTML is
-escaped by its templates, a workbook's cells are of the type text."""
+out: one function for the terminal, for tables (CSV), and for comments in TOML and in
+other programs' inputs. HTML is escaped by its templates, a workbook's cells are of the
+type text."""
 
 import re
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,9 @@ LONGEST_COMMENT = 400  # characters
 NOT_SHOWN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")  # how one begins in a spreadsheet
+# where a formula begins for a spreadsheet program: at the front, and, where a cell ends
+# at a semicolon or a tab, behind these
+FORMULA = re.compile(r"^(?=\s*[=+\-@＝＋－＠])|(?<=[;\t\n])(?=[=+\-@＝＋－＠])")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
@@ -33,16 +36,15 @@ def one_line(text: object) -> str:
 
 
 def cell(value: Any) -> Any:
-    """A value for a table: text that a spreadsheet program would take for a formula
-    begins with an apostrophe, numbers stay numbers.
+    """A value for a table: before what a spreadsheet program would take for a formula
+    stands an apostrophe, numbers stay numbers.
 
     >>> cell("=1+1"), cell("-1.5e3"), cell(-2.0)
     ("'=1+1", '-1.5e3', -2.0)
     """
     if not isinstance(value, str):
         return value
-    begins = value.startswith(FORMULA) and not NUMBER.fullmatch(value)
-    return f"'{plain(value)}" if begins else plain(value)
+    return value if NUMBER.fullmatch(value) else FORMULA.sub("'", plain(value))
 
 
 def csv_text(table: "pd.DataFrame", float_format: str | None = "%.6g") -> str:

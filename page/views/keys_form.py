@@ -74,13 +74,14 @@ class KeysForm:
 
     def _text(self) -> None:
         """The file as it is, where it is no TOML that a form could show."""
-        text = ui.textarea(self.path.name, value=toml_file.any_text(self.path))
+        seen = toml_file.any_text(self.path)
+        text = ui.textarea(self.path.name, value=seen)
         text.classes("w-full").props("outlined autogrow")
 
         @errors_shown
         async def save() -> None:
             with self.site.history.kept(self.path):
-                toml_file.write_text(self.path, text.value or "")
+                toml_file.write_text(self.path, text.value or "", seen)
             if self.saved:
                 await self.saved(set())
             ui.navigate.reload()
