@@ -15,6 +15,7 @@ import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.bench.outlets import plain
 from benchtwin.bench.terminal import gated
 from benchtwin.bench.whole_file import own_folder
 from benchtwin.blas import one_thread_for_this_process
@@ -121,5 +122,4 @@ def _run() -> None:
             f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where}"
             " (BENCHTWIN_TRACEBACK=1 shows more)"
         )
-        print(fault, file=sys.stderr)
-        sys.exit(1)
+        sys.exit(plain(fault))
