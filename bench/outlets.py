@@ -11,9 +11,10 @@ if TYPE_CHECKING:
 
 LONGEST_COMMENT = 400  # characters
 # what moves the cursor, recolours, renames or reverses what is shown, halves of
-# surrogate pairs; a tab and the end of a line are text
+# surrogate pairs, what XML has no place for; a tab and the end of a line are text
 NOT_SHOWN = re.compile(
-    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069"
+    "\ud800-\udfff\ufffe\uffff]"
 )
 # where a formula begins for a spreadsheet program: at the front, and, where a cell ends
 # at a semicolon or a tab, behind these

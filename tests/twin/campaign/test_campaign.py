@@ -1,6 +1,7 @@
 """Whole campaigns on local worker processes: order, resuming, Ctrl-C, failures."""
 
 import os
+import re
 import shlex
 import signal
 import socket
@@ -14,6 +15,7 @@ import psutil
 import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 
+import benchtwin
 from benchtwin.twin import Parameters
 from benchtwin.twin.campaign import (
     CampaignStopped,
@@ -128,6 +130,22 @@ def test_local_work_opens_no_port_and_leaves_no_process(tmp_path):
         assert len(listening(me)) == 1
     left = [p for p in me.children(recursive=True) if p.pid not in before]
     assert not [p for p in left if "spawn_main" in " ".join(p.cmdline())]
+
+
+def test_nothing_else_of_ours_opens_a_port():
+    """But the page, behind its guard; dask is asked for where a scheduler is named."""
+    root = Path(benchtwin.__file__).parent
+    opening = re.compile(
+        r"create_server|\.listen\(|LocalCluster|HTTPServer|(import|from) distributed\b"
+    )
+    found = {
+        str(file.relative_to(root))
+        for package in root.iterdir()
+        if package.is_dir()
+        for file in package.rglob("*.py")
+        if opening.search(file.read_text(encoding="utf8"))
+    }
+    assert found == {"page/command.py", "twin/campaign/cluster.py"}
 
 
 def test_workers_end_with_whoever_started_them(tmp_path):
