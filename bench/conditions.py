@@ -70,6 +70,13 @@ RESERVED = {
         " run_number"
     ),
 }
+# columns of measurements.csv, in which a condition is one more
+MEASURED = (
+    *("recording", "rig", "quantity", "value", "sd", "sd_common"),
+    *("unit", "quality", "reason", "overlay"),
+)
+TAKEN = "a column of measurements.csv is called that; choose another name, such as {}"
+RESERVED |= {name: TAKEN.format(f"my_{name}") for name in MEASURED}
 _NUMBER = r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?"
 _IN_WORDS = re.compile(
     rf"(?:about|approx\.?|ca\.?|[~≈<>])?\s*({_NUMBER})(?:\s*(?:±|\+/?-)\s*{_NUMBER})?(\s*)(\D.*?)?"

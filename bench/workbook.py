@@ -1,11 +1,11 @@
 """Tables as one workbook for spreadsheet programs (.xlsx)."""
 
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchtwin.bench.outlets import plain
 from benchtwin.bench.whole_file import whole
 
 if TYPE_CHECKING:
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 WORKBOOK = "results.xlsx"
 LONGEST_TEXT = 32_767  # characters that a cell holds
 WIDEST = 60  # characters of a column as it opens
-# what XML has no place for: control characters, halves of surrogate pairs
-NOT_TEXT = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def write_workbook(file: Path, tables: Mapping[str, "pd.DataFrame"]) -> None:
@@ -59,7 +57,7 @@ def _cell(value: Any) -> str | int | float | bool | None:
     """A value as a cell holds it.
 
     >>> _cell(float("nan")), _cell(("a", "b")), _cell("a\\x00b")
-    (None, 'a; b', 'a?b')
+    (None, 'a; b', 'a\\x00b')
     """
     value = value.item() if hasattr(value, "item") else value  # numpy's numbers
     if value is None or isinstance(value, bool | int):
@@ -68,4 +66,4 @@ def _cell(value: Any) -> str | int | float | bool | None:
         return value if math.isfinite(value) else None
     if isinstance(value, tuple | list):
         value = "; ".join(map(str, value))
-    return NOT_TEXT.sub("?", str(value))[:LONGEST_TEXT]
+    return plain(value)[:LONGEST_TEXT]

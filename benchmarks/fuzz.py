@@ -18,6 +18,7 @@ import warnings
 from pathlib import Path
 
 from fuzz_files import Reader, error_place, readers
+from fuzz_outside import outside
 from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
@@ -72,6 +73,15 @@ TOKENS = (
     "a.b.c",
     "[seed]",
     "[[seed]]",
+    '"\\u001b[31m"',
+    '"\\u202e[/x]"',
+    '"=cmd|1"',
+    '"@a"',
+    "self",
+    "value",
+    "9" * 5000,
+    '"../../x"',
+    '"a/b/../../../c"',
 )
 
 
@@ -184,7 +194,7 @@ def attack(name: str, reader: Reader, *, examples: int, rng: int) -> tuple[int, 
 
 
 def main(minutes: float, files: list[str]) -> None:
-    known = readers()
+    known = readers() | outside()
     if unknown := set(files) - set(known):
         sys.exit(
             f"no such file: {', '.join(sorted(unknown))}; there are {', '.join(known)}"
@@ -201,7 +211,7 @@ def main(minutes: float, files: list[str]) -> None:
         while time.monotonic() < end:
             rng += 1
             try:
-                done, not_read = attack(name, known[name], examples=20, rng=rng)
+                done, not_read = attack(name, known[name], examples=100, rng=rng)
             except Exception as error:
                 faults += 1
                 smallest = "\n".join(getattr(error, "__notes__", []))[:1500]

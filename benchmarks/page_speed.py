@@ -119,7 +119,8 @@ class Served:
         said = ""
         while not (found := re.search(r"http://\S+token=\S+", said)):
             said += self.server.stdout.readline()
-        self.address, self.root = found[0], found[0].split("/?")[0]
+        self.address = re.sub(r"\w+\.localhost", "127.0.0.1", found[0])
+        self.root = self.address.split("/?")[0]
         time.sleep(3)
         options = webdriver.ChromeOptions()
         for argument in (

@@ -8,10 +8,10 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rich.console import Console
 from rich.table import Table
 
 from benchtwin.bench.numbers import with_interval
+from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.workbook import WORKBOOK
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
@@ -47,7 +47,6 @@ from benchtwin.twin.command import (
     print_lines,
     progress_line,
     reported,
-    result_console,
 )
 from benchtwin.twin.engine import Engine
 
@@ -242,7 +241,7 @@ def _progress(
 
 def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     """The answer in the terminal, and where to look."""
-    console = result_console()
+    console = Terminal()
     show_parameters(console, parameters(c).to_dict("records"))
     # columns and keys as the files have them
     refused = [f"not calibrated: {rig}: {why}" for rig, why in c.refused.items()]
@@ -261,7 +260,7 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
     print_lines(console, *refused, *map(words, lines), left)
 
 
-def show_parameters(console: Console, rows: list[dict]) -> None:
+def show_parameters(console: Terminal, rows: list[dict]) -> None:
     """A line a parameter. rows: parameter, value, low, high, status."""
     shown = Table(box=None, pad_edge=False)
     for heading in ("parameter", "value (95 % interval)", ""):

@@ -2,8 +2,10 @@
 
 import io
 import os
+import signal
 import sys
 import tempfile
+import threading
 import traceback
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +15,9 @@ import typer
 
 from benchtwin import recording_commands as recordings
 from benchtwin import simulation_commands as simulations
+from benchtwin.bench.outlets import plain
+from benchtwin.bench.terminal import gated
+from benchtwin.bench.whole_file import own_folder
 from benchtwin.blas import one_thread_for_this_process
 from benchtwin.options import said
 
@@ -75,8 +80,9 @@ def _keep_compiled_code() -> None:
         pass
     user = getattr(os, "getuid", lambda: 0)()
     folder = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    if folder.stat().st_uid != user:  # compiled code is not taken from another's folder
+    try:
+        own_folder(folder)
+    except OSError:  # compiled code is not taken from another's folder
         folder = Path(tempfile.mkdtemp(prefix="benchtwin-kernels-"))
     os.environ.setdefault("NUMBA_CACHE_DIR", str(folder))
 
@@ -92,12 +98,20 @@ def _run_nothing_from_here() -> None:
 def main() -> None:
     """The command line. A fault of ours ends it with one line and exit code 1;
     BENCHTWIN_TRACEBACK=1 shows where it arose."""
+    if threading.current_thread() is threading.main_thread():
+        # asked to end, what is half-written is removed as after Ctrl-C
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     one_thread_for_this_process()
     _keep_compiled_code()
     _run_nothing_from_here()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that has no "±" shows "?"
+    with gated():
+        _run()
+
+
+def _run() -> None:
     try:
         app()
     except Exception as error:
@@ -105,7 +119,8 @@ def main() -> None:
             raise
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(place.filename).name}:{place.lineno}"
-        sys.exit(
+        fault = (
             f"benchtwin: a fault of benchtwin, please report it: {error!r} in {where}"
             " (BENCHTWIN_TRACEBACK=1 shows more)"
         )
+        sys.exit(plain(fault))

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.command import (
@@ -20,7 +21,6 @@ from benchtwin.twin.command import (
     print_lines,
     progress_line,
     reported,
-    result_console,
     say,
 )
 
@@ -128,4 +128,4 @@ def _show(found, asked: Asked, drawn: bool) -> None:
             say("diagnose", line, FAILED)
     elif not asked.quiet:
         report = asked.out / (PAGE if drawn else "diagnosis.json")
-        print_lines(result_console(), *lines(found), f"report: {report}")
+        print_lines(Terminal(), *lines(found), f"report: {report}")

@@ -10,6 +10,7 @@ import pandas as pd
 from plotly.graph_objects import Figure
 
 from benchtwin import shown
+from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.numbers import plus_minus
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.measure import batch
@@ -18,7 +19,7 @@ from benchtwin.rigs.pile.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
-from benchtwin.vision.results import COLUMNS, Results, row_of
+from benchtwin.vision.results import Results, row_of
 from benchtwin.vision.summary import as_table, summarise
 
 Paths = str | Path | Sequence[str | Path]
@@ -47,7 +48,7 @@ class Measurements:
         value ± 1.96 sd is a 95 % interval. A quantity that could not be measured is
         NaN, and its reason says why."""
         rows = [row_of(o, q) for o in self.observations for q in o.quantities]
-        return pd.DataFrame(rows, columns=COLUMNS[:-1])
+        return pd.DataFrame(rows, columns=MEASURED[:-1])
 
     @property
     def table(self) -> pd.DataFrame:
@@ -191,12 +192,13 @@ def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
 
 
 def _row(observation: Observation) -> dict[str, object]:
-    row: dict[str, object] = {
-        "recording": observation.recording,
-        "rig": observation.rig,
-        **observation.conditions,
-    }
+    measured: dict[str, object] = {}
     for q in observation.quantities:
         named = Measurement(q.name, q.value, q.sd, q.unit)
-        row[named.column()], row[named.column("_sd")] = q.value, q.sd
-    return row
+        measured[named.column()], measured[named.column("_sd")] = q.value, q.sd
+    stated = {
+        f"condition_{name}" if name in measured else name: value
+        for name, value in observation.conditions.items()
+    }
+    row = {"recording": observation.recording, "rig": observation.rig}
+    return row | stated | measured

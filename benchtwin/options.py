@@ -60,7 +60,7 @@ def setting_of(text: str) -> Setting:
         )
     try:
         return Setting(key, tomllib.loads(f"x = {value}")["x"])
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return Setting(key, value)
 
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from rich.table import Table
 
+from benchtwin.bench.outlets import csv_text
+from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.prediction import beside
 from benchtwin.calibrate.prediction.beside import Comparison, Measured
@@ -37,7 +39,6 @@ from benchtwin.twin.command import (
     exit_code,
     print_lines,
     progress_line,
-    result_console,
 )
 from benchtwin.twin.job import Job, assigned, described, merge, rig_named
 from benchtwin.twin.versions import versions
@@ -173,8 +174,8 @@ def _write(
         "versions": versions(),
     }
     out.mkdir(parents=True, exist_ok=True)
-    write_whole(out / "predicted.csv", table.to_csv(index=False, float_format="%.6g"))
-    write_whole(out / "runs.csv", found.runs.to_csv(index=False, float_format="%.6g"))
+    write_whole(out / "predicted.csv", csv_text(table))
+    write_whole(out / "runs.csv", csv_text(found.runs))
     write_whole(out / "prediction.svg", picture(found, seen, compared))
     text = json.dumps(
         content, indent=1, ensure_ascii=False, allow_nan=False, default=float
@@ -190,7 +191,7 @@ def _show(
     found: Prediction, seen: Measured | None, compared: list[Comparison], out: Path
 ) -> None:
     """The prediction in the terminal, and where to look."""
-    console, shown = result_console(), Table(box=None, pad_edge=False)
+    console, shown = Terminal(), Table(box=None, pad_edge=False)
     shown.add_column(found.rig)
     for heading in COLUMNS:
         shown.add_column(heading, justify="right")

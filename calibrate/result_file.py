@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.pile import PileFit
@@ -45,7 +46,7 @@ def write_result(c: Calibration, out: Path) -> None:
     tables = out / "tables"
     tables.mkdir(parents=True, exist_ok=True)
     for name, table in all_tables(c).items():
-        text = table.to_csv(index=False, float_format="%.9g")
+        text = csv_text(table, "%.9g")
         write_whole(tables / f"{name}.csv", text)
     shown = {"pairs": [_beside(p, out) for p in c.more.get("pairs", [])]}
     plain = _plain(content(c) | shown)

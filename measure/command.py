@@ -6,9 +6,9 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TimeRemainingColumn
 
+from benchtwin.bench.terminal import Terminal, Words
 from benchtwin.measure.batch import (
     find_all,
     in_order,
@@ -86,13 +86,13 @@ def _run(
     results.notes += results.not_read
     seen: list[tuple[Recording, Observation]] = []
     bar = (
-        TextColumn("{task.description}"),
+        Words("{task.description}"),
         BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total}"),
+        Words("{task.completed:.0f}/{task.total}"),
         TimeRemainingColumn(),
     )
     with Progress(
-        *bar, console=Console(stderr=True), disable=quiet, transient=True
+        *bar, console=Terminal(stderr=True), disable=quiet, transient=True
     ) as progress:
         task = progress.add_task("measuring", total=len(entries))
 

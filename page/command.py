@@ -45,7 +45,7 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
         )
         return MISUSED
     entrance = Entrance()
-    site = f"http://{LOOPBACK}:{listener.getsockname()[1]}/"
+    site = f"http://{entrance.host}:{listener.getsockname()[1]}/"
 
     def tell(words: str) -> None:
         """Print an address; when it has been used, the next one."""
@@ -55,6 +55,7 @@ def page_command(folder: Path, port: int, browser: bool) -> int:
 
     print(f"benchtwin page on {folder.resolve()}")
     tell("Open in a browser (only on this machine, once):")
+    print(f"A browser that does not find it: {LOOPBACK} in the place of its name.")
     print("Ctrl+C ends it.", flush=True)
     serve(folder, listener, entrance, site if browser else "")
     return STOPPED

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.page.folder import INCOMING, RESULTS, RUNS, Folder, Refused
-from benchtwin.page.results import CALIBRATED, ToRecord
+from benchtwin.page.results import CALIBRATED, ToRecord, read
 from benchtwin.vision.recording import RESULTS_MARK
 
 MOST_AT_ONCE = 4  # older packages are thrown away
@@ -67,15 +67,14 @@ def _pack(bench: Path, pack: zipfile.ZipFile) -> None:
 def card_files(results: Path, engine: str) -> dict[str, str]:
     """An engine's cards of the last calibration, text by file name; Refused, in words,
     where there is none."""
-    try:
-        return cards(read_result(results / CALIBRATED), engine)
-    except (ValueError, OSError) as error:
-        why = str(error).replace(str(results / CALIBRATED) + "/", "")
-        raise Refused(
-            why
-            if (results / CALIBRATED / "result.json").is_file()
-            else "nothing is calibrated yet: no cards"
-        ) from error
+    result = results / CALIBRATED / "result.json"
+    if not result.is_file():
+        raise Refused("nothing is calibrated yet: no cards")
+    with read(result):
+        try:
+            return cards(read_result(results / CALIBRATED), engine)
+        except (ValueError, OSError) as error:
+            raise Refused(str(error).replace(f"{results / CALIBRATED}/", "")) from error
 
 
 def zipped(files: dict[str, str]) -> bytes:

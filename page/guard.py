@@ -5,7 +5,11 @@ The server listens on the loopback address only. That alone does not keep out ot
 pages open in the same browser, so each request must also name this host (against DNS
 rebinding), come from this page if it says where from (against requests of other sites)
 and carry the cookie of this server. A browser gets it for the key in an address, which
-is void from then on."""
+is void from then on.
+
+Cookies know no ports: that of 127.0.0.1 goes to every other server of this machine. So
+the page is opened under a name of its own that nobody else can guess; browsers take
+all names that end in .localhost for this machine."""
 
 import hmac
 import html
@@ -33,11 +37,12 @@ LEFT = "No response returned."  # Starlette's word for a browser that did not wa
 
 
 class Entrance:
-    """The keys of one server: the cookie that every browser holds that is in, and keys
-    that let one browser in, once."""
+    """The keys of one server: its own name, the cookie that every browser holds that is
+    in, and keys that let one browser in, once."""
 
     def __init__(self) -> None:
         self.cookie = secrets.token_urlsafe(24)
+        self.host = f"{secrets.token_hex(16)}.localhost"
         self._keys: dict[str, Callable[[], None]] = {}
 
     def new_key(self, used: Callable[[], None] = lambda: None) -> str:
@@ -63,18 +68,18 @@ class Guard:
 
     def __init__(self, app: ASGIApp, port: int, entrance: Entrance):
         self.app, self.entrance = app, entrance
-        self.hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
-        self.origins = {f"http://{host}" for host in self.hosts}
+        names = ("127.0.0.1", "localhost", entrance.host)
+        self.hosts = {f"{name}:{port}" for name in names}
         self.cookie = f"benchtwin_{port}"  # cookies know no ports
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
             return await self.app(scope, receive, send)
         asked = HTTPConnection(scope)
-        origin = asked.headers.get("origin")
-        if asked.headers.get("host") not in self.hosts or (
-            origin is not None and origin not in self.origins
-        ):
+        origin, host = asked.headers.get("origin"), asked.headers.get("host")
+        foreign = origin is not None and origin != f"http://{host}"
+        beside = asked.headers.get("sec-fetch-site") == "same-site"  # of another port
+        if host not in self.hosts or foreign or beside:
             return await _refuse(WRONG_ADDRESS, scope, receive, send)
         held = asked.cookies.get(self.cookie, "")
         if hmac.compare_digest(held.encode(), self.entrance.cookie.encode()):

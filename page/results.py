@@ -1,6 +1,9 @@
 """Reads the results of a bench for the page: explanations, posterior, what to record
 next."""
 
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +12,7 @@ import pandas as pd
 
 from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure.next_tests import worth_it
-from benchtwin.page.folder import read_json
+from benchtwin.page.folder import RESULTS, Refused
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
 
@@ -19,6 +22,11 @@ SETTLES = "it would settle what is missing"
 SHOWS_MORE = "nothing that matters is missing so far; it would show more"
 MOST_DRAWS = 1500
 MOST_EXPLANATIONS = 8
+MOST_BYTES = 200_000_000  # of a file of results
+SPOILT = (
+    *(ArithmeticError, AttributeError, LookupError, TypeError, ValueError),
+    *(MemoryError, RecursionError),
+)
 LEAST_PROBABILITY = 0.005  # of an explanation that is shown
 
 
@@ -72,67 +80,109 @@ class Cloud:
     draws: np.ndarray
 
 
+@contextmanager
+def read(file: Path) -> Iterator[Path]:
+    """A file of results while it is read and understood. Refused, in one sentence,
+    where it is not what that command leaves."""
+    try:
+        if file.is_file() and file.stat().st_size > MOST_BYTES:
+            raise ValueError("too large")
+        yield file
+    except Refused:
+        raise
+    except SPOILT as error:
+        raise Refused(
+            f"{RESULTS}/{file.parent.name}/{file.name} cannot be read: damaged, or left"
+            " by another version. Run that command again"
+        ) from error
+
+
+def told(file: Path) -> dict:
+    """A JSON file's content, to be called within `read`; nothing where there is none,
+    or it is a link."""
+    if file.is_symlink() or not file.is_file():
+        return {}
+    return dict(json.loads(file.read_text(encoding="utf8")))
+
+
 def explained(results: Path) -> list[Explained]:
-    """The rigs of the last diagnosis, the most probable explanation first."""
+    """The rigs of the last diagnosis, the most probable explanation first. Refused
+    where it cannot be read."""
+    with read(results / DIAGNOSED / "diagnosis.json") as file:
+        return [
+            _explained(str(rig), found)
+            for rig, found in told(file).get("rigs", {}).items()
+        ]
+
+
+def _explained(rig: str, found: dict) -> Explained:
     from benchtwin.diagnose.words import missing  # takes seconds to load
 
-    out = []
-    rigs = read_json(results / DIAGNOSED / "diagnosis.json").get("rigs", {})
-    for rig, found in rigs.items():
-        listed = [
-            Explanation(
-                tuple(missing(e, rig) for e in one["effects"]),
-                float(one["probability"]),
-            )
-            for one in found["explanations"][:MOST_EXPLANATIONS]
-            if one["probability"] >= LEAST_PROBABILITY
-        ]
-        said, tone = found.get("sentence") or DIAGNOSE_AGAIN, found.get("tone", "open")
-        then, matters = found["next_record"] or "", found["matters"]
-        out.append(Explained(rig, said, tone, tuple(listed), then, matters))
-    return out
+    listed = [
+        Explanation(
+            tuple(missing(e, rig) for e in one["effects"]),
+            min(float(one["probability"]), 1.0),
+        )
+        for one in found["explanations"][:MOST_EXPLANATIONS]
+        if one["probability"] >= LEAST_PROBABILITY
+    ]
+    said, tone = found.get("sentence") or DIAGNOSE_AGAIN, found.get("tone", "open")
+    then, matters = found["next_record"] or "", bool(found["matters"])
+    return Explained(rig, str(said), str(tone), tuple(listed), str(then), matters)
 
 
 def calibrated(results: Path) -> list[Calibrated]:
-    """The parameters of the last calibration with their 95 % intervals."""
-    stated = read_json(results / CALIBRATED / "result.json").get("parameters", {})
-    return [
-        Calibrated(
-            in_words(key),
-            with_interval(one["value"], one["low"], one["high"]),
-            one["status"],
-        )
-        for key, one in stated.items()
-    ]
+    """The parameters of the last calibration with their 95 % intervals. Refused where
+    it cannot be read."""
+    with read(results / CALIBRATED / "result.json") as file:
+        return [
+            Calibrated(
+                in_words(key),
+                with_interval(*(float(one[n]) for n in ("value", "low", "high"))),
+                str(one["status"]),
+            )
+            for key, one in told(file).get("parameters", {}).items()
+        ]
 
 
 def posterior(results: Path) -> Cloud | None:
-    """The draws of the last calibration; None where there are none."""
-    table = _table(results / CALIBRATED / "tables" / "posterior.csv")
-    if table is None or table.shape[1] < 2:
-        return None
-    table = table.iloc[:: max(1, len(table) // MOST_DRAWS)]
-    return Cloud(tuple(in_words(c) for c in table.columns), table.to_numpy(float))
+    """The draws of the last calibration; None where there are none. Refused where they
+    cannot be read."""
+    with read(results / CALIBRATED / "tables" / "posterior.csv") as file:
+        held = table(file)
+        if held is None or held.shape[1] < 2:
+            return None
+        held = held.iloc[:: max(1, len(held) // MOST_DRAWS)]
+        draws = held.to_numpy(float)
+        if not (len(draws) and np.isfinite(draws).all()):
+            raise ValueError("not numbers")
+        return Cloud(tuple(in_words(c) for c in held.columns), draws)
 
 
 def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
-    """What to record next by what it is for; only headings that have something."""
-    gone = read_json(results / CALIBRATED / "result.json").get("not_calibrated") or {}
+    """What to record next by what it is for; only headings that have something. Refused
+    where a file of it cannot be read."""
+    with read(results / CALIBRATED / "result.json") as file:
+        gone = [
+            ToRecord(str(rig), shorten_paths(why))
+            for rig, why in (told(file).get("not_calibrated") or {}).items()
+        ]
+    with read(results / CALIBRATED / "tables" / "next_tests.csv") as file:
+        narrowing = _tests(table(file))
+    with read(results / MEASURED / "measurements.csv") as file:
+        again = _again(table(file))
+    apart = [
+        ToRecord(
+            f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE
+        )
+        for one in sorted(explained(results), key=lambda one: not one.matters)
+        if one.next_record
+    ]
     lists = {
-        "Not calibrated yet": [
-            ToRecord(rig, shorten_paths(why)) for rig, why in gone.items()
-        ],
-        "To narrow the parameters": _tests(
-            _table(results / CALIBRATED / "tables" / "next_tests.csv")
-        ),
-        "To tell explanations apart": [
-            ToRecord(
-                f"{one.rig}: {one.next_record}", SETTLES if one.matters else SHOWS_MORE
-            )
-            for one in sorted(explained(results), key=lambda one: not one.matters)
-            if one.next_record
-        ],
-        "To record again": _again(_table(results / MEASURED / "measurements.csv")),
+        "Not calibrated yet": gone,
+        "To narrow the parameters": narrowing,
+        "To tell explanations apart": apart,
+        "To record again": again,
     }
     return {heading: rows for heading, rows in lists.items() if rows}
 
@@ -143,7 +193,7 @@ def _tests(table: pd.DataFrame | None) -> list[ToRecord]:
     seed = "of the variance of the seed–seed parameters is left"
     return [
         ToRecord(
-            row.test,
+            str(row.test),
             f"{100 * row.variance_left_after:.0f} %"
             f" {seed}{' with those above' if k else ''}",
         )
@@ -157,13 +207,13 @@ def _again(table: pd.DataFrame | None) -> list[ToRecord]:
         return []
     failed = table[table["quality"] == "failed"].dropna(subset=["reason"])
     return [
-        ToRecord(str(name), "; ".join(dict.fromkeys(rows["reason"])))
+        ToRecord(str(name), "; ".join(dict.fromkeys(map(str, rows["reason"]))))
         for name, rows in failed.groupby("recording", sort=True)
     ]
 
 
-def _table(path: Path) -> pd.DataFrame | None:
-    try:
-        return pd.read_csv(path)
-    except (OSError, pd.errors.EmptyDataError, pd.errors.ParserError):
+def table(path: Path) -> pd.DataFrame | None:
+    """The table in a file; None where there is none, or nothing in it."""
+    if path.is_symlink() or not path.is_file() or not path.stat().st_size:
         return None
+    return pd.read_csv(path)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchtwin.page.folder import Folder, read_json
+from benchtwin.page.folder import Folder
+from benchtwin.page.results import CALIBRATED, read, told
 from benchtwin.twin.pair import Pair, pair
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording, read_recording
@@ -28,21 +29,22 @@ class BenchTwinPair:
 
 def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     """What a calibration chose to show, and what a diagnosis filmed; pairs of which a
-    half is gone are left out."""
+    half is gone are left out. Refused where the calibration cannot be read."""
     results = folder.results(bench)
     recordings = {
         r.id: r.path for r in find_recordings(bench) if isinstance(r, Recording)
     }
-    found = [
-        BenchTwinPair(
-            f"Calibration: {p['recording']}",
-            recordings[p["recording"]],
-            results / "calibrated" / p["twin"],
-            p["alike"],
-        )
-        for p in read_json(results / "calibrated" / "result.json").get("pairs", [])
-        if p["recording"] in recordings
-    ]
+    with read(results / CALIBRATED / "result.json") as file:
+        found = [
+            BenchTwinPair(
+                f"Calibration: {p['recording']}",
+                recordings[p["recording"]],
+                file.parent / p["twin"],
+                bool(p["alike"]),
+            )
+            for p in told(file).get("pairs", [])
+            if p["recording"] in recordings
+        ]
     for name, path in recordings.items():
         for which in ("old", "new"):
             twin = results / "diagnosed" / "twin" / f"{name.replace('/', '-')}-{which}"
@@ -50,7 +52,8 @@ def pairs_of(bench: Path, folder: Folder) -> list[BenchTwinPair]:
     return [
         b
         for b in found
-        if (b.twin / "recording.toml").is_file()
+        if b.twin.resolve().is_relative_to(results.resolve())
+        and (b.twin / "recording.toml").is_file()
         and not folder.links_out(b.twin)
         and not folder.links_out(b.recording)
     ]

@@ -14,6 +14,10 @@ from benchtwin.page.folder import Refused, write_durably
 from benchtwin.vision.evidence.read_keys import MOST_BYTES, validate
 from benchtwin.vision.measurement import MeasurementError
 
+OVERTAKEN = (
+    "was changed meanwhile, elsewhere. Reload the page; what you changed here is not"
+    " saved"
+)
 BY_HAND = "set by hand on the page"
 # (section, key) → value; None takes the key away; section "": above all sections
 Changes = dict[tuple[str, str], Any]
@@ -52,9 +56,12 @@ def any_text(path: Path) -> str:
     return path.read_bytes()[:MOST_BYTES].decode("utf8", "replace")
 
 
-def write_text(path: Path, text: str) -> None:
-    """Replace the whole file; Refused where the text is not TOML."""
+def write_text(path: Path, text: str, seen: str) -> None:
+    """Replace the whole file; Refused where the text is not TOML, or where the file is
+    another by now than was `seen`."""
     parsed(text, path)
+    if any_text(path) != seen:
+        raise Refused(f"{path.name} {OVERTAKEN}")
     write_durably(path, text.encode("utf8"))
 
 
@@ -63,10 +70,7 @@ def change(keys: Keys, changes: Changes, *, by_hand: bool = False) -> Keys:
     read, or where something in it would be wrong that was not."""
     text = text_of(keys.path)
     if _version(text) != keys.version:
-        raise Refused(
-            f"{keys.path.name} was changed meanwhile, elsewhere. Reload the page; what"
-            " you changed here is not saved"
-        )
+        raise Refused(f"{keys.path.name} {OVERTAKEN}")
     document = parsed(text, keys.path)
     wrong = _wrong(document, keys.path)
     for (section, key), value in changes.items():

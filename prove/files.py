@@ -3,6 +3,7 @@ of what it tries, so it has this of its own."""
 
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 
 def read_json(file: Path) -> dict:
@@ -19,7 +20,9 @@ def write_json(file: Path, content: dict, *, indent: int | None = 1) -> None:
 
 
 def write_whole(file: Path, text: str) -> None:
-    """Write beside the file and put it in place."""
-    part = file.with_name(f".{file.name}.part")
-    part.write_text(text, encoding="utf8")
-    part.replace(file)
+    """Write beside the file, where nobody else has put anything, and put it in
+    place."""
+    with TemporaryDirectory(prefix=".prove-", dir=file.parent) as folder:
+        part = Path(folder) / "part"
+        part.write_text(text, encoding="utf8")
+        part.replace(file)

@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from benchtwin.bench.whole_file import whole
 from benchtwin.report.template import PAGE, PRINTED
 from benchtwin.twin.command import DONE, exit_code
 
@@ -90,9 +91,8 @@ def print_pdf(page: Path, out: Path) -> None:
         if not printed.is_file():
             why = done.stderr.strip().splitlines()[-1:] or ["it said nothing"]
             raise RuntimeError(f"the browser did not print {page}: {why[0]}")
-        part = out.with_name(out.name + ".part")
-        shutil.copyfile(printed, part)
-        part.replace(out)
+        with whole(out) as part:
+            shutil.copyfile(printed, part)
 
 
 def pdf_command(results: Path, out: Path | None, quiet: bool) -> int:

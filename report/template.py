@@ -38,9 +38,9 @@ def fill(
     page = environment.from_string(
         (files("benchtwin.report") / template).read_text(encoding="utf8")
     )
-    # "</" would end the script element that carries the figures
+    # "</script" or "<!--" would end the element that carries the figures
     drawn = json.dumps(figures, separators=(",", ":"), allow_nan=False).replace(
-        "</", "<\\/"
+        "<", "\\u003c"
     )
     return page.render(
         figures=sorted(figures),

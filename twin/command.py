@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, SpinnerColumn, TimeElapsedColumn
+
+from benchtwin.bench.terminal import Terminal, Words
 
 if TYPE_CHECKING:
     from benchtwin.twin.bench_folder import Observed
@@ -51,20 +52,25 @@ def exit_code(
     misuses: Errors = (FileNotFoundError, FileExistsError, Misuse),
     failures: Errors = (ValueError, RuntimeError),
 ) -> int:
-    """The exit code of `work`; an error that it raises is printed in one line.
+    """The exit code of `work`; an error that it raises is printed in one line, one of
+    the system's with its file.
 
     misuses, failures: errors of what was typed, and of what came of it; others are
     faults of ours."""
+
+    def words(error: Exception) -> object:
+        if isinstance(error, OSError) and error.strerror:
+            return f"{error.filename or out}: {error.strerror}"
+        return error
+
     try:
         return work()
     except KeyboardInterrupt:
         return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
     except misuses as error:
-        return say(verb, error, MISUSED)
-    except failures as error:
-        return say(verb, error, FAILED)
-    except OSError as error:
-        return say(verb, f"{error.filename or out}: {error.strerror or error}", FAILED)
+        return say(verb, words(error), MISUSED)
+    except (*failures, OSError) as error:
+        return say(verb, words(error), FAILED)
 
 
 def check_out(
@@ -115,23 +121,17 @@ def check_bench(bench: "Path | Observed", out: Path) -> None:
 def progress_line(quiet: bool) -> Iterator[Callable[[object], None]]:
     """A function that shows what is being done, in a line of the terminal that goes
     away."""
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    console = Console(stderr=True)
+    columns = (SpinnerColumn(), Words("{task.description}"), TimeElapsedColumn())
+    console = Terminal(stderr=True)
     with Progress(*columns, console=console, disable=quiet, transient=True) as progress:
         task = progress.add_task("", total=None)
         yield lambda state: progress.update(task, description=str(state))
 
 
-def result_console() -> Console:
-    """Where results are printed: as wide as the terminal, or 160 characters where there
-    is none."""
-    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
-
-
-def print_lines(console: Console, *lines: str) -> None:
-    """Sentences, each as it is."""
+def print_lines(console: Terminal, *lines: str) -> None:
+    """Sentences, each on a line of its own."""
     for line in lines:
-        console.print(line, markup=False, soft_wrap=True)
+        console.print(line, soft_wrap=True)
 
 
 def reported(write: Callable[[], object], kept: str, verb: str) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from benchtwin.bench.whole_file import own_folder
 from benchtwin.sim.engine.state import State
 from benchtwin.sim.engine.world import World
 from benchtwin.sim.lammps.contact import in_lammps_law
@@ -124,7 +125,8 @@ class Engine:
         if self.name == OURS:
             return run(rig, on_bench, rng, engine=Ours(threads, keep), **how)
         with tempfile.TemporaryDirectory() as passing:
-            lammps = Lammps(scratch or Path(passing), self.ranks)
+            place = own_folder(scratch) if scratch else Path(passing)
+            lammps = Lammps(place, self.ranks)
             return run(rig, on_bench, rng, engine=LammpsEngine(lammps, keep), **how)
 
 

@@ -3,7 +3,6 @@ recording → what is measured on it."""
 
 import json
 import os
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.whole_file import new_folder
 from benchtwin.measure.observe import (
     observe as observe,
 )  # the same call for bench and twin
@@ -75,7 +75,7 @@ def simulate(
         raise ValueError(
             f"rig = {rig!r}, but the recording to be like is a {recording.rig}"
         )
-    if out.exists():
+    if os.path.lexists(out):
         raise FileExistsError(f"{out} is there already")
     ended: list[tuple[World, State]] = []
     scratch, engine = out.with_name(f".{out.name}.lammps"), engine.for_rig(rig)
@@ -90,9 +90,7 @@ def simulate(
         keep=(lambda *end: ended.append(end)) if save else forget,
         lying=lying,
     )
-    part = out.with_name(f".{out.name}.part-{os.getpid()}")
-    part.mkdir(parents=True)
-    try:
+    with new_folder(out) as part:
         told = replace(told, id=out.name, path=part)
         if rendered:
             kind = write.pictures(motion, told, part, rng, watch)
@@ -115,10 +113,6 @@ def simulate(
         (part / RECORD).write_text(
             json.dumps(told_of, indent=1, allow_nan=False), encoding="utf8"
         )
-        part.rename(out)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        raise
     return read_recording(out)
 
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TimeElapsedColumn
 
+from benchtwin.bench.terminal import Terminal, Words
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
 from benchtwin.twin.engine import OURS, Engine
@@ -130,13 +130,13 @@ def run_jobs(
         raise FileExistsError(f"{out}: is a file; --out names a folder")
     out.mkdir(parents=True, exist_ok=True)
     columns = (
-        TextColumn("{task.description}"),
+        Words("{task.description}"),
         BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
+        Words("{task.percentage:3.0f} %"),
         TimeElapsedColumn(),
     )
     with Progress(
-        *columns, console=Console(stderr=True), disable=quiet, transient=True
+        *columns, console=Terminal(stderr=True), disable=quiet, transient=True
     ) as progress:
         for n, job in enumerate(jobs, start=1):
             name = f"{rig}-{n:0{max(2, len(str(len(jobs))))}d}"
@@ -152,6 +152,5 @@ def run_jobs(
             progress.remove_task(task)
             if not quiet:
                 progress.console.print(
-                    f"{out / name}" + (": was there already" if there else ""),
-                    highlight=False,
+                    f"{out / name}" + (": was there already" if there else "")
                 )

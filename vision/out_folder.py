@@ -6,10 +6,10 @@ import errno
 import itertools
 import os
 import shutil
-import tempfile
 from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 
+from benchtwin.bench.whole_file import folder_beside
 from benchtwin.vision.measurement import MeasurementError
 
 LONGEST_NAME = 50  # characters of a file name, each four bytes at most
@@ -46,12 +46,6 @@ def check_out(
             )
 
 
-def part_folder(out: Path) -> Path:
-    """A new hidden folder beside `out`, in which the output is written."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    return Path(tempfile.mkdtemp(prefix=f".{out.name}-", dir=out.parent))
-
-
 def put_in_place(
     part: Path, out: Path, is_own: Callable[[Path], bool], overwrite: bool
 ) -> None:
@@ -77,12 +71,9 @@ def new_folder(
 ) -> Iterator[Path]:
     """A folder to write into that becomes `out` at the end, and is removed where an
     error comes first."""
-    part = part_folder(out)
-    try:
+    with folder_beside(out) as part:
         yield part
         put_in_place(part, out, is_own, overwrite)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
 
 
 def file_name(name: str, taken: Collection[str]) -> str:

@@ -1,8 +1,8 @@
 """The folder that `benchtwin measure` writes: tables, overlays, and a page on which
 fifty are looked through in a minute."""
 
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +12,10 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader
 from PIL import Image
 
+from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.numbers import stored
+from benchtwin.bench.outlets import csv_text
+from benchtwin.bench.whole_file import folder_beside
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.vision.measurement import (
     DOUBTFUL,
@@ -22,21 +25,9 @@ from benchtwin.vision.measurement import (
     Quantity,
     worst,
 )
-from benchtwin.vision.out_folder import check_out, file_name, part_folder, put_in_place
+from benchtwin.vision.out_folder import check_out, file_name, put_in_place
 from benchtwin.vision.summary import Line, as_table, summarise
 
-COLUMNS = [
-    "recording",
-    "rig",
-    "quantity",
-    "value",
-    "sd",
-    "sd_common",
-    "unit",
-    "quality",
-    "reason",
-    "overlay",
-]
 TABLES = ("bounces", "readings", "seeds")  # of all recordings together, one file each
 OWN = (
     "measurements.csv",
@@ -107,7 +98,7 @@ class ContactSheet:
 
 
 def row_of(observation: Observation, quantity: Quantity) -> tuple:
-    """What COLUMNS say of a quantity, but for the overlay."""
+    """What MEASURED say of a quantity, but for the overlay."""
     q = quantity
     told = (q.name, q.value, q.sd, q.sd_common, q.unit, q.quality, q.reason)
     return (observation.recording, observation.rig, *told)
@@ -123,7 +114,8 @@ class Results:
     def __init__(self, out: Path, inputs: Sequence[Path] = (), overwrite: bool = False):
         self.out, self.overwrite = Path(out), overwrite
         check_out(self.out, "results", _is_own, overwrite, inputs)
-        self.part = part_folder(self.out)
+        self.open = ExitStack()
+        self.part = self.open.enter_context(folder_beside(self.out))
         self.stems: set[str] = set()
         self.rows: list[dict] = []
         self.tables: dict[str, list[pd.DataFrame]] = {name: [] for name in TABLES}
@@ -153,14 +145,15 @@ class Results:
             )
         for name, tables in self.tables.items():
             if (table := getattr(observation, name)) is not None and len(table):
-                stated = {
-                    k: v for k, v in observation.conditions.items() if k not in table
-                }
-                tables.append(table.assign(**stated))
+                beside = table.copy()
+                for condition, value in observation.conditions.items():
+                    own = condition not in table
+                    beside[condition if own else f"condition_{condition}"] = value
+                tables.append(beside)
         self.notes += [(observation.recording, note) for note in observation.notes]
         for q in observation.quantities:
             row = (*row_of(observation, q), overlay)
-            self.rows.append({**observation.conditions, **dict(zip(COLUMNS, row))})
+            self.rows.append({**observation.conditions, **dict(zip(MEASURED, row))})
         self.observations.append(
             replace(observation, pictures={}, track=None, bounces=None, seeds=None)
         )
@@ -168,9 +161,9 @@ class Results:
     def finish(self) -> pd.DataFrame:
         """Write the tables and put the folder in place; returns the measurements."""
         conditions = dict.fromkeys(
-            name for row in self.rows for name in row if name not in COLUMNS
+            name for row in self.rows for name in row if name not in MEASURED
         )
-        table = pd.DataFrame(self.rows, columns=[*COLUMNS, *conditions])
+        table = pd.DataFrame(self.rows, columns=[*MEASURED, *conditions])
         self.summary = summarise(self.observations)
         written = {
             "measurements": table,
@@ -188,18 +181,16 @@ class Results:
         summary = written["summary"]
         half = (summary["high"] - summary["low"]) / 2
         written["summary"] = _rounded(summary, ("mean", "low", "high"), half)
-        for name, rows in written.items():  # a folder's name need not be valid UTF-8
-            file = self.part / f"{name}.csv"
-            rows.to_csv(
-                file, index=False, float_format="%.6g", errors="backslashreplace"
-            )
+        for name, rows in written.items():
+            (self.part / f"{name}.csv").write_text(csv_text(rows), encoding="utf8")
         if (self.part / "overlays").is_dir():
             self.sheet.write(self.part / "overlays" / "index.html")
-        put_in_place(self.part, self.out, _is_own, self.overwrite)
+        with self.open:
+            put_in_place(self.part, self.out, _is_own, self.overwrite)
         return table
 
     def abandon(self) -> None:
-        shutil.rmtree(self.part, ignore_errors=True)
+        self.open.close()
 
 
 def _rounded(

@@ -2,17 +2,18 @@
 where the files are."""
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from benchtwin.bench.numbers import with_interval, with_sd
+from benchtwin.bench.outlets import plain
 from benchtwin.bench.rigs import RIGS
+from benchtwin.bench.terminal import Terminal
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD
 from benchtwin.vision.summary import Line
 
@@ -30,7 +31,7 @@ def show_results(
     """Print the results of a batch; of a long one only the main quantities and what is
     doubtful or failed. table: the rows of measurements.csv; not_read: those of the
     notes that name files which were left out; out: the folder."""
-    console = Console(width=None if sys.stdout.isatty() else 160)
+    console = Terminal()
     short = len(table) <= MOST_ROWS
     look = table["quality"] != GOOD
     if short:
@@ -43,7 +44,7 @@ def show_results(
         _show_rows(console, table[look])
     shown_notes = notes if len(notes) <= MOST_NOTES else not_read
     for recording, note in shown_notes:
-        console.print(f"[dim]{_escape(recording)}: {_escape(note)}[/]")
+        console.print(f"{recording}: {note}", style="dim")
     counts = ", ".join(
         f"{(table['quality'] == q).sum()} {q}" for q in (GOOD, DOUBTFUL, FAILED)
     )
@@ -58,11 +59,9 @@ def show_results(
         else {f"{len(notes)} notes on what was assumed": "notes.csv"}
     )
     places = "; ".join(
-        f"{what}: {_escape(str(out / name))}"
-        for what, name in files.items()
-        if (out / name).exists()
+        f"{what}: {out / name}" for what, name in files.items() if (out / name).exists()
     )
-    console.print(f"\n{counts}. {places}", highlight=False)
+    console.print(f"\n{counts}. {places}")
 
 
 def _main_results(means: Sequence[Line]) -> list[Line]:
@@ -85,7 +84,7 @@ def _main_results(means: Sequence[Line]) -> list[Line]:
     return kept
 
 
-def _show_rows(console: Console, table: pd.DataFrame) -> None:
+def _show_rows(console: Terminal, table: pd.DataFrame) -> None:
     shown = Table(box=None, pad_edge=False)
     for heading in ("recording", "quantity", "value", "± sd", "unit"):
         right = heading in ("value", "± sd")
@@ -95,18 +94,18 @@ def _show_rows(console: Console, table: pd.DataFrame) -> None:
         value, sd = with_sd(row.value, row.sd)
         reason = f": {row.reason}" if row.reason else ""
         shown.add_row(
-            _escape(row.recording),
+            row.recording,
             row.quantity,
             value,
             sd,
             "" if row.unit == "1" else row.unit,
-            f"[{COLOURS[row.quality]}]{row.quality}[/]{_escape(reason)}",
+            Text.assemble((row.quality, COLOURS[row.quality]), plain(reason)),
         )
     if len(table):
         console.print(shown)
 
 
-def _show_means(console: Console, lines: Sequence[Line]) -> None:
+def _show_means(console: Terminal, lines: Sequence[Line]) -> None:
     """Print the means over repeats."""
     if not lines:
         return
@@ -141,7 +140,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
             if count
         ]
         shown.add_row(
-            _escape(f"{name}, {line.conditions}" if line.conditions else name),
+            f"{name}, {line.conditions}" if line.conditions else name,
             with_interval(line.mean, line.low, line.high),
             "" if line.unit == "1" else line.unit,
             str(line.n),
@@ -149,12 +148,7 @@ def _show_means(console: Console, lines: Sequence[Line]) -> None:
                 "–" if math.isnan(v) else f"{v:.2g}"
                 for v in (0.0 if line.all_equal else line.scatter, line.measuring)
             ),
-            _escape("; ".join(doubts)),
+            "; ".join(doubts),
         )
     console.print()
     console.print(shown)
-
-
-def _escape(text: str) -> str:
-    """The text with square brackets escaped, which rich takes for markup."""
-    return text.replace("[", r"\[")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchtwin.bench.outlets import one_line
 from benchtwin.calibrate.export.conventions import GIVEN, Solid, rolling_friction
 
 
@@ -108,7 +109,8 @@ def read_result(folder: Path) -> Calibrated:
         raise ValueError(f"{file}: not readable as JSON: {error}") from error
     # The hash says which result a card came from after both have been copied elsewhere.
     digest = hashlib.sha256(raw).hexdigest()[:12]
-    return calibrated_from(content, str(file), f"{file} (sha256 {digest})")
+    # it stands in comments of cards, which are programs
+    return calibrated_from(content, str(file), f"{one_line(file)} (sha256 {digest})")
 
 
 def calibrated_from(content: Any, file: str, source: str = "") -> Calibrated:

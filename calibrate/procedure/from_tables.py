@@ -100,7 +100,7 @@ def published(file: Path) -> dict:
         return {}
     try:
         return checked(tomllib.loads(file.read_text(encoding="utf-8-sig")), file)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{file}: not valid TOML: {error}") from error
 
 

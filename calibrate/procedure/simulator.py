@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,7 +13,6 @@ from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.twin.engine import OWN, Engine
 
-MANY = 10_000  # jobs: as many workers as there are cores
 CONVERTED_ALIKE = (
     "these numbers are the first run's; others are converted in the same way"
 )
@@ -61,35 +60,30 @@ def campaign(
     further fields of `Parameters`. say: told once what the engine converts of the law,
     with the first run's numbers.
 
-    Without a scheduler, local workers are started with the first run that the store has
-    not, and stay for all that follow: they load their compiled kernels once."""
+    Local workers are started with the first runs that the store has not, and stay for
+    all that follow: they load their compiled kernels once."""
     # imported here: dask and the compiled engine, which `--help` must not wait for
     from benchtwin.twin import Parameters
-    from benchtwin.twin.campaign import read_campaign, run_campaign
-    from benchtwin.twin.campaign.cluster import connected, workers_for
+    from benchtwin.twin.campaign import run_campaign
+    from benchtwin.twin.campaign.cluster import local, workers_for
     from benchtwin.twin.job import Job
 
     def job(r: Run) -> Job:
         parameters = Parameters(**(base or {}) | rounded(r.values))
         return Job(r.rig, parameters, _begun(r), r.rng, rendered, engine)
 
-    with ExitStack() as stack:
-        address, told = scheduler, False
+    with local(workers or workers_for(engine.ranks)) as here:
+        told = False
 
         def simulate(runs: Sequence[Run]) -> pd.DataFrame:
-            nonlocal address, told
+            nonlocal told
             jobs = [job(r) for r in runs]
             if jobs and not told and (converted := jobs[0].converted()):
                 told = True
                 for line in (*converted, CONVERTED_ALIKE):
                     say(line)
-            done = read_campaign(jobs, store).counts()["done"] if not address else 0
-            if not address and done < len(jobs):
-                many = workers or workers_for(engine.ranks)
-                cluster = stack.enter_context(connected(MANY, many, None))
-                address = cluster.client.scheduler.address
             return run_campaign(
-                jobs, store, scheduler=address, progress=progress, keep="photos"
+                jobs, store, workers=here, scheduler=scheduler, progress=progress
             ).table
 
         yield simulate

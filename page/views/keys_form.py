@@ -38,6 +38,7 @@ class KeysForm:
         self.site, self.path, self.saved = site, path, saved
         self.page = ui.context.client
         self.typed: dict[Place, Any] = {}  # not saved yet
+        self.overtaken: set[Place] = set()  # typed, but somebody else was quicker
         self.loaded: dict[Place, Any] = {}  # the file's values as the form shows them
         self.inputs: dict[Place, _Input] = {}
         self.conditions: _Conditions | None = None
@@ -73,13 +74,14 @@ class KeysForm:
 
     def _text(self) -> None:
         """The file as it is, where it is no TOML that a form could show."""
-        text = ui.textarea(self.path.name, value=toml_file.any_text(self.path))
+        seen = toml_file.any_text(self.path)
+        text = ui.textarea(self.path.name, value=seen)
         text.classes("w-full").props("outlined autogrow")
 
         @errors_shown
         async def save() -> None:
             with self.site.history.kept(self.path):
-                toml_file.write_text(self.path, text.value or "")
+                toml_file.write_text(self.path, text.value or "", seen)
             if self.saved:
                 await self.saved(set())
             ui.navigate.reload()
@@ -98,6 +100,7 @@ class KeysForm:
 
     def note(self, place: Place, value: Any, *, at_once: bool = False) -> None:
         """Somebody typed or chose something."""
+        self.overtaken.discard(place)
         field = self.inputs.get(place)
         if field and value == field.shown(self.loaded.get(place)):
             self.typed.pop(place, None)
@@ -118,6 +121,8 @@ class KeysForm:
         """Save what was typed, key by key: one that is refused keeps back no other."""
         done: set[Place] = set()
         for place, text in list(self.typed.items()):
+            if place in self.overtaken:
+                continue
             field = self.inputs.get(place)
             try:
                 value = text if field is None else field.key.read(text)
@@ -141,6 +146,7 @@ class KeysForm:
         present = _in(keys.content, place)
         if present != self.loaded.get(place) and present != value:
             self.loaded[place] = present
+            self.overtaken.add(place)
             raise Refused(
                 f"{place[1]} was changed meanwhile, elsewhere: it is"
                 f" {_shown(present) or 'not stated'} now. Yours is not saved; change it"

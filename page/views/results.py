@@ -5,6 +5,7 @@ import html
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TypeVar
 from urllib.parse import quote
 
 import pandas as pd
@@ -13,6 +14,7 @@ from nicegui import ui
 from benchtwin.bench.numbers import with_interval, with_unit
 from benchtwin.calibrate.export import ENGINES
 from benchtwin.page import results
+from benchtwin.page.folder import Refused
 from benchtwin.page.side_by_side import pairs_of
 from benchtwin.page.site import Site
 from benchtwin.page.views import side_by_side
@@ -30,6 +32,7 @@ COLUMNS = (
     *("rig", "quantity", "conditions"),
     *("mean", "n", "scatter", "far from the others"),
 )
+T = TypeVar("T")
 TONES = {"sure": "text-positive", "open": "", "quiet": "soft"}  # else "text-warning"
 
 
@@ -40,8 +43,9 @@ def panel(site: Site, bench: Path, part: str) -> None:
     for link in site.folder.links_out(left):
         ui.label(site.folder.refused_link(link)).classes("failed")
         return
-    _calibrated(results.calibrated(left))
-    parts = _parts(site, bench, left)
+    or_said = partial(_or_said, set())
+    _calibrated(or_said(lambda: results.calibrated(left), []))
+    parts = _parts(site, bench, left, or_said)
     if parts:
         here = part if part in parts else next(iter(parts))
         address = f"/bench?b={quote(site.folder.name_of(bench))}&tab=Results"
@@ -50,9 +54,19 @@ def panel(site: Site, bench: Path, part: str) -> None:
             parts[here]()
     else:
         ui.label("Nothing yet: run something first.").classes("soft")
-    if (left / "measured" / "summary.csv").is_file():
-        _means(left / "measured" / "summary.csv")
+    or_said(lambda: _means(left / results.MEASURED / "summary.csv"), None)
     _downloads(site, bench, left)
+
+
+def _or_said(said: set[str], read: Callable[[], T], nothing: T) -> T:
+    """What is read; where it cannot be, the page says so, once."""
+    try:
+        return read()
+    except Refused as error:
+        if str(error) not in said:
+            ui.label(str(error)).classes("failed anywhere")
+        said.add(str(error))
+        return nothing
 
 
 def _calibrated(found: list[results.Calibrated]) -> None:
@@ -77,19 +91,21 @@ def _calibrated(found: list[results.Calibrated]) -> None:
         )
 
 
-def _parts(site: Site, bench: Path, left: Path) -> dict[str, Callable[[], object]]:
+def _parts(
+    site: Site, bench: Path, left: Path, or_said: Callable
+) -> dict[str, Callable[[], object]]:
     """What there is to show, by its heading."""
     parts: dict[str, Callable[[], object]] = {}
-    if pairs_of(bench, site.folder):
+    if or_said(lambda: pairs_of(bench, site.folder), []):
         parts["Bench and twin"] = partial(side_by_side.panel, site, bench)
     for file, heading in REPORTS:
         if (left / file).is_file():
             parts[heading] = partial(_framed, site, left / file, heading)
-    if (cloud := results.posterior(left)) is not None:
+    if (cloud := or_said(lambda: results.posterior(left), None)) is not None:
         parts["Posterior"] = partial(PosteriorCloud, cloud)
-    if found := results.explained(left):
+    if found := or_said(lambda: results.explained(left), []):
         parts["Explanations"] = partial(_explanations, found)
-    if to_record := results.next_recordings(left):
+    if to_record := or_said(lambda: results.next_recordings(left), {}):
         parts["What to record next"] = partial(
             _next, to_record, f"/next?bench={quote(site.folder.name_of(bench))}"
         )
@@ -146,16 +162,14 @@ def _next(to_record: dict[str, list[results.ToRecord]], address: str) -> None:
 
 def _means(file: Path) -> None:
     """summary.csv as a table; a bench with nothing measured has none."""
-    try:
-        table = pd.read_csv(file)
-    except (pd.errors.EmptyDataError, OSError):
-        return
-    table = table[table["n"] > 1]
-    if not len(table):
+    with results.read(file):
+        table = results.table(file)
+        table = pd.DataFrame() if table is None else table[table["n"] > 1]
+        rows = [_mean(row) for row in table.itertuples()]
+    if not rows:
         return
     title = f"Means over repeats, with 95 % intervals ({len(table)} rows)"
     heads = [{"name": c, "label": c, "field": c, "align": "left"} for c in COLUMNS]
-    rows = [_mean(row) for row in table.itertuples()]
     with ui.expansion(title).classes("w-full"), ui.element("div").classes("scroll-x"):
         ui.table(columns=heads, rows=rows, pagination=12).props("dense flat")
 

@@ -30,7 +30,7 @@ def panel(site: Site, bench: Path) -> None:
         try:
             both = await asyncio.to_thread(read_pair, chosen)
             shown = browser_data(chosen, both, site.folder)
-        except (MeasurementError, OSError) as error:
+        except (MeasurementError, OSError, ValueError) as error:
             place.clear()
             with place:
                 ui.label(str(error)).classes("failed")

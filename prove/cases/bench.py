@@ -3,6 +3,7 @@
 import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import cv2
 import numpy as np
@@ -56,13 +57,14 @@ def log_uniform(low: float, high: float, rng: np.random.Generator) -> float:
 
 def write_bench(bench: Bench, folder: Path) -> None:
     """Write the bench folder; OSError when it cannot be."""
-    part = folder.with_name(f".{folder.name}.part")
-    shutil.rmtree(part, ignore_errors=True)
-    part.mkdir(parents=True)
-    (part / "bench.toml").write_text(tomli_w.dumps(bench.toml), encoding="utf8")
-    for recording in bench.recordings:
-        _write(recording, part / recording.name)
-    part.replace(folder)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix=".prove-", dir=folder.parent) as beside:
+        part = Path(beside) / "part"
+        part.mkdir()
+        (part / "bench.toml").write_text(tomli_w.dumps(bench.toml), encoding="utf8")
+        for recording in bench.recordings:
+            _write(recording, part / recording.name)
+        part.replace(folder)
 
 
 def _write(recording: Recording, folder: Path) -> None:

@@ -1,6 +1,5 @@
 """Command lines of `benchtwin pack` and `benchtwin unpack`: words and exit codes."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from benchtwin.report.archive.pack import Unpackable, pack
@@ -9,6 +8,7 @@ from benchtwin.twin.command import DONE, FAILED, exit_code
 from benchtwin.twin.versions import versions
 
 MISUSES = (FileNotFoundError, FileExistsError, Unpackable, NoPack)
+NOTHING = "nothing was written"
 SHOWN = 3  # names in a sentence
 
 
@@ -30,7 +30,7 @@ def pack_command(
             print(f"where they were taken is in photos (EXIF): {_some(packed.located)}")
         return DONE
 
-    return _in_words("pack", out, work)
+    return exit_code("pack", out, work, stopped=NOTHING, misuses=MISUSES)
 
 
 def _size(folder: Path) -> int:
@@ -51,7 +51,8 @@ def unpack_command(packed: Path, out: Path | None, quiet: bool) -> int:
             print(line)
         return DONE if opened.whole else FAILED
 
-    return _in_words("unpack", out or packed, work)
+    at = out or packed
+    return exit_code("unpack", at, work, stopped=NOTHING, misuses=MISUSES)
 
 
 def _said(opened: Opened) -> list[str]:
@@ -61,6 +62,8 @@ def _said(opened: Opened) -> list[str]:
         lines.append(f"missing: {_some(opened.missing)}")
     if opened.changed:
         lines.append(f"not as packed: {_some(opened.changed)}")
+    if opened.longer:
+        lines.append(f"longer than packed, and not copied: {_some(opened.longer)}")
     if opened.unlisted:
         lines.append(f"not listed, and not copied: {_some(opened.unlisted)}")
     if opened.whole:
@@ -77,18 +80,3 @@ def _said(opened: Opened) -> list[str]:
         if name != "benchtwin"
     ]
     return [*lines, *([f"made with {', '.join(others)}"] if others else [])]
-
-
-def _in_words(verb: str, out: Path, work: Callable[[], int]) -> int:
-    """The exit code; a full disk is said so, and leaves nothing."""
-
-    def careful() -> int:
-        try:
-            return work()
-        except MISUSES:
-            raise
-        except OSError as error:
-            why = f"{error.strerror or error}; nothing half-written is left"
-            raise RuntimeError(f"cannot write to {out}: {why}") from error
-
-    return exit_code(verb, out, careful, stopped="nothing was written", misuses=MISUSES)

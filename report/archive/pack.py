@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import shutil
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,7 +10,8 @@ from dataclasses import dataclass, field
 from io import SEEK_END, BufferedIOBase, BytesIO
 from pathlib import Path
 
-from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST
+from benchtwin.bench.whole_file import new_folder, whole
+from benchtwin.report.archive import ABOUT, FORMAT, MANIFEST, MOST_LISTED, stays_within
 from benchtwin.report.archive.about import about
 from benchtwin.report.archive.machine import Machine
 from benchtwin.report.template import PAGE, PRINTED
@@ -46,21 +48,19 @@ def pack(bench: Path, results: Sequence[Path], out: Path, runs: bool = False) ->
     for folder in (bench, *results):
         if not folder.is_dir():
             raise FileNotFoundError(f"{folder}: no such folder")
-    if out.exists():
+    if os.path.lexists(out):
         raise FileExistsError(f"{out}: is there already; choose another --out")
     for folder in (bench, *results):
         if folder.resolve() in (out.resolve(), *out.resolve().parents):
             raise Unpackable(f"--out {out}: lies within {folder}, which is packed")
     gathered = _gathered(bench, results, runs)
     out.parent.mkdir(parents=True, exist_ok=True)
-    part = out.with_name(f".{out.name}.part")
-    try:
-        (_as_zip if out.suffix == ZIP else _as_folder)(part, gathered.files)
-        part.replace(out)
-    finally:
-        if part.is_dir():
-            shutil.rmtree(part)
-        part.unlink(missing_ok=True)
+    if out.suffix == ZIP:
+        with whole(out) as part:
+            _as_zip(part, gathered.files)
+    else:
+        with new_folder(out) as part:
+            _as_folder(part, gathered.files)
     return gathered
 
 
@@ -79,6 +79,8 @@ def _gathered(bench: Path, results: Sequence[Path], runs: bool) -> Packed:
             if folder != bench and RUNS in inside.parts[:-1] and not runs:
                 continue
             at = f"{name}/{inside.as_posix()}"
+            if not stays_within(at):
+                raise Unpackable(f"{path}: a name that not every system can have")
             if path.name == PRINTED and _changed(machine, path.with_name(PAGE)):
                 found.left_out.append(str(path))  # a print cannot be changed
                 continue
@@ -118,7 +120,10 @@ def _manifest(files: Mapping[str, Path | str]) -> str:
             hashed, size = digest(stream), stream.seek(0, SEEK_END)
         rows[at] = {"bytes": size, "sha256": hashed}
     told = {"format": FORMAT, "versions": versions(), "files": rows}
-    return json.dumps(told, indent=1, ensure_ascii=False)
+    text = json.dumps(told, indent=1, ensure_ascii=False)
+    if len(text.encode()) > MOST_LISTED:
+        raise Unpackable(f"{len(rows):,} files are too many for one pack")
+    return text
 
 
 def stream_of(content: Path | str) -> BufferedIOBase:
@@ -132,7 +137,6 @@ def digest(stream: BufferedIOBase) -> str:
 
 
 def _as_folder(part: Path, files: Mapping[str, Path | str]) -> None:
-    shutil.rmtree(part, ignore_errors=True)
     for at, content in files.items():
         place = part / at
         place.parent.mkdir(parents=True, exist_ok=True)

@@ -1,21 +1,26 @@
 """Opens a pack: checks every file against its hash, and says by what it was made."""
 
 import json
-import shutil
+import os
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from errno import ENOSPC
+from hashlib import sha256
 from io import BufferedIOBase
 from pathlib import Path, PurePosixPath
+from shutil import disk_usage
 from typing import cast
 
-from benchtwin.report.archive import FORMAT, MANIFEST
-from benchtwin.report.archive.pack import digest
+from benchtwin.bench.whole_file import new_folder
+from benchtwin.report.archive import FORMAT, MANIFEST, MOST_LISTED, stays_within
 from benchtwin.twin.versions import versions
 
 Reader = Callable[[str], BufferedIOBase]
+AS_PACKED, CHANGED, LONGER = "as packed", "changed", "longer"
+PIECE = 1 << 20  # bytes that are read at a time
 
 
 class NoPack(ValueError):
@@ -24,11 +29,13 @@ class NoPack(ValueError):
 
 @dataclass(frozen=True)
 class Opened:
-    """changed, missing, unlisted: names of files that are not as they were packed;
-    version: of benchtwin, that made it; other_versions: {library: (then, here)}."""
+    """changed, missing, longer, unlisted: names of files that are not as they were
+    packed, longer ones with more in them than the pack says; version: of benchtwin,
+    that made it; other_versions: {library: (then, here)}."""
 
     changed: tuple[str, ...]
     missing: tuple[str, ...]
+    longer: tuple[str, ...]
     unlisted: tuple[str, ...]
     version: str
     other_versions: dict[str, tuple[str, str]]
@@ -36,28 +43,31 @@ class Opened:
     @property
     def whole(self) -> bool:
         """Whether every file is as it was packed."""
-        return not (self.changed or self.missing)
+        return not (self.changed or self.missing or self.longer)
 
 
 def unpack(packed: Path, out: Path | None) -> Opened:
     """Check a pack, a folder or a zip, and copy what it lists into the folder `out`;
-    None: only check. What has changed is copied as it is.
+    None: only check. What has changed is copied as it is, but for what is longer than
+    the pack says.
 
     Raises NoPack for what is none, FileExistsError where `out` is, OSError where it
     cannot be written: nothing half-written is left."""
-    if out is not None and out.exists():
+    if out is not None and os.path.lexists(out):
         raise FileExistsError(f"{out}: is there already; choose another --out")
     with _opened(packed) as (names, read):
         manifest = _manifest(packed, names, read)
         listed = manifest["files"]
+        there = {name: row for name, row in listed.items() if name in names}
         if out is None:
-            wrong = [n for n in listed if n in names and _differs(read(n), listed[n])]
+            found = {n: _found(read(n), row) for n, row in there.items()}
         else:
-            wrong = _copied(listed, names, read, out)
+            found = _copied(there, read, out)
     here, then = versions(), manifest.get("versions", {})
     return Opened(
-        tuple(wrong),
+        tuple(n for n, how in found.items() if how == CHANGED),
         tuple(n for n in listed if n not in names),
+        tuple(n for n, how in found.items() if how == LONGER),
         tuple(sorted(names - set(listed) - {MANIFEST})),
         str(then.get("benchtwin", "an unknown version")),
         {n: (str(v), here[n]) for n, v in then.items() if n in here and v != here[n]},
@@ -91,49 +101,74 @@ def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
         raise NoPack(
             f"{packed}: {MANIFEST} is not in it: `benchtwin pack` did not make it"
         )
+    with read(MANIFEST) as stream:
+        text = stream.read(MOST_LISTED + 1)
+    if len(text) > MOST_LISTED:
+        raise NoPack(f"{packed}: {MANIFEST} in it is larger than {MOST_LISTED:,} bytes")
     try:
-        with read(MANIFEST) as stream:
-            told = json.load(stream)
+        told = json.loads(text)
         made, written = told["format"], told["files"]
-        names_safe = all(_safe(name) for name in written)
-        hashed = all(isinstance(row["sha256"], str) for row in written.values())
-    except (ValueError, KeyError, TypeError, AttributeError):
+        names_safe = all(map(stays_within, written)) and not _nested(written)
+        whole = all(map(_is_row, written.values()))
+        by = told.setdefault("versions", {}).get("benchtwin", "?")
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise NoPack(f"{packed}: {MANIFEST} in it is damaged") from None
     if not isinstance(made, int) or made > FORMAT:
-        by = told.get("versions", {}).get("benchtwin", "?")
         raise NoPack(
             f"{packed}: packed by benchtwin {by} in format {made}; this is benchtwin"
             f" {versions()['benchtwin']}, which reads up to {FORMAT}"
         )
-    if not (names_safe and hashed):
-        raise NoPack(f"{packed}: {MANIFEST} lists names outside the pack")
+    if not names_safe:
+        raise NoPack(
+            f"{packed}: {MANIFEST} lists names outside the pack, or a file in a file"
+        )
+    if not whole:
+        raise NoPack(f"{packed}: {MANIFEST} in it is damaged")
     return told
 
 
-def _safe(name: str) -> bool:
-    """Whether a name stays within the folder that it is written into."""
-    parts = PurePosixPath(name).parts
-    clean = not any(c in name for c in "\\:\0")
-    return bool(parts) and clean and ".." not in parts and parts[0] != "/"
+def _is_row(row: dict) -> bool:
+    """Whether a file's row says how long it is and what hash it has."""
+    return isinstance(row.get("sha256"), str) and type(row.get("bytes")) is int
 
 
-def _copied(listed: dict, names: set[str], read: Reader, out: Path) -> list[str]:
-    """Files whose content is not what was packed."""
-    part, wrong = out.with_name(f".{out.name}.part"), []
-    try:
-        for name in (n for n in listed if n in names):
+def _nested(names: Collection[str]) -> bool:
+    """Whether a name is that of a folder of another."""
+    places = [PurePosixPath(name) for name in names]
+    return not {p for place in places for p in place.parents}.isdisjoint(places)
+
+
+def _copied(listed: dict, read: Reader, out: Path) -> dict[str, str]:
+    """What was found of each file, all but longer ones copied."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    size, free = (
+        sum(row["bytes"] for row in listed.values()),
+        disk_usage(out.parent).free,
+    )
+    if size > free:
+        raise OSError(ENOSPC, f"{size / 1e9:.1f} GB in it, {free / 1e9:.1f} GB free")
+    found = {}
+    with new_folder(out) as part:
+        for name, row in listed.items():
             place = part / name
             place.parent.mkdir(parents=True, exist_ok=True)
-            with read(name) as source, place.open("wb") as target:
-                shutil.copyfileobj(source, target)
-            if _differs(place.open("rb"), listed[name]):
-                wrong.append(name)
-        part.replace(out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-    return wrong
+            with place.open("xb") as target:
+                found[name] = _found(read(name), row, target.write)
+            if found[name] == LONGER:
+                place.unlink()
+    return found
 
 
-def _differs(stream: BufferedIOBase, row: dict) -> bool:
+def _found(
+    stream: BufferedIOBase, row: dict, write: Callable[[bytes], object] = len
+) -> str:
+    """How a file compares with its row; at most what that allows is handed to
+    `write`."""
+    digest, left = sha256(), row["bytes"]
     with stream:
-        return digest(stream) != row["sha256"]
+        while piece := stream.read(PIECE):
+            if (left := left - len(piece)) < 0:
+                return LONGER
+            digest.update(piece)
+            write(piece)
+    return AS_PACKED if digest.hexdigest() == row["sha256"] else CHANGED

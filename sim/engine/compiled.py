@@ -21,6 +21,8 @@ from typing import Any
 import numba
 from numba.core.compiler import Compiler, Flags
 
+from benchtwin.bench.whole_file import own_folder
+
 
 class _QuickFlags(Flags):
     """numba's flags, compared by those that are set: numba asks for each of forty
@@ -83,11 +85,11 @@ def cache_folder() -> Path:
     shared = Path(tempfile.gettempdir()) / f"benchtwin-kernels-{user}"
     for folder in (*choices, shared):
         try:
+            if folder == shared:  # compiled code is not taken from another's folder
+                own_folder(folder)
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             with tempfile.TemporaryFile(dir=folder):
-                # compiled code is not taken from another's folder
-                if folder != shared or folder.stat().st_uid == user:
-                    return folder
+                return folder
         except OSError:
             continue
     raise RuntimeError(

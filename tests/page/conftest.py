@@ -23,9 +23,13 @@ def private_folder(tmp_path_factory) -> Iterator[Path]:
         yield Path(os.environ["XDG_STATE_HOME"]) / "benchtwin"
 
 
+PRINTED = r"http://\w+\.localhost(:\d+/\?token=\S+)"
+
+
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """The address of the page on `folder`, once it answers. It lets one browser in."""
+def served(folder: Path, *, named: bool = False) -> Iterator[str]:
+    """The address of the page on `folder`, once it answers. It lets one browser in.
+    named: by the server's own name, as it is printed."""
     server = subprocess.Popen(
         [sys.executable, "-m", "benchtwin", "page", str(folder), "--no-browser"],
         stdout=subprocess.PIPE,
@@ -35,18 +39,19 @@ def served(folder: Path) -> Iterator[str]:
     try:
         assert server.stdout is not None
         said = ""
-        while not (address := re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", said)):
+        while not (address := re.search(PRINTED, said)):
             line = server.stdout.readline()
             assert line, said
             said += line
+        numbered = f"http://127.0.0.1{address[1]}"  # not every system knows such names
         for _ in range(200):
             try:
-                urllib.request.urlopen(address[0].split("?")[0], timeout=5)
+                urllib.request.urlopen(numbered.split("?")[0], timeout=5)
             except urllib.error.HTTPError:  # it answers, and refuses: it has no key
                 break
             except OSError:
                 time.sleep(0.1)
-        yield address[0]
+        yield address[0] if named else numbered
     finally:
         server.terminate()
         server.wait(10)

@@ -966,3 +966,29 @@ def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):
             assert "token" not in window.driver.current_url
         finally:
             window.driver.quit()
+
+
+def test_a_server_on_another_port_gets_no_cookie(serve, tmp_path):
+    """Neither by the number of this machine nor by its name."""
+    heard = []
+
+    class Listener(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            heard.append(self.headers.get("cookie"))
+            self.send_response(200)
+            self.end_headers()
+
+    server = http.server.HTTPServer(("127.0.0.1", 0), Listener)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    with serve(tmp_path / "bench", named=True) as address:
+        window = Window(address, tmp_path / "bench")
+        try:
+            window.until(lambda: "Nothing here yet" in window.text())
+            assert ".localhost" in window.driver.current_url
+            assert len(window.driver.get_cookies()) >= 1  # the control
+            for name in ("127.0.0.1", "localhost", "other.localhost"):
+                window.driver.get(f"http://{name}:{server.server_port}/")
+        finally:
+            window.driver.quit()
+            server.shutdown()
+    assert len(heard) >= 3 and not any(heard)

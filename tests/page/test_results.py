@@ -18,6 +18,8 @@ from benchtwin.page.folder import Folder, Refused
 from benchtwin.page.side_by_side import browser_data, pairs_of, read_pair
 from benchtwin.vision.find_recordings import find_recordings
 
+from .visitor import Visitor
+
 SAMPLES = Path(__file__).parents[2] / "samples"
 
 
@@ -238,3 +240,95 @@ def test_pairs_are_found_and_laid_over_each_other(bench, tmp_path):
         and shown["frames"][0] == shown["frames"][1]
     )
     assert np.all(np.diff(shown["frames"][0]) >= 0) and shown["xname"] == "time (s)"
+
+
+SPOILT = {
+    "empty": b"",
+    "cut": b'{"parameters": {"restit',
+    "binary": bytes(range(256)) * 40,
+    "a number": b"1",
+    "a list": b"[1, 2, 3]",
+    "null": b"null",
+    "nested": b"[" * 100_000,
+    "digits": b'{"rigs": ' + b"9" * 5000 + b"}",
+    "wrong inside": json.dumps(
+        {
+            "parameters": {"restitution": {"value": "=1+1", "low": [], "status": {}}},
+            "pairs": [{"recording": ["a"]}, 3],
+            "not_calibrated": {"pile": 3},
+            "rigs": {"drop": {"explanations": [{"effects": 3}], "matters": "x"}},
+        }
+    ).encode(),
+    "lists inside": b'{"parameters": [1], "pairs": 3, "not_calibrated": [1],'
+    b' "rigs": [1]}',
+    "not finite": b'{"parameters": {"restitution": {"value": NaN, "low": 1e999,'
+    b' "high": 1, "status": "x"}}}',
+    "other columns": b"a,b,c\n1,x,2\n3,y,4\n",
+    "rows cut": b'recording,quality,reason\n"a,failed',
+    "columns of words": b"pick,test,variance_left_after,n\nx,y,z,w\n,,,\n",
+}
+FILES = (
+    "calibrated/result.json",
+    "calibrated/tables/posterior.csv",
+    "calibrated/tables/next_tests.csv",
+    "diagnosed/diagnosis.json",
+    "measured/measurements.csv",
+    "measured/summary.csv",
+)
+
+
+@pytest.mark.parametrize("file", FILES)
+@pytest.mark.parametrize("how", SPOILT)
+def test_a_spoilt_result_is_read_or_refused_with_one_sentence(bench, file, how):
+    left = bench / "results"
+    place = left / file
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_bytes(SPOILT[how])
+    folder = Folder(bench.parent)
+    for read in (
+        lambda: results.calibrated(left),
+        lambda: results.posterior(left),
+        lambda: results.explained(left),
+        lambda: results.next_recordings(left),
+        lambda: pairs_of(bench, folder),
+        lambda: downloads.card_files(left, "edem"),
+        lambda: packed_bench(bench, folder),
+    ):
+        try:
+            read()
+        except Refused as error:
+            assert "\n" not in str(error) and str(bench) not in str(error)
+
+
+def test_a_huge_result_is_refused_unread(bench):
+    with (bench / "results" / "calibrated" / "result.json").open("wb") as file:
+        file.truncate(20_000_000_000)
+    with pytest.raises(Refused, match=r"calibrated/result\.json cannot be read"):
+        results.calibrated(bench / "results")
+
+
+def test_a_twin_outside_the_results_is_not_shown(bench):
+    left, folder = bench / "results", Folder(bench.parent)
+    shutil.copytree(bench / "drop-phone", bench.parent / "elsewhere")
+    file = left / "calibrated" / "result.json"
+    for twin in ("../../../elsewhere", str(bench.parent / "elsewhere")):
+        pair = {"recording": "drop-phone", "twin": twin, "alike": True}
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"pairs": [pair]}))
+        assert pairs_of(bench, folder) == []
+
+
+def test_every_page_of_a_bench_with_spoilt_results_answers(serve, bench):
+    left = bench / "results"
+    with serve(bench.parent) as address:
+        visitor = Visitor(address)
+        for how, content in SPOILT.items():
+            for file in FILES:
+                (left / file).parent.mkdir(parents=True, exist_ok=True)
+                (left / file).write_bytes(content)
+            for path in ("/bench?b=bench&tab=Results", "/bench?b=bench", "/"):
+                status, page = visitor.get(path)
+                assert status == 200 and b"Traceback" not in page, (how, path)
+            for path in ("/next?bench=bench", "/cards?bench=bench&engine=edem"):
+                status, said = visitor.get(path)
+                assert status in (200, 422) and b"Traceback" not in said, (how, path)
+                assert status == 200 or said.count(b"\n") == 0, said

@@ -103,7 +103,17 @@ def test_what_is_no_file_of_keys_is_said_and_replaced_as_text(tmp_path, content)
         toml_file.read(file)
     assert toml_file.any_text(file)
     with pytest.raises(Refused, match="not valid TOML"):
-        toml_file.write_text(file, "rig = ")
+        toml_file.write_text(file, "rig = ", toml_file.any_text(file))
     assert file.read_bytes() == content
-    toml_file.write_text(file, 'rig = "pile"\n')
+    toml_file.write_text(file, 'rig = "pile"\n', toml_file.any_text(file))
     assert toml_file.read(file).content == {"rig": "pile"}
+
+
+def test_a_text_that_another_tab_has_saved_is_not_overwritten(tmp_path):
+    file = tmp_path / "recording.toml"
+    file.write_text("[seed\n")
+    seen = toml_file.any_text(file)
+    toml_file.write_text(file, "[seed]\n", seen)
+    with pytest.raises(Refused, match="was changed meanwhile, elsewhere"):
+        toml_file.write_text(file, "[camera]\n", seen)
+    assert file.read_text() == "[seed]\n"

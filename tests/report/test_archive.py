@@ -184,6 +184,10 @@ def test_another_version_is_said_and_nothing_is_lost(place):
         (lambda m: m["files"].update({"/etc/x": {"sha256": "0"}}), "outside the pack"),
         (lambda m: m.pop("files"), "pack.json in it is damaged"),
         (lambda m: m.update(files=[1]), "pack.json in it is damaged"),
+        (lambda m: m.update(versions=[1, 2]), "pack.json in it is damaged"),
+        (lambda m: m["files"]["README.md"].update(bytes="9"), "pack.json in it is"),
+        (lambda m: m["files"].update({"a\x1b[2J": {}}), "outside the pack"),
+        (lambda m: m["files"].update({"README.md/x": {}}), "a file in a file"),
     ],
 )
 def test_a_pack_that_cannot_be_followed_is_a_sentence(place, change, words):
@@ -204,6 +208,84 @@ def test_what_has_changed_is_named(place):
     assert "not listed, and not copied: more.txt" in done.output
     assert (place / "again/results/calibrated/report.html").read_text() == "other"
     assert not (place / "again/more.txt").exists()
+
+
+def test_what_lies_beside_the_place_is_no_part_of_the_pack(place):
+    """Left over by a run that was killed, or put there by somebody else."""
+    (place / ".again.part").mkdir()
+    (place / ".again.part" / "evil.txt").write_text("not packed")
+    (place / "elsewhere").mkdir()
+    (place / ".more.part").symlink_to(place / "elsewhere")
+    run("pack", "Körner bench", "--out", "packed.zip")
+    for out in ("again", "more"):
+        assert run("unpack", "packed.zip", "--out", out).exit_code == 0
+        assert not (place / out / "evil.txt").exists()
+        assert not (place / out).is_symlink()
+    assert not files(place / "elsewhere")
+
+
+def test_neither_command_writes_through_a_link(place):
+    (place / "theirs").write_text("theirs")
+    (place / "nowhere").symlink_to(place / "made")
+    run("pack", "Körner bench", "--out", "packed")
+    for name in ("link", "link.zip"):
+        (place / name).symlink_to(place / "theirs")
+        for words in (["pack", "Körner bench"], ["unpack", "packed"]):
+            assert run(*words, "--out", name).exit_code == 2
+            assert run(*words, "--out", "nowhere").exit_code == 2
+    assert (place / "theirs").read_text() == "theirs"
+    assert not (place / "made").exists()
+
+
+def bomb(place, size, told):
+    """A zip with a file of so many zeros, of which its manifest says `told` bytes."""
+    row = {"bytes": told, "sha256": hashlib.sha256(bytes(size)).hexdigest()}
+    listed = {"format": FORMAT, "versions": {}, "files": {"zeros": row}}
+    with zipfile.ZipFile(place / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as held:
+        held.writestr("zeros", bytes(size))
+        held.writestr(MANIFEST, json.dumps(listed))
+    return run("unpack", "bomb.zip", "--out", "again")
+
+
+def test_no_more_is_unpacked_than_the_pack_says(place):
+    done = bomb(place, 9_000_000, 100)
+    assert done.exit_code == 1 and "longer than packed, and not copied: zeros" in (
+        " ".join(done.output.split())
+    )
+    assert not files(place / "again")
+
+
+def test_what_does_not_fit_on_the_disk_is_refused_before_anything_is_written(place):
+    before = {p.name for p in place.iterdir()}
+    done = bomb(place, 9, 10**18)
+    assert done.exit_code == 1 and "1000000000.0 GB in it," in done.output
+    assert {p.name for p in place.iterdir()} == before | {"bomb.zip"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(b" " * 99_000_000, "is larger than"), (b"[" * 9_000_000, "is damaged")],
+)
+def test_a_manifest_that_unfolds_is_refused_unread(place, text, words):
+    with zipfile.ZipFile(place / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as held:
+        held.writestr(MANIFEST, text)
+    done = run("unpack", "bomb.zip", "--out", "again")
+    assert done.exit_code == 2 and words in " ".join(done.output.split())
+
+
+@pytest.mark.parametrize("name", ["a:b.csv", "a\\b.csv", "a\x1bb.csv"])
+def test_a_name_that_would_not_unpack_is_not_packed(place, name):
+    (place / "Körner bench" / name).write_text("x")
+    done = run("pack", "Körner bench", "--out", "x")
+    assert done.exit_code == 2 and "a name that not every system" in done.output
+
+
+def test_a_place_in_a_file_is_a_sentence_with_its_name(place):
+    run("pack", "Körner bench", "--out", "packed.zip")
+    for words in (["pack", "Körner bench"], ["unpack", "packed.zip"]):
+        done = run(*words, "--out", "packed.zip/x")
+        assert done.exit_code and "Errno" not in done.output
+        assert "packed.zip" in done.output
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut", b"x" * 999])

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from benchtwin.bench.terminal import gated
 from benchtwin.twin.campaign.attempt import Order, attempt
 from benchtwin.twin.campaign.results import FAILED
 from benchtwin.twin.campaign.store import open_store
@@ -66,4 +67,5 @@ def job_of(told: dict) -> Any:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    with gated():
+        sys.exit(main(sys.argv[1:]))

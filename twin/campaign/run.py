@@ -3,21 +3,22 @@ interrupted goes on at the next call."""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Future
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Any
-from uuid import uuid4
 
 from benchtwin.twin.campaign import claims
 from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
-from benchtwin.twin.campaign.cluster import Connection, connected
+from benchtwin.twin.campaign.cluster import Workers, cores, joined, local
 from benchtwin.twin.campaign.interrupt import kept_interrupt
 from benchtwin.twin.campaign.progress import Progress, Tally
 from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
 from benchtwin.twin.campaign.store import CampaignStopped, Store, open_store
 from benchtwin.twin.campaign.work import KEEP, simulate_and_measure
 
-POLL_S = 0.02
 LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is told
 
 
@@ -43,7 +44,7 @@ def stream_campaign(
     jobs: Sequence,
     store: str | Path,
     *,
-    workers: int | None = None,
+    workers: int | Workers | None = None,
     scheduler: str | None = None,
     progress: Callable[[Progress], None] = lambda progress: None,
     keep: str = "photos",
@@ -54,8 +55,9 @@ def stream_campaign(
     """Outcomes as they come, one a key: first what the store has, then what is
     computed.
 
-    workers: local processes, None for one a core. scheduler: "tcp://host:port" of a
-    dask scheduler whose workers see the store. progress: called with every batch of
+    workers: local processes, None for one a core; or Workers that stay for other
+    campaigns, too. scheduler: "tcp://host:port" of a dask scheduler whose workers see
+    the store, in place of local ones. progress: called with every batch of
     outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed:
     run again what failed or could not be measured in an earlier call; failures of the
     machine (memory, files) always are. work(job, folder, threads): what a job does,
@@ -64,7 +66,7 @@ def stream_campaign(
     or the workers are gone, ValueError for an unknown option."""
     if keep not in KEEP:
         raise ValueError(f"keep = {keep!r}: one of {', '.join(KEEP)}")
-    if workers is not None and workers < 1:
+    if isinstance(workers, int) and workers < 1:
         raise ValueError(f"workers = {workers}: at least 1")
     opened = _opened(store)
     by_key = {job.key: job for job in jobs}
@@ -84,13 +86,25 @@ def stream_campaign(
     try:
         with (
             kept_interrupt() as check,
-            connected(len(todo), workers, scheduler) as connection,
+            _workers(len(todo), workers, scheduler) as found,
         ):
-            yield from _Run(opened, order, connection, tally, progress, check).outcomes(
-                todo
-            )
+            run = _Run(opened, order, found, tally, progress, check)
+            try:
+                yield from run.outcomes(todo)
+            finally:
+                run.cancel()
     finally:
         opened.sweep()
+
+
+def _workers(
+    jobs: int, workers: int | Workers | None, scheduler: str | None
+) -> AbstractContextManager[Workers]:
+    if scheduler is not None:
+        return joined(scheduler)
+    if isinstance(workers, Workers):
+        return nullcontext(workers)
+    return local(min(workers or cores(), jobs))
 
 
 class _Run:
@@ -100,67 +114,65 @@ class _Run:
         self,
         store: Store,
         order: Order,
-        connection: Connection,
+        workers: Workers,
         tally: Tally,
         progress: Callable,
         check: Callable[[], None],
     ) -> None:
-        from distributed import as_completed
-
-        self.store, self.client, self.connection = store, connection.client, connection
+        self.store, self.order, self.workers = store, order, workers
         self.tally, self.progress, self.check_interrupt = tally, progress, check
-        self.order = order
-        self.slots = connection.slots()
+        self.slots = workers.slots()
         self.looked = time.monotonic()
-        self.completed = as_completed(loop=self.client.loop)
-        self.keys: dict[str, str] = {}  # of jobs by the names of their tasks
+        self.keys: dict[Future, str] = {}  # of jobs that are with the workers
+        self.ended: SimpleQueue[Future] = SimpleQueue()
         self.elsewhere: set[str] = set()
 
     def outcomes(self, todo: list) -> Iterator[Outcome]:
         """Outcomes as they come, until every job has one."""
         self.order = replace(
-            self.order, threads=threads_each(len(todo), self.connection.cores)
+            self.order, threads=threads_each(len(todo), self.workers.cores)
         )
         self.jobs = {job.key: job for job in todo}
         self.submit(todo)
         while self.tally.open:
             self.check_interrupt()
-            batch = self.completed.next_batch(block=False)
-            yield from self.settle([self.reply(future) for future in batch])
+            yield from self.settle(self.replies())
             if time.monotonic() - self.looked > LOOK_S:
                 yield from self.look()
-            elif not batch:
-                time.sleep(POLL_S)
 
     def submit(self, jobs: list) -> None:
         for job in jobs:
-            # two campaigns on one scheduler share claims, not tasks
-            name = f"benchtwin_job-{job.key}-{uuid4().hex}"
-            self.keys[name] = job.key
-            self.completed.add(
-                self.client.submit(
-                    attempt, self.order, job, job.key, key=name, pure=False
-                )
-            )
+            future = self.workers.executor.submit(attempt, self.order, job, job.key)
+            self.keys[future] = job.key
+            future.add_done_callback(self.ended.put)
 
-    def reply(self, future: Any) -> Reply:
-        """What a task came back with; its worker's death or a fault on the way is the
+    def cancel(self) -> None:
+        """Take back what no worker has begun."""
+        for future in self.keys:
+            future.cancel()
+
+    def replies(self) -> list[Reply]:
+        """What has come back, awaited for LOOK_S at most."""
+        try:
+            ended = [self.ended.get(timeout=LOOK_S)]
+        except Empty:
+            return []
+        while not self.ended.empty():
+            ended.append(self.ended.get())
+        return [self.reply(future) for future in ended]
+
+    def reply(self, future: Future) -> Reply:
+        """What a job came back with; its worker's death or a fault on the way is the
         job's failure."""
-        key = self.keys.pop(future.key)
-        if future.status == "finished":
+        key = self.keys.pop(future)
+        try:
             return future.result()
-        if future.status in ("cancelled", "lost"):
+        except CancelledError:
             raise CampaignStopped(
-                f"the scheduler {self.client.scheduler.address} is gone; what is"
-                " finished is kept"
-            )
-        error = future.exception()
-        died = type(error).__name__ == "KilledWorker"
-        reason = (
-            "KilledWorker: every worker process that ran it died (memory, or a crash in"
-            " compiled code)"
-        )
-        return self.failed(key, reason if died else f"{type(error).__name__}: {error}")
+                "the scheduler is gone; what is finished is kept"
+            ) from None
+        except Exception as error:
+            return self.failed(key, f"{type(error).__name__}: {error}")
 
     def failed(self, key: str, reason: str) -> Reply:
         claim = claims.take(self.store.claimed, key, stale_s=self.order.stale_s)
@@ -202,7 +214,7 @@ class _Run:
     def look(self) -> Iterator[Outcome]:
         """Ask the store for jobs that another campaign has, take back those whose
         owners died, and tell the progress."""
-        self.slots, self.looked = self.connection.slots(), time.monotonic()
+        self.slots, self.looked = self.workers.slots(), time.monotonic()
         waiting = sorted(self.elsewhere)
         found = {key: recorded(self.store, self.order, key) for key in waiting}
         free = [

@@ -2,9 +2,7 @@
 evidence what is asked for."""
 
 import json
-import os
 import shutil
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -125,14 +123,11 @@ def one_compiles(kernels: str) -> Iterator[Warming]:
 
 
 def _locked(kernels: str) -> IO:
-    """The open lock file, locked; without locks on this system, or after
-    LONGEST_WAIT_S, just open."""
-    folder = (
-        Path(tempfile.gettempdir())
-        / f"benchtwin-compiling-{getattr(os, 'getuid', lambda: 'user')()}"
-    )
-    folder.mkdir(mode=0o700, exist_ok=True)
-    file = (folder / f"{kernels}.lock").open("w")
+    """The open lock file, locked, beside the kernels; without locks on this system, or
+    after LONGEST_WAIT_S, just open."""
+    from benchtwin.sim.engine.compiled import cache_folder
+
+    file = (cache_folder() / f"{kernels}.lock").open("a")
     with suppress(ImportError):
         import fcntl
 

@@ -10,7 +10,10 @@ from typing import Any
 import pandas as pd
 from rich.table import Table
 
+from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.tells import by_surface
+from benchtwin.bench.terminal import Terminal
+from benchtwin.bench.whole_file import write_whole
 from benchtwin.twin.campaign import run_campaign
 from benchtwin.twin.campaign.cluster import workers_for
 from benchtwin.twin.campaign.results import DONE
@@ -20,7 +23,6 @@ from benchtwin.twin.command import (
     exit_code,
     print_lines,
     progress_line,
-    result_console,
 )
 from benchtwin.twin.compare.differences import QUANTITIES, differences, verdict
 from benchtwin.twin.compare.picture import page
@@ -177,8 +179,8 @@ def _runs(
 def _write(
     out: Path, table: pd.DataFrame, runs: pd.DataFrame, notes: list[str]
 ) -> None:
-    table.to_csv(out / "compared.csv", index=False, float_format="%.6g")
-    runs.to_csv(out / "runs.csv", index=False, float_format="%.6g")
+    write_whole(out / "compared.csv", csv_text(table))
+    write_whole(out / "runs.csv", csv_text(runs))
     (out / "compared.html").write_text(
         page(table, runs, verdict(table), notes), encoding="utf8"
     )
@@ -190,7 +192,7 @@ def _write(
 def _show(
     table: pd.DataFrame, runs: pd.DataFrame, failed: list[str], out: Path
 ) -> None:
-    console = result_console()
+    console = Terminal()
     shown = Table(box=None, pad_edge=False)
     for heading in (
         "row",

@@ -43,6 +43,8 @@ def read_toml(path: Path) -> dict:
         raise MeasurementError(
             f"{path}: not UTF-8 text (byte {error.start})"
         ) from error
+    except ValueError as error:  # a number of thousands of digits is one, too
+        raise MeasurementError(f"{path}: not valid TOML: {error}") from error
     validate(content, path)  # here, so that the error names this file
     found = {
         name: (path.parent / file).resolve()

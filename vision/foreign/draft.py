@@ -13,6 +13,7 @@ import tomlkit
 from pydantic import BaseModel
 
 from benchtwin.bench.keys import Keys
+from benchtwin.bench.outlets import one_line
 from benchtwin.bench.rigs import RIGS, rigs_in_words
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.evidence.sound import SOUND_SUFFIXES
@@ -306,19 +307,11 @@ def _recording_toml(draft: Draft) -> str:
         table = tomlkit.table()
         for key, value in held.items():
             table[key] = value
-            table[key].comment(f"GUESS: as {_plain(draft.file.name)} says")
+            table[key].comment(f"GUESS: as {one_line(draft.file.name)} says")
         document[section] = table
     _ask(document, [one for one in draft.asked if one.section])
     return tomlkit.dumps(document)
 
 
 def _comment(text: str):
-    return tomlkit.comment(_plain(text))
-
-
-def _plain(text: str) -> str:
-    """The text as one line of printable characters, for a TOML comment."""
-    return "".join(
-        c if c.isprintable() else " "
-        for c in text.encode("utf8", "replace").decode("utf8")
-    )[:400]
+    return tomlkit.comment(one_line(text))

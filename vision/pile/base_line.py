@@ -151,7 +151,7 @@ def beside_seen(given: BaseLine, seen: Iterable[BaseLine]) -> BaseLine:
 
 
 def beside_plumb(base: BaseLine, camera: Camera) -> str:
-    """A doubt where the plate that is seen is not level by the stated plumb: plates are,
+    """A doubt where the plate that is seen is not level by the stated plumb: one is,
     and one of both is wrong; ""."""
     if camera.plumb_deg is None or base.source not in SEEN:
         return ""
@@ -160,7 +160,7 @@ def beside_plumb(base: BaseLine, camera: Camera) -> str:
     if abs(off) <= max(MOST_TILT_DEG, 3 * sd):
         return ""
     return (
-        f"the plate in the picture is {abs(off):.1f}° off level by the stated plumb_deg:"
+        f"the plate in the picture is {abs(off):.1f}° off level by plumb_deg as stated:"
         " one of both is wrong"
     )
 

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import tomli_w
 from PIL import Image
-from rich.console import Console
+from rich.text import Text
 
+from benchtwin.bench.outlets import csv_text, plain
+from benchtwin.bench.terminal import Terminal
 from benchtwin.vision.evidence.photo import PHOTO_SUFFIXES
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.out_folder import check_out, new_folder
@@ -42,7 +44,7 @@ def shape_command(
 ) -> int:
     """Measure the seeds of all photos and write the lot into the folder `out`; returns
     the exit code."""
-    console = Console(stderr=True, quiet=quiet)
+    console = Terminal(stderr=True, quiet=quiet)
     try:
         check_out(out, "a lot", _is_own, overwrite)
         if scanner and distance_mm is not None:
@@ -70,7 +72,7 @@ def shape_command(
                 found,
                 turned,
                 view,
-                lambda name: status.update(f"measuring {name}"),
+                lambda name: status.update(Text(plain(f"measuring {name}"))),
             )
     except MeasurementError as error:
         print(f"benchtwin shape: {error}", file=sys.stderr)
@@ -109,8 +111,8 @@ def _write(
         lot_photos, thickness = with_thickness(
             lot_photos, measure_lot_photos(turned, view, report)
         )
-    lot_photos.seeds.to_csv(part / SEEDS, index=False)
-    lot_photos.outlines.to_csv(part / OUTLINES, index=False)
+    for file, table in ((SEEDS, lot_photos.seeds), (OUTLINES, lot_photos.outlines)):
+        (part / file).write_text(csv_text(table, None), encoding="utf8")
     lot = read_lot(part)
     content = lot_summary(
         lot_photos.seeds, lot, lot_photos.scale, lot_photos.common, thickness

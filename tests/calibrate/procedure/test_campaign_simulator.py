@@ -25,7 +25,7 @@ def test_runs_come_back_in_order_and_from_the_store_without_workers(
     assert table["status"].tolist() == ["done", "done"]
     np.testing.assert_allclose(table["rebound_height_mm"], [49.0, 16.0], rtol=0.25)
     monkeypatch.setattr(
-        "benchtwin.twin.campaign.cluster.connected", None
+        "benchtwin.twin.campaign.processes.Processes.submit", None
     )  # nothing may be started
     with campaign(tmp_path / "runs", workers=1) as simulate:
         assert (

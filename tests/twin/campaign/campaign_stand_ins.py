@@ -48,6 +48,8 @@ def square(job: Square, folder: Path, threads: int) -> Measured:
     if job.trouble == "kill once" and not once.exists():
         once.touch()
         os.kill(os.getpid(), signal.SIGKILL)
+    if job.trouble == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
     if job.log:
         with Path(job.log).open("a") as log:
             log.write(f"{job.key} {os.getpid()}\n")

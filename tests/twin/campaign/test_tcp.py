@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 from campaign_stand_ins import Square, computed, nothing_half_written, square
 from test_campaign import campaign_process
@@ -17,6 +18,7 @@ from benchtwin.twin.campaign import (
     cluster,
     read_campaign,
     run_campaign,
+    stream_campaign,
 )
 
 DASK = Path(sys.executable).parent / "dask"
@@ -117,6 +119,20 @@ def test_a_scheduler_without_workers_is_said_to_have_none(
     monkeypatch.setattr(cluster, "PATIENCE_S", 0.5)
     with pytest.raises(CampaignStopped, match=f"dask worker {scheduler}"):
         run_campaign([Square(1)], tmp_path / "store", scheduler=scheduler, work=square)
+
+
+def test_a_scheduler_that_goes_ends_the_campaign_with_a_sentence(
+    scheduler, workers, tmp_path
+):
+    jobs = [Square(n, takes_s=0.5) for n in range(40)]
+    with pytest.raises(CampaignStopped, match="is gone; what is finished is kept"):
+        for _ in stream_campaign(
+            jobs, tmp_path / "store", scheduler=scheduler, work=square
+        ):
+            for process in psutil.process_iter(["cmdline"]):
+                if str(tmp_path / "scheduler.json") in (process.info["cmdline"] or ()):
+                    process.kill()
+    assert read_campaign(jobs, tmp_path / "store").counts()["done"] >= 1
 
 
 def test_a_scheduler_that_is_not_there_is_named(tmp_path, monkeypatch):

@@ -1,6 +1,10 @@
 """Tables of t, x, y as Tracker exports them and as scripts write them: parting,
 decimals, several tracks, units, y down."""
 
+import struct
+import tracemalloc
+import zlib
+
 import numpy as np
 import pytest
 from bouncing import ball
@@ -386,3 +390,49 @@ def test_vectors_of_a_matlab_file(tmp_path, in_struct):
     (tmp_path / "cut.mat").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(MeasurementError, match=r"cut\.mat: the MATLAB file is damaged"):
         read_foreign(tmp_path / "cut.mat")
+
+
+LIST = np.array([np.zeros(9), None], object)[:1]
+
+
+def compressed(size):
+    """An element of so many zeros."""
+    data = zlib.compress(bytes(size))
+    return struct.pack("<II", 15, len(data)) + data
+
+
+@pytest.mark.parametrize(
+    ("held", "added", "said"),
+    [
+        ({"run": {"t": np.zeros(3_000_000)}}, b"", "more than 2,000,000 numbers"),
+        ({"run": {"a": {"t": np.zeros(3_000_000)}}}, b"", "more than 2,000,000"),
+        ({"t": np.zeros(9)}, compressed(80_000_000), "bytes unfolded"),
+        ({"run": LIST}, b"", "more than 2,000,000 numbers"),
+    ],
+)
+def test_a_matlab_file_that_unfolds_is_refused_before_it_does(
+    tmp_path, held, added, said
+):
+    """The last says of its list, in which nothing stands, that it is long."""
+    lies = held.get("run") is LIST
+    savemat(tmp_path / "a.mat", held, do_compression=not lies)
+    raw = (tmp_path / "a.mat").read_bytes()
+    if lies:
+        shape, stated = struct.pack("<II", 1, 1), struct.pack("<II", 1, 2_000_000_000)
+        assert shape in raw
+        raw = raw.replace(shape, stated, 1)
+    (tmp_path / "a.mat").write_bytes(raw + added)
+    tracemalloc.start()
+    with pytest.raises(MeasurementError, match=rf"a\.mat: .*{said}"):
+        read_foreign(tmp_path / "a.mat")
+    assert tracemalloc.get_traced_memory()[1] < 200e6
+    tracemalloc.stop()
+
+
+def test_structs_in_structs_end_with_a_sentence(tmp_path):
+    held = {"t": np.zeros(9)}
+    for _ in range(40):
+        held = {"a": held}
+    savemat(tmp_path / "deep.mat", held)
+    with pytest.raises(MeasurementError, match=r"deep\.mat: .*too deep"):
+        read_foreign(tmp_path / "deep.mat")

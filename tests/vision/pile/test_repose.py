@@ -167,7 +167,7 @@ def test_roi_and_baseline():
     ("plumb_deg", "quality"), [(3.0, GOOD), (2.0, GOOD), (-3.0, DOUBTFUL)]
 )
 def test_a_plumb_of_the_wrong_sign_is_doubtful_beside_the_plate(plumb_deg, quality):
-    """One flank and a plate that is seen 3° clockwise: by plumb −3° its angle is 36°."""
+    """One flank and a plate that is seen 3° clockwise: by plumb −3° it is 36°."""
     pile = draw(roll_deg=3, sides="right")
     found = value(measure_repose(pile, camera=Camera(plumb_deg=plumb_deg)))
     assert found.quality == quality
