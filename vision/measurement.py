@@ -1,5 +1,6 @@
 """Results of measurements: quantities with standard deviation and quality."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,6 +11,8 @@ import pandas as pd
 from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
+NARROWED = 2 / 3  # of what was believed: an sd above it is hardly the data's
+BELIEVED = "the data hardly tell it: this is what was believed before"
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
@@ -30,7 +33,9 @@ class Quantity:
     sample's wider interval is already in it). `sd_common`, included in `sd`, is the
     part that is the same error in all recordings of one session: the scale, the plumb
     line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or
-    failed (value NaN), `reason` says why."""
+    failed (value NaN), `reason` says why. `believed_sd`: its sd before the data, by the
+    priors alone, infinite where nothing was believed; a number whose sd the data narrow
+    by less than a third is doubtful."""
 
     name: str
     value: float
@@ -39,6 +44,13 @@ class Quantity:
     quality: str = GOOD
     reason: str = ""
     sd_common: float = 0.0
+    believed_sd: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.sd > NARROWED * self.believed_sd and BELIEVED not in self.reason:
+            told = self.doubt(BELIEVED)
+            object.__setattr__(self, "quality", told.quality)
+            object.__setattr__(self, "reason", told.reason)
 
     @property
     def in_words(self) -> str:

@@ -98,7 +98,10 @@ def mean_over_repeats(
         reasons = dict.fromkeys(q.reason for q in each if q.quality == DOUBTFUL)
         share = "" if line.doubtful == line.n else f"{line.doubtful} of {line.n}: "
         doubt = f"{share}{'; '.join(reasons)}" if reasons else ""
-        means.append(mean.doubt(doubt))
+        apart = (
+            "the repeats differ by as much as itself" if sd > abs(line.mean) / 2 else ""
+        )
+        means.append(mean.doubt(doubt, apart))
     return tuple(means)
 
 

@@ -71,7 +71,6 @@ QUANTITIES = (
     ("rebound_speed", "m/s"),
     ("restitution_normal", "1"),
 )
-UNKNOWN_FALL_M = 0.6  # of a fall in unknown units: rms of heights up to 1 m
 WHITE = Noise(0.0, 0.0, 1.0)
 CONTRADICTION_SDS = 3.0  # of what is stated
 LEAST_FRAMES = 5  # of a flight whose speed is good
@@ -137,7 +136,7 @@ class Evidence:
     def of_length(self) -> tuple[float, float]:
         """Share of the fitted scale, which is that of lengths over gravity's, by which
         lengths are other than read, and their relative sd beside it."""
-        scale, gravity = self.recording.camera.scale_sd, unstated_sd("gravity")
+        scale, gravity = self.recording.scale_sd, unstated_sd("gravity")
         if not self.believed:  # lengths are as read
             return 0.0, scale if self.track.unit == "mm" else 0.0
         whole = math.hypot(scale, gravity)
@@ -146,7 +145,9 @@ class Evidence:
     @cached_property
     def session(self) -> Session:
         """Its rows; no height is stated."""
-        made = assemble((self.seen,), UNKNOWN_DISTANCE_M, as_found=True)
+        gates = self.recording.evidence == "gates.csv"  # no camera looks on
+        away = math.inf if gates else UNKNOWN_DISTANCE_M
+        made = assemble((self.seen,), away, as_found=True)
         made = replace(made, release=np.array([np.nan]))
         if self.axis is None:
             return made
@@ -350,7 +351,8 @@ def measure_drop(
         used = None if late is None else late[~track.outlier]
         told = _evidence(track.used(), recording, flights)
         told = replace(told, axis=axis, late=used, readout_sd=readout_sd)
-        if flights.few and track.physical:  # too few rows to judge gravity by
+        bounces = len(flights.rows) > 1
+        if flights.few and track.physical and bounces:  # too few to judge gravity by
             told = replace(told, unit=1e-3, believed=True)
         free = Fitted(told, _fitted(told))
     except ValueError as error:
@@ -362,7 +364,6 @@ def measure_drop(
     if told.track.physical and not doubt:
         told = replace(told, unit=1e-3, believed=True)
         found = Fitted(told, _again(free, told.session))
-    notes += [] if doubt else _scale_note(found)
     if readout_sd and late is not None:
         more, sd = found.fit.by_name[READOUT], found.fit.sd(READOUT)
         first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
@@ -376,8 +377,9 @@ def measure_drop(
     if not len(joint) or joint[0, 0] != 0:
         fall = _fall_acceleration(free)
         quantities = (*all_failed(QUANTITIES, _no_bounce(told)), *fall)
-        notes += [doubt] if doubt else []
+        notes += [doubt] if doubt else [] if told.track.physical else _scale_note(found)
         return Rebound(quantities, None, flights, marked, tuple(notes), _curves(found))
+    notes += [] if doubt else _scale_note(found)
     found, (said, doubts) = _with_height(found)
     bounces = _bounce_table(found)
     quantities = _quantities(found, doubt, doubts)
@@ -399,8 +401,8 @@ def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:
         if track.unit != "mm":
             begin, end = flights.apex_time(0), flights.time[flights.rows[0][-1]]
             fall = float(flights.height(0, begin) - flights.height(0, end))
-            high = recording.drop.height_mm
-            unit = (high / 1000 if high else UNKNOWN_FALL_M) / max(fall, 1e-9)
+            high = recording.drop.height_mm or unstated_sd("fall")
+            unit = high / 1000 / max(fall, 1e-9)
         clock = math.sqrt(gamma * unit / G_M_S2)
     else:
         unit = G_M_S2 / gamma
@@ -484,7 +486,7 @@ def _contradiction(free: Fitted) -> str:
     "" where it does not, or nothing is stated."""
     told, recording = free.told, free.told.recording
     ratio = 1e-3 / (told.unit * (1 + free.fit.by_name["scale"]))
-    known = (recording.camera.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
+    known = (recording.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
     certain = abs(ratio - 1) > CONTRADICTION_SDS * math.hypot(*known)
     if not told.track.physical or told.believed or not certain:
         return ""
@@ -686,9 +688,12 @@ def _fall_acceleration(free: Fitted) -> tuple[Quantity, ...]:
     told = free.told
     if not told.track.physical:
         return ()
-    sd = math.hypot(free.fit.sd("scale"), told.recording.camera.scale_sd)
-    value = told.flights.free / 1000
-    return (Quantity("fall_acceleration", value, sd * abs(value), "m/s²"),)
+    value, stated = told.flights.free / 1000, told.recording.scale_sd
+    sd, believed = (
+        value * math.hypot(of, stated)
+        for of in (free.fit.sd("scale"), free.fit.problem.known_sd["scale"])
+    )
+    return (Quantity("fall_acceleration", value, sd, "m/s²", believed_sd=believed),)
 
 
 def _no_bounce(told: Evidence) -> str:

@@ -310,7 +310,7 @@ def describe(recording: Recording) -> dict:
     are always there."""
     sections = sections_of(recording, "seed", "camera", "air", "drop")
     sections["camera"] |= {
-        "scale_sd": recording.camera.scale_sd,
+        "scale_sd": recording.scale_sd,
         "plumb_sd_deg": recording.camera.plumb_sd,
     }
     return sections

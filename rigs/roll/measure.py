@@ -40,7 +40,13 @@ from benchtwin.rigs.roll.model import (
     way_of,
 )
 from benchtwin.rigs.roll.motion import travel
-from benchtwin.rigs.roll.problem import CUT, FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.problem import (
+    CUT,
+    FREE_SCALE_SD,
+    OWN_STEP,
+    locals_of,
+    roll_problem,
+)
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
 from benchtwin.rigs.roll.roll_path import ends_on_incline, stays_on_incline
 from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
@@ -59,8 +65,9 @@ from benchtwin.vision.measurement import (
     failed,
 )
 from benchtwin.vision.motion.least_squares import (
+    believed_sds,
     correlated_mean,
-    propagate,
+    slopes,
     variance_factor,
 )
 from benchtwin.vision.motion.track import Track
@@ -209,15 +216,24 @@ class Fitted:
         covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
         if self.rest is not None:
             covariance[-1, -1] = self.rest[1] ** 2
-        value, spread = propagate(asked, values, covariance)
-        n = len(units)
+        value, moved = (
+            asked(values),
+            slopes(asked, values, np.sqrt(np.diag(covariance))),
+        )
+        spread, n = moved @ covariance @ moved.T, len(units)
+        own_sd = locals_of(self.fit.problem.model).sd
+        held = np.append(own_sd, self.fit.prior_sd)
+        rest = np.full(len(values) - fitted, math.inf)
+        believed = believed_sds(moved[:n], np.append(held, rest))
         variance, across = np.diag(spread)[:n], spread[:n, n:]
         by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
         common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
-        rows = zip(units.items(), value, np.sqrt(variance), common, strict=False)
+        found = zip(value, np.sqrt(variance), common, believed, strict=False)
         return {
-            name: Quantity(name, float(v), float(sd), unit, sd_common=float(part))
-            for (name, unit), v, sd, part in rows
+            name: Quantity(name, v, sd, unit, sd_common=part, believed_sd=prior)
+            for (name, unit), (v, sd, part, prior) in zip(
+                units.items(), (map(float, row) for row in found), strict=True
+            )
         }
 
     @cached_property

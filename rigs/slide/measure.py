@@ -193,7 +193,7 @@ def _motion(
         mass_of(told),
         1e-3 * (recording.slide.start_mm or 0.0),
         air_drag(told) if track.physical else AirDrag(),
-        recording.camera.scale_sd,
+        recording.scale_sd,
         np.zeros((len(x[rows]), 2)),
     )
     session = Session((run,), (), (told,), ())
@@ -221,10 +221,8 @@ def _plate(
         known = np.zeros(len(track), dtype=bool)
     else:
         known = np.isfinite(track.tilt_deg)
-    gates = recording.evidence == "gates.csv"
-    scale_sd = 0.0 if gates else recording.camera.scale_sd
     others = [
-        Nuisance("scale", scale_sd if track.physical else 0.0, True),
+        Nuisance("scale", recording.scale_sd if track.physical else 0.0, True),
         Nuisance("air", 1.0, True),
     ]
     if known[:stop].sum() >= LEAST_OF_FEW:
@@ -254,6 +252,7 @@ def _plate(
             said += ": no tilt_rate_deg_s is stated"
         return tilt, [*own, *others], [said]
     # the clock of light gates starts with the tilting, a film somewhat before it
+    gates = recording.evidence == "gates.csv"
     sd = stated_sd("level-plate" if gates else "start-angle")
     tilt = stated_tilt(rate, start, sd, time[first])
     said = (
