@@ -161,6 +161,7 @@ def observe_or_fail(
         bench=bench,
         session=entry.session,
         conditions=entry.conditions,
+        stated=entry.as_built,
     )
 
 

@@ -78,8 +78,9 @@ class Observation:
     `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
     left_out); `repeats` are the quantities of each repeat where one recording holds
     several (ten drops in one sound), of which `quantities` are the means. `bench` (a
-    folder's name), `session` and `conditions` are the recording's, so that repeats can
-    be gathered; `heap` is what was found in a pile's photo."""
+    folder's name), `session` and `conditions` are the recording's, and `stated` what it
+    states of rig and seed, so that repeats can be gathered; `heap` is what was found in
+    a pile's photo."""
 
     recording: str
     rig: str
@@ -95,6 +96,7 @@ class Observation:
     bench: str = ""
     session: str | None = None
     conditions: Mapping[str, float | str] = field(default_factory=dict)
+    stated: Mapping[str, float | str] = field(default_factory=dict)
     heap: Any = None  # pile.repose.Repose, which needs this module
 
 

@@ -13,6 +13,7 @@ from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.curve import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
+from benchtwin.vision.evidence.stated_rows import rows_alike
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
@@ -172,32 +173,40 @@ def readings_of(recording: Recording) -> list[SeenTrack]:
     table = read_readings(recording.files[0])
     if READING not in table.rows:
         raise MeasurementError(f"{recording.files[0]}: no column {READING}")
-    if recording.drop.height_mm is None:
+    parts = rows_alike(recording, "drop", table)
+    if not any(told.drop.height_mm for told, _ in parts):
         missing = (
             "[drop] height_mm is missing; a rebound by itself tells no restitution"
         )
         raise MeasurementError(f"{recording.toml}: {missing}")
-    told = describe(recording)
-    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
-    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
-    heights = table.rows[READING].dropna().to_numpy(float)
-    seen = []
-    for height_mm in heights[heights > 0]:
-        lasts = float(hop_s(height_mm / 1000, drag))
-        sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
-        seen.append(
-            SeenTrack(
-                recording.id,
-                recording.session or "",
-                contacts_s=np.array([0.0, lasts]),
-                contacts_sd_s=np.full(2, sd_s),
-                description=told,
-                notes=table.notes,
-            )
-        )
+    seen = [
+        _read_off(told, float(height_mm), table.notes)
+        for told, rows in parts
+        for height_mm in rows[READING].dropna()
+        if told.drop.height_mm and height_mm > 0
+    ]
     if not seen:
         raise MeasurementError(f"{recording.files[0]}: no rebound rose")
     return _numbered(seen)
+
+
+def _read_off(
+    recording: Recording, height_mm: float, notes: tuple[str, ...]
+) -> SeenTrack:
+    """A drop whose rebound was read off as height_mm."""
+    told = describe(recording)
+    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
+    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
+    lasts = float(hop_s(height_mm / 1000, drag))
+    sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
+    return SeenTrack(
+        recording.id,
+        recording.session or "",
+        contacts_s=np.array([0.0, lasts]),
+        contacts_sd_s=np.full(2, sd_s),
+        description=told,
+        notes=notes,
+    )
 
 
 def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:

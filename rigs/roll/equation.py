@@ -20,4 +20,4 @@ def friction_of_run_out(recording: Recording, read: Summary, common: float) -> D
     off = [stated_sd("way-on-incline"), stated_sd("incline"), common]
     shared = float(np.linalg.norm(by * off))
     own = -by[2] * read.sd_mean
-    return Derived((mean_quantity("rolling_friction", mu, own, shared, "1", read.n),))
+    return Derived((mean_quantity("rolling_friction", mu, own, shared, "1"),))
