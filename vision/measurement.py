@@ -13,6 +13,7 @@ from benchtwin.bench.numbers import plus_minus
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
 NARROWED = 2 / 3  # of what was believed: an sd above it is hardly the data's
 BELIEVED = "the data hardly tell it: this is what was believed before"
+OF_A_REBOUND = ("rebound_height", "rebound_speed", "restitution_normal")
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
@@ -98,6 +99,22 @@ class Observation:
     conditions: Mapping[str, float | str] = field(default_factory=dict)
     stated: Mapping[str, float | str] = field(default_factory=dict)
     heap: Any = None  # pile.repose.Repose, which needs this module
+
+
+def with_doubts(
+    bounces: pd.DataFrame | None, quantities: Iterable[Quantity]
+) -> pd.DataFrame | None:
+    """A drop's bounces with the doubts of its quantities: the first is at best as good
+    as what is known of its rebound, all are doubtful where all of that is."""
+    known = {q.name: q.quality for q in quantities if q.quality != FAILED}
+    if bounces is None or not len(bounces):
+        return bounces
+    rebound = {known[n] for n in OF_A_REBOUND if n in known}
+    count = len(bounces) if rebound == {DOUBTFUL} else DOUBTFUL in rebound
+    unsure = np.arange(len(bounces)) < count
+    good = (bounces["quality"] == GOOD).to_numpy()
+    quality = bounces["quality"].where(~(unsure & good), DOUBTFUL)
+    return bounces.assign(quality=quality)
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

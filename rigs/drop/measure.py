@@ -269,9 +269,9 @@ class Fitted:
         return out
 
     @cached_property
-    def rivals(self) -> list[Rival]:
-        """Each effect that this recording may show, fitted in full where the linear
-        problem leaves it possible."""
+    def others(self) -> list[tuple[float, str, np.ndarray]]:
+        """Odds and words of each effect that this recording may show, and `derived` if
+        it holds, fitted in full where the linear problem leaves it possible."""
         problem, out = self.fit.problem, []
         alone = {
             n: e for n, e in problem.effects.items() if not (e.group or e.unlisted)
@@ -289,9 +289,16 @@ class Fitted:
             fall = min(other.chi2 - self.fit.chi2, 0.0)
             ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
             odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
-            then = self.quantities_at(self.derived(self.values_of(other), other))
-            out.append(Rival(odds, effect.wording[0], by_name(then)))
+            then = self.derived(self.values_of(other), other)
+            out.append((odds, effect.wording[0], then))
         return out
+
+    def rivals(self, bounce: int = 0) -> list[Rival]:
+        """Each such effect with what the quantities of a bounce then are."""
+        return [
+            Rival(odds, words, by_name(self.quantities_at(then, bounce)))
+            for odds, words, then in self.others
+        ]
 
     def _odds_if_linear(self, name: str) -> float:
         """Odds of an effect, as if the problem were linear and its noise known."""
@@ -307,9 +314,11 @@ class Fitted:
             ln.append(np.linalg.slogdet(scaled)[1] / 2 - chi2 / 2)
         return LISTED_ODDS * math.exp(min(ln[1] - ln[0], 500.0))
 
-    def quantities_at(self, derived: np.ndarray) -> dict[str, float]:
-        """The quantities of the first bounce."""
-        places = zip(QUANTITIES, (6, len(derived) - 1, 2, 3, 7), strict=True)
+    def quantities_at(self, derived: np.ndarray, bounce: int = 0) -> dict[str, float]:
+        """The quantities of a bounce; √(H₂/H₁) is that of the first."""
+        first = EACH * bounce
+        at = (first + 6, len(derived) - 1, first + 2, first + 3, first + 7)
+        places = zip(QUANTITIES, at, strict=True)
         factor = {"m/s": 1e-3 if self.told.track.physical else 1.0}
         return {n: factor.get(unit, 1.0) * derived[k] for (n, unit), k in places}
 
@@ -382,6 +391,8 @@ def measure_drop(
     notes += [] if doubt else _scale_note(found)
     found, (said, doubts) = _with_height(found)
     bounces = _bounce_table(found)
+    if doubt:  # of all lengths and speeds
+        bounces = bounces.assign(quality=DOUBTFUL)
     quantities = _quantities(found, doubt, doubts)
     notes += said
     return Rebound(quantities, bounces, flights, marked, tuple(notes), _curves(found))
@@ -557,12 +568,27 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
         known["restitution"] = failed("restitution", "1", text)
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
-        ratios = ("restitution_normal", *(() if stated else ("restitution",)))
+        ratios = {"restitution_normal", *(() if stated else ("restitution",))}
         if told.late is not None and not told.readout_sd:  # its readout may be wrong
-            ratios = ()
+            ratios = set()
+        ratios &= _alike_by_clock(found)
         known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}
     e = known["restitution_normal"].value
     return tuple(_doubtful(q, found, e) for q in known.values())
+
+
+def _alike_by_clock(found: Fitted) -> set[str]:
+    """The quantities that are the same if the scale is right and the clock wrong: air
+    takes another share then."""
+    told = found.told
+    clock = math.sqrt(1e-3 * told.flights.free / G_M_S2)
+    slow = replace(told, unit=1e-3, clock=clock)
+    other = Fitted(slow, _fitted(slow)).quantities
+    return {
+        n
+        for n, q in found.quantities.items()
+        if abs(q.value - other[n].value) < INSIDE_SDS * q.sd
+    }
 
 
 def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
@@ -593,7 +619,7 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
             f" stated sd is {sd:.2g}"
         )
     return (
-        quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
+        quantity.doubt(*unless(found.rivals(), quantity)) if told.believed else quantity
     )
 
 
@@ -671,7 +697,9 @@ def _bounce_table(found: Fitted) -> pd.DataFrame:
         few = min(len(flights.rows[before]), len(flights.rows[after])) < LEAST_FRAMES
         cut = flights.time[flights.rows[after][-1]] < flights.apex_time(after)
         free = BELOW < own[-1] < ABOVE and own_sd[-1] <= VAGUE * own[-1]
-        row["quality"] = DOUBTFUL if few or cut or not free else GOOD
+        e = Quantity("restitution_normal", own[-1], own_sd[-1], "1")
+        unsure = told.believed and unless(found.rivals(k), e)
+        row["quality"] = DOUBTFUL if few or cut or not free or unsure else GOOD
         rows.append(row)
     order = ["recording", "drop", "bounce", f"t_{time}", f"t_sd_{time}"]
     table = pd.DataFrame(rows)

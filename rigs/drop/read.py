@@ -32,6 +32,10 @@ from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
 SCALE_OF_GRAVITY_SD = 0.1
+# factors by which films are slowed: 60 to 1000 frames per second, shown at 24 to 60
+SLOWED = (1, 2, 2.5, 4, 5, 8, 10, 16, 20, 32, 40)
+DRAG_OF_TIMES = 0.03  # relative, of an acceleration by what air takes
+SURE_SDS = 3.0
 READING = "rebound_height_mm"
 # key of how well one fall by itself gives a scale, relative
 FALL_SD = "scale_of_fall_sd"
@@ -220,10 +224,45 @@ def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
     ]
 
 
+def as_it_fell(
+    track: Track, recording: Recording
+) -> tuple[Track, Recording, tuple[str, ...]]:
+    """A track in the time in which it was taken, its recording with the direction of
+    the fall, and notes on both."""
+    track, slowed = _at_speed(track, recording)
+    recording, said = upright(track, recording)
+    return track, recording, (*slowed, *said)
+
+
+def _at_speed(track: Track, recording: Recording) -> tuple[Track, tuple[str, ...]]:
+    """The track of a film whose rate is not stated, where the acceleration of its falls
+    is that of a usual slow motion; and a note."""
+    if recording.evidence != "video" or recording.camera.fps or not track.physical:
+        return track, ()
+    seen, _ = upright(track, recording)
+    try:
+        falls = flights_of(track, seen)
+    except MeasurementError:
+        return track, ()
+    if not falls.free > 0:
+        return track, ()
+    times = math.sqrt(G_MM_S2 / falls.free)
+    known = (DRAG_OF_TIMES, recording.scale_sd, falls.free_sd / falls.free)
+    near = min(SLOWED, key=lambda k: abs(math.log(times / k)))
+    if near == 1 or abs(times / near - 1) > SURE_SDS * math.hypot(*known) / 2:
+        return track, ()
+    shown = float(np.median(np.diff(track.frame) / np.diff(track.t_s)))
+    note = (
+        f"[camera] fps is not stated; by gravity the film plays {near:g} × slower than"
+        f" it was taken: at {near * shown:.4g} frames per second"
+    )
+    return replace(track, t_s=track.t_s / near), (note,)
+
+
 def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
     """The drops of a track in which the seed is let go several times; the whole as one
     where fewer than two parts of it can be used. Raises as `drop_of`."""
-    recording, said = upright(track, recording)
+    track, recording, said = as_it_fell(track, recording)
     track = replace(track, notes=(*track.notes, *said))
     parts, seen = drop_rows(track, recording), []
     for rows in parts if len(parts) > 1 else []:
