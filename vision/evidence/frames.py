@@ -201,8 +201,8 @@ class Video(FrameSource):
         if lost := int((apart - 1).sum()):
             first = int(np.argmax(apart > 1))
             self.note(
-                f"by its time stamps the film lacks {lost} frames, the first after frame"
-                f" {first}: the others are taken to be as far apart as these say"
+                f"by its time stamps the film lacks {lost} frames, the first after"
+                f" frame {first}: the others are taken to be as far apart as these say"
             )
         return np.concatenate([[0], np.cumsum(apart)])
 
