@@ -40,7 +40,7 @@ _COPIED = (
 )
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
-WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
+WRITTEN = ("track.csv", "impacts.csv", "tilt.csv", "readings.csv")
 BENCH_QUESTIONS = {  # by the keys that answer them
     "[seed] length_mm, width_mm, thickness_mm, mass_g": (
         "what was dropped, slid or rolled: its sizes and mass?"
@@ -93,6 +93,8 @@ class Draft:
         stated = {
             f"[{section}] {key}" for section, held in self.keys.items() for key in held
         }
+        own = () if self.table is None else self.table.columns  # what rows state
+        stated |= {f"[{self.rig}] {column}" for column in own}
         rest = [
             f"{key}: {words}"
             for key, words in (RIGS[self.rig].asked if self.rig else WHICH_RIG)
@@ -122,6 +124,14 @@ def _by_content(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             )
         _, guess = _guessed(rig, ("slide", "a plate tilts"))
         yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
+    elif found.readings is not None:
+        if rig not in ("", "drop"):
+            raise MeasurementError(
+                f"{path}: heights of rebounds belong to a drop, not to a {rig}"
+            )
+        _, guess = _guessed(rig, ("drop", "heights of rebounds were read off"))
+        rows = found.readings
+        yield _draft(path, path.stem, found, "drop", "readings.csv", rows, guess)
     elif found.waveform is not None:
         _, guess = _guessed(rig, ("drop", "impacts were heard"))
         yield Draft(path.stem, path, found.tool, "drop", path.name, None, guesses=guess)
