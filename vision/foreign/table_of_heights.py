@@ -22,7 +22,7 @@ _NUMBER = r"\W*(\d+|trial \d+|run \d+|versuch \d+)?"
 KINDS = {
     DROP: rf"((drop|release|initial|start|fall|abwurf)\W*{_HIGH}){_NUMBER}",
     REBOUND: rf"((return|rebound|bounce|rück\w*|sprung|aufprall)\W*{_HIGH}){_NUMBER}",
-    BOUNCE: r"(bounce|rebound|impact|aufprall|sprung)s?(\W*(number|no|nr|nummer|n|#))?\W*",
+    BOUNCE: r"(bounce|impact|aufprall|sprung)s?(\W*(number|no|nr|nummer|n|#))?\W*",
 }
 
 
