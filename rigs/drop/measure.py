@@ -499,7 +499,7 @@ def _contradiction(free: Fitted) -> str:
     ratio = 1e-3 / (told.unit * (1 + free.fit.by_name["scale"]))
     known = (recording.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
     certain = abs(ratio - 1) > CONTRADICTION_SDS * math.hypot(*known)
-    if not told.track.physical or told.believed or not certain:
+    if not told.track.physical or not certain:
         return ""
     text = f"free fall gives {ratio * G_M_S2:.3g} m/s² instead of 9.81"
     rate = math.sqrt(ratio)

@@ -23,15 +23,18 @@ def rows_alike(
     rows, known = table.rows, RIGS[rig]
     if known.in_turn and known.in_turn[0] in rows:
         rows = _each_from_the_last(recording, rig, rows)
+        recording = _stating(recording, rig, {known.in_turn[1]: None}, rows)
     columns = [c for c in known.by_row if c in rows]
     if not columns:
         return [(recording, rows)]
     groups = rows.groupby(columns, dropna=False, sort=False)
     parts = []
     for level, part in groups:
-        stated = dict(zip(columns, level, strict=True))
-        known_of = {c: float(v) for c, v in stated.items() if np.isfinite(v)}
-        parts.append((_stating(recording, rig, known_of, part), part))
+        named = zip(columns, level, strict=True)
+        stated: dict[str, float | None] = {
+            c: float(v) for c, v in named if np.isfinite(v)
+        }
+        parts.append((_stating(recording, rig, stated, part), part))
     return parts
 
 
@@ -49,7 +52,7 @@ def falls_in_turn(values: np.ndarray) -> str:
 
 
 def _stating(
-    recording: Recording, rig: str, known: dict[str, float], rows: pd.DataFrame
+    recording: Recording, rig: str, known: dict[str, float | None], rows: pd.DataFrame
 ) -> Recording:
     """The recording with these keys of its rig's section."""
     section = getattr(recording, rig)
