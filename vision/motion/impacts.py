@@ -47,6 +47,7 @@ NOT_FIRST = (
 # share of a fall's energy lost to the air, above which √(H2/H1) is no restitution
 MOST_LOST = 0.1
 INSIDE_SDS = 1.96
+VAGUE = 0.5  # relative sd from which a number is doubtful
 JUMP = 2.0  # greatest factor between successive restitutions
 
 
@@ -151,13 +152,15 @@ class _Fall:
     """The first impact by the stated fall and the later bounces. flights: with its
     restitution and speed; by_height: √(H2/H1) over that; lost: share of the fall's
     energy that the air takes; e_common: the part of its restitution's sd that all
-    recordings share; doubt: about the stated height."""
+    recordings share; doubt: about the stated height; too_high: whether that would be
+    too high, as where the first impact was not heard."""
 
     flights: _Flights
     by_height: float
     lost: float
     e_common: float
     doubt: str
+    too_high: bool
 
     @classmethod
     def of(cls, flights: _Flights, height: float, recording: Recording) -> "_Fall":
@@ -186,6 +189,7 @@ class _Fall:
             lost=1 - f.before[0] ** 2 / (2 * G * height / 1000),
             e_common=math.hypot(f.e_air[0], told.by_height),
             doubt=told.doubt(height_sd),
+            too_high=told.low_mm < 0,
         )
 
 
@@ -213,8 +217,11 @@ def measure_impacts(
         fall = _Fall.of(flights, height, recording)
         flights = fall.flights
         missed = _missed_interval(flights.e)
-        if missed is not None and missed < 2:  # it is not the height's fault
-            fall = replace(fall, doubt="")
+        if missed is not None and missed < 2:
+            if len(flights.e) > 2 and _missed_interval(flights.e[1:]) is None:
+                missed = None  # the bounces behind fit: it is the height's fault
+            else:
+                fall = replace(fall, doubt="")
         quantities, more = _with_fall(fall)
         notes += more
     else:
@@ -231,7 +238,7 @@ def measure_impacts(
     if height and flights.top_mm > 1.1 * height + 3 * recording.drop.height_sd:
         why = _too_low(height, gap[0], flights.top_mm, flights.e)
         return _without_height(times, given, recording, why)
-    what = _even(flights)
+    what = _even(flights) or ("" if height else _too_far_up(flights))
     if missed is not None:
         what = (
             f"an impact seems to be missing: interval {missed + 1} ({gap[missed]:.4g}"
@@ -243,7 +250,22 @@ def measure_impacts(
             q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(what)
             for q in quantities
         ]
-    return tuple(quantities), bounces, notes
+    return tuple(q.doubt(_vague(q)) for q in quantities), bounces, notes
+
+
+def _vague(quantity: Quantity) -> str:
+    known = quantity.sd <= VAGUE * abs(quantity.value) or quantity.quality == FAILED
+    return "" if known else "known no better than to half of itself"
+
+
+def _too_far_up(flights: _Flights) -> str:
+    """A doubt where a rebound is higher than falls are believed to be; ""."""
+    if flights.top_mm < INSIDE_SDS * unstated_sd("fall"):
+        return ""
+    return (
+        f"a rebound of {flights.top_mm:.4g} mm, and no height is stated: are these the"
+        " impacts of several drops?"
+    )
 
 
 def _even(flights: _Flights) -> str:
@@ -294,7 +316,8 @@ def _with_fall(fall: _Fall) -> tuple[list[Quantity], list[str]]:
     parts = ("value", "sd", "sd_common", "believed_sd")
     scaled = {part: by_height * getattr(normal, part) for part in parts}
     by_heights = replace(normal, name="restitution", **scaled)
-    height, speed = _first_rebound(f)
+    of_first = fall.doubt if fall.too_high else ""
+    height, speed = (q.doubt(of_first) for q in _first_rebound(f))
     impact = _quantity(
         "impact_speed", before, f.before_sd[0], "m/s", before / e * fall.e_common
     )

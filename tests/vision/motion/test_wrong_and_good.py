@@ -246,3 +246,47 @@ def test_a_film_on_its_side_keeps_its_numbers_and_its_picture(frames, tmp_path):
     told = by_name(found)["restitution_normal"]
     assert told.value == pytest.approx(0.55, abs=0.003)
     assert np.ptp(found.pictures["track"]) > 100
+
+
+def bounces_heard(e: float, height_mm: float, count: int = 6) -> np.ndarray:
+    """Times of impacts after a fall, without air."""
+    fast = math.sqrt(2 * G * height_mm / 1000)
+    hops = [2 * fast * e**k / G for k in range(1, count)]
+    return 0.3 + np.concatenate([[0.0], np.cumsum(hops)])
+
+
+@pytest.mark.parametrize("height", [400, 4000])
+def test_a_first_impact_that_was_missed_leaves_nothing_good(height, tmp_path):
+    """Or a height in another unit: the bounces behind tell that one of both is so."""
+    times = bounces_heard(0.6, 400)[height == 400 :]
+    more = f"{NO_AIR}[drop]\nheight_mm = {height}\n"
+    found = recorded(tmp_path / "a", pd.DataFrame({"t_s": times}), "impacts.csv", more)
+    assert not [q for q in found.quantities if q.quality == "good"]
+    assert "the first impact is missing" in by_name(found)["rebound_height"].reason
+    assert (found.bounces.quality == "doubtful").all()
+
+
+def test_pauses_that_shorten_are_no_rebound_of_metres(tmp_path):
+    times = pd.DataFrame({"t_s": [0.5, 1.85, 3.15, 4.4, 5.6]})
+    found = by_name(recorded(tmp_path / "a", times, "impacts.csv", NO_AIR))
+    assert not [q for q in found.values() if q.quality == "good"]
+
+
+def test_a_bounce_whose_predecessor_was_not_read_has_no_restitution(tmp_path):
+    """Bounces 1, 2 and 4 of e² = 1/2: the fourth fell from what nobody read."""
+    table = pd.DataFrame({"bounce": [1, 2, 4], "rebound_height_mm": [200, 100, 25]})
+    more = "[drop]\nheight_mm = 400\n"
+    found = by_name(recorded(tmp_path / "a", table, "readings.csv", more))
+    assert found["restitution"].value == pytest.approx(math.sqrt(0.5), abs=1e-3)
+
+
+def test_few_rows_contradict_a_scale_too(tmp_path):
+    """Lengths 5 % too large, which are known to 1 %."""
+    motion = draw_drop(height_mm=400, restitution=0.6, rest_s=0.0)
+    ends = [bounce["t_s"] for bounce in motion.truth["bounces"]]
+    time = np.linspace(0, 0.97 * ends[1], 12)
+    high = 1.05 * (motion.path(time)[1] - 3.4)
+    table = pd.DataFrame({"t_s": time, "x_mm": 0.0, "y_mm": high, "sd_mm": 0.05})
+    found = by_name(recorded(tmp_path / "a", table, "track.csv", NO_AIR))
+    for name in ("rebound_height", "impact_speed", "rebound_speed"):
+        assert "free fall gives" in found[name].reason
