@@ -12,6 +12,7 @@ from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
 NARROWED = 2 / 3  # of what was believed: an sd above it is hardly the data's
+VAGUE = 0.5  # relative sd
 BELIEVED = "the data hardly tell it: this is what was believed before"
 OF_A_REBOUND = ("rebound_height", "rebound_speed", "restitution_normal")
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
@@ -99,6 +100,13 @@ class Observation:
     conditions: Mapping[str, float | str] = field(default_factory=dict)
     stated: Mapping[str, float | str] = field(default_factory=dict)
     heap: Any = None  # pile.repose.Repose, which needs this module
+
+
+def vague(quantity: Quantity) -> str:
+    """A doubt of a number that is above 0 whatever it is, and known to half of itself
+    at best; ""."""
+    known = quantity.sd <= VAGUE * abs(quantity.value) or not math.isfinite(quantity.sd)
+    return "" if known else "known no better than to half of itself"
 
 
 def with_doubts(

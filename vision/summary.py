@@ -18,6 +18,7 @@ from benchtwin.vision.measurement import (
     Observation,
     Quantity,
     failed,
+    vague,
 )
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
@@ -108,10 +109,7 @@ def mean_over_repeats(
         reasons = dict.fromkeys(q.reason for q in each if q.quality == DOUBTFUL)
         share = "" if line.doubtful == line.n else f"{line.doubtful} of {line.n}: "
         doubt = f"{share}{'; '.join(reasons)}" if reasons else ""
-        apart = (
-            "the repeats differ by as much as itself" if sd > abs(line.mean) / 2 else ""
-        )
-        means.append(mean.doubt(doubt, apart))
+        means.append(mean.doubt(doubt, vague(mean)))
     return tuple(means)
 
 

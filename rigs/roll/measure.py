@@ -63,6 +63,7 @@ from benchtwin.vision.measurement import (
     Quantity,
     all_failed,
     failed,
+    vague,
 )
 from benchtwin.vision.motion.least_squares import (
     believed_sds,
@@ -83,8 +84,6 @@ NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolate
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
 MOST_TENSION = 22.0  # χ² with 3 degrees of freedom; as improbable as CONFLICT_SDS
-VAGUE = 0.5  # relative sd of a run-out, or of a resistance, that the rows do not tell
-LITTLE = "known no better than to half of itself"
 TINY = 1e-4  # of a prior sd, for slopes
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 400
@@ -491,11 +490,11 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
         )
     run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
     eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
-    unsure = "" if resistance.sd < VAGUE * abs(resistance.value) else LITTLE
+    unsure = vague(resistance)
     resistance = resistance.doubt(*doubts, unsure, *unless(found.rivals, resistance))
-    vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
+    unseen = NO_CORNER if vague(run_out) else ""
     lacking = _lacking(told)
-    if none := cornerless or stop.none or vague:
+    if none := cornerless or stop.none or unseen:
         run_out = failed("run_out", told.track.unit, none)
         lacking = (none, lacking[1])
     eq_3 = failed("rolling_friction", "1", lacking[0]) if lacking[0] else eq_3

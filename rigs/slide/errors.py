@@ -28,6 +28,7 @@ from benchtwin.vision.measurement import Quantity
 from benchtwin.vision.motion.least_squares import believed_sds
 
 ROUNDING = 1e-9  # share of a column that is left by rounding
+WIDE = 1e8  # steps for derivatives: beyond any value
 TINY = 1e-4  # of an effect's prior sd, which may bend much within one
 WORDS = {
     LETS_GO: "the block rests at first",
@@ -82,7 +83,8 @@ def errors_of(found: Found, widen: float, onset_sd: float = 0.0) -> Errors:
     """widen: of the rows' variance; onset_sd: by its profile, 0 where there is none."""
     motion, names = found.motion, found.names
     columns = motion.white(found.columns()) / (motion.level * math.sqrt(widen))
-    prior = np.zeros(len(names))
+    # of a value that the rows do not show the sd is wide, not 0
+    prior = np.array([1 / (WIDE * found.step(n)) for n in names])
     for one in motion.nuisances:
         prior[names.index(one.name)] = 1 / one.sd
     if onset_sd:  # with μ_k = μ_s no row shows a small change of the onset

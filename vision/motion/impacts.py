@@ -33,6 +33,7 @@ from benchtwin.vision.measurement import (
     Quantity,
     all_failed,
     failed,
+    vague,
 )
 from benchtwin.vision.motion.first_bounce import first_bounce, first_flat_sd
 from benchtwin.vision.recording import Recording
@@ -47,7 +48,6 @@ NOT_FIRST = (
 # share of a fall's energy lost to the air, above which √(H2/H1) is no restitution
 MOST_LOST = 0.1
 INSIDE_SDS = 1.96
-VAGUE = 0.5  # relative sd from which a number is doubtful
 JUMP = 2.0  # greatest factor between successive restitutions
 
 
@@ -250,12 +250,7 @@ def measure_impacts(
             q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(what)
             for q in quantities
         ]
-    return tuple(q.doubt(_vague(q)) for q in quantities), bounces, notes
-
-
-def _vague(quantity: Quantity) -> str:
-    known = quantity.sd <= VAGUE * abs(quantity.value) or quantity.quality == FAILED
-    return "" if known else "known no better than to half of itself"
+    return tuple(q.doubt(vague(q)) for q in quantities), bounces, notes
 
 
 def _too_far_up(flights: _Flights) -> str:
