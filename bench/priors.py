@@ -97,6 +97,7 @@ PRIORS = {
         " table; common to a session; at best as gauge blocks",
         (0.01, 1000.0),
     ),
+    "fall": Prior("mm", 600.0, None, "rms of heights up to 1 m"),
     "release-scatter": Prior("mm", 1.0, None, "of one release beside the others"),
     "restitution": Prior("1", 0.3, None, "about 0.5"),
     "restitution-with-speed": Prior(

@@ -23,7 +23,9 @@ class Rig:
     order: its place in lists and reports. main: the quantity that fails where a
     recording cannot be measured; printed: quantities in groups, of each of which the
     first measured one is printed. readings: columns of readings.csv → quantity, the
-    column that a calibration answers first; zeros: those that may be 0. told_by:
+    column that a calibration answers first; zeros: those that may be 0; by_row: keys of
+    its section that a row of readings.csv may state for itself; in_turn: a column that
+    numbers readings of which each states a key for the next, and that key. told_by:
     evidence that only this rig leaves → why. gate_place: column of gates.csv that says
     where a gate stands. wanted: keys without which a number is missing or in doubt;
     asked: keys that no other tool's file states → the question. corrected_in: further
@@ -54,6 +56,8 @@ class Rig:
     printed: tuple[tuple[str, ...], ...] = ()
     readings: Mapping[str, Quantity] = field(default_factory=dict, hash=False)
     zeros: tuple[str, ...] = ()
+    by_row: tuple[str, ...] = ()
+    in_turn: tuple[str, ...] = ()
     told_by: Mapping[str, str] = field(default_factory=dict, hash=False)
     gate_place: str = ""
     wanted: tuple[KeyPlace, ...] = ()
@@ -89,6 +93,11 @@ class Rig:
     def in_plural(self) -> str:
         """ "drops"."""
         return self.plural or f"{self.name}s"
+
+    def as_built(self, section: dict) -> dict:
+        """Its section of recording.toml without what is a single recording's."""
+        apart = (*self.per_recording, *self.weighed)
+        return {k: v for k, v in section.items() if k not in apart}
 
     def turn(self, k: int, section: dict) -> dict:
         """Its section of recording.toml for the k-th of several runs."""

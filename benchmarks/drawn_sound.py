@@ -296,13 +296,15 @@ def draw_session(
     height_mm: float,
     rng: np.random.Generator,
     handling: int = 3,
+    pauses: np.ndarray | None = None,
 ) -> list[Drawn]:
     """Several drops of one seed on one plate in one sound, the same samples in each
     `Drawn`: silence and `handling` thumps between one and the next. e_first: the first
-    restitution of each; those of later bounces scatter by scene.e_scatter about it."""
+    restitution of each; those of later bounces scatter by scene.e_scatter about it;
+    pauses: from each first impact to the next one [s]."""
     rate, fall = 48_000, np.sqrt(2 * G * height_mm / 1000)
     at, drops, gaps = rng.uniform(0.7, 1.5), [], []
-    for first in e_first:
+    for k, first in enumerate(e_first):
         speeds, each = [fall], list[float]()
         while len(speeds) < 12 and 2 * speeds[-1] * first / G > 0.03:
             off = scene.e_scatter * rng.standard_normal() if each else 0.0
@@ -312,7 +314,8 @@ def draw_session(
         times = at + np.concatenate([[0.0], later])
         db = rng.uniform(*scene.db) + 24 * np.log10(np.array(speeds) / fall)
         drops.append((times, np.array(each), db[: len(times)]))
-        at = times[-1] + rng.uniform(1.5, 4.0)
+        drawn = times[-1] + rng.uniform(1.5, 4.0)
+        at = drawn if pauses is None else times[0] + pauses[k]
         gaps.append((times[-1] + 0.15, at - 0.2))
     count = int((drops[-1][0][-1] + 1.0) * rate)
     out = np.zeros(count)

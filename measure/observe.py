@@ -1,16 +1,24 @@
 """Measures one recording, whatever its rig and evidence."""
 
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
+
+import pandas as pd
 
 from benchtwin.bench.keys import Seed
 from benchtwin.bench.numbers import exact_by_mistake
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.section import PLAUSIBLE_MM
 from benchtwin.vision.evidence.read_keys import read_toml
-from benchtwin.vision.measurement import MeasurementError, Observation, Quantity, failed
+from benchtwin.vision.measurement import (
+    MeasurementError,
+    Observation,
+    Quantity,
+    failed,
+    with_doubts,
+)
 from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 
@@ -38,15 +46,31 @@ def observe(
     observation = _observe(recording, options, trim, progress)
     return replace(
         observation,
-        quantities=tuple(
-            q.doubt(exact_by_mistake(q.value, q.sd)) for q in observation.quantities
-        ),
+        quantities=_sure(observation.quantities),
+        repeats=tuple(map(_sure, observation.repeats)),
+        bounces=_bounces(observation),
         notes=(
             *observation.notes,
             *seed_questions(recording.seed),
             *recording.sds_beyond_belief(),
         ),
     )
+
+
+def _sure(quantities: Iterable[Quantity]) -> tuple[Quantity, ...]:
+    return tuple(q.doubt(exact_by_mistake(q.value, q.sd)) for q in quantities)
+
+
+def _bounces(observation: Observation) -> pd.DataFrame | None:
+    """The bounces with the doubts of the quantities of their drops."""
+    table, drops = observation.bounces, observation.repeats or (observation.quantities,)
+    if table is None:
+        return None
+    parts = [
+        with_doubts(table[table["drop"] == number], quantities)
+        for number, quantities in enumerate(drops, 1)
+    ]
+    return pd.concat(parts, ignore_index=True)
 
 
 def _observe(
@@ -158,6 +182,7 @@ def observe_or_fail(
         bench=bench,
         session=entry.session,
         conditions=entry.conditions,
+        stated=entry.as_built,
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.measure.observed import Observed as Observed
+from benchtwin.vision.evidence.stated_rows import rows_alike
 from benchtwin.vision.evidence.tables import read_numbers as read_numbers
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.measurement import FAILED, MeasurementError, Observation
@@ -111,7 +112,14 @@ def _readings(
 ) -> RecordingReadings:
     """What somebody read off; the plausibility checks are those of `benchtwin
     measure`."""
-    table, rig = read_readings(entry.files[0]).rows, entry.rig or seen.rig
+    read_off, rig = read_readings(entry.files[0]), entry.rig or seen.rig
+    told, table = rows_alike(entry, rig, read_off)[0]
+    if len(table) < len(read_off.rows):
+        stated = ", ".join(c for c in RIGS[rig].by_row if c in table)
+        raise MeasurementError(
+            f"{entry.files[0]}: its rows state several {stated}; a calibration takes"
+            " one a recording: write a folder for each"
+        )
     if (response := RESPONSES[rig]) not in table:
         raise MeasurementError(
             f"{entry.files[0]}: column {response} is missing; there are"
@@ -125,6 +133,7 @@ def _readings(
         plain,
         rig=rig,
         response=response,
+        description=_description(told),
         readings=values,
         reading_sd=np.zeros(values.size),
         notes=seen.notes,

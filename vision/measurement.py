@@ -1,5 +1,6 @@
 """Results of measurements: quantities with standard deviation and quality."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,6 +11,10 @@ import pandas as pd
 from benchtwin.bench.numbers import plus_minus
 
 GOOD, DOUBTFUL, FAILED = "good", "doubtful", "failed"
+NARROWED = 2 / 3  # of what was believed: an sd above it is hardly the data's
+VAGUE = 0.5  # relative sd
+BELIEVED = "the data hardly tell it: this is what was believed before"
+OF_A_REBOUND = ("rebound_height", "rebound_speed", "restitution_normal")
 _RANK = {GOOD: 0, DOUBTFUL: 1, FAILED: 2}
 
 
@@ -30,7 +35,9 @@ class Quantity:
     sample's wider interval is already in it). `sd_common`, included in `sd`, is the
     part that is the same error in all recordings of one session: the scale, the plumb
     line, the protractor; it does not shrink in a mean. `quality` is good, doubtful or
-    failed (value NaN), `reason` says why."""
+    failed (value NaN), `reason` says why. `believed_sd`: its sd before the data, by the
+    priors alone, infinite where nothing was believed; a number whose sd the data narrow
+    by less than a third is doubtful."""
 
     name: str
     value: float
@@ -39,6 +46,13 @@ class Quantity:
     quality: str = GOOD
     reason: str = ""
     sd_common: float = 0.0
+    believed_sd: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.sd > NARROWED * self.believed_sd and BELIEVED not in self.reason:
+            told = self.doubt(BELIEVED)
+            object.__setattr__(self, "quality", told.quality)
+            object.__setattr__(self, "reason", told.reason)
 
     @property
     def in_words(self) -> str:
@@ -66,8 +80,9 @@ class Observation:
     `places` is where a film's seed was found (frame, x_px, y_px from the picture's top,
     left_out); `repeats` are the quantities of each repeat where one recording holds
     several (ten drops in one sound), of which `quantities` are the means. `bench` (a
-    folder's name), `session` and `conditions` are the recording's, so that repeats can
-    be gathered; `heap` is what was found in a pile's photo."""
+    folder's name), `session` and `conditions` are the recording's, and `stated` what it
+    states of rig and seed, so that repeats can be gathered; `heap` is what was found in
+    a pile's photo."""
 
     recording: str
     rig: str
@@ -83,7 +98,31 @@ class Observation:
     bench: str = ""
     session: str | None = None
     conditions: Mapping[str, float | str] = field(default_factory=dict)
+    stated: Mapping[str, float | str] = field(default_factory=dict)
     heap: Any = None  # pile.repose.Repose, which needs this module
+
+
+def vague(quantity: Quantity) -> str:
+    """A doubt of a number that is above 0 whatever it is, and known to half of itself
+    at best; ""."""
+    known = quantity.sd <= VAGUE * abs(quantity.value) or not math.isfinite(quantity.sd)
+    return "" if known else "known no better than to half of itself"
+
+
+def with_doubts(
+    bounces: pd.DataFrame | None, quantities: Iterable[Quantity]
+) -> pd.DataFrame | None:
+    """A drop's bounces with the doubts of its quantities: the first is at best as good
+    as what is known of its rebound, all are doubtful where all of that is."""
+    known = {q.name: q.quality for q in quantities if q.quality != FAILED}
+    if bounces is None or not len(bounces):
+        return bounces
+    rebound = {known[n] for n in OF_A_REBOUND if n in known}
+    count = len(bounces) if rebound == {DOUBTFUL} else DOUBTFUL in rebound
+    unsure = np.arange(len(bounces)) < count
+    good = (bounces["quality"] == GOOD).to_numpy()
+    quality = bounces["quality"].where(~(unsure & good), DOUBTFUL)
+    return bounces.assign(quality=quality)
 
 
 def failed(name: str, unit: str, reason: str) -> Quantity:

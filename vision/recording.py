@@ -76,6 +76,24 @@ class _Recording:
         folder = self.path if self.path.is_dir() else self.path.parent
         return folder / "recording.toml"
 
+    @property
+    def scale_sd(self) -> float:
+        """Relative sd that all its lengths share: the camera's scale's; of light gates,
+        each of whose places has an sd of its own, 0."""
+        return 0.0 if self.evidence == "gates.csv" else self.camera.scale_sd
+
+    @property
+    def as_built(self) -> dict[str, float | str]:
+        """What is stated of rig and seed that repeats have in common."""
+        kind = {"kind": self.seed.kind} if self.seed.kind else {}
+        if self.rig is None:
+            return kind
+        section = getattr(self, self.rig).model_dump(exclude_none=True)
+        return kind | {
+            k: float(v) if isinstance(v, (int, float)) else str(v)
+            for k, v in RIGS[self.rig].as_built(section).items()
+        }
+
     def sds_beyond_belief(self) -> tuple[str, ...]:
         """Stated standard deviations that are not used as stated, in words."""
         sections = (self.camera, *([getattr(self, self.rig)] if self.rig else []))

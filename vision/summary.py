@@ -1,9 +1,10 @@
 """Means over repeats with 95 % intervals, scatter and outliers.
 
 One line for each bench, rig, quantity, and level of a condition that has repeats at its
-levels."""
+levels. Only recordings that state the same of rig and seed are repeats of each other;
+ratios and angles, which are the material's, also at numbers without repeats."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
@@ -17,9 +18,12 @@ from benchtwin.vision.measurement import (
     Observation,
     Quantity,
     failed,
+    vague,
 )
 
 OUTLIER_P = 0.01  # chance that any recording of a group without outliers is named
+MATERIAL = ("1", "deg")  # units of what does not grow with what is stated
+SAME = 0.05  # relative, within which stated numbers are the same
 LEAST_FOR_OUTLIERS = 4  # with three values, any two make an outlier of the third
 
 
@@ -63,19 +67,26 @@ def summarise(observations: Iterable[Observation]) -> list[Line]:
     groups with nothing measured left out."""
     groups: dict[tuple, list[tuple[Observation, Quantity]]] = {}
     observations = [one for each in observations for one in _repeats_of(each)]
-    split = _conditions_with_repeats(observations)
+    places: dict[tuple[str, str], list[Observation]] = {}
     for observation in observations:
-        names = split[observation.bench, observation.rig]
-        stated = (
-            (k, observation.conditions[k]) for k in names if k in observation.conditions
+        place = observation.bench, observation.rig
+        places.setdefault(place, []).append(observation)
+    for place, inside in places.items():
+        counts = sum(map(_count, inside))
+        held, stated = (
+            [getattr(o, n) for o in inside] for n in ("conditions", "stated")
         )
-        levels = ", ".join(
-            f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in stated
-        )
-        for q in observation.quantities:
-            groups.setdefault(
-                (observation.bench, observation.rig, q.name, q.unit, levels), []
-            ).append((observation, q))
+        split = _with_repeats(held, counts, _names(held))
+        different = [n for n in _names(stated) if not _same(stated, n)]
+        repeated = _with_repeats(stated, counts, different)
+        for observation in inside:
+            alike = _levels(observation.conditions, split)
+            for q in observation.quantities:
+                names = repeated if q.unit in MATERIAL else different
+                levels = ", ".join([*_levels(observation.stated, names), *alike])
+                groups.setdefault((*place, q.name, q.unit, levels), []).append(
+                    (observation, q)
+                )
     lines = [_line(key, repeats) for key, repeats in groups.items()]
     return [line for line in lines if line.n]
 
@@ -98,7 +109,7 @@ def mean_over_repeats(
         reasons = dict.fromkeys(q.reason for q in each if q.quality == DOUBTFUL)
         share = "" if line.doubtful == line.n else f"{line.doubtful} of {line.n}: "
         doubt = f"{share}{'; '.join(reasons)}" if reasons else ""
-        means.append(mean.doubt(doubt))
+        means.append(mean.doubt(doubt, vague(mean)))
     return tuple(means)
 
 
@@ -121,24 +132,36 @@ def as_table(lines: Sequence[Line]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[field.name for field in fields(Line)])
 
 
-def _conditions_with_repeats(
-    observations: list[Observation],
-) -> dict[tuple[str, str], list[str]]:
-    """For each bench and rig the conditions whose levels are told apart: words always,
-    numbers where there are repeats at them: two recordings or readings a level on
-    average."""
-    kept: dict[tuple[str, str], list[str]] = {}
-    for place in dict.fromkeys((o.bench, o.rig) for o in observations):
-        inside = [o for o in observations if (o.bench, o.rig) == place]
-        names = dict.fromkeys(name for o in inside for name in o.conditions)
-        kept[place] = [
-            n
-            for n in names
-            if any(isinstance(o.conditions.get(n), str) for o in inside)
-            or 2 * len({o.conditions.get(n) for o in inside})
-            <= sum(map(_count, inside))
-        ]
-    return kept
+def _levels(stated: Mapping[str, float | str], names: Iterable[str]) -> list[str]:
+    """Those of the names that are stated, with their values, in words."""
+    held = ((k, stated[k]) for k in names if k in stated)
+    return [f"{k} = {v:g}" if isinstance(v, float) else f"{k} = {v}" for k, v in held]
+
+
+def _names(held: Sequence[Mapping[str, float | str]]) -> list[str]:
+    return list(dict.fromkeys(name for one in held for name in one))
+
+
+def _with_repeats(
+    held: Sequence[Mapping[str, float | str]], count: int, names: Iterable[str]
+) -> list[str]:
+    """Those names whose levels are told apart: words always, numbers where there are
+    repeats at them: two of `count` recordings or readings a level on average."""
+    return [
+        n
+        for n in names
+        if any(isinstance(one.get(n), str) for one in held)
+        or 2 * len({one.get(n) for one in held}) <= count
+    ]
+
+
+def _same(stated: Sequence[Mapping[str, float | str]], name: str) -> bool:
+    """Whether recordings state the same, but for how well anybody measures it."""
+    values = {one.get(name) for one in stated}
+    numbers = [v for v in values if isinstance(v, float)]
+    if len(numbers) < len(values):
+        return len(values) == 1
+    return max(numbers) - min(numbers) <= SAME * max(map(abs, numbers))
 
 
 def _count(observation: Observation) -> int:

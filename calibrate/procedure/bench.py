@@ -187,14 +187,8 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
     )
 
 
-def as_built(rig: str, section: dict) -> dict:
-    """The rig's own section, without what is a single recording's."""
-    apart = (*RIGS[rig].per_recording, *RIGS[rig].weighed)
-    return {k: v for k, v in section.items() if k not in apart}
-
-
 def _section(s: RecordingReadings) -> dict:
-    return as_built(s.rig, s.description.get(s.rig, {}))
+    return RIGS[s.rig].as_built(s.description.get(s.rig, {}))
 
 
 def _signature(s: RecordingReadings) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
-from benchtwin.calibrate.procedure.bench import as_built
+from benchtwin.bench.rigs import RIGS
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
 from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.rigs import PILE
@@ -80,7 +80,7 @@ def _pair(
     if rig == PILE.name:
         of_bench = c.bench.rigs[rig].description.get(rig, {})
         section, said = effort.simulated(PILE, section or of_bench)
-        section = as_built(rig, section)
+        section = RIGS[rig].as_built(section)
         camera = PILE.shown(section)
     description = {rig: section, "seed": lot["seed"], "camera": camera} | lot
     job = Job(rig, at, description, (c.seed,), rendered=rig == PILE.name, engine=engine)

@@ -13,6 +13,7 @@ RIG = Rig(
     printed=(("bed_rebound",), ("apparent_restitution",)),
     readings={"bed_rebound_mm": ("bed_rebound", "mm")},
     zeros=("bed_rebound_mm",),
+    by_row=("height_mm",),
     wanted=(("camera", "mm_per_px"), ("bed", "height_mm")),
     asked=(
         (

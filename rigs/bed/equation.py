@@ -24,7 +24,7 @@ def apparent_restitution(recording: Recording, read: Summary, common: float) -> 
     e = math.sqrt(read.mean / height)
     shared = math.hypot(common / read.mean, stated_sd("release-height") / height)
     own = e / 2 * read.sd_mean / read.mean
-    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1", read.n)
+    found = mean_quantity("apparent_restitution", e, own, e / 2 * shared, "1")
     return Derived((found,), doubts=(doubt,))
 
 

@@ -20,6 +20,7 @@ JAMMED = (
     "an arch over the slot ended the flow: it tells of jamming, not of slope and time"
 )
 NORMAL_95 = float(stats.norm.ppf(0.975))
+ANY_SHARE = 12**-0.5  # sd of a share that may be any
 KEPT = float(stats.chi2.ppf(0.95, 1)) / 2  # of a log likelihood below its maximum
 WIDTHS, STEEPNESSES = 2001, 60  # places of a grid: finer than any interval of a bench
 # b in widths: from steeper than any series of openings shows to no dependence on width
@@ -64,7 +65,8 @@ def jamming(
 def _share(width: float, jams: list[bool]) -> Observation:
     n, jammed = len(jams), sum(jams)
     low, high = share_interval(jammed, n)
-    value = Quantity("jam_share", jammed / n, (high - low) / (2 * NORMAL_95), "1")
+    sd = (high - low) / (2 * NORMAL_95)
+    value = Quantity("jam_share", jammed / n, sd, "1", believed_sd=ANY_SHARE)
     note = f"{jammed} of {n} runs jammed, 95 % {low:.2f} to {high:.2f}"
     return Observation(f"slot {width:g} mm", "drawdown", (value,), (note,))
 

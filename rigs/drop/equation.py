@@ -26,5 +26,5 @@ def restitution(recording: Recording, read: Summary, common: float) -> Derived:
     e = math.sqrt(read.mean / height)
     own = e / 2 * read.sd_mean / read.mean
     shared = math.hypot(common / read.mean, recording.drop.height_sd / height)
-    found = mean_quantity("restitution", e, own, e / 2 * shared, "1", read.n)
+    found = mean_quantity("restitution", e, own, e / 2 * shared, "1")
     return Derived((found,), doubts=(doubt,))

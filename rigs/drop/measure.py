@@ -71,7 +71,6 @@ QUANTITIES = (
     ("rebound_speed", "m/s"),
     ("restitution_normal", "1"),
 )
-UNKNOWN_FALL_M = 0.6  # of a fall in unknown units: rms of heights up to 1 m
 WHITE = Noise(0.0, 0.0, 1.0)
 CONTRADICTION_SDS = 3.0  # of what is stated
 LEAST_FRAMES = 5  # of a flight whose speed is good
@@ -137,7 +136,7 @@ class Evidence:
     def of_length(self) -> tuple[float, float]:
         """Share of the fitted scale, which is that of lengths over gravity's, by which
         lengths are other than read, and their relative sd beside it."""
-        scale, gravity = self.recording.camera.scale_sd, unstated_sd("gravity")
+        scale, gravity = self.recording.scale_sd, unstated_sd("gravity")
         if not self.believed:  # lengths are as read
             return 0.0, scale if self.track.unit == "mm" else 0.0
         whole = math.hypot(scale, gravity)
@@ -146,7 +145,9 @@ class Evidence:
     @cached_property
     def session(self) -> Session:
         """Its rows; no height is stated."""
-        made = assemble((self.seen,), UNKNOWN_DISTANCE_M, as_found=True)
+        gates = self.recording.evidence == "gates.csv"  # no camera looks on
+        away = math.inf if gates else UNKNOWN_DISTANCE_M
+        made = assemble((self.seen,), away, as_found=True)
         made = replace(made, release=np.array([np.nan]))
         if self.axis is None:
             return made
@@ -268,9 +269,9 @@ class Fitted:
         return out
 
     @cached_property
-    def rivals(self) -> list[Rival]:
-        """Each effect that this recording may show, fitted in full where the linear
-        problem leaves it possible."""
+    def others(self) -> list[tuple[float, str, np.ndarray]]:
+        """Odds and words of each effect that this recording may show, and `derived` if
+        it holds, fitted in full where the linear problem leaves it possible."""
         problem, out = self.fit.problem, []
         alone = {
             n: e for n, e in problem.effects.items() if not (e.group or e.unlisted)
@@ -288,9 +289,16 @@ class Fitted:
             fall = min(other.chi2 - self.fit.chi2, 0.0)
             ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
             odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
-            then = self.quantities_at(self.derived(self.values_of(other), other))
-            out.append(Rival(odds, effect.wording[0], by_name(then)))
+            then = self.derived(self.values_of(other), other)
+            out.append((odds, effect.wording[0], then))
         return out
+
+    def rivals(self, bounce: int = 0) -> list[Rival]:
+        """Each such effect with what the quantities of a bounce then are."""
+        return [
+            Rival(odds, words, by_name(self.quantities_at(then, bounce)))
+            for odds, words, then in self.others
+        ]
 
     def _odds_if_linear(self, name: str) -> float:
         """Odds of an effect, as if the problem were linear and its noise known."""
@@ -306,9 +314,11 @@ class Fitted:
             ln.append(np.linalg.slogdet(scaled)[1] / 2 - chi2 / 2)
         return LISTED_ODDS * math.exp(min(ln[1] - ln[0], 500.0))
 
-    def quantities_at(self, derived: np.ndarray) -> dict[str, float]:
-        """The quantities of the first bounce."""
-        places = zip(QUANTITIES, (6, len(derived) - 1, 2, 3, 7), strict=True)
+    def quantities_at(self, derived: np.ndarray, bounce: int = 0) -> dict[str, float]:
+        """The quantities of a bounce; √(H₂/H₁) is that of the first."""
+        first = EACH * bounce
+        at = (first + 6, len(derived) - 1, first + 2, first + 3, first + 7)
+        places = zip(QUANTITIES, at, strict=True)
         factor = {"m/s": 1e-3 if self.told.track.physical else 1.0}
         return {n: factor.get(unit, 1.0) * derived[k] for (n, unit), k in places}
 
@@ -350,7 +360,8 @@ def measure_drop(
         used = None if late is None else late[~track.outlier]
         told = _evidence(track.used(), recording, flights)
         told = replace(told, axis=axis, late=used, readout_sd=readout_sd)
-        if flights.few and track.physical:  # too few rows to judge gravity by
+        bounces = len(flights.rows) > 1
+        if flights.few and track.physical and bounces:  # too few to judge gravity by
             told = replace(told, unit=1e-3, believed=True)
         free = Fitted(told, _fitted(told))
     except ValueError as error:
@@ -362,7 +373,6 @@ def measure_drop(
     if told.track.physical and not doubt:
         told = replace(told, unit=1e-3, believed=True)
         found = Fitted(told, _again(free, told.session))
-    notes += [] if doubt else _scale_note(found)
     if readout_sd and late is not None:
         more, sd = found.fit.by_name[READOUT], found.fit.sd(READOUT)
         first = (track.t_s - tried[0].t_s)[np.argmax(late)] / late.max()
@@ -376,10 +386,13 @@ def measure_drop(
     if not len(joint) or joint[0, 0] != 0:
         fall = _fall_acceleration(free)
         quantities = (*all_failed(QUANTITIES, _no_bounce(told)), *fall)
-        notes += [doubt] if doubt else []
+        notes += [doubt] if doubt else [] if told.track.physical else _scale_note(found)
         return Rebound(quantities, None, flights, marked, tuple(notes), _curves(found))
+    notes += [] if doubt else _scale_note(found)
     found, (said, doubts) = _with_height(found)
     bounces = _bounce_table(found)
+    if doubt:  # of all lengths and speeds
+        bounces = bounces.assign(quality=DOUBTFUL)
     quantities = _quantities(found, doubt, doubts)
     notes += said
     return Rebound(quantities, bounces, flights, marked, tuple(notes), _curves(found))
@@ -399,8 +412,8 @@ def _evidence(track: Track, recording: Recording, flights: Flights) -> Evidence:
         if track.unit != "mm":
             begin, end = flights.apex_time(0), flights.time[flights.rows[0][-1]]
             fall = float(flights.height(0, begin) - flights.height(0, end))
-            high = recording.drop.height_mm
-            unit = (high / 1000 if high else UNKNOWN_FALL_M) / max(fall, 1e-9)
+            high = recording.drop.height_mm or unstated_sd("fall")
+            unit = high / 1000 / max(fall, 1e-9)
         clock = math.sqrt(gamma * unit / G_M_S2)
     else:
         unit = G_M_S2 / gamma
@@ -484,9 +497,9 @@ def _contradiction(free: Fitted) -> str:
     "" where it does not, or nothing is stated."""
     told, recording = free.told, free.told.recording
     ratio = 1e-3 / (told.unit * (1 + free.fit.by_name["scale"]))
-    known = (recording.camera.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
+    known = (recording.scale_sd, unstated_sd("gravity"), free.fit.sd("scale"))
     certain = abs(ratio - 1) > CONTRADICTION_SDS * math.hypot(*known)
-    if not told.track.physical or told.believed or not certain:
+    if not told.track.physical or not certain:
         return ""
     text = f"free fall gives {ratio * G_M_S2:.3g} m/s² instead of 9.81"
     rate = math.sqrt(ratio)
@@ -555,12 +568,27 @@ def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity,
         known["restitution"] = failed("restitution", "1", text)
     known["restitution"] = known["restitution"].doubt(*doubts)
     if doubt:
-        ratios = ("restitution_normal", *(() if stated else ("restitution",)))
+        ratios = {"restitution_normal", *(() if stated else ("restitution",))}
         if told.late is not None and not told.readout_sd:  # its readout may be wrong
-            ratios = ()
+            ratios = set()
+        ratios &= _alike_by_clock(found)
         known = {n: q if n in ratios else q.doubt(doubt) for n, q in known.items()}
     e = known["restitution_normal"].value
     return tuple(_doubtful(q, found, e) for q in known.values())
+
+
+def _alike_by_clock(found: Fitted) -> set[str]:
+    """The quantities that are the same if the scale is right and the clock wrong: air
+    takes another share then."""
+    told = found.told
+    clock = math.sqrt(1e-3 * told.flights.free / G_M_S2)
+    slow = replace(told, unit=1e-3, clock=clock)
+    other = Fitted(slow, _fitted(slow)).quantities
+    return {
+        n
+        for n, q in found.quantities.items()
+        if abs(q.value - other[n].value) < INSIDE_SDS * q.sd
+    }
 
 
 def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
@@ -591,7 +619,7 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
             f" stated sd is {sd:.2g}"
         )
     return (
-        quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
+        quantity.doubt(*unless(found.rivals(), quantity)) if told.believed else quantity
     )
 
 
@@ -669,7 +697,9 @@ def _bounce_table(found: Fitted) -> pd.DataFrame:
         few = min(len(flights.rows[before]), len(flights.rows[after])) < LEAST_FRAMES
         cut = flights.time[flights.rows[after][-1]] < flights.apex_time(after)
         free = BELOW < own[-1] < ABOVE and own_sd[-1] <= VAGUE * own[-1]
-        row["quality"] = DOUBTFUL if few or cut or not free else GOOD
+        e = Quantity("restitution_normal", own[-1], own_sd[-1], "1")
+        unsure = told.believed and unless(found.rivals(k), e)
+        row["quality"] = DOUBTFUL if few or cut or not free or unsure else GOOD
         rows.append(row)
     order = ["recording", "drop", "bounce", f"t_{time}", f"t_sd_{time}"]
     table = pd.DataFrame(rows)
@@ -686,9 +716,12 @@ def _fall_acceleration(free: Fitted) -> tuple[Quantity, ...]:
     told = free.told
     if not told.track.physical:
         return ()
-    sd = math.hypot(free.fit.sd("scale"), told.recording.camera.scale_sd)
-    value = told.flights.free / 1000
-    return (Quantity("fall_acceleration", value, sd * abs(value), "m/s²"),)
+    value, stated = told.flights.free / 1000, told.recording.scale_sd
+    sd, believed = (
+        value * math.hypot(of, stated)
+        for of in (free.fit.sd("scale"), free.fit.problem.known_sd["scale"])
+    )
+    return (Quantity("fall_acceleration", value, sd, "m/s²", believed_sd=believed),)
 
 
 def _no_bounce(told: Evidence) -> str:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchtwin.rigs.drop.measure import QUANTITIES, Rebound, measure_drop
+from benchtwin.rigs.drop.read import as_it_fell
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.foreign.unit_inference import free_falls, unit_doubt
 from benchtwin.vision.measurement import MeasurementError, Observation, all_failed
-from benchtwin.vision.motion.down import upright
 from benchtwin.vision.motion.drop_sound import (
     combine_with_sound,
     observe_sound,
@@ -112,7 +112,7 @@ def _observe_impacts(recording: Recording) -> Observation:
 
 
 def _observe_track(recording: Recording, track: Track) -> Observation:
-    recording, said = upright(track, recording)
+    track, recording, said = as_it_fell(track, recording)
     drops = _measure_drops(
         track, recording, lambda rows: measure_drop(track.take(rows), recording)
     )
@@ -129,8 +129,9 @@ def _drop_in_frames(
     recording: Recording, tracked: TrackedSeed, notes: list[str]
 ) -> Observation:
     share = 1 - tracked.track.y / max(tracked.scene.shape[0] - 1, 1)
-    seen, camera = to_mm(tracked.track, recording.camera.mm_per_px), recording.camera
-    recording, said = upright(seen, recording)
+    camera = recording.camera
+    seen = to_mm(tracked.track, camera.mm_per_px)
+    seen, recording, said = as_it_fell(seen, recording)
     high, wide = tracked.scene.shape
     axis = (
         (wide - 1) / 2 * (camera.mm_per_px or 1.0),
@@ -234,12 +235,10 @@ def _draw_drop(
                 marks.append((x[0], y[0]))
     lines = []
     if marks and np.isfinite(tracked.size):
-        column, row = marks[0]
-        low, wide = row + tracked.size / 2, 3 * tracked.size
-        slope = np.tan(turn)
-        lines = [
-            ((column - wide, low - slope * wide), (column + wide, low + slope * wide))
-        ]
+        along = np.array([np.cos(turn), np.sin(turn)])
+        below = np.array(marks[0]) + tracked.size / 2 * np.array([-along[1], along[0]])
+        wide = 3 * tracked.size * along
+        lines = [(tuple(below - wide), tuple(below + wide))]
     return on_picture(
         tracked.scene.first,
         track.x,

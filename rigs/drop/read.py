@@ -13,6 +13,7 @@ from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.twin.curve import Curve
 from benchtwin.twin.seen import Observed, no_rows, sections_of, seen_of, track_of
+from benchtwin.vision.evidence.stated_rows import rows_alike
 from benchtwin.vision.evidence.tables import read_readings
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError
@@ -31,6 +32,10 @@ from benchtwin.vision.recording import Recording
 
 # of a scale that only the fall itself gives: gravity is then no judge of it any more
 SCALE_OF_GRAVITY_SD = 0.1
+# factors by which films are slowed: 60 to 1000 frames per second, shown at 24 to 60
+SLOWED = (1, 2, 2.5, 4, 5, 8, 10, 16, 20, 32, 40)
+DRAG_OF_TIMES = 0.03  # relative, of an acceleration by what air takes
+SURE_SDS = 3.0
 READING = "rebound_height_mm"
 # key of how well one fall by itself gives a scale, relative
 FALL_SD = "scale_of_fall_sd"
@@ -172,32 +177,40 @@ def readings_of(recording: Recording) -> list[SeenTrack]:
     table = read_readings(recording.files[0])
     if READING not in table.rows:
         raise MeasurementError(f"{recording.files[0]}: no column {READING}")
-    if recording.drop.height_mm is None:
+    parts = rows_alike(recording, "drop", table)
+    if not any(told.drop.height_mm for told, _ in parts):
         missing = (
             "[drop] height_mm is missing; a rebound by itself tells no restitution"
         )
         raise MeasurementError(f"{recording.toml}: {missing}")
-    told = describe(recording)
-    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
-    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
-    heights = table.rows[READING].dropna().to_numpy(float)
-    seen = []
-    for height_mm in heights[heights > 0]:
-        lasts = float(hop_s(height_mm / 1000, drag))
-        sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
-        seen.append(
-            SeenTrack(
-                recording.id,
-                recording.session or "",
-                contacts_s=np.array([0.0, lasts]),
-                contacts_sd_s=np.full(2, sd_s),
-                description=told,
-                notes=table.notes,
-            )
-        )
+    seen = [
+        _read_off(told, float(height_mm), table.notes)
+        for told, rows in parts
+        for height_mm in rows[READING].dropna()
+        if told.drop.height_mm and height_mm > 0
+    ]
     if not seen:
         raise MeasurementError(f"{recording.files[0]}: no rebound rose")
     return _numbered(seen)
+
+
+def _read_off(
+    recording: Recording, height_mm: float, notes: tuple[str, ...]
+) -> SeenTrack:
+    """A drop whose rebound was read off as height_mm."""
+    told = describe(recording)
+    fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
+    drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
+    lasts = float(hop_s(height_mm / 1000, drag))
+    sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
+    return SeenTrack(
+        recording.id,
+        recording.session or "",
+        contacts_s=np.array([0.0, lasts]),
+        contacts_sd_s=np.full(2, sd_s),
+        description=told,
+        notes=notes,
+    )
 
 
 def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
@@ -211,10 +224,45 @@ def _numbered(drops: list[SeenTrack]) -> list[SeenTrack]:
     ]
 
 
+def as_it_fell(
+    track: Track, recording: Recording
+) -> tuple[Track, Recording, tuple[str, ...]]:
+    """A track in the time in which it was taken, its recording with the direction of
+    the fall, and notes on both."""
+    track, slowed = _at_speed(track, recording)
+    recording, said = upright(track, recording)
+    return track, recording, (*slowed, *said)
+
+
+def _at_speed(track: Track, recording: Recording) -> tuple[Track, tuple[str, ...]]:
+    """The track of a film whose rate is not stated, where the acceleration of its falls
+    is that of a usual slow motion; and a note."""
+    if recording.evidence != "video" or recording.camera.fps or not track.physical:
+        return track, ()
+    seen, _ = upright(track, recording)
+    try:
+        falls = flights_of(track, seen)
+    except MeasurementError:
+        return track, ()
+    if not falls.free > 0:
+        return track, ()
+    times = math.sqrt(G_MM_S2 / falls.free)
+    known = (DRAG_OF_TIMES, recording.scale_sd, falls.free_sd / falls.free)
+    near = min(SLOWED, key=lambda k: abs(math.log(times / k)))
+    if near == 1 or abs(times / near - 1) > SURE_SDS * math.hypot(*known) / 2:
+        return track, ()
+    shown = float(np.median(np.diff(track.frame) / np.diff(track.t_s)))
+    note = (
+        f"[camera] fps is not stated; by gravity the film plays {near:g} × slower than"
+        f" it was taken: at {near * shown:.4g} frames per second"
+    )
+    return replace(track, t_s=track.t_s / near), (note,)
+
+
 def drops_of(track: Track, recording: Recording) -> list[SeenTrack]:
     """The drops of a track in which the seed is let go several times; the whole as one
     where fewer than two parts of it can be used. Raises as `drop_of`."""
-    recording, said = upright(track, recording)
+    track, recording, said = as_it_fell(track, recording)
     track = replace(track, notes=(*track.notes, *said))
     parts, seen = drop_rows(track, recording), []
     for rows in parts if len(parts) > 1 else []:
@@ -312,7 +360,7 @@ def describe(recording: Recording) -> dict:
     are always there."""
     sections = sections_of(recording, "seed", "camera", "air", "drop")
     sections["camera"] |= {
-        "scale_sd": recording.camera.scale_sd,
+        "scale_sd": recording.scale_sd,
         "plumb_sd_deg": recording.camera.plumb_sd,
     }
     return sections

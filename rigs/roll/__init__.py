@@ -14,6 +14,7 @@ RIG = Rig(
         ("slope",),
     ),
     readings={"run_out_mm": ("run_out", "mm")},
+    by_row=("incline_deg", "incline_length_mm"),
     gate_place="x_mm",
     wanted=(
         ("camera", "mm_per_px"),

@@ -29,5 +29,5 @@ def friction_of_run_out(recording: Recording, read: Summary, common: float) -> D
     off = [stated_sd("way-on-incline"), stated_sd("incline"), common, level]
     shared = float(np.linalg.norm(by * off))
     own = abs(by[2]) * read.sd_mean
-    found = mean_quantity("rolling_friction", mu, own, shared, "1", read.n)
+    found = mean_quantity("rolling_friction", mu, own, shared, "1")
     return Derived((found.doubt("" if known or slope is None else NO_DIRECTION),))

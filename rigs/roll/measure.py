@@ -40,7 +40,13 @@ from benchtwin.rigs.roll.model import (
     way_of,
 )
 from benchtwin.rigs.roll.motion import travel
-from benchtwin.rigs.roll.problem import CUT, FREE_SCALE_SD, OWN_STEP, roll_problem
+from benchtwin.rigs.roll.problem import (
+    CUT,
+    FREE_SCALE_SD,
+    OWN_STEP,
+    locals_of,
+    roll_problem,
+)
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
 from benchtwin.rigs.roll.roll_path import ends_on_incline, stays_on_incline
 from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
@@ -57,10 +63,12 @@ from benchtwin.vision.measurement import (
     Quantity,
     all_failed,
     failed,
+    vague,
 )
 from benchtwin.vision.motion.least_squares import (
+    believed_sds,
     correlated_mean,
-    propagate,
+    slopes,
     variance_factor,
 )
 from benchtwin.vision.motion.track import Track
@@ -76,8 +84,6 @@ NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolate
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
 MOST_TENSION = 22.0  # χ² with 3 degrees of freedom; as improbable as CONFLICT_SDS
-VAGUE = 0.5  # relative sd of a run-out, or of a resistance, that the rows do not tell
-LITTLE = "known no better than to half of itself"
 TINY = 1e-4  # of a prior sd, for slopes
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 400
@@ -210,15 +216,24 @@ class Fitted:
         covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
         if self.rest is not None:
             covariance[-1, -1] = self.rest[1] ** 2
-        value, spread = propagate(asked, values, covariance)
-        n = len(units)
+        value, moved = (
+            asked(values),
+            slopes(asked, values, np.sqrt(np.diag(covariance))),
+        )
+        spread, n = moved @ covariance @ moved.T, len(units)
+        own_sd = locals_of(self.fit.problem.model).sd
+        held = np.append(own_sd, self.fit.prior_sd)
+        rest = np.full(len(values) - fitted, math.inf)
+        believed = believed_sds(moved[:n], np.append(held, rest))
         variance, across = np.diag(spread)[:n], spread[:n, n:]
         by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
         common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
-        rows = zip(units.items(), value, np.sqrt(variance), common, strict=False)
+        found = zip(value, np.sqrt(variance), common, believed, strict=False)
         return {
-            name: Quantity(name, float(v), float(sd), unit, sd_common=float(part))
-            for (name, unit), v, sd, part in rows
+            name: Quantity(name, v, sd, unit, sd_common=part, believed_sd=prior)
+            for (name, unit), (v, sd, part, prior) in zip(
+                units.items(), (map(float, row) for row in found), strict=True
+            )
         }
 
     @cached_property
@@ -476,11 +491,11 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
         )
     run_out = run_out.doubt(*doubts, stop.doubt, *unless(found.rivals, run_out))
     eq_3 = eq_3.doubt(*doubts, stop.doubt, *unless(found.rivals, eq_3))
-    unsure = "" if resistance.sd < VAGUE * abs(resistance.value) else LITTLE
+    unsure = vague(resistance)
     resistance = resistance.doubt(*doubts, unsure, *unless(found.rivals, resistance))
-    vague = "" if run_out.sd < VAGUE * run_out.value else NO_CORNER
+    unseen = NO_CORNER if vague(run_out) else ""
     lacking = _lacking(told)
-    if none := cornerless or stop.none or vague:
+    if none := cornerless or stop.none or unseen:
         run_out = failed("run_out", told.track.unit, none)
         lacking = (none, lacking[1])
     eq_3 = failed("rolling_friction", "1", lacking[0]) if lacking[0] else eq_3

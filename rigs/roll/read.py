@@ -163,9 +163,7 @@ def describe(recording: Recording) -> dict:
     """Sections of recording.toml as plain values; camera.scale_sd (relative) is always
     there."""
     sections = sections_of(recording, "seed", "camera", "air", "roll")
-    by_ruler = recording.evidence == "gates.csv"
-    scale_sd = 0.0 if by_ruler else recording.camera.scale_sd
-    sections["camera"] |= {"scale_sd": scale_sd}
+    sections["camera"] |= {"scale_sd": recording.scale_sd}
     return sections
 
 

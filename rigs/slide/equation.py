@@ -11,5 +11,5 @@ def static_friction(recording: Recording, read: Summary, common: float) -> Deriv
     angle = math.radians(read.mean)
     steep = math.radians(1.0) / math.cos(angle) ** 2  # dμ/dα
     sds = steep * read.sd_mean, steep * common
-    found = mean_quantity("static_friction", math.tan(angle), *sds, "1", read.n)
+    found = mean_quantity("static_friction", math.tan(angle), *sds, "1")
     return Derived((found,))

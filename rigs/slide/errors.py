@@ -25,8 +25,10 @@ from benchtwin.rigs.slide.modes import (
     Nuisance,
 )
 from benchtwin.vision.measurement import Quantity
+from benchtwin.vision.motion.least_squares import believed_sds
 
 ROUNDING = 1e-9  # share of a column that is left by rounding
+WIDE = 1e8  # steps for derivatives: beyond any value
 TINY = 1e-4  # of an effect's prior sd, which may bend much within one
 WORDS = {
     LETS_GO: "the block rests at first",
@@ -49,18 +51,23 @@ class Errors:
 
     def quantity(self, name: str, unit: str, of: Value) -> Quantity:
         """A function of the values, with its sd."""
-        slope = self.slope(of)
+        slope, names = self.slope(of), self.found.names
         variance, common = float(slope @ self.covariance @ slope), 0.0
+        prior = np.full(len(names), math.inf)
         for one in self.found.motion.nuisances:
+            at = names.index(one.name)
+            prior[at] = one.sd
             if one.common:
-                at = self.found.names.index(one.name)
                 common += (
                     float(slope @ self.covariance[:, at]) ** 2
                     / (self.covariance[at, at])
                 )
         sd = math.sqrt(variance)
         together = math.sqrt(min(common, variance))
-        return Quantity(name, float(of(self.found.own)), sd, unit, sd_common=together)
+        believed, value = float(believed_sds(slope[None], prior)[0]), of(self.found.own)
+        return Quantity(
+            name, float(value), sd, unit, sd_common=together, believed_sd=believed
+        )
 
     def slope(self, of: Value) -> np.ndarray:
         """Derivatives (k,) by the values."""
@@ -76,7 +83,8 @@ def errors_of(found: Found, widen: float, onset_sd: float = 0.0) -> Errors:
     """widen: of the rows' variance; onset_sd: by its profile, 0 where there is none."""
     motion, names = found.motion, found.names
     columns = motion.white(found.columns()) / (motion.level * math.sqrt(widen))
-    prior = np.zeros(len(names))
+    # of a value that the rows do not show the sd is wide, not 0
+    prior = np.array([1 / (WIDE * found.step(n)) for n in names])
     for one in motion.nuisances:
         prior[names.index(one.name)] = 1 / one.sd
     if onset_sd:  # with μ_k = μ_s no row shows a small change of the onset

@@ -67,6 +67,7 @@ from benchtwin.vision.measurement import (
     Quantity,
     all_failed,
     failed,
+    vague,
 )
 from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.outliers import rows_at_rest, single_spikes
@@ -141,7 +142,8 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
         raise MeasurementError(
             f"the block does not slide: it moves {np.ptp(x):.3g} {track.unit} in all"
         )
-    first = rows_at_rest(x) if few else first_in_motion(x, noise)
+    sd = float(np.median(track.sd)) if all_stated(track.sd) else 0.0
+    first = rows_at_rest(x, sd) if few else first_in_motion(x, noise)
     met = len(x) if few else slide_end(time, x, noise)
     met = met if met >= first + LEAST_SLIDING // 2 else len(x)
     first = min(first, len(x) - 1)
@@ -193,7 +195,7 @@ def _motion(
         mass_of(told),
         1e-3 * (recording.slide.start_mm or 0.0),
         air_drag(told) if track.physical else AirDrag(),
-        recording.camera.scale_sd,
+        recording.scale_sd,
         np.zeros((len(x[rows]), 2)),
     )
     session = Session((run,), (), (told,), ())
@@ -221,10 +223,8 @@ def _plate(
         known = np.zeros(len(track), dtype=bool)
     else:
         known = np.isfinite(track.tilt_deg)
-    gates = recording.evidence == "gates.csv"
-    scale_sd = 0.0 if gates else recording.camera.scale_sd
     others = [
-        Nuisance("scale", scale_sd if track.physical else 0.0, True),
+        Nuisance("scale", recording.scale_sd if track.physical else 0.0, True),
         Nuisance("air", 1.0, True),
     ]
     if known[:stop].sum() >= LEAST_OF_FEW:
@@ -254,6 +254,7 @@ def _plate(
             said += ": no tilt_rate_deg_s is stated"
         return tilt, [*own, *others], [said]
     # the clock of light gates starts with the tilting, a film somewhat before it
+    gates = recording.evidence == "gates.csv"
     sd = stated_sd("level-plate" if gates else "start-angle")
     tilt = stated_tilt(rate, start, sd, time[first])
     said = (
@@ -277,7 +278,7 @@ def _of_few(
     best = refined(best, best.motion.noise, tuple(nuisances))
     errors = errors_of(best, factor / best.motion.level**2)
     kinetic = errors.quantity(*QUANTITIES[2], partial(_kinetic, best.motion))
-    kinetic = kinetic.doubt(_negative(kinetic), doubt)
+    kinetic = kinetic.doubt(_negative(kinetic), vague(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], FEW)
     curve = best.motion.run.time, sign * best.motion.seen(best.mode, best.own)
     return Slide((*onset, kinetic), None, curve, tuple(notes))
@@ -305,7 +306,7 @@ def _of_track(
     doubts = _doubts(best, row_noise, kinetic, static, track.unit)
     rivals = [*rival_effects(errors, _values(motion)), *rival_modes(best, others)]
     found = tuple(
-        q if q.quality == FAILED else q.doubt(*doubts, *unless(rivals, q))
+        q if q.quality == FAILED else q.doubt(vague(q), *doubts, *unless(rivals, q))
         for q in (angle, static, kinetic)
     )
     if (1 - noise.white) * noise.rho > 0.3:

@@ -114,7 +114,7 @@ def describe(recording: Recording) -> dict:
     there."""
     sections = sections_of(recording, "seed", "camera", "air", "slide")
     sections["camera"] |= {
-        "scale_sd": recording.camera.scale_sd,
+        "scale_sd": recording.scale_sd,
         "plumb_sd_deg": recording.camera.plumb_sd,
     }
     return sections

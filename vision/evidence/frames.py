@@ -7,6 +7,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.recording import Recording
 
 SAMPLE_BYTES = 90_000_000  # of pictures in memory at once
+USUAL_STEP = 0.25  # quantile of the steps between time stamps, some of which are gaps
 SPREAD = 9  # frames that show what a film is of
 
 
@@ -164,7 +166,8 @@ class FrameFolder(FrameSource):
 
 class Video(FrameSource):
     """A video file. Times are number / fps with a stated frame rate (of a high-speed
-    camera), else the file's time stamps."""
+    camera), else the file's time stamps; frames that these say are missing are
+    numbered, too."""
 
     def __init__(self, file: Path, fps: float | None):
         if file.stat().st_size == 0:
@@ -184,6 +187,31 @@ class Video(FrameSource):
         self._stated_fps = fps
         self._grey: bool | None = None  # whether it is grey, by the first decoded frame
         self._spread: list[Frame] = []  # of the last time that all were decoded
+
+    @cached_property
+    def _recorded(self) -> np.ndarray:
+        """The number of each frame as recorded, by the file's time stamps."""
+        with _opened(self.path) as container:
+            packets = container.demux(container.streams.video[0])
+            stamps = np.sort([p.pts for p in packets if p.pts is not None])
+        steps = np.diff(stamps)
+        if not len(steps) or (usual := np.quantile(steps, USUAL_STEP)) <= 0:
+            return np.arange(len(stamps))
+        apart = np.maximum(np.round(steps / usual), 1).astype(int)
+        if lost := int((apart - 1).sum()):
+            first = int(np.argmax(apart > 1))
+            self.note(
+                f"by its time stamps the film lacks {lost} frames, the first after"
+                f" frame {first}: the others are taken to be as far apart as these say"
+            )
+        return np.concatenate([[0], np.cumsum(apart)])
+
+    def _time(self, index: int) -> float:
+        """By the stated rate."""
+        numbers = self._recorded
+        beyond = max(index - len(numbers) + 1, 0)
+        last = int(numbers[index - beyond]) if len(numbers) else 0
+        return (last + beyond) / float(self._stated_fps or np.nan)
 
     def iterate(self) -> Iterator[Frame]:
         spread: list[Frame] = []
@@ -256,7 +284,7 @@ class Video(FrameSource):
                 clock = index / (self._file_fps or np.nan)
                 stamp = clock if frame.time is None else frame.time
                 start = stamp if start is None else start
-                time = index / self._stated_fps if self._stated_fps else stamp - start
+                time = self._time(index) if self._stated_fps else stamp - start
                 if time <= last:
                     self.note(
                         f"frame {index} skipped: its time stamp {stamp:.4f} s does not"

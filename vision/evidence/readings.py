@@ -1,7 +1,7 @@
 """readings.csv → means with sds, n and range, and what follows from them for the
 rig."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -11,9 +11,11 @@ from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.rigs import READING_COLUMNS, RIGS
 from benchtwin.bench.robust import robust_sd
+from benchtwin.vision.evidence.stated_rows import falls_in_turn, rows_alike
 from benchtwin.vision.evidence.tables import Table, read_readings
 from benchtwin.vision.measurement import MeasurementError, Observation, Quantity
 from benchtwin.vision.recording import Recording
+from benchtwin.vision.summary import mean_over_repeats
 
 # Systematic errors of instruments, shared by all readings of a session: zero of a
 # protractor, ruler or scale, a stop watch by hand; release height.
@@ -23,6 +25,7 @@ INSTRUMENT_SD = {
     "g": 0.05,
     "s": 0.1,
 }
+STATISTICS = ("mean", "sd", "sd_mean", "n", "low", "high", "unit", "left_out")
 
 
 @dataclass(frozen=True)
@@ -75,50 +78,81 @@ def summarise(values: np.ndarray, trim: bool = False) -> Summary:
 
 
 def observe_readings(recording: Recording, trim: bool = False) -> Observation:
-    """Means of readings, and what follows from them for the rig."""
+    """Means of readings, and what follows from them for the rig; where rows state
+    different things, what follows from each and the mean of that alone."""
     table: Table = read_readings(recording.files[0])
     columns = [c for c in table.rows if c in READING_COLUMNS]
     rig = recording.rig or READING_COLUMNS[columns[0]][0]
+    if other := [c for c in columns if READING_COLUMNS[c][0] != rig]:
+        raise MeasurementError(
+            f"{recording.files[0]}: {other[0]} belongs to a"
+            f" {READING_COLUMNS[other[0]][0]}, the rig is {rig}"
+        )
+    parts = [
+        _part(each, rig, rows, columns, trim)
+        for each, rows in rows_alike(recording, rig, table)
+    ]
+    tables = [part.readings for part in parts if part.readings is not None]
+    readings = pd.concat(tables, ignore_index=True)
+    notes = tuple(dict.fromkeys(n for part in parts for n in part.notes))
+    if len(parts) == 1:
+        read = [READING_COLUMNS[c][1] for c in columns]
+        alone = {name for name in read if (readings["n"] == 1).all()}
+        single = "a single reading: no standard deviation" if alone else ""
+        quantities = tuple(q.doubt(single) for q in parts[0].quantities)
+        return replace(parts[0], quantities=quantities, notes=(*table.notes, *notes))
+    told = {READING_COLUMNS[c][1] for c in columns}
+    repeats = tuple(
+        tuple(q for q in part.quantities if q.name not in told) for part in parts
+    )
+    found = mean_over_repeats([each for each in repeats if each])
+    several = (
+        f"{len(parts)} different {', '.join(RIGS[rig].by_row)}: no mean of readings"
+    )
+    return Observation(
+        recording.id,
+        rig,
+        found,
+        (*table.notes, several, *notes),
+        readings=readings,
+        repeats=repeats,
+    )
+
+
+def _part(
+    recording: Recording, rig: str, rows: pd.DataFrame, columns: list[str], trim: bool
+) -> Observation:
+    """What rows tell that state the same."""
     derive = RIGS[rig].part("derive") if RIGS[rig].derive else None
     quantities: list[Quantity] = []
-    notes, rows = list(table.notes), []
+    notes, table, section = [], [], getattr(recording, rig)
+    stated = {k: getattr(section, k) for k in RIGS[rig].by_row if k in rows}
     for column in columns:
-        column_rig, name, unit = READING_COLUMNS[column]
-        if column_rig != rig:
-            raise MeasurementError(
-                f"{recording.files[0]}: {column} belongs to a {column_rig}, the rig is"
-                f" {rig}"
-            )
-        values = table.rows[column].dropna().to_numpy()
+        _, name, unit = READING_COLUMNS[column]
+        values = rows[column].dropna().to_numpy()
+        if not len(values):
+            continue
         s = summarise(values, trim)
         common = float(np.hypot(s.sd_rounding, INSTRUMENT_SD[unit]))
         told = derive(recording, s, common) if derive else Derived()
         notes += told.notes
-        read = mean_quantity(name, s.mean, s.sd_mean, common, unit, s.n)
+        read = mean_quantity(name, s.mean, s.sd_mean, common, unit)
         doubts = (*told.doubts, _far_off(values), _in_radians(values, unit))
+        doubts = (*doubts, falls_in_turn(values))
         quantities += [q.doubt(*doubts) for q in (read, *told.quantities)]
         left_out = values.size - s.n
         statistics = (s.mean, s.sd, s.sd_mean, s.n, s.low, s.high)
-        rows.append((recording.id, name, *statistics, unit, left_out))
+        table.append(
+            (recording.id, name, *stated.values(), *statistics, unit, left_out)
+        )
         trimmed = "; one highest and one lowest left out" if left_out else ""
         if s.n > 1:
             notes.append(
                 f"{name}: n = {s.n}, sd {s.sd:.3g} {unit}, range {s.low:g}–{s.high:g}"
                 f" {unit}{trimmed}"
             )
-    heading = [
-        "recording",
-        "quantity",
-        "mean",
-        "sd",
-        "sd_mean",
-        "n",
-        "low",
-        "high",
-        "unit",
-        "left_out",
-    ]
-    readings = pd.DataFrame(rows, columns=heading)
+    heading = ["recording", "quantity", *stated, *STATISTICS]
+    readings = pd.DataFrame(table, columns=heading)
     return Observation(
         recording.id, rig, tuple(quantities), tuple(notes), readings=readings
     )
@@ -142,9 +176,8 @@ def _far_off(values: np.ndarray) -> str:
 
 
 def mean_quantity(
-    name: str, value: float, sd: float, common: float, unit: str, n: int
+    name: str, value: float, sd: float, common: float, unit: str
 ) -> Quantity:
-    """A quantity of n readings. sd: of the mean, from the scatter; common: sd that
+    """A quantity of readings. sd: of the mean, from the scatter; common: sd that
     repeats do not reduce."""
-    found = Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)
-    return found.doubt("a single reading: no standard deviation" if n == 1 else "")
+    return Quantity(name, value, float(np.hypot(sd, common)), unit, sd_common=common)

@@ -137,8 +137,9 @@ def read_impacts_csv(path: Path) -> Table:
 
 
 def read_readings(path: Path) -> Table:
-    """Read readings.csv: columns of READING_COLUMNS, a row for each repeat; impossible
-    values are an error."""
+    """Read readings.csv: columns of READING_COLUMNS, a row for each repeat, and what a
+    row states of its own (`Rig.by_row`, `Rig.in_turn`); impossible values are an
+    error."""
     rows = _read_csv(path)
     columns = [c for c in rows.columns if c in READING_COLUMNS]
     if not columns:
@@ -146,7 +147,11 @@ def read_readings(path: Path) -> Table:
             f"{path}: no column of readings; expected one of"
             f" {', '.join(READING_COLUMNS)}, found {', '.join(rows.columns)}"
         )
-    _check_columns(path, rows, tuple(columns), ("repeat", "note"), numeric=columns)
+    rigs = [RIGS[READING_COLUMNS[c][0]] for c in columns]
+    own = {c for rig in rigs for c in (*rig.by_row, *rig.in_turn) if c in rows}
+    _check_columns(
+        path, rows, tuple(columns), ("repeat", "note", *own), numeric=[*columns, *own]
+    )
     notes: list[str] = []
     for column in columns:
         missing = rows.index[rows[column].isna()]

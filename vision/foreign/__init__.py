@@ -14,6 +14,7 @@ from benchtwin.vision.foreign import (
     manual_tracking,
     mtrackj,
     phyphox,
+    table_of_heights,
     table_of_places,
     tracker,
     trackmate,
@@ -31,6 +32,7 @@ READERS: tuple[ModuleType, ...] = (
     manual_tracking,
     phyphox,
     accelerometer,
+    table_of_heights,
     table_of_places,
     waveform,
 )

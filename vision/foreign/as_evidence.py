@@ -35,6 +35,11 @@ def evidence_of(path: Path) -> Evidence:
         return Evidence("impacts.csv", "drop", found.keys)
     if found.waveform is not None:
         return Evidence("sound", "drop", found.keys)
+    if found.readings is not None:
+        raise MeasurementError(
+            f"{path}: heights that were read off: `benchtwin import` makes a"
+            " readings.csv of them"
+        )
     if found.tilt is not None:
         low, high = found.tilt["tilt_deg"].min(), found.tilt["tilt_deg"].max()
         raise MeasurementError(

@@ -39,7 +39,8 @@ class Contents:
     """Contents of a file of `tool`.
 
     tracks: in `length_unit` (mm or px) and `time_unit` (s or frame). runs: named series
-    of impact times [s]. tilt: t_s and tilt_deg of a plate. waveform: sound. keys: of
+    of impact times [s]. tilt: t_s and tilt_deg of a plate. waveform: sound. readings:
+    heights that were read off, as readings.csv has them. keys: of
     recording.toml, {section: {key: value}}, that the file states. guesses: assumptions
     with reasons. questions: what the file leaves open. doubt: why its units cannot be
     right, or "". unitless: its lengths have no unit; they count as pixels. repeats:
@@ -53,6 +54,7 @@ class Contents:
     runs: tuple[tuple[str, np.ndarray], ...] = ()
     tilt: pd.DataFrame | None = None
     waveform: Waveform | None = None
+    readings: pd.DataFrame | None = None
     keys: dict[str, dict[str, Any]] = field(default_factory=dict)
     guesses: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()

@@ -42,7 +42,7 @@ _COPIED = (
 )
 # how a drafted recording.toml begins, with the name of its file
 DRAFTED = re.compile(r"# Drafted from (.*) \([^()]*\)\. GUESS")
-WRITTEN = ("track.csv", "impacts.csv", "tilt.csv")
+WRITTEN = ("track.csv", "impacts.csv", "tilt.csv", "readings.csv")
 BENCH_QUESTIONS = {  # by the keys that answer them
     "[seed] length_mm, width_mm, thickness_mm, mass_g": (
         "what was dropped, slid or rolled: its sizes and mass?"
@@ -136,7 +136,10 @@ class Draft:
             for key, column in (("mm_per_px", "x_px"), ("fps", "frame"))
             if filmed or (column in seen and not (key == "fps" and "t_s" in seen))
         ]
-        return tuple(filter(None, (one.beside(self.keys) for one in out)))
+        stated = self.keys | {
+            self.rig: {**self.keys.get(self.rig, {}), **dict.fromkeys(seen)}
+        }  # what rows state, too
+        return tuple(filter(None, (one.beside(stated) for one in out)))
 
     @property
     def all_questions(self) -> tuple[str, ...]:
@@ -165,6 +168,14 @@ def _by_content(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
             )
         _, guess = _guessed(rig, ("slide", "a plate tilts"))
         yield _draft(path, path.stem, found, "slide", "tilt.csv", found.tilt, guess)
+    elif found.readings is not None:
+        if rig not in ("", "drop"):
+            raise MeasurementError(
+                f"{path}: heights of rebounds belong to a drop, not to a {rig}"
+            )
+        _, guess = _guessed(rig, ("drop", "heights of rebounds were read off"))
+        rows = found.readings
+        yield _draft(path, path.stem, found, "drop", "readings.csv", rows, guess)
     elif found.waveform is not None:
         _, guess = _guessed(rig, ("drop", "impacts were heard"))
         yield Draft(path.stem, path, found.tool, "drop", path.name, None, guesses=guess)

@@ -81,10 +81,7 @@ Heading(holds='clock', unit='sekunden'))
     >>> parsed("Trial 1 (m)"), parsed("x-Geschwindigkeit").holds
     (Heading(holds='length', unit='m'), '')
     """
-    name, unit = name_and_unit(heading)
-    unit = unit.removeprefix("in ").strip()
-    if not unit and (behind := _BEHIND.fullmatch(name)) and behind[2] in UNITS:
-        name, unit = behind[1], behind[2]
+    name, unit = heading_and_unit(heading)
     words = [w for w in _WORDS.findall(name) if not w.isdigit()]
     kept = [w for w in words if not BESIDE_A_NAME.fullmatch(w)]
     if len(kept) > 1:  # "position x"
@@ -96,6 +93,15 @@ Heading(holds='clock', unit='sekunden'))
     kinds = {"clock": CLOCKS, "count": COUNTS, "x": _WAY, "y": HEIGHTS, "length": ALONG}
     held = (kind for kind, called in kinds.items() if called.fullmatch(kept[0]))
     return Heading(next(held, ""), unit)
+
+
+def heading_and_unit(heading: object) -> tuple[str, str]:
+    """A column's name and its unit, in brackets or behind it; "" where it has none."""
+    name, unit = name_and_unit(heading)
+    unit = unit.removeprefix("in ").strip()
+    if not unit and (behind := _BEHIND.fullmatch(name)) and behind[2] in UNITS:
+        return behind[1], behind[2]
+    return name, unit
 
 
 def headings_of(rows: Rows) -> tuple[int, list[Heading]]:

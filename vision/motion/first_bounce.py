@@ -40,10 +40,10 @@ class FirstBounce:
         """Why the stated height is not believed; "" where it may be."""
         if abs(self.low_mm) < max(CONTRADICTION_SDS * self.low_sd_mm, height_sd_mm):
             return ""
+        side = "low" if self.low_mm > 0 else "high, or the first impact is missing"
         return (
             f"the stated height is {abs(self.low_mm):.2g} ± {self.low_sd_mm:.1g} mm"
-            f" {'low' if self.low_mm > 0 else 'high'}, if restitution is that of the"
-            " later bounces"
+            f" {side}, if restitution is that of the later bounces"
         )
 
 

@@ -391,11 +391,8 @@ def _one_flight(time, height, weight, gamma, begin: int) -> Flights | None:
     doubt = FREE_SD * alone.free_sd
     if alone.free < doubt or alone.noise > NO_PARABOLA * np.ptp(height[begin:]):
         return None
-    if gamma is None:
-        return alone
-    if abs(alone.free - gamma) > max(FREE_SHARE * gamma, doubt):
-        return None
-    return parabolas(rows, time, height, weight, gamma)[0]
+    known = alone.free if gamma is None else gamma
+    return alone if abs(alone.free - known) <= max(FREE_SHARE * known, doubt) else None
 
 
 def _impact_after(

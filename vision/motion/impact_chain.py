@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench.constants import G_MM_S2
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.evidence.sound import Sound
 from benchtwin.vision.measurement import MeasurementError
 from benchtwin.vision.motion.onsets import APART_S, Onsets, onset_near
@@ -34,7 +35,8 @@ ALIKE, ALIKE_WEIGHT = (0.75, 5.0)
 SUDDEN_S, LASTS_DB = 5e-3, -4.0
 # ln likelihood ratio against an impact where a sound rises slowly or lasts
 NOT_SUDDEN = 4.0
-LEAST_INTERVAL_S, LONGEST_S = 0.02, 2.5
+LEAST_INTERVAL_S = 0.02
+LONGEST_S = (2.5, 1.2, 0.6, 0.3)  # of intervals, each a hypothesis
 OTHERS = 0.3  # other sounds as loud that are expected in a recording without any
 PASSES = 4
 LEAST_LOG_ODDS = 3.0  # of a chain: noise alone seldom makes one of 4
@@ -87,25 +89,12 @@ _OneDrop = tuple[np.ndarray, np.ndarray, float]
 def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Chain:
     """The likeliest chain of impacts and those of further drops before and after it,
     empty where there are not two impacts; height_mm: of the fall, None where it is not
-    stated."""
-    drops: list[_OneDrop] = []
-    for _ in range(PASSES if len(onsets) > 1 else 0):
-        known = _rows(drops)
-        likelihoods = _log_likelihoods(onsets, duration_s, known)
-        best = _likeliest_chain(onsets, likelihoods, height_mm)
-        drops = [best] if len(best[0]) else []
-        if np.array_equal(_rows(drops), known):
-            break
-    for _ in range(PASSES if drops else 0):
-        known = _rows(drops)
-        likelihoods = _log_likelihoods(onsets, duration_s, known)
-        if len(drops) == 1:
-            first = drops[0]
-        else:
-            first = _likeliest_chain(onsets, likelihoods, height_mm)
-        drops = _further(onsets, likelihoods, height_mm, first)
-        if np.array_equal(_rows(drops), known):
-            break
+    stated.
+
+    First impacts of several drops may look like a chain, too: drops of longer and of
+    shorter intervals only are compared, by the evidence of all drops together."""
+    falls = [_Fall.of(height_mm, longest) for longest in LONGEST_S]
+    drops = max((_drops(onsets, duration_s, f) for f in falls), key=_evidence)
     impacts = _rows(drops)
     return Chain(
         impacts,
@@ -116,12 +105,68 @@ def find_chain(onsets: Onsets, duration_s: float, height_mm: float | None) -> Ch
     )
 
 
+@dataclass(frozen=True)
+class _Fall:
+    """What is known before a drop is heard: lasts_s: how long a rebound to the height
+    of the fall would last, None where that is not stated; longest_s: an interval."""
+
+    lasts_s: float | None
+    longest_s: float
+
+    @classmethod
+    def of(cls, height_mm: float | None, longest_s: float) -> "_Fall":
+        lasts = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
+        return cls(lasts, longest_s)
+
+    def first(self, gap_s: float, change_db: float) -> tuple[float, float]:
+        """ln likelihood of a first interval and of the change of loudness over it, and
+        the restitution, NaN where the fall is not stated."""
+        if self.lasts_s is None:
+            rise_mm = 1000 * G * gap_s**2 / 8
+            ln = _log_likelihood_of_level(change_db, UNKNOWN_FAINTER_DB)
+            return ln - (rise_mm / unstated_sd("fall")) ** 2 / 2, math.nan
+        e = gap_s / self.lasts_s
+        fainter = 20 * LEVEL_POWER * math.log10(min(e, 1.0))
+        ln = _log_likelihood_of_level(change_db, fainter)
+        return ln - HIGHER * (e > MOST_E), e
+
+
+def _evidence(drops: Sequence[_OneDrop]) -> float:
+    """ln odds of several drops, each further one at its own cost; 0 of none."""
+    return sum(log_odds - FURTHER_LOG_ODDS for *_, log_odds in drops) + (
+        FURTHER_LOG_ODDS if drops else 0.0
+    )
+
+
+def _drops(onsets: Onsets, duration_s: float, fall: _Fall) -> list[_OneDrop]:
+    """The likeliest chain and those before and after it, in the order of time."""
+    drops: list[_OneDrop] = []
+    for _ in range(PASSES if len(onsets) > 1 else 0):
+        known = _rows(drops)
+        likelihoods = _log_likelihoods(onsets, duration_s, known)
+        best = _likeliest_chain(onsets, likelihoods, fall)
+        drops = [best] if len(best[0]) else []
+        if np.array_equal(_rows(drops), known):
+            break
+    for _ in range(PASSES if drops else 0):
+        known = _rows(drops)
+        likelihoods = _log_likelihoods(onsets, duration_s, known)
+        if len(drops) == 1:
+            first = drops[0]
+        else:
+            first = _likeliest_chain(onsets, likelihoods, fall)
+        drops = _further(onsets, likelihoods, fall, first)
+        if np.array_equal(_rows(drops), known):
+            break
+    return drops
+
+
 def _rows(drops: Sequence[_OneDrop]) -> np.ndarray:
     return np.concatenate([np.zeros(0, int), *(rows for rows, _, _ in drops)])
 
 
 def _further(
-    o: Onsets, log_likelihood: np.ndarray, height_mm: float | None, first: _OneDrop
+    o: Onsets, log_likelihood: np.ndarray, fall: _Fall, first: _OneDrop
 ) -> list[_OneDrop]:
     """All drops in the order of time, `first` among them: the likeliest chain of what
     comes before those found and after them, again and again."""
@@ -132,7 +177,7 @@ def _further(
         if len(inside) < 2:
             continue
         rows, missed, log_odds = _likeliest_chain(
-            o.take(inside), log_likelihood[inside], height_mm
+            o.take(inside), log_likelihood[inside], fall
         )
         rows = inside[rows]
         if len(rows) and log_odds + _alike(o, first[0], rows) > FURTHER_LOG_ODDS:
@@ -228,14 +273,11 @@ def echo_lags(o: Onsets) -> np.ndarray:
     return out
 
 
-def _likeliest_chain(
-    o: Onsets, log_likelihood: np.ndarray, height_mm: float | None
-) -> _OneDrop:
+def _likeliest_chain(o: Onsets, log_likelihood: np.ndarray, fall: _Fall) -> _OneDrop:
     """Rows of the likeliest chain, whether an impact before each was missed, ln odds.
     State: the pair (j, k) of successive impacts; `score` is the ln likelihood ratio of
     the best chain that ends with it."""
     n, t = len(o), o.time_s
-    fall = 2 * math.sqrt(2 * height_mm / 1000 / G) if height_mm else None
     alike = o.timbre @ o.timbre.T
     audible = np.clip((o.level_db + 3) / 10, 0, 1)  # how well a timbre is heard at all
     score = np.full((n, n), -np.inf)
@@ -246,7 +288,7 @@ def _likeliest_chain(
     for k in range(n):
         for j in range(k - 1, -1, -1):
             gap = t[k] - t[j]
-            if gap > LONGEST_S:
+            if gap > fall.longest_s:
                 break
             if gap < LEAST_INTERVAL_S:
                 continue
@@ -255,15 +297,8 @@ def _likeliest_chain(
                 + log_likelihood[k]
             )
             begin = log_likelihood[j] + pair - math.log(gap + 0.1) + PRIOR_LOG_ODDS
-            first_e = gap / fall if fall else math.nan
-            if fall:
-                fainter = 20 * LEVEL_POWER * math.log10(min(first_e, 1.0))
-            else:
-                fainter = UNKNOWN_FAINTER_DB
-            begin += _log_likelihood_of_level(o.level_db[k] - o.level_db[j], fainter)
-            if fall and first_e > MOST_E:
-                begin -= HIGHER
-            score[j, k], interval[j, k], e[j, k] = begin, gap, first_e
+            due, first_e = fall.first(gap, o.level_db[k] - o.level_db[j])
+            score[j, k], interval[j, k], e[j, k] = begin + due, gap, first_e
             before = np.flatnonzero(np.isfinite(score[:j, j]))
             if not len(before):
                 continue
@@ -436,7 +471,7 @@ def _numbered(times: np.ndarray, drop: np.ndarray) -> np.ndarray:
     than the longest flight from its neighbour is of another drop."""
     gap, known = np.diff(times), np.flatnonzero(drop >= 0)
     begins = np.zeros(len(times), bool)
-    begins[1:] = (gap > LONGEST_S) & ((drop[1:] < 0) | (drop[:-1] < 0))
+    begins[1:] = (gap > LONGEST_S[0]) & ((drop[1:] < 0) | (drop[:-1] < 0))
     for a, b in itertools.pairwise(known):
         if drop[a] != drop[b]:
             begins[a + 1 + np.argmax(gap[a:b])] = True

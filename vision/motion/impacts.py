@@ -25,6 +25,7 @@ from benchtwin.bench.air import (
 )
 from benchtwin.bench.constants import G_MM_S2
 from benchtwin.bench.ellipsoid import elongation
+from benchtwin.bench.priors import unstated_sd
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     FAILED,
@@ -32,6 +33,7 @@ from benchtwin.vision.measurement import (
     Quantity,
     all_failed,
     failed,
+    vague,
 )
 from benchtwin.vision.motion.first_bounce import first_bounce, first_flat_sd
 from benchtwin.vision.recording import Recording
@@ -45,6 +47,7 @@ NOT_FIRST = (
 )
 # share of a fall's energy lost to the air, above which √(H2/H1) is no restitution
 MOST_LOST = 0.1
+INSIDE_SDS = 1.96
 JUMP = 2.0  # greatest factor between successive restitutions
 
 
@@ -52,8 +55,8 @@ JUMP = 2.0  # greatest factor between successive restitutions
 class _Flights:
     """What n intervals between n + 1 impacts tell, SI units. gap: they themselves;
     before (NaN where unknown), speed: speeds before and after each impact; rise; e:
-    restitution, late (n, n + 1): how it changes with an sd of each time; *_air: what an
-    sd of the drag makes of each."""
+    restitution, late (n, n + 1): how it changes with an sd of each time; e_air: with an
+    sd of the drag; *_shared: what sds of the drag and of gravity make of each."""
 
     times: np.ndarray
     sd: np.ndarray
@@ -62,9 +65,9 @@ class _Flights:
     before: np.ndarray
     before_sd: np.ndarray
     speed: np.ndarray
-    speed_air: np.ndarray
+    speed_shared: np.ndarray
     rise: np.ndarray
-    rise_air: np.ndarray
+    rise_shared: np.ndarray
     e: np.ndarray
     e_sd: np.ndarray
     e_air: np.ndarray
@@ -92,7 +95,12 @@ class _Flights:
         late[rows, rows + 1], late[rows, rows] = sd[1:] / gap, -sd[:-1] / gap
         late[1:] -= late[:-1].copy()
         late *= e[:, None]
-        later_sd = np.hypot(G * gap_sd[:-1] / 2, (air[0] - before)[1:])
+        gravity = unstated_sd("gravity")
+        shared = [
+            np.hypot(windy - calm, gravity * calm)
+            for windy, calm in zip(air, (before, speed, rise), strict=True)
+        ]
+        later_sd = np.hypot(G * gap_sd[:-1] / 2, shared[0][1:])
         return cls(
             times=times,
             sd=sd,
@@ -101,9 +109,9 @@ class _Flights:
             before=before,
             before_sd=np.append(math.nan, later_sd),
             speed=speed,
-            speed_air=air[1] - speed,
+            speed_shared=shared[1],
             rise=rise,
-            rise_air=air[2] - rise,
+            rise_shared=shared[2],
             e=e,
             e_sd=np.hypot(np.sqrt((late**2).sum(axis=1)), e_air),
             e_air=e_air,
@@ -118,7 +126,7 @@ class _Flights:
     def table(self, recording_id: str) -> pd.DataFrame:
         """A row a bounce."""
         gap = self.gap
-        height_sd = np.hypot(G * gap / 4 * self.gap_sd, self.rise_air)
+        height_sd = np.hypot(G * gap / 4 * self.gap_sd, self.rise_shared)
         return pd.DataFrame(
             {
                 "recording": recording_id,
@@ -129,7 +137,7 @@ class _Flights:
                 "speed_before_m_s": self.before,
                 "speed_before_sd_m_s": self.before_sd,
                 "speed_after_m_s": self.speed,
-                "speed_after_sd_m_s": np.hypot(G * self.gap_sd / 2, self.speed_air),
+                "speed_after_sd_m_s": np.hypot(G * self.gap_sd / 2, self.speed_shared),
                 "height_mm": 1000 * self.rise,
                 "height_sd_mm": 1000 * height_sd,
                 "restitution": self.e,
@@ -144,24 +152,27 @@ class _Fall:
     """The first impact by the stated fall and the later bounces. flights: with its
     restitution and speed; by_height: √(H2/H1) over that; lost: share of the fall's
     energy that the air takes; e_common: the part of its restitution's sd that all
-    recordings share; doubt: about the stated height."""
+    recordings share; doubt: about the stated height; too_high: whether that would be
+    too high, as where the first impact was not heard."""
 
     flights: _Flights
     by_height: float
     lost: float
     e_common: float
     doubt: str
+    too_high: bool
 
     @classmethod
     def of(cls, flights: _Flights, height: float, recording: Recording) -> "_Fall":
         """height [mm]: of the release."""
         f, height_sd = flights, recording.drop.height_sd
+        off_sd = math.hypot(height_sd, unstated_sd("gravity") * height)  # alike to e
         told = first_bounce(
             f.e,
             f.late @ f.late.T + np.outer(f.e_air, f.e_air),
             f.before,
             height,
-            height_sd,
+            off_sd,
             first_flat_sd(elongation(recording.seed.sizes_mm)),
         )
         before = f.speed[0] / told.value
@@ -178,6 +189,7 @@ class _Fall:
             lost=1 - f.before[0] ** 2 / (2 * G * height / 1000),
             e_common=math.hypot(f.e_air[0], told.by_height),
             doubt=told.doubt(height_sd),
+            too_high=told.low_mm < 0,
         )
 
 
@@ -205,8 +217,11 @@ def measure_impacts(
         fall = _Fall.of(flights, height, recording)
         flights = fall.flights
         missed = _missed_interval(flights.e)
-        if missed is not None and missed < 2:  # it is not the height's fault
-            fall = replace(fall, doubt="")
+        if missed is not None and missed < 2:
+            if len(flights.e) > 2 and _missed_interval(flights.e[1:]) is None:
+                missed = None  # the bounces behind fit: it is the height's fault
+            else:
+                fall = replace(fall, doubt="")
         quantities, more = _with_fall(fall)
         notes += more
     else:
@@ -223,42 +238,69 @@ def measure_impacts(
     if height and flights.top_mm > 1.1 * height + 3 * recording.drop.height_sd:
         why = _too_low(height, gap[0], flights.top_mm, flights.e)
         return _without_height(times, given, recording, why)
+    what = _even(flights) or ("" if height else _too_far_up(flights))
     if missed is not None:
         what = (
             f"an impact seems to be missing: interval {missed + 1} ({gap[missed]:.4g}"
             " s) does not fit the others"
         )
         notes.append(what)
-        if missed < 2:
-            quantities = [
-                q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(what)
-                for q in quantities
-            ]
-    return tuple(quantities), bounces, notes
+    if what and (missed is None or missed < 2):
+        quantities = [
+            q if q.quality == FAILED or q.name == "impact_speed" else q.doubt(what)
+            for q in quantities
+        ]
+    return tuple(q.doubt(vague(q)) for q in quantities), bounces, notes
+
+
+def _too_far_up(flights: _Flights) -> str:
+    """A doubt where a rebound is higher than falls are believed to be; ""."""
+    if flights.top_mm < INSIDE_SDS * unstated_sd("fall"):
+        return ""
+    return (
+        f"a rebound of {flights.top_mm:.4g} mm, and no height is stated: are these the"
+        " impacts of several drops?"
+    )
+
+
+def _even(flights: _Flights) -> str:
+    """A doubt where no interval is known to be shorter than the one before, as of
+    bounces; ""."""
+    later, sd = flights.e[1:], flights.e_sd[1:]
+    if not len(later) or (later + INSIDE_SDS * sd < 1).any():
+        return ""
+    return "the intervals do not shrink: are these the impacts of several drops?"
 
 
 def _first_rebound(flights: _Flights) -> tuple[Quantity, Quantity]:
     """Its height and speed."""
     f = flights
-    height_sd = 1000 * math.hypot(G * f.gap[0] / 4 * f.gap_sd[0], f.rise_air[0])
-    speed_sd = math.hypot(G * f.gap_sd[0] / 2, f.speed_air[0])
+    height_sd = 1000 * math.hypot(G * f.gap[0] / 4 * f.gap_sd[0], f.rise_shared[0])
+    speed_sd = math.hypot(G * f.gap_sd[0] / 2, f.speed_shared[0])
     return (
-        _quantity("rebound_height", f.top_mm, height_sd, "mm", 1000 * f.rise_air[0]),
-        _quantity("rebound_speed", f.speed[0], speed_sd, "m/s", f.speed_air[0]),
+        _quantity("rebound_height", f.top_mm, height_sd, "mm", 1000 * f.rise_shared[0]),
+        _quantity("rebound_speed", f.speed[0], speed_sd, "m/s", f.speed_shared[0]),
     )
 
 
 def _quantity(name: str, value: float, sd: float, unit: str, common: float) -> Quantity:
     """common: the part of the sd that all recordings share."""
     value, sd = float(value), float(sd)
-    return Quantity(name, value, sd, unit, sd_common=min(abs(float(common)), sd))
+    return Quantity(name, value, sd, unit, sd_common=min(float(common), sd))
 
 
 def _with_fall(fall: _Fall) -> tuple[list[Quantity], list[str]]:
     """Quantities of the first bounce where the fall is stated, and notes."""
     f, notes, by_height = fall.flights, [], fall.by_height
     e, e_sd, before = float(f.e[0]), float(f.e_sd[0]), float(f.before[0])
-    normal = Quantity("restitution_normal", e, e_sd, "1", sd_common=fall.e_common)
+    normal = Quantity(
+        "restitution_normal",
+        e,
+        e_sd,
+        "1",
+        sd_common=fall.e_common,
+        believed_sd=unstated_sd("restitution"),
+    )
     normal = normal.doubt(fall.doubt)
     if fall.lost > MOST_LOST:
         notes.append(
@@ -266,17 +308,17 @@ def _with_fall(fall: _Fall) -> tuple[list[Quantity], list[str]]:
             f" {by_height * e:.4g} is no restitution; the ratio of the speeds is given"
         )
         by_height = 1.0
-    value, sd, common = (
-        by_height * v for v in (normal.value, normal.sd, normal.sd_common)
-    )
-    by_heights = replace(normal, name="restitution", value=value, sd=sd)
-    height, speed = _first_rebound(f)
+    parts = ("value", "sd", "sd_common", "believed_sd")
+    scaled = {part: by_height * getattr(normal, part) for part in parts}
+    by_heights = replace(normal, name="restitution", **scaled)
+    of_first = fall.doubt if fall.too_high else ""
+    height, speed = (q.doubt(of_first) for q in _first_rebound(f))
     impact = _quantity(
         "impact_speed", before, f.before_sd[0], "m/s", before / e * fall.e_common
     )
     return [
         height,
-        replace(by_heights, sd_common=common),
+        by_heights,
         impact.doubt(fall.doubt),
         speed,
         normal,

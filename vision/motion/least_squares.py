@@ -146,6 +146,15 @@ def propagate(
     return value, jacobian @ cov @ jacobian.T
 
 
+def believed_sds(moved: np.ndarray, prior_sd: np.ndarray) -> np.ndarray:
+    """sds (m,) of quantities by the priors alone, infinite where one depends on a
+    parameter without a prior; moved (m, p): their slopes, prior_sd (p,): of the
+    parameters, infinite without one."""
+    by = np.zeros_like(moved)
+    np.multiply(moved, prior_sd, out=by, where=moved != 0)
+    return np.sqrt((by**2).sum(axis=1))
+
+
 def slopes(
     function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, sds: np.ndarray
 ) -> np.ndarray:

@@ -10,6 +10,7 @@ from benchtwin.bench.robust import robust_sd
 LEAST_ROWS = 15
 # a row this many robust sds off its flight is an outlier: 2e-9 by chance, so none among
 # 5,000 true rows
+ALIKE_SDS = 4.0  # by which two rows of one place differ at most
 SPIKE_SD = 6.0
 SMOOTH = 6  # degree of the curve through a flight
 # in typical steps; of the extent; in typical steps
@@ -95,10 +96,11 @@ def curve_residuals(time: np.ndarray, place: np.ndarray) -> np.ndarray:
     return left
 
 
-def rows_at_rest(place: np.ndarray) -> int:
-    """Rows at the start that are within STILL of the extent of the first, all where
-    nothing moves; 0 for one alone."""
-    still = np.abs(place - place[0]) < STILL * np.ptp(place)
+def rows_at_rest(place: np.ndarray, sd: float = 0.0) -> int:
+    """Rows at the start that are within STILL of the extent of the first, or within
+    what two rows of that sd may differ by; all where nothing moves; 0 for one alone."""
+    near = max(STILL * float(np.ptp(place)), ALIKE_SDS * sd)
+    still = np.abs(place - place[0]) < near
     count = len(place) if still.all() else int(np.argmin(still))
     return count if count > 1 else 0
 
