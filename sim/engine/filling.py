@@ -1,12 +1,12 @@
-"""Where seeds start: as placed, or scattered on a shaken grid; overlapping ones are
-refused."""
+"""Where seeds start: as placed, or scattered at random."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from benchtwin.sim.engine.world import Placed, Scattered, World
 
-# grid pitch over the largest seed's bounding diameter; half of the rest is the shake
-SLACK = 1.02
+APART = 1.01  # bounding radii that are kept free round every seed
+DRAWS = 1000  # of as many places as there are seeds, until they are taken for too many
 
 
 def place(world: World, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
@@ -61,29 +61,35 @@ def _columns(group: Placed, first: int, where: str):
 
 def scatter(group: Scattered, rng: np.random.Generator) -> Placed:
     """Draw shapes, places and orientations for a scattered group."""
-    low, high = np.asarray(group.low, float), np.asarray(group.high, float)
-    bound = max(seed.bounding_radius_m for seed in group.shapes)
-    pitch = 2.0 * bound * SLACK
-    per_side = np.floor((high - low) / pitch + 1e-9).astype(int)
-    if (per_side < 1).any() or group.count < 1 or group.count > per_side.prod():
-        room = int(per_side.clip(0).prod())
-        raise ValueError(
-            f"seeds: count = {group.count} do not fit between {group.low} and"
-            f" {group.high}: 1 to {room} do without touching"
-        )
-    grid = np.stack(np.unravel_index(np.arange(group.count), per_side[::-1]), axis=1)[
-        :, ::-1
-    ]  # x fastest, z slowest
-    spare = (high - low - per_side * pitch) / 2.0
-    centres = low + spare + (grid + 0.5) * pitch
-    centres[:, 2] -= spare[2]  # layers from the bottom up
-    shake = rng.uniform(-0.5, 0.5, (group.count, 3)) * (pitch - 2.0 * bound)
-    turns = rng.normal(size=(group.count, 4))
+    turns = rng.normal(size=(max(group.count, 0), 4))
     return Placed(
         shapes=group.shapes,
         material=group.material,
-        positions=centres + shake,
+        positions=_random_places(group, rng),
         orientations=turns / np.linalg.norm(turns, axis=1, keepdims=True),
-        velocities=np.tile(np.asarray(group.velocity, float), (group.count, 1)),
-        shape_of=rng.integers(0, len(group.shapes), group.count),
+        velocities=np.tile(np.asarray(group.velocity, float), (len(turns), 1)),
+        shape_of=rng.integers(0, len(group.shapes), len(turns)),
+    )
+
+
+def _random_places(group: Scattered, rng: np.random.Generator) -> np.ndarray:
+    """Centres (count, 3) [m] by random sequential addition: places are drawn evenly,
+    and one nearer to an earlier one than two bounding spheres is drawn again."""
+    bound = APART * max(seed.bounding_radius_m for seed in group.shapes)
+    low, high = np.asarray(group.low) + bound, np.asarray(group.high) - bound
+    middle, half = (low + high) / 2, (high - low) / 2
+    places = np.zeros((0, 3))
+    for _ in range(DRAWS if (half > 0).all() else 0):
+        drawn = rng.uniform(low, high, (group.count, 3))
+        if group.round:
+            across = (drawn - middle) / half
+            drawn = drawn[(across[:, :2] ** 2).sum(axis=1) <= 1.0]
+        both = np.concatenate([places, drawn])
+        near = cKDTree(both).query_pairs(2.0 * bound, output_type="ndarray")
+        places = np.delete(both, near.max(axis=1), axis=0)[: group.count]
+        if len(places) == group.count > 0:
+            return places
+    raise ValueError(
+        f"seeds: count = {group.count} do not fit between {group.low} and"
+        f" {group.high}: {len(places)} lie there at random without touching"
     )

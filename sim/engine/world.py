@@ -35,8 +35,9 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class Scattered:
-    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned
-    at random, each of a shape drawn from `shapes`."""
+    """`count` seeds in the box low … high, or in the upright cylinder that fits into it
+    (`round`), at random places where their bounding spheres do not touch, turned at
+    random, each of a shape drawn from `shapes`."""
 
     shapes: tuple
     material: Material
@@ -44,6 +45,7 @@ class Scattered:
     low: Vector
     high: Vector
     velocity: Vector = (0.0, 0.0, 0.0)
+    round: bool = False
 
 
 @dataclass(frozen=True, eq=False)
