@@ -16,10 +16,9 @@ from benchtwin.sim.seed import Seed
 # volume fraction that is never exceeded by such a rain: how many seeds are enough
 PACKED = 0.64
 SPARE = 1.06  # that many more, to have something to strike off
-# share of the chute that the bounding spheres of the rain take: random sequential
-# addition comes to a halt at .37 to .39 of a wide chute or one a seed wide, and takes
-# long from .3 on
-RAIN = 0.25
+# share of the chute that the rain takes: random sequential addition comes to a halt at
+# .37 to .39, in a wide chute and in one a ball wide, and takes long from .25 on
+RAIN = 0.22
 LEAST_SEEDS = 10  # fewer make no heap
 STRUCK_OFF = 0.995  # with more left than this share, nothing was struck off
 
@@ -49,12 +48,16 @@ class Chute:
     round: bool = False
 
     def top_m(self, seeds: list[Seed]) -> float:
-        """How high the rain of these seeds begins."""
+        """How high the rain of these seeds begins. As their centres keep a bounding
+        radius from the walls, the chute is as wide as one for balls of their volume."""
         bound = max(seed.bounding_radius_m for seed in seeds)
-        along, across = (max(self.high[k] - self.low[k], 2 * bound) for k in (0, 1))
+        volume = sum(seed.volume_m3 for seed in seeds)
+        size = (6.0 / np.pi * volume / len(seeds)) ** (1 / 3)
+        along, across = (
+            max(self.high[k] - self.low[k] - 2 * bound, 0.0) + size for k in (0, 1)
+        )
         area = along * across * (np.pi / 4 if self.round else 1.0)
-        taken = len(seeds) * 4 / 3 * np.pi * bound**3
-        return self.low[2] + taken / (RAIN * area) + 2 * bound
+        return self.low[2] + volume / (RAIN * area) + 2 * bound
 
 
 def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[Seed]:
