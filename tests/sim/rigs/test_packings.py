@@ -148,20 +148,20 @@ def test_spheres_that_roll_hard_do_not_stand_in_towers():
 
 def test_spheres_that_rain_from_a_lattice_stand_in_towers(monkeypatch):
     """The control: what such a rain leaves is told from a random packing."""
-    monkeypatch.setattr(filling, "_random_places", _lattice)
+    monkeypatch.setattr(filling, "_drawn", _lattice)
     found = packing_of(*filled("box", bench(1, 0.04)))
     assert not found.is_random(True, 0.04)
     assert found.upright > 0.9, found
 
 
-def _lattice(group: Scattered, rng: np.random.Generator) -> np.ndarray:
-    """A simple cubic one, shaken by 3 % of a radius."""
+def _lattice(group: Scattered, count: int, rng: np.random.Generator) -> np.ndarray:
+    """A simple cubic one, shaken by 2 % of a radius."""
     low, high = np.asarray(group.low), np.asarray(group.high)
     radius = max(seed.bounding_radius_m for seed in group.shapes)
-    per_side = ((high - low) / (2.06 * radius)).astype(int)
-    at = np.array(list(np.ndindex(*per_side[::-1])))[: group.count, ::-1]
-    shake = rng.uniform(-0.03, 0.03, at.shape) * radius
-    return low + 2.06 * radius * (at + 0.5) + shake
+    per_side = ((high - low) / (2.08 * radius)).astype(int)
+    at = np.array(list(np.ndindex(*per_side[::-1])))[:count, ::-1]
+    shake = rng.uniform(-0.02, 0.02, at.shape) * radius
+    return low + 2.08 * radius * (at + 0.5) + shake
 
 
 @pytest.mark.slow
