@@ -73,8 +73,8 @@ class Seed(Section):
     """Which seed of the lot was recorded, as photo:seed in its seeds.csv. Absent: any
     of them."""
     shape: str | None = None
-    """Mesh file of the seed's true shape (STL, PLY, OBJ), which the simulation then
-    fills with balls."""
+    """Mesh file of the seed's true shape (STL, PLY, OBJ) in the bench's folder, which
+    the simulation then fills with balls."""
     shape_unit: Literal["mm", "cm", "m", "inch"] | None = None
     """Unit of that mesh's coordinates."""
 

@@ -5,6 +5,13 @@ import math
 import pkgutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
+
+# where an effect acts: of drops, slides, rolls, heaps, and what recordings say wrongly
+SECTORS = (
+    *("flight", "impact", "onset", "sliding", "run-out"),
+    *("crest", "middle", "toe", "measurement"),
+)
 
 
 @dataclass(frozen=True)
@@ -89,6 +96,9 @@ class Effect:
     needs: Callable | None = None  # (session) → whether these recordings can show it
 
 
+E = TypeVar("E", bound=Effect)
+
+
 def separating_recordings(
     effects: Mapping[str, Effect], names: tuple[str, ...]
 ) -> str | None:
@@ -99,12 +109,44 @@ def separating_recordings(
     return "; ".join(list(said)[:2]) or None
 
 
-def discovered(package: str, path: Iterable[str]) -> dict[str, Effect]:
-    """EFFECTS of every file of a folder, by name, in the order of files."""
-    found: dict[str, Effect] = {}
+def discovered(
+    package: str, path: Iterable[str], kind: type[E] = Effect
+) -> dict[str, E]:
+    """EFFECTS of every file of a folder, by name, in the order of files; ValueError for
+    one that cannot be weighed, two of one name, or a group that is not there."""
+    found: dict[str, E] = {}
     for module in sorted(pkgutil.iter_modules(path), key=lambda m: m.name):
-        for effect in getattr(
-            importlib.import_module(f"{package}.{module.name}"), "EFFECTS", ()
-        ):
+        loaded = importlib.import_module(f"{package}.{module.name}")
+        for effect in getattr(loaded, "EFFECTS", ()):
+            if not isinstance(effect, kind):
+                raise ValueError(
+                    f"{package}.{module.name}: {effect!r} is no {kind.__name__}"
+                )
+            if effect.name in found:
+                raise ValueError(
+                    f"{package}.{module.name}: there is another effect {effect.name!r};"
+                    " each needs a name of its own"
+                )
+            if why := _wrong(effect):
+                raise ValueError(
+                    f"{package}.{module.name}: effect {effect.name!r}: {why}"
+                )
             found[effect.name] = effect
+    if lost := sorted({e.group for e in found.values() if e.group} - set(found)):
+        raise ValueError(f"{package}: there is no effect {lost[0]!r}, a group's name")
     return found
+
+
+def _wrong(effect: Effect) -> str:
+    """Why an effect cannot be weighed, "": it can."""
+    e = effect
+    if not e.name or e.sector not in SECTORS:
+        return f"sector = {e.sector!r}: must be one of {', '.join(SECTORS)}"
+    if not (e.low < e.high and e.low <= 0 <= e.high):
+        return (
+            f"low = {e.low}, high = {e.high}: low must be below high, and 0, no effect,"
+            " between them"
+        )
+    if not 0 < e.prior_sd < math.inf:
+        return f"prior_sd = {e.prior_sd}: must be above 0 and finite"
+    return ""

@@ -39,7 +39,7 @@ Watch = Callable[[str, float], None]
 RECORD = "simulation.json"
 # to be raised when the same input gives another outcome: what stores hold of older ones
 # is then computed anew
-MODEL = 4
+MODEL = 5
 
 
 def simulate(

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchtwin.bench import keys
+from benchtwin.bench.rigs import RIGS
 from benchtwin.sim.picture import Camera, project
 from benchtwin.twin.setup import Setup, setup_for
 from benchtwin.vision.recording import Recording
@@ -30,7 +31,23 @@ def rig_of(recording: Recording) -> Any:
         value = getattr(section, key, None)
         if value is not None:
             given[field.name] = _scaled(value, 1e-3) if key != field.name else value
+    _check_simulated(recording, setup)
     return setup.describe(**setup.fitting(recording, given))
+
+
+def _check_simulated(recording: Recording, setup: Setup) -> None:
+    """ValueError for a stated key that the simulation has no place for: its answer
+    would be that of another rig."""
+    name = recording.need_rig()
+    known = {key_of(field.name) for field in fields(setup.describe)}
+    known |= {*setup.besides, *RIGS[name].per_recording, *RIGS[name].weighed}
+    stated = getattr(recording, name).model_dump(exclude_none=True)
+    if lost := sorted(set(stated) - known):
+        has = ", ".join(sorted(key_of(f.name) for f in fields(setup.describe)))
+        raise ValueError(
+            f"[{name}] {lost[0]} = {stated[lost[0]]}: the simulation of this {name} has"
+            f" no such number; it has {has}"
+        )
 
 
 def section_of(rig: Any, section: Any) -> Any:
@@ -105,6 +122,7 @@ def camera_section(camera: Camera, fps: float, section: keys.Camera) -> keys.Cam
         "distortion": camera.distortion,
         "exposure_s": camera.exposure_s or None,
         "fps": fps or section.fps,
+        "readout_s": None,  # it reads all rows at once
     }
     return section.model_copy(update=stated)
 

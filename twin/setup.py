@@ -40,8 +40,9 @@ class Setup:
     seed, not the lot. in_lammps: whether LAMMPS has all of
     its walls. truth: what the simulation knows, as
     columns of readings.csv; (): a track, on a line where it is `straight`. fitting:
-    completes or refuses what a recording states of it (ValueError); aimed: its own
-    camera for a recording; variant: another setup for some recordings."""
+    completes or refuses what a recording states of it (ValueError); besides: keys of
+    no field, for `fitting` or measuring to read; aimed: its own camera for a recording;
+    variant: another setup for some recordings."""
 
     describe: type
     run: Callable
@@ -61,6 +62,7 @@ class Setup:
     aimed: Callable[[Recording, Camera], Camera] = where_it_stands
     variant: Callable[[Recording], "Setup | None"] = lambda recording: None
     told: Callable[[Any, Camera, Motion], dict[str, Any]] = nothing_more
+    besides: tuple[str, ...] = ()
 
 
 def of_heaps(describe: type, run: Callable, camera: Camera, **more: Any) -> Setup:

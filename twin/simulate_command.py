@@ -6,6 +6,7 @@ from typing import Any
 
 from rich.progress import BarColumn, Progress, TimeElapsedColumn
 
+from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.terminal import Terminal, Words
 from benchtwin.twin import Parameters
 from benchtwin.twin.command import DONE, Misuse, exit_code
@@ -92,6 +93,14 @@ def jobs_of(
     of, description = described(like) if like else (None, {})
     if of is not None and of != rig_named(rig)[0]:
         raise ValueError(f"{like} describes a {of}, not a {rig}")
+    for key in settings:
+        section = key.partition(".")[0].strip()
+        if section in RIGS and section != rig_named(rig)[0]:
+            raise ValueError(f"setting {key}: is of a {section}, not of a {rig}")
+        if key == "camera.readout_s":
+            raise ValueError(
+                f"setting {key}: a simulated camera reads all rows at once"
+            )
     given = {name: value for name, value in numbers.items() if value is not None}
     parameters, description = assigned(Parameters(**given), description, settings)
     return jobs(

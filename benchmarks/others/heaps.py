@@ -37,7 +37,7 @@ from liggghts import GRAIN, WALL, balls, contact, rolling, spheres, told
 
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Slide
-from benchtwin.sim.engine.world import Scattered, World
+from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS
 
 SETTLE_S, LIFT_M, LIFT_M_S, RELAX_S = 0.4, 0.055, 0.010, 0.4
@@ -46,6 +46,24 @@ TUBE_M = (0.040, 0.100)  # radius, height
 DIAMETER_MM, MOST_ROLLING_MM = 3.7, 0.1
 LAYER_DEG = 10.0
 TABLE = Path("results/phase7-lhs/lhs_results.csv")
+
+
+def filling() -> Placed:
+    """4000 grains on a shaken grid, lowest first, falling."""
+    rng, shapes = np.random.default_rng(1), balls()
+    radius = max(ball.bounding_radius_m for ball in shapes)
+    low, high, pitch = np.array(LOW), np.array(HIGH), 2.04 * radius
+    lines = ((high - low) / pitch).astype(int)[::-1]
+    grid = np.stack(np.unravel_index(np.arange(COUNT), lines), axis=1)[:, ::-1]
+    shake = rng.uniform(-0.02, 0.02, grid.shape) * radius
+    falling = np.tile((0.0, 0.0, -0.3), (COUNT, 1))
+    return Placed(
+        shapes,
+        GRAIN,
+        low + (grid + 0.5) * pitch + shake,
+        velocities=falling,
+        shape_of=rng.integers(0, len(shapes), COUNT),
+    )
 
 
 def world(at: dict[str, float], spring: str, steps: float, awake: bool) -> World:
@@ -57,7 +75,7 @@ def world(at: dict[str, float], spring: str, steps: float, awake: bool) -> World
     end = (0.0, 0.0, height)
     numbers = (at["fric"], at["rollfric"], at["rest"])
     return World(
-        (Scattered(balls(), GRAIN, COUNT, LOW, HIGH, (0.0, 0.0, -0.3)),),
+        (filling(),),
         (
             Plane("plate", WALL, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
             Cylinder("tube", WALL, (0, 0, 0), end, radius, (Slide(lift, (0, 0, 1)),)),

@@ -11,4 +11,5 @@ SETUP = Setup(
     Camera(800, 1280, 0.27, (0.0, 0.0, 0.155), 10.0),
     Look(grey=True),
     one_seed=True,
+    besides=("height_sd_mm", "impacts_added_s", "impacts_struck_s"),
 )

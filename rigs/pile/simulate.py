@@ -33,6 +33,7 @@ SETUP = of_heaps(
     truth=("repose_angle_deg", "centroid_angle_deg"),
     variant=cylinder,
     told=plate_seen,
+    besides=("roi_px", "window_pct"),
 )
 CYLINDER = replace(
     SETUP,

@@ -40,5 +40,6 @@ SETUP = Setup(
     one_seed=True,
     straight=True,
     fitting=runs_out,
+    besides=("level", "rail_gap_mm"),
     aimed=aimed,
 )

@@ -265,10 +265,10 @@ def shares_of_walls(count, active, meet, s, share):
         a = end
 
 
-def block_forces(b, dt, look, woken, s, scratch):
+def block_forces(b, dt, look, woken, account, s, scratch):
     """Forces of all contacts of block b, into its window; `s` is the kernel's view of
     the state (`kernels.View`). look: those between sleeping bodies too; woken: whether
-    a body has just woken."""
+    a body has just woken; account: whether to add up what contacts store."""
     P = scratch.tile
     active = scratch.active
     meet = scratch.meet
@@ -319,9 +319,11 @@ def block_forces(b, dt, look, woken, s, scratch):
         # whole vectors; lanes beyond `count` hold leftovers that nobody reads
         laws(P, (count + 7) // 8 * 8, dt, s.pull, s.whole)
         if tile < tiles_of_pairs:
-            scatter_pairs(P, s, active[at : at + count], base, sums)
+            scatter_pairs(P, s, active[at : at + count], base, sums, account)
         else:
-            scatter_walls(P, s, active[at : at + count], base, s.wall_push[b], sums)
+            scatter_walls(
+                P, s, active[at : at + count], base, s.wall_push[b], sums, account
+            )
 
 
 pair_geometry, approach = tiles.pair_geometry, tiles.approach

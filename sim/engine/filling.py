@@ -1,12 +1,13 @@
-"""Where seeds start: as placed, or scattered on a shaken grid; overlapping ones are
-refused."""
+"""Where seeds start: as placed, or scattered at random."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from benchtwin.sim.engine.world import Placed, Scattered, World
+from benchtwin.sim.rotation import turned
 
-# grid pitch over the largest seed's bounding diameter; half of the rest is the shake
-SLACK = 1.02
+APART = 1.01  # radii that are kept free round every ball
+DRAWS = 2000  # of a place for every seed, until they are taken for too many
 
 
 def place(world: World, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
@@ -60,30 +61,74 @@ def _columns(group: Placed, first: int, where: str):
 
 
 def scatter(group: Scattered, rng: np.random.Generator) -> Placed:
-    """Draw shapes, places and orientations for a scattered group."""
-    low, high = np.asarray(group.low, float), np.asarray(group.high, float)
-    bound = max(seed.bounding_radius_m for seed in group.shapes)
-    pitch = 2.0 * bound * SLACK
-    per_side = np.floor((high - low) / pitch + 1e-9).astype(int)
-    if (per_side < 1).any() or group.count < 1 or group.count > per_side.prod():
-        room = int(per_side.clip(0).prod())
+    """Draw shapes, places and orientations for a scattered group.
+
+    Places by random sequential addition: they are drawn evenly, and a seed that touches
+    one that lies there already is drawn again."""
+    count = max(group.count, 0)
+    shape_of = rng.integers(0, len(group.shapes), count)
+    turns = rng.normal(size=(count, 4))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    arms, radii, owner = _balls(group.shapes, shape_of, turns)
+    at, left = np.full((count, 3), np.nan), np.arange(count)
+    for _ in range(DRAWS):
+        at[left] = _drawn(group, len(left), rng)
+        left = _touching(at[owner] + arms, radii, owner, left)
+        if not len(left):
+            break
+    if len(left) or count == 0:
         raise ValueError(
-            f"seeds: count = {group.count} do not fit between {group.low} and"
-            f" {group.high}: 1 to {room} do without touching"
+            f"seeds: count = {count} do not fit between {group.low} and {group.high}:"
+            f" {count - len(left)} lie there at random without touching"
         )
-    grid = np.stack(np.unravel_index(np.arange(group.count), per_side[::-1]), axis=1)[
-        :, ::-1
-    ]  # x fastest, z slowest
-    spare = (high - low - per_side * pitch) / 2.0
-    centres = low + spare + (grid + 0.5) * pitch
-    centres[:, 2] -= spare[2]  # layers from the bottom up
-    shake = rng.uniform(-0.5, 0.5, (group.count, 3)) * (pitch - 2.0 * bound)
-    turns = rng.normal(size=(group.count, 4))
-    return Placed(
-        shapes=group.shapes,
-        material=group.material,
-        positions=centres + shake,
-        orientations=turns / np.linalg.norm(turns, axis=1, keepdims=True),
-        velocities=np.tile(np.asarray(group.velocity, float), (group.count, 1)),
-        shape_of=rng.integers(0, len(group.shapes), group.count),
+    velocities = np.tile(np.asarray(group.velocity, float), (count, 1))
+    return Placed(group.shapes, group.material, at, turns, velocities, None, shape_of)
+
+
+def _balls(
+    shapes: tuple, shape_of: np.ndarray, turns: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of all balls: where they are about their seed's centre [m], radius [m], seed."""
+    seeds = [shapes[k] for k in shape_of]
+    arms = [turned(q, seed.centres_m) for q, seed in zip(turns, seeds, strict=True)]
+    radii = [np.atleast_1d(seed.radii_m) for seed in seeds]
+    owner = np.repeat(np.arange(len(seeds)), [len(r) for r in radii])
+    none = [np.zeros((0, 3))], [np.zeros(0)]
+    return np.concatenate(arms or none[0]), np.concatenate(radii or none[1]), owner
+
+
+def _drawn(group: Scattered, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Centres (count, 3) [m], evenly within the group's room."""
+    bound = APART * max(seed.bounding_radius_m for seed in group.shapes)
+    low, high = np.asarray(group.low) + bound, np.asarray(group.high) - bound
+    if not (high > low).all():
+        return np.zeros((count, 3))  # all in one place: they do not fit
+    if not group.round:
+        return rng.uniform(low, high, (count, 3))
+    turn, out = rng.uniform(0, 2 * np.pi, count), np.sqrt(rng.uniform(size=count))
+    inside = np.column_stack([out * np.cos(turn), out * np.sin(turn)])
+    middle, half = (low + high)[:2] / 2, (high - low)[:2] / 2
+    return np.column_stack(
+        [middle + half * inside, rng.uniform(low[2], high[2], count)]
     )
+
+
+def _touching(
+    places: np.ndarray, radii: np.ndarray, owner: np.ndarray, new: np.ndarray
+) -> np.ndarray:
+    """Which of the new seeds touch one that lies there, or a new one before them."""
+    fresh = np.isin(owner, new)
+    drawn, lying = np.flatnonzero(fresh), np.flatnonzero(~fresh)
+    reach, tree = 2.0 * APART * radii.max(initial=0.0), cKDTree(places[drawn])
+    i, j = drawn[tree.query_pairs(reach, output_type="ndarray").T]
+    if len(lying):
+        near = tree.sparse_distance_matrix(
+            cKDTree(places[lying]), reach, output_type="ndarray"
+        )
+        i = np.concatenate([i, drawn[near["i"]]])
+        j = np.concatenate([j, lying[near["j"]]])
+    far = np.linalg.norm(places[i] - places[j], axis=1)
+    touch = (far < APART * (radii[i] + radii[j])) & (owner[i] != owner[j])
+    one, other = owner[i[touch]], owner[j[touch]]
+    later = np.where(fresh[j[touch]], np.maximum(one, other), one)
+    return np.unique(later)

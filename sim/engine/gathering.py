@@ -16,6 +16,7 @@ SUMS = 9
 LEDGER = False
 HAS_RESTITUTION = False
 HAS_SPRING = False
+HAS_NORMAL = False
 
 
 def gather_two(P, t, ball, motion, single, i, j, a, c):
@@ -169,7 +170,7 @@ def gather_walls(P, s, active, share, meet, rows):
         recall(P, t, s.wall_memory[k], s.wall_touch[k] == 0)
 
 
-def scatter_pairs(P, s, active, base, sums):
+def scatter_pairs(P, s, active, base, sums, account):
     """Add a tile's forces and torques to both bodies of each pair, and keep what the
     contacts remember."""
     for n in range(len(active)):
@@ -179,10 +180,10 @@ def scatter_pairs(P, s, active, base, sums):
         push_back(P, t, s.window, (base + s.owner[s.pair_j[k]]) * FROM_CONTACTS)
         keep(P, t, s.pair_memory[k])
         s.pair_touch[k] = 1
-        add_up(P, t, sums, False)
+        add_up(P, t, sums, False, account)
 
 
-def scatter_walls(P, s, active, base, wall_push, sums):
+def scatter_walls(P, s, active, base, wall_push, sums, account):
     """Add a tile's forces and torques to bodies and walls, and keep what the contacts
     remember."""
     for n in range(len(active)):
@@ -192,21 +193,25 @@ def scatter_walls(P, s, active, base, wall_push, sums):
         push_wall(P, t, wall_push[s.prim_wall[s.wall_p[k]]])
         keep(P, t, s.wall_memory[k])
         s.wall_touch[k] = 1
-        add_up(P, t, sums, True)
+        add_up(P, t, sums, True, account)
 
 
-def add_up(P, t, sums, is_wall):
-    """A contact's entries in its block's sums."""
+def add_up(P, t, sums, is_wall, account):
+    """A contact's entries in its block's sums; account: what it stores, too."""
     overlap = P[tiles.OVERLAP + t]
     smaller = P[tiles.RI + t] if is_wall else min(P[tiles.RI + t], P[tiles.RJ + t])
     if overlap > sums[S_OVERLAP] * smaller:  # spares most divisions
         sums[S_OVERLAP] = overlap / smaller
-    if LEDGER:
+    if is_wall:  # work that a moving wall does
+        for c in range(3):
+            row = c * STRIDE + t
+            sums[S_WALLS] += P[tiles.FX + row] * P[tiles.UX + row]
+    if account:
         sums[S_NORMAL] += P[tiles.E_NORMAL + t]
         sums[S_TANGENTIAL] += P[tiles.E_TANGENTIAL + t]
+    if HAS_NORMAL or LEDGER:
+        sums[S_EXTRA] += P[tiles.P_EXTRA + t]
+    if LEDGER:
         sums[S_DAMPED] += P[tiles.P_NORMAL + t]
         sums[S_SLIPPED] += P[tiles.P_TANGENTIAL + t]
         sums[S_ROLLED] += P[tiles.P_ROLLING + t]
-        sums[S_EXTRA] += P[tiles.P_EXTRA + t]
-        if is_wall:
-            sums[S_WALLS] += P[tiles.P_WALL + t]

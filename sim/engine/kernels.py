@@ -74,8 +74,9 @@ def advance(
     early when the neighbour lists may no longer hold everything near (STALE: positions
     are predicted, forces are still to come), when an overlap exceeds `most_overlap` of
     a radius (SQUEEZED) or a speed `most_speed` (RUNAWAY; NaN too): a state to look at
-    then, its positions a step ahead. status: [why, steps done]. ledger adds up the
-    dissipated energies, impulse (walls, 3) the seeds' push on the walls."""
+    then, its positions a step ahead. status: [why, steps done]. ledger adds up
+    works and, where it is kept, dissipated energies, impulse (walls, 3) the seeds' push
+    on the walls."""
     blocks = len(s.block_body) - 1
     # forces: of these positions are known; look: also between sleepers
     done = 0
@@ -112,13 +113,14 @@ def advance(
                 counters[NEXT_CONTACT] = 0
                 if forces:
                     add_walls(s.wall_push, s.wall_load, dt, impulse)
+                    add_work(s.sums, dt, ledger)
                     if LEDGER:
                         add_ledger(s.sums, dt, ledger)
                 if more:
                     place_walls((start + done + forces + 1) * dt, s)
             barrier(counters, threads)
             why = DONE
-            if LEDGER and me == 0:
+            if me == 0:
                 for b in range(blocks):
                     ledger[2] += s.totals[b, T_BRAKED]
                     ledger[5] += dt * s.totals[b, T_POWER] * forces
@@ -141,9 +143,10 @@ def advance(
             counters[NEXT_BODIES] = 0
             s.woken[(start + done + 1) % 2] = 0
         look = not s.sleeps or (start + done + 1) % sleeping.SLEEP_EVERY == 0
+        account = LEDGER or done + 1 == steps
         b = take(counters, NEXT_CONTACT, threads, 0)
         while b < blocks:
-            block_forces(b, dt, look, woken, s, scratch)
+            block_forces(b, dt, look, woken, account, s, scratch)
             b = take(counters, NEXT_CONTACT, threads, b + 1)
         barrier(counters, threads)
         forces = True
@@ -191,15 +194,22 @@ def add_walls(wall_push, wall_load, dt, impulse):
 
 
 @njit(**INNER)
+def add_work(sums, dt, ledger):
+    """Add the work that normal laws and moving walls did in one step of `dt` [s] to the
+    energy ledger [J]."""
+    for b in range(len(sums)):
+        ledger[3] += dt * sums[b, gathering.S_EXTRA]
+        ledger[4] += dt * sums[b, gathering.S_WALLS]
+
+
+@njit(**INNER)
 def add_ledger(sums, dt, ledger):
-    """Add the work that the laws did in one step of `dt` [s] to the energy ledger
+    """Add the other work that the laws did in one step of `dt` [s] to the energy ledger
     [J]."""
     for b in range(len(sums)):
         ledger[0] += dt * sums[b, gathering.S_DAMPED]
         ledger[1] += dt * sums[b, gathering.S_SLIPPED]
         ledger[2] += dt * sums[b, gathering.S_ROLLED]
-        ledger[3] += dt * sums[b, gathering.S_EXTRA]
-        ledger[4] += dt * sums[b, gathering.S_WALLS]
 
 
 LEDGER = False
@@ -224,7 +234,8 @@ def _inner_parts(bound: dict, ledger: bool, reach) -> dict:
     )
     parts = {n: inner(getattr(gathering, n)) for n in plain}
     parts |= {n: inner(getattr(gathering, n), **remembered) for n in ("recall", "keep")}
-    parts["add_up"] = inner(gathering.add_up, LEDGER=ledger)
+    normal = bound.get("HAS_NORMAL", False)
+    parts["add_up"] = inner(gathering.add_up, LEDGER=ledger, HAS_NORMAL=normal)
     whole = ("gather_pairs", "gather_walls", "scatter_pairs", "scatter_walls")
     parts |= {n: inner(getattr(gathering, n), **parts) for n in whole}
     parts |= {

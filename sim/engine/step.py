@@ -12,6 +12,7 @@ import numpy as np
 
 from benchtwin.sim.engine import bodies, kernels, lists, turning
 from benchtwin.sim.engine import state as states
+from benchtwin.sim.engine.audit import Audit
 from benchtwin.sim.engine.compiled import fingerprint, is_kept, kernel
 from benchtwin.sim.engine.filling import place
 from benchtwin.sim.engine.gathering import S_OVERLAP, SUMS
@@ -26,7 +27,8 @@ from benchtwin.sim.engine.kernels import (
 from benchtwin.sim.engine.lists import relist
 from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.world import Tables, World, tabulate_world, time_step
+from benchtwin.sim.engine.time_step import time_step
+from benchtwin.sim.engine.world import Tables, World, tabulate_world
 
 # a quarter of a second or so, after which Ctrl-C gets its turn
 BALL_STEPS_A_CALL = 2_000_000
@@ -292,7 +294,7 @@ def run(
 
     The given state is left as it is. The result does not depend on `threads`,
     observers, or on stops and restarts on the way. Raises `Stopped` when seeds overlap
-    by more than `most_overlap`, or run away."""
+    by more than `most_overlap`, run away, or make energy."""
     if (until is None) == (steps is None):
         raise ValueError("run: give either until or steps")
     if threads < 1:
@@ -311,16 +313,24 @@ def run(
     if not world.sleep:
         state.calm[:] = 0  # who slept in another world is awake in this one
     due, pace = [_next_look(look, state) for look in looks], Pace(threads)
+    audit = Audit(world, tables_of(world), state) if steps is None else None
+    over = False
     while True:
         for k, look in enumerate(looks):
-            if state.step >= due[k]:
-                if look.look(world, state):
-                    return state
+            if not over and state.step >= due[k]:
+                over = bool(look.look(world, state))
                 due[k] = _next_look(look, state, after=True)
-        if last is not None and state.step >= last:
+        if over or (last is not None and state.step >= last):
+            if audit is not None and not world.sleep:
+                _check(audit, state)
             return state
         goal = min([*due, last] if last is not None else due)
-        state = _advance(world, state, goal - state.step, pace)
+        state = _advance(world, state, goal - state.step, pace, audit)
+
+
+def _check(audit: Audit, state: State) -> None:
+    if why := audit.look(state):
+        raise Stopped(why, state)
 
 
 def _next_look(look: Every, state: State, *, after: bool = False) -> int:
@@ -335,7 +345,9 @@ def _next_look(look: Every, state: State, *, after: bool = False) -> int:
     return due
 
 
-def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
+def _advance(
+    world: World, state: State, steps: int, pace: Pace, audit: Audit | None
+) -> State:
     """The same state `steps` steps later (its arrays are used up)."""
     tables = tables_of(world)
     loop = _kernel_of(world, tables)
@@ -345,6 +357,8 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
         threads, share = pace.next_call()
         began = time.perf_counter()
         most_steps = min(steps, max(1, int(share * most)))
+        if audit is not None:
+            most_steps = min(most_steps, audit.until_next(state))
         _in_threads(loop, scratch[:threads], most_steps, state, world, view, status)
         pace.took(
             threads, time.perf_counter() - began, int(status[1]) * len(state.ball)
@@ -353,8 +367,12 @@ def _advance(world: World, state: State, steps: int, pace: Pace) -> State:
         state = state.changed(step=state.step + int(status[1]))
         if status[0] in (SQUEEZED, RUNAWAY):
             raise Stopped(_why(world, state, int(status[0])), state)
+        if audit is not None and state.step % audit.interval == 0 and not status[0]:
+            _check(audit, state)
         if status[0] == STALE:
-            state = relist(tables, state, world.domain)
+            before, state = state, relist(tables, state, world.domain)
+            if audit is not None:
+                audit.gone(before, state)
             view, scratch = _room(world, tables, state, pace.numbers[0])
     return state
 

@@ -29,7 +29,7 @@ OIX, OIY, OIZ, OJX, OJY, OJZ = rows(5, 6)
 # velocity of body i's centre less that of body j's, or of the wall's at the contact
 VX, VY, VZ = rows(11, 3)
 WIX, WIY, WIZ, WJX, WJY, WJZ, MI, MJ = rows(14, 8)  # spins, masses
-UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact (for the ledger)
+UX, UY, UZ = rows(22, 3)  # a wall's velocity at the contact
 # part of the masses that this contact's damping answers for (see `contacts.shares`)
 SHARE = 25 * STRIDE
 MODULUS, SHEAR, DAMPING, MU, MU_R, E_IN = rows(26, 6)  # the pair of materials
@@ -49,11 +49,12 @@ EDGE = 54 * STRIDE  # see `quadrature.edge_weight`
 FX, FY, FZ, TIX, TIY, TIZ, BRAKE_I, STIR_I, TJX, TJY, TJZ, BRAKE_J, STIR_J = rows(
     55, 13
 )
-# Accounts (only when the ledger is kept): see `LEDGER_ROWS`.
-ACCOUNTS = rows(68, 7)
-E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA, P_WALL = ACCOUNTS
-EXTRA = 75 * STRIDE  # the chosen laws' parameters, a row each
-FIXED_ROWS = 75
+# Accounts: stored energies [J] and, the normal laws' apart, only when the ledger is
+# kept, powers [W].
+ACCOUNTS = rows(68, 6)
+E_NORMAL, E_TANGENTIAL, P_NORMAL, P_TANGENTIAL, P_ROLLING, P_EXTRA = ACCOUNTS
+EXTRA = 74 * STRIDE  # the chosen laws' parameters, a row each
+FIXED_ROWS = 74
 
 # of the table of material pairs before the laws' parameters: MODULUS … E_IN
 COLUMNS = 6
@@ -293,14 +294,13 @@ def laws(P, count, dt, pull, whole):
         P[TJY + t] = bx * fz - bz * fx + rjy
         P[TJZ + t] = by * fx - bx * fy + rjz
 
+        P[E_NORMAL + t] = (4.0 / 15.0) * stiffness * overlap * overlap
+        P[E_TANGENTIAL + t] = 0.5 * shear * (sx * sx + sy * sy + sz * sz)
+        if HAS_NORMAL or LEDGER:
+            P[P_EXTRA + t] = extra * closing
         if LEDGER:
-            P[E_NORMAL + t] = (4.0 / 15.0) * stiffness * overlap * overlap
-            P[E_TANGENTIAL + t] = 0.5 * shear * (sx * sx + sy * sy + sz * sz)
             P[P_NORMAL + t] = damped * closing
             P[P_TANGENTIAL + t] = -(tx * vx + ty * vy + tz * vz)
             P[P_ROLLING + t] = -(
                 rix * wix + riy * wiy + riz * wiz + rjx * wjx + rjy * wjy + rjz * wjz
             )
-            P[P_EXTRA + t] = extra * closing
-            # counts for walls only
-            P[P_WALL + t] = fx * P[UX + t] + fy * P[UY + t] + fz * P[UZ + t]

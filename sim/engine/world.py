@@ -35,8 +35,9 @@ class Placed:
 
 @dataclass(frozen=True, eq=False)
 class Scattered:
-    """`count` seeds on a shaken grid in the box low … high, lowest layers first, turned
-    at random, each of a shape drawn from `shapes`."""
+    """`count` seeds in the box low … high, or in the upright cylinder that fits into it
+    (`round`), at random places where they do not touch, turned at random, each of a
+    shape drawn from `shapes`."""
 
     shapes: tuple
     material: Material
@@ -44,6 +45,7 @@ class Scattered:
     low: Vector
     high: Vector
     velocity: Vector = (0.0, 0.0, 0.0)
+    round: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +56,10 @@ class World:
     rolling_convention names the rolling law. laws: chosen plug-ins (`sim.laws`) on top
     of those. domain: (low, high), seeds whose centre leaves it are removed and counted;
     None: no end. time_step_s: None for `rayleigh_fraction` of the smallest ball's
-    Rayleigh time. pull_at_end: whether the damped contact force may be attractive at
-    the end of contact. True lets e come out as entered; False clips it at zero and e
-    comes out larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
+    Rayleigh time, or what a chosen law asks for (`time_step`) if that is less.
+    pull_at_end: whether the damped contact force may be attractive at the end of
+    contact. True lets e come out as entered; False clips it at zero and e comes out
+    larger (.5 → .55; see `sim.laws.hertz_mindlin.damping_factor`).
     share_damping: whether balls of one seed on the same wall or seed share the damping
     (`contacts.shares_of_pairs`). True makes e independent of the number of balls that
     touch; False is EDEM's way, each ball damping with the whole masses. cap_damped:
@@ -67,7 +70,8 @@ class World:
     ones is counted between two looks. Not together with `ledger`. ledger: keep account
     of where the energy goes (`observe.energy`); costs a few per cent. most_overlap: a
     run stops when an overlap exceeds this part of the smaller ball's radius.
-    most_speed_m_s: or a seed this speed."""
+    most_speed_m_s: or a seed this speed. most_gain: or all together have more energy
+    than before by this share of what is there (`audit`)."""
 
     seeds: tuple[Placed | Scattered, ...]
     walls: tuple[Wall, ...] = ()
@@ -84,6 +88,7 @@ class World:
     ledger: bool = False
     most_overlap: float = 0.1
     most_speed_m_s: float = 1000.0
+    most_gain: float = 0.01
 
     def __post_init__(self):
         if not self.seeds:
@@ -108,6 +113,7 @@ class World:
         within("rayleigh_fraction", self.rayleigh_fraction, 1e-4, 0.5, "")
         within("most_overlap", self.most_overlap, 1e-6, 1.0, "of the radius")
         within("most_speed_m_s", self.most_speed_m_s, 1e-3, 1e5, "m/s")
+        within("most_gain", self.most_gain, 1e-6, math.inf, "")
         names = [wall.name for wall in self.walls]
         if len(set(names)) < len(names):
             raise ValueError(f"walls: names must differ, not {', '.join(names)}")
@@ -296,16 +302,3 @@ def tabulate_world(world: World) -> Tables:
         shape_ball=balls,
         shape_material=material,
     )
-
-
-def time_step(world: World) -> float:
-    """The step of a run [s]: as given, or the stated fraction of the shortest Rayleigh
-    time of all balls."""
-    if world.time_step_s is not None:
-        return world.time_step_s
-    times = [
-        group.material.rayleigh_step_s(float(np.min(seed.radii_m)))
-        for group in world.seeds
-        for seed in group.shapes
-    ]
-    return world.rayleigh_fraction * min(times)

@@ -8,7 +8,8 @@ import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.sim.engine.observe import Settled
-from benchtwin.sim.engine.world import World, time_step
+from benchtwin.sim.engine.time_step import time_step
+from benchtwin.sim.engine.world import World
 from benchtwin.sim.lammps.contact import refuse_others, words
 from benchtwin.sim.lammps.walls import name_of, wall_lines
 

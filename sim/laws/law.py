@@ -1,27 +1,14 @@
 """What a law is, and how a run chooses one: frozen records, checked when they are
 made."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-KINDS = (
-    "rolling_spin",
-    "rolling_relative",
-    "rolling_spring",
-    "restitution",
-    "normal",
-    "friction",
-    "body",
-    "motion",
-)
-CONTACT_KINDS = (
-    "rolling_spin",
-    "rolling_relative",
-    "rolling_spring",
-    "restitution",
-    "normal",
-    "friction",
-)
+from benchtwin.sim.laws.contract import FIXED, broken
+
+KINDS = tuple(FIXED)
+CONTACT_KINDS = tuple(kind for kind in KINDS if kind not in ("body", "motion"))
 
 
 @dataclass(frozen=True)
@@ -35,6 +22,15 @@ class Parameter:
     high: float
     meaning: str
     default: float | None = None
+
+    def __post_init__(self):
+        if not -math.inf < self.low < self.high < math.inf or not (
+            self.default is None or self.low <= self.default <= self.high
+        ):
+            raise ValueError(
+                f"parameter {self.name!r}: low = {self.low} must be below high ="
+                f" {self.high}, both finite, and default = {self.default} between them"
+            )
 
 
 @dataclass(frozen=True)
@@ -62,6 +58,12 @@ class Law:
                 f"law {self.name!r}: only a law of kind 'normal' has a reach, not"
                 f" {self.kind!r}"
             )
+        own = {p.name: (p.low, p.high) for p in self.parameters}
+        why = broken(self.kind, self.function, own)
+        if not why and self.reach is not None:
+            why = broken("reach", self.reach, own)
+        if why:
+            raise ValueError(f"law {self.name!r} of kind {self.kind!r}: {why}")
 
     def use(
         self, *, between: tuple[str, str] | None = None, **values: float

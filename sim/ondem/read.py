@@ -64,6 +64,7 @@ def read_state(file: Path) -> Saved:
 
     try:
         with h5py.File(file) as held:
+            _check_own(held)
             _check(held)
             return _read(held)
     except FileNotFoundError:
@@ -115,6 +116,27 @@ def _from_behind(memory: np.ndarray) -> np.ndarray:
     out = -memory
     out[3:4] = memory[3:4]
     return out
+
+
+def _check_own(held: "File") -> None:
+    """Unfit for a file that points at another, whose bytes would be read in its
+    place."""
+    import h5py
+
+    def look(name: str, what: "h5py.Group | h5py.Dataset") -> None:
+        if isinstance(what, h5py.Dataset):
+            if what.external or what.is_virtual:
+                raise Unfit(
+                    f"{name}: its numbers lie in another file; none is followed"
+                )
+            return
+        for link in what:
+            if isinstance(what.get(link, getlink=True), h5py.ExternalLink):
+                where = f"{name}/{link}".lstrip("/")
+                raise Unfit(f"{where}: is a link into another file; none is followed")
+
+    look("", held)
+    held.visititems(look)
 
 
 def _check(held: "File") -> None:

@@ -14,7 +14,7 @@ from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch, reach
 from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Way
-from benchtwin.sim.rigs.filling import Filled
+from benchtwin.sim.rigs.filling import Chute, Filled
 from benchtwin.sim.rigs.heap import Vessel, fill
 from benchtwin.sim.rigs.parts import slab
 from benchtwin.sim.rotation import any_turn
@@ -157,8 +157,7 @@ def _vessel(rig: Bed, bench: Bench) -> Vessel:
     """The box as something that is filled; it is never opened."""
     x, y, z = rig.box_m
     return Vessel(
-        low=(-x / 2, -y / 2, 0.0),
-        high=(x / 2, y / 2, z),
+        chute=Chute((-x / 2, -y / 2, 0.0), (x / 2, y / 2, z)),
         volume_m3=x * y * rig.depth_m,
         fill_height_m=rig.depth_m,
         lift_m_s=1.0,

@@ -10,7 +10,7 @@ from benchtwin.sim.laws import Chosen
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
-from benchtwin.sim.rigs.filling import Filled
+from benchtwin.sim.rigs.filling import Chute, Filled
 from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
@@ -56,24 +56,32 @@ def run_cylinder(
     lying: Filled | None = None,
 ) -> Motion:
     """Fill, lift the cylinder, wait, look: as `run_pile`."""
-    radius, x, y = rig.cylinder_m[0] / 2, rig.plate_m[0] / 2, rig.plate_m[1] / 2
-    # half the side of the square in which the rain starts
-    inside = radius / np.sqrt(2.0)
-    vessel = Vessel(
-        low=(-inside, -inside, 0.0),
-        high=(inside, inside, rig.cylinder_m[1]),
+    return run_heap(
+        vessel(rig, bench),
+        bench,
+        rng,
+        fps=fps,
+        watch=watch,
+        engine=engine,
+        lying=lying,
+    )
+
+
+def vessel(rig: LiftedCylinder, bench: Bench) -> Vessel:
+    """The cylinder as something that is filled and lifted."""
+    (diameter, tall), radius = rig.cylinder_m, rig.cylinder_m[0] / 2
+    x, y = rig.plate_m[0] / 2, rig.plate_m[1] / 2
+    return Vessel(
+        chute=Chute((-radius, -radius, 0.0), (radius, radius, tall), round=True),
         volume_m3=np.pi * radius**2 * rig.fill_height_m,
         fill_height_m=rig.fill_height_m,
         lift_m_s=rig.gate_speed_m_s,
-        lift_m=rig.cylinder_m[1],
+        lift_m=tall,
         photo_s=rig.photo_s,
         walls=lambda tall, lift: _walls(rig, bench, tall, lift),
         domain=((-x - 0.1, -y - 0.1, -0.03), (x + 0.1, y + 0.1, 2.0)),
-        opening_m=2 * radius,
+        opening_m=diameter,
         parts=(slab("plate", (-x, -y, -THICKNESS_M), (x, y, 0.0)),),
-    )
-    return run_heap(
-        vessel, bench, rng, fps=fps, watch=watch, engine=engine, lying=lying
     )
 
 

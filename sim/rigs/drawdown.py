@@ -12,7 +12,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
-from benchtwin.sim.rigs.filling import Filled
+from benchtwin.sim.rigs.filling import Chute, Filled
 from benchtwin.sim.rigs.heap import (
     RAIN_OVERLAP,
     Vessel,
@@ -111,8 +111,7 @@ def vessel(rig: Drawdown, bench: Bench) -> Vessel:
     """The box as something that is filled and opened."""
     x, y, z = rig.box_m
     return Vessel(
-        low=(0.0, -y / 2, 0.0),
-        high=(x, y / 2, z),
+        chute=Chute((0.0, -y / 2, 0.0), (x, y / 2, z)),
         volume_m3=x * y * rig.fill_height_m,
         fill_height_m=rig.fill_height_m,
         lift_m_s=rig.slide_speed_m_s,

@@ -14,7 +14,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Frames, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, SETTLED_BED, Engine, Ours, Way
-from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
+from benchtwin.sim.rigs.filling import Chute, Filled, count_for, rain
 from benchtwin.sim.rigs.heap import RAIN_OVERLAP
 from benchtwin.sim.rigs.parts import ring
 from benchtwin.sim.rigs.pile import GLASS
@@ -123,7 +123,8 @@ def _fill(
     seeds = count_for(bench, rng, rig.fill_share * np.pi * radius**2 * width)
     low = (-CORNER * radius, -width / 2, -CORNER * radius)
     high = (CORNER * radius, width / 2, radius)
-    tall = chute_height(seeds, low, high)
+    chute = Chute(low, high)
+    tall = chute.top_m(seeds)
     walls = [_trough(rig, bench, tall), *_ends(rig, tall)]
 
     def standing(placed: Placed) -> World:
@@ -131,7 +132,7 @@ def _fill(
             placed, walls, contacts=_contacts(rig, bench), most_overlap=RAIN_OVERLAP
         )
 
-    return rain(bench, rng, seeds, (low, high), standing, level, engine, watch)
+    return rain(bench, rng, seeds, chute, standing, level, engine, watch)
 
 
 def _level(share: float) -> float:

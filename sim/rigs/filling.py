@@ -16,6 +16,9 @@ from benchtwin.sim.seed import Seed
 # volume fraction that is never exceeded by such a rain: how many seeds are enough
 PACKED = 0.64
 SPARE = 1.06  # that many more, to have something to strike off
+# share of the chute that the rain takes: random sequential addition comes to a halt at
+# .37 to .39, in a wide chute and in one a ball wide, and takes long from .25 on
+RAIN = 0.22
 LEAST_SEEDS = 10  # fewer make no heap
 STRUCK_OFF = 0.995  # with more left than this share, nothing was struck off
 
@@ -35,6 +38,28 @@ class Filled:
         return Placed(self.shapes, bench.grain, x, q, shape_of=self.shape_of)
 
 
+@dataclass(frozen=True)
+class Chute:
+    """Where seeds rain: corners [m] of a vessel's inside, up to its top; round: of the
+    upright cylinder that fits between them."""
+
+    low: Vector
+    high: Vector
+    round: bool = False
+
+    def top_m(self, seeds: list[Seed]) -> float:
+        """How high the rain of these seeds begins. As their centres keep a bounding
+        radius from the walls, the chute is as wide as one for balls of their volume."""
+        bound = max(seed.bounding_radius_m for seed in seeds)
+        volume = sum(seed.volume_m3 for seed in seeds)
+        size = (6.0 / np.pi * volume / len(seeds)) ** (1 / 3)
+        along, across = (
+            max(self.high[k] - self.low[k] - 2 * bound, 0.0) + size for k in (0, 1)
+        )
+        area = along * across * (np.pi / 4 if self.round else 1.0)
+        return self.low[2] + volume / (RAIN * area) + 2 * bound
+
+
 def count_for(bench: Bench, rng: np.random.Generator, volume_m3: float) -> list[Seed]:
     """Seeds of the lot, more than enough to fill a volume [m3]."""
     lot = bench.draw(np.random.default_rng(0), 200)
@@ -52,21 +77,22 @@ def rain(
     bench: Bench,
     rng: np.random.Generator,
     seeds: list[Seed],
-    corners: tuple[Vector, Vector],
+    chute: Chute,
     make: Callable[[Placed], World],
     level_m: float,
     engine: Engine,
     watch: Watch,
 ) -> Filled:
-    """Let seeds fall between corners (the vessel's inside, low and high [m]) until
-    they lie, and take away those that stand out above `level_m`. make: the vessel, its
-    walls going up to `chute_height`, with given seeds in it."""
+    """Let seeds fall through a chute until they lie, and take away those that stand out
+    above `level_m`. make: the vessel, its walls going up to the chute's top, with given
+    seeds in it."""
     shapes = tuple(dict.fromkeys(seeds))
     shape_of = np.array([shapes.index(seed) for seed in seeds])
-    low, (x, y, _) = corners
-    high = (x, y, chute_height(seeds, *corners))
-    falling = (0.0, 0.0, -0.5)
-    scattered = Scattered(shapes, bench.grain, len(seeds), low, high, falling)
+    (x, y, _), falling = chute.high, (0.0, 0.0, -0.5)
+    high = (x, y, chute.top_m(seeds))
+    scattered = Scattered(
+        shapes, bench.grain, len(seeds), chute.low, high, falling, chute.round
+    )
     world = make(replace(scatter(scattered, rng), shape_of=shape_of))
     positions, orientations = engine.lay(world, rng, watch)
     above = [reach(s, q, (0, 0, 1)) for s, q in zip(seeds, orientations)]
@@ -78,10 +104,3 @@ def rain(
             f" {1e3 * level_m:.0f} mm"
         )
     return Filled(shapes, shape_of[keep], positions[keep], orientations[keep])
-
-
-def chute_height(seeds: list[Seed], low: Vector, high: Vector) -> float:
-    """Height [m] of the column in which that many seeds hang without touching."""
-    pitch = 2.0 * max(seed.bounding_radius_m for seed in seeds) * 1.03
-    along, across = (max(int((high[k] - low[k]) / pitch), 1) for k in (0, 1))
-    return low[2] + pitch * (np.ceil(len(seeds) / (along * across)) + 1)

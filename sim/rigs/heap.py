@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchtwin.sim.engine.walls import Vector, Wall
+from benchtwin.sim.engine.walls import Wall
 from benchtwin.sim.engine.world import Placed, World
 from benchtwin.sim.laws import LAWS, Chosen
 from benchtwin.sim.material import Contact
 from benchtwin.sim.motion import Motion, Part
 from benchtwin.sim.rigs.bench import Bench, Watch
 from benchtwin.sim.rigs.engine import Engine, Lift
-from benchtwin.sim.rigs.filling import Filled, chute_height, count_for, rain
+from benchtwin.sim.rigs.filling import Chute, Filled, count_for, rain
 from benchtwin.sim.rigs.profile import centroid_angle, outline, slope_angle
 
 # of a radius: else a run is stopped (`World.most_overlap`)
@@ -25,7 +25,7 @@ CLEAR_M = 0.01  # so far above the seeds, what was lifted is out of them
 
 @dataclass(frozen=True)
 class Vessel:
-    """low, high: corners of what is filled [m]; volume_m3 up to fill_height_m.
+    """chute: what is filled; volume_m3 up to fill_height_m.
     lift_m_s: how fast the part that moves goes up; lift_m: how far. photo_s: when the
     picture is taken after the lift began, None: when all lie still. walls(tall, lift):
     the vessel with walls up to `tall` [m] and its moving part under the law `lift`.
@@ -36,8 +36,7 @@ class Vessel:
     the simulation then knows of the answer, None: of a heap; look_fps: looks at the
     flow that this needs, where it is not filmed."""
 
-    low: Vector
-    high: Vector
+    chute: Chute
     volume_m3: float
     fill_height_m: float
     lift_m_s: float
@@ -85,8 +84,7 @@ def fill(
             f"seeds {1e3 * widest:.1f} mm wide jam in an opening of"
             f" {1e3 * vessel.opening_m:g} mm"
         )
-    corners = (vessel.low, vessel.high)
-    walls = vessel.walls(chute_height(seeds, *corners), vessel.lift(None))
+    walls = vessel.walls(vessel.chute.top_m(seeds), vessel.lift(None))
 
     def standing(placed: Placed) -> World:
         return bench.world(
@@ -98,7 +96,7 @@ def fill(
         )
 
     level = vessel.fill_height_m
-    return rain(bench, rng, seeds, corners, standing, level, engine, watch)
+    return rain(bench, rng, seeds, vessel.chute, standing, level, engine, watch)
 
 
 def run_heap(

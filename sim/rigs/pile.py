@@ -11,7 +11,7 @@ from benchtwin.sim.material import Contact, Material
 from benchtwin.sim.motion import Motion
 from benchtwin.sim.rigs.bench import Bench, Watch, no_watch
 from benchtwin.sim.rigs.engine import OURS, Engine
-from benchtwin.sim.rigs.filling import Filled
+from benchtwin.sim.rigs.filling import Chute, Filled
 from benchtwin.sim.rigs.heap import Vessel, run_heap
 from benchtwin.sim.rigs.parts import slab
 
@@ -106,8 +106,7 @@ def vessel(rig: Pile, bench: Bench) -> Vessel:
         bench.seed_seed.rolling_convention,
     )
     return Vessel(
-        low=(0.0, -y / 2, 0.0),
-        high=(x, y / 2, z),
+        chute=Chute((0.0, -y / 2, 0.0), (x, y / 2, z)),
         volume_m3=x * y * rig.fill_height_m,
         fill_height_m=rig.fill_height_m,
         lift_m_s=rig.gate_speed_m_s,

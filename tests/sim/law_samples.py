@@ -6,41 +6,11 @@ import math
 
 import numpy as np
 
-from benchtwin.sim.laws import LAWS, hertz_mindlin
+from benchtwin.sim.laws import LAWS, contract, hertz_mindlin
+from benchtwin.sim.laws.contract import EITHER_SPEED, FORCE, MODULUS, RADIUS
 
-# Fixed arguments of each kind: (low, high); positive ones are spread evenly in their
-# logarithm.
-SPEED, FORCE, RADIUS, MODULUS, SPIN = (
-    (0.0, 50.0),
-    (0.0, 100.0),
-    (1e-4, 0.05),
-    (1e6, 1e11),
-    (0.0, 500.0),
-)
-EITHER_SPEED, EITHER_SPIN, DIAMETER, MU = (
-    (-20.0, 20.0),
-    (-300.0, 300.0),
-    (1e-4, 0.1),
-    (0.0, 1.5),
-)
-FIXED = {
-    "restitution": [SPEED, (0.05, 1.0)],
-    "friction": [SPEED, MU],
-    "normal": [(-1e-4, 1e-3), EITHER_SPEED, RADIUS, MODULUS],
-    "rolling_spin": [FORCE, SPIN, RADIUS, MU],
-    "rolling_relative": [FORCE, SPIN, RADIUS, MU],
-    "rolling_spring": [
-        *[(-1e-3, 1e-3)] * 6,
-        (1e-7, 1e-4),
-        (1e2, 1e8),
-        FORCE,
-        RADIUS,
-        (1e-12, 1e-3),
-        MU,
-    ],
-    "body": [*[EITHER_SPEED] * 3, *[EITHER_SPIN] * 3, DIAMETER],
-    "motion": [(0.0, 100.0)],
-}
+FIXED = {kind: [*ranges.values()] for kind, ranges in contract.FIXED.items()}
+
 # The core of every contact: not laws to choose, but held to the same rules.
 CORE = {
     hertz_mindlin.damping_factor: [(0.0, 1.0)],

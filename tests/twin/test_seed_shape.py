@@ -51,6 +51,16 @@ def test_bad_keys_are_named(tmp_path):
     file.write_text('[seed]\nshape = "pea.stl"\n')
     with pytest.raises(MeasurementError, match=r"there is no file .*pea\.stl"):
         read_toml(file)
+    (tmp_path / "bench").mkdir()
+    inner = tmp_path / "bench" / "bench.toml"
+    for outside in ("../bean.stl", str(tmp_path / "bean.stl"), "/etc/hostname"):
+        inner.write_text(f'[seed]\nshape = "{outside}"\n')
+        with pytest.raises(MeasurementError, match="lies outside the bench's folder"):
+            read_toml(inner)
+    (tmp_path / "drop-01").mkdir()
+    of_recording = tmp_path / "drop-01" / "recording.toml"
+    of_recording.write_text('[seed]\nshape = "../bean.stl"\n')
+    assert read_toml(of_recording)["seed"]["shape"] == str(tmp_path / "bean.stl")
     with pytest.raises(
         MeasurementError, match=r"in no unit; say which with \[seed\] shape_unit"
     ):

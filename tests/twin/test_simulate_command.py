@@ -82,6 +82,12 @@ def test_the_same_command_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
             "the camera does not see the seed at the start",
         ),
         (["drop", "--set", "drop.height=3"], "did you mean height_mm"),
+        (["drop", "--set", "camera.readout_s=0.01"], "reads all rows at once"),
+        (["roll", "--set", "drop.height_mm=30"], "is of a drop, not of a roll"),
+        (
+            ["cylinder", "--set", "pile.box_mm=[105,30,200]"],
+            "[pile] box_mm = (105.0, 30.0, 200.0): the simulation of this pile has no",
+        ),
         (["drop", "--from", "nowhere.toml"], "nowhere.toml: no such file"),
         (["drop", "--set", "shear_modulus_pa=1e4", "--track"], "reduce dt or stiffen"),
         (["slide", "--set", "slide.start_deg=40", "--track"], "slides from the start"),

@@ -14,6 +14,7 @@ from benchtwin.bench.keys import COMPLETE, Keys, Section
 from benchtwin.vision.measurement import MeasurementError
 
 MOST_BYTES = 30_000  # all keys with comments fill 5,000
+RECORDING = "recording.toml"  # stands in a folder of its own within the bench's
 LOT_TABLE = "seeds.csv"  # a folder with it is a lot of seeds
 LARGEST = 1e15  # larger numbers are not taken for values in another unit
 _OTHER_UNITS = {  # end of a key → what its number is in another unit, and its own
@@ -55,6 +56,12 @@ def read_toml(path: Path) -> dict:
         raise MeasurementError(
             f"{path}: [seed] lot: {found['lot']} is no folder that benchtwin shape"
             " wrote"
+        )
+    bench = path.parent.parent if path.name == RECORDING else path.parent
+    if "shape" in found and not found["shape"].is_relative_to(bench.resolve()):
+        raise MeasurementError(
+            f"{path}: [seed] shape = {content['seed']['shape']!r}: lies outside the"
+            f" bench's folder {bench}; copy the mesh into it"
         )
     if "shape" in found and not found["shape"].is_file():
         raise MeasurementError(

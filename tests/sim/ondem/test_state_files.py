@@ -297,3 +297,28 @@ def test_seeds_that_left_are_left_out(heap, tmp_path):
     assert np.array_equal(saved.positions, low.positions)
     own = [(BEAN, OTHER, BALL)[k].mass_kg for k in low.shapes]
     assert [saved.shapes[k].mass_kg for k in saved.shape_of] == own
+
+
+@pytest.mark.parametrize("how", ["link", "storage", "virtual"])
+def test_another_file_s_bytes_are_not_read(file, tmp_path, how):
+    """A file from elsewhere may name any file of this machine in the place of its
+    numbers."""
+    out, secret = tmp_path / "a.vtkhdf", tmp_path / "secret"
+    out.write_bytes(file.read_bytes())
+    secret.write_bytes(bytes(8 * 80))
+    with h5py.File(out, "a") as held:
+        data = held["VTKHDF/PointData"]
+        shape = data["radius"].shape
+        del data["radius"]
+        if how == "link":
+            data["radius"] = h5py.ExternalLink("other.h5", "/radius")
+        elif how == "storage":
+            data.create_dataset("radius", shape, "f8", external=str(secret))
+        else:
+            layout = h5py.VirtualLayout(shape, "f8")
+            layout[:] = h5py.VirtualSource("other.h5", "radius", shape)
+            data.create_virtual_dataset("radius", layout)
+    with pytest.raises(
+        ValueError, match=r"VTKHDF/PointData/radius: .* none is followed"
+    ):
+        read_state(out)

@@ -1,0 +1,133 @@
+"""How long a step may be under the laws that are chosen, and what their contacts can
+hold."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from benchtwin.sim.engine.world import World
+from benchtwin.sim.laws.law import Chosen
+from benchtwin.sim.material import effective_moduli
+
+# Of a linear contact's time π √(m/k) a fiftieth, of a damper's m/c a tenth, where a
+# fifth of the Rayleigh time is taken: the rebound is then right to 0.1 %.
+USUAL, OF_CONTACT, OF_DAMPER = 0.2, 1 / 50, 1 / 10
+RAYLEIGH = "the Rayleigh time"
+SHARES = np.linspace(0.0, 1.0, 65)[1:]  # of the greatest overlap
+SPEED, SPIN = 1.0, 100.0  # m/s, rad/s: at which damping is looked at
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Balls of two materials, or of one and a wall: radius R* [m], modulus E* [Pa],
+    mass m* [kg], and the greatest overlap that a run allows [m]."""
+
+    radius_m: float
+    modulus_pa: float
+    mass_kg: float
+    overlap_m: float
+
+
+def time_step(world: World) -> float:
+    """The step of a run [s]: as given, or the shortest that its balls and laws ask
+    for."""
+    return world.time_step_s or min(longest_steps(world).values())
+
+
+def longest_steps(world: World) -> dict[str, float]:
+    """The longest step [s] by what asks for it: the Rayleigh time of all balls, and
+    every law that pushes or damps."""
+    balls = (
+        group.material.rayleigh_step_s(float(np.min(seed.radii_m)))
+        for group in world.seeds
+        for seed in group.shapes
+    )
+    share = world.rayleigh_fraction
+    steps = {RAYLEIGH: share * min(balls)}
+    for chosen in world.laws:
+        rates = {"normal": _normal_rates, "body": _body_rates}.get(chosen.law.kind)
+        if rates is not None:
+            fastest = max(rates(world, chosen), default=0.0)
+            steps[f"law {chosen.law.name!r}"] = share / USUAL / max(fastest, 1e-300)
+    return steps
+
+
+def held_j(world: World) -> float:
+    """The most that attraction can have given to one contact, and takes back when it
+    parts [J]: the work of adhesive laws from their reach on."""
+    total = 0.0
+    for chosen in world.laws:
+        if chosen.law.kind == "normal":
+            held = [
+                _attraction_j(chosen, meeting)
+                for meeting in _meetings(world, chosen, largest=True)
+            ]
+            total += max(held, default=0.0)
+    return total
+
+
+def _meetings(
+    world: World, chosen: Chosen, *, largest: bool = False
+) -> Iterator[Meeting]:
+    """All between which a law acts, of the smallest or the largest balls and lightest
+    seeds."""
+    pick = max if largest else min
+    seeds = {
+        group.material.name: (
+            pick(float(pick(np.atleast_1d(seed.radii_m))) for seed in group.shapes),
+            min(seed.mass_kg for seed in group.shapes),
+        )
+        for group in world.seeds
+    }
+    for (a, (r, m)), b in product(seeds.items(), world.materials):
+        if chosen.between is None or set(chosen.between) == {a, b}:
+            other, mass = seeds.get(b, (math.inf, math.inf))
+            modulus, _ = effective_moduli(world.materials[a], world.materials[b])
+            radius, reduced = 1 / (1 / r + 1 / other), 1 / (1 / m + 1 / mass)
+            yield Meeting(radius, modulus, reduced, world.most_overlap * r)
+
+
+def _normal_rates(world: World, chosen: Chosen) -> Iterator[float]:
+    """1/s: of the contact time of what it pushes with, and of what it damps."""
+    f, numbers = chosen.law.function, chosen.numbers
+    for at in _meetings(world, chosen):
+        for overlap in SHARES * at.overlap_m:
+            rest, closing, parting = (
+                f(float(overlap), v, at.radius_m, at.modulus_pa, *numbers)
+                for v in (0.0, SPEED, -SPEED)
+            )
+            stiffness = max(rest, 0.0) / overlap
+            yield math.sqrt(stiffness / at.mass_kg) / math.pi / OF_CONTACT
+            damper = max(abs(closing - rest), abs(parting - rest)) / SPEED
+            yield damper / at.mass_kg / OF_DAMPER
+
+
+def _body_rates(world: World, chosen: Chosen) -> Iterator[float]:
+    """1/s: by which it changes speed and spin of the lightest seeds."""
+    for group in world.seeds:
+        seed = min(group.shapes, key=lambda seed: seed.mass_kg)
+        size = (6.0 * seed.volume_m3 / math.pi) ** (1 / 3)
+        scale = np.repeat([SPEED, SPIN], 3)
+        inert = np.repeat([seed.mass_kg, float(np.min(seed.inertia_kg_m2))], 3)
+        rest = np.array(chosen.law.function(*np.zeros(6), size, *chosen.numbers))
+        for k in range(6):
+            moving = np.zeros(6)
+            moving[k] = scale[k]
+            pushed = chosen.law.function(*moving, size, *chosen.numbers)
+            change = np.abs(np.array(pushed) - rest)[k // 3 * 3 : k // 3 * 3 + 3]
+            yield float(change.max() / scale[k] / inert[k] / OF_DAMPER)
+
+
+def _attraction_j(chosen: Chosen, at: Meeting) -> float:
+    law, numbers = chosen.law, chosen.numbers
+    reach = law.reach or (lambda radius, modulus, *numbers: 0.0)
+    low = -reach(at.radius_m, at.modulus_pa, *numbers)
+    overlap = np.linspace(low, at.overlap_m, 257)
+    force = [
+        law.function(float(o), 0.0, at.radius_m, at.modulus_pa, *numbers)
+        for o in overlap
+    ]
+    return float(np.trapezoid(np.maximum(-np.array(force), 0.0), overlap))
