@@ -20,7 +20,7 @@ BEAN = Seed.from_dimensions(8.72e-3, 6.84e-3, 5.98e-3)
 
 @pytest.fixture(scope="module")
 def collapse():
-    """500 five-ball soybeans fall from random places, collapse on a floor between two side
+    """500 five-ball soybeans fall from random places, collapse on a floor between side
     walls and come to rest, 0.4 s."""
     still = Slide(LAWS["motion_steady"].use(rate=0.0), (0, 0, 1))  # for one step loop
     sides = box("box", Q235, (0, 0, 0), (0.08, 0.08, 0.4))[1:]
