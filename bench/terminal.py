@@ -49,7 +49,10 @@ class Gate:
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write the text as `plain` has it."""
+        """Write the text as `plain` has it; TypeError for bytes, by which click tells
+        streams of text."""
+        if not isinstance(text, str):
+            raise TypeError(f"text was expected, not {type(text).__name__}")
         self.stream.write(plain(text))
         return len(text)
 
