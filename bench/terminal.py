@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TextIO, cast
 
 from rich.console import Console
 from rich.progress import Task, TextColumn
@@ -49,7 +49,10 @@ class Gate:
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write the text as `plain` has it."""
+        """Write the text as `plain` has it; TypeError for bytes, by which click tells
+        streams of text."""
+        if not isinstance(text, str):
+            raise TypeError(f"text was expected, not {type(text).__name__}")
         self.stream.write(plain(text))
         return len(text)
 
@@ -61,7 +64,7 @@ class Gate:
 def gated() -> Iterator[None]:
     """While open, all that is printed goes through gates, whoever prints it."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = Gate(before[0]), Gate(before[1])
+    sys.stdout, sys.stderr = (cast(TextIO, Gate(stream)) for stream in before)
     try:
         yield
     finally:

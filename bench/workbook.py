@@ -57,7 +57,7 @@ def _cell(value: Any) -> str | int | float | bool | None:
     """A value as a cell holds it.
 
     >>> _cell(float("nan")), _cell(("a", "b")), _cell("a\\x00b")
-    (None, 'a; b', 'a\\x00b')
+    (None, 'a; b', 'a\\\\x00b')
     """
     value = value.item() if hasattr(value, "item") else value  # numpy's numbers
     if value is None or isinstance(value, bool | int):

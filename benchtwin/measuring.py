@@ -196,9 +196,12 @@ def _row(observation: Observation) -> dict[str, object]:
     for q in observation.quantities:
         named = Measurement(q.name, q.value, q.sd, q.unit)
         measured[named.column()], measured[named.column("_sd")] = q.value, q.sd
-    stated = {
+    stated: dict[str, object] = {
         f"condition_{name}" if name in measured else name: value
         for name, value in observation.conditions.items()
     }
-    row = {"recording": observation.recording, "rig": observation.rig}
+    row: dict[str, object] = {
+        "recording": observation.recording,
+        "rig": observation.rig,
+    }
     return row | stated | measured

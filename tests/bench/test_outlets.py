@@ -262,3 +262,9 @@ def test_a_folder_s_name_adds_no_line_to_a_program(tmp_path, engine):
     (folder / "result.json").write_text(json.dumps(result))
     for text in cards(read_result(folder), engine).values():
         assert not re.search("^(shell|import os)", text, re.M)
+
+
+def test_what_typer_prints_is_text_too():
+    said = command("--version").stdout.decode()
+    assert re.fullmatch(r"benchtwin [\w.]+\n", said)
+    assert command("--help").stdout.decode().lstrip().startswith("Usage: ")
