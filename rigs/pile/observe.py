@@ -43,15 +43,13 @@ def observe_pile(
         )
     options = _with_recording_options(options or PileOptions(), recording)
     film = recording.evidence == "video"
-    before, image = _last_two(recording) if film else (None, None)
-    if image is None:
-        image = read_photo(recording.files[0])
-    elif options.roi is None and options.baseline is None:
-        bar = _bar(image)
-        before, image = (
-            None if frame is None else frame[bar : len(frame) - bar]
-            for frame in (before, image)
-        )
+    if film:
+        before, image = _last_two(recording)
+    else:
+        before, image = None, read_photo(recording.files[0])
+    if film and options.roi is None and options.baseline is None:
+        seen = slice(bar := _bar(image), len(image) - bar)
+        before, image = None if before is None else before[seen], image[seen]
     try:
         found = measure_repose(image, recording.camera, options)
     except MeasurementError as error:

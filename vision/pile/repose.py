@@ -8,7 +8,7 @@ Steps: background, silhouette, sub-pixel surface, base line, flanks, lines, angl
 Where the background is not smooth, the heap is segmented by colour and texture instead
 (`heap_region`)."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -303,12 +303,12 @@ def _of_region(photo: _Photo, region: Region) -> Repose | str:
 
 
 def _widened(
-    found: Repose, others: Iterable[Repose], weights: Sequence[float] = ()
+    found: Repose, others: Iterable[Repose], weights: np.ndarray | None = None
 ) -> Repose:
     """With the root mean square by which other readings differ, by their weights (alike
     where there are none), added to every sd."""
     given = [{q.name: q.value for q in other.quantities} for other in others]
-    weights = np.array(weights if len(weights) else [1.0] * len(given))
+    weights = np.ones(len(given)) if weights is None else weights
     quantities = []
     for q in found.quantities:
         off = np.array([v.get(q.name, np.nan) - q.value for v in given])
