@@ -32,7 +32,7 @@ from benchtwin.vision.foreign import tool_of
 from benchtwin.vision.foreign.as_evidence import Evidence, evidence_of
 from benchtwin.vision.measurement import MeasurementError
 
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov")
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".webm")
 TABLES = ("track.csv", "gates.csv", "impacts.csv", "readings.csv")
 EVIDENCE = (
     *TABLES,

@@ -22,6 +22,7 @@ from benchtwin.vision.pile.surface import (
     Silhouette,
     denoise,
     in_float,
+    in_full_px,
     subpixel_edge,
 )
 from benchtwin.vision.recording import Camera
@@ -109,7 +110,9 @@ def _candidate_lines(
     height = background.small.shape[0]
     lower = np.where(silhouette.bottom < height - 2, silhouette.bottom, -1)
     if (lower >= 0).sum() > 0.5 * (silhouette.bottom >= 0).sum():
-        foot = subpixel_edge(crop, background, lower, silhouette.threshold, upward=True)
+        rows = in_full_px(lower, background.factor, crop.shape[1])
+        least = silhouette.threshold / 2
+        foot = subpixel_edge(crop, rows, background.factor, least, upward=True)
         enough = 0.4 * np.isfinite(foot).sum()
         for rows, source in ((foot, "foot"), ((surface + foot) / 2, "mirror")):
             lowest = _line_through(rows, background.factor, share=enough, below=1.0)

@@ -22,6 +22,7 @@ SECOND, SECOND_FOOT = 0.4, 0.1
 WALL = "a wall or nothing on this side"
 # of the height, beside a wall's cliff: what is level so far to LEVEL_PX is a box's top
 LEVEL_TOP, LEVEL_PX = 0.15, 1.0
+TWO_PILES = "two piles in the picture: name the one to measure by --roi"
 NOTHING_RISES = "no pile in the picture: nothing rises above the plate"
 LEAST_WIDE = 1.2  # of its own height: the foot of a pile of 45°, of the least such hump
 
@@ -305,5 +306,5 @@ def _second_pile(
         tall = float(outside[a:b].max())
         inside = a > 2 and b < sharp.size - 2
         if inside and tall > SECOND * top and b - a >= LEAST_WIDE * tall:
-            return "two piles in the picture: name the one to measure by --roi"
+            return TWO_PILES
     return ""

@@ -18,8 +18,15 @@ from functools import cached_property
 import cv2
 import numpy as np
 
-from benchtwin.vision.pile.surface import as_float, shrink
-from benchtwin.vision.pile.triangle_search import NO_SIDE, Found, best_triangle
+from benchtwin.vision.pile.surface import as_float, binarise, shrink
+from benchtwin.vision.pile.triangle_search import (
+    NO_SIDE,
+    SCORES,
+    Found,
+    Score,
+    best_triangle,
+    jensen_shannon,
+)
 
 AREA = cv2.INTER_AREA
 TEXTURE = 4  # of the features: how grainy, whatever the direction
@@ -29,6 +36,7 @@ SEARCH_PX = 96
 FEATURES_PX = 480
 CUT_PX = 480
 CUTS = 5  # odd: most of them is a majority
+BY_COLOUR = -1  # the number of the cut that starts from colours
 MOST_ROUNDS, SETTLED = 9, 0.003  # of a cut; share of it that a round still changes
 # times the reach of texture: that far about a cut's border the next one may lie
 FREE = 2.0
@@ -54,6 +62,9 @@ LEAST_OVERLAP = 0.55  # of mask and triangle, intersection over union: less is n
 # of the least textured tenth of seeds (plain paper and its noise have 0 to 0.9, seeds
 # in focus 2 to 5)
 SEED_TEXTURE = 1.7
+# between the colours above and below its surface; of what shows no texture of seeds
+LEAST_CONTRAST, NO_SEEDS = 0.5, 0.5
+GLARE = 95.0  # lightness L*, of 100: brighter is overexposed
 
 
 @dataclass(frozen=True)
@@ -73,6 +84,16 @@ class Start:
         """px over which texture was averaged."""
         return texture_reach(self.features)
 
+    @cached_property
+    def colours(self) -> np.ndarray:
+        """Each pixel's cluster of colours, (h, w)."""
+        return cluster_pixels(self.lab, 2 * CLUSTERS, np.random.default_rng(0))
+
+    @property
+    def glare(self) -> np.ndarray:
+        """Where the light is too bright to tell a texture, (h, w)."""
+        return self.lab[..., 0] > GLARE
+
     @property
     def in_picture(self) -> np.ndarray:
         """The triangle in px of the picture."""
@@ -88,17 +109,41 @@ class Start:
         across, down = (EDGE * np.exp(-change / usual) for change in changes)
         return across, down
 
+    def clearest(self) -> np.ndarray:
+        """The heap by the cut that starts from the triangle itself or, where that shows
+        no seeds, from its colours, whichever has the clearer surface."""
+        one = self.cut(0)
+        if _confidence(one, self) >= 1:
+            return one
+        other = self.cut(BY_COLOUR)
+        return max(one, other, key=lambda mask: _contrast(mask, self))
+
+    def _of_its_colours(self, triangle: np.ndarray) -> np.ndarray:
+        """What is nearer to a triangle's colours than to its surroundings', by Otsu's
+        threshold along the line from these to those."""
+        inside = _triangle_mask(self.lab.shape, triangle)
+        if inside.all() or not inside.any():
+            return inside
+        along = self.lab @ (
+            self.lab[inside].mean(axis=0) - self.lab[~inside].mean(axis=0)
+        )
+        return _heap_component(along > binarise(along)[0], triangle)
+
     def cut(self, number: int) -> np.ndarray:
-        """The heap (mask of the close-up) by one cut, empty where there is none. The
-        first starts from the triangle itself."""
-        rng = np.random.default_rng(number)
+        """The heap (mask of the close-up) by one cut, empty where there is none. Cut 0
+        starts from the triangle itself, cut BY_COLOUR from its colours, others from
+        triangles near it."""
+        rng = np.random.default_rng(max(number, 0))
         _, top, foot, *wide = self.triangle
         size = np.array([sum(wide), foot - top, foot - top, *[sum(wide)] * 2])
         moved = self.triangle + (number > 0) * MOVED * rng.normal(size=5) * size
         moved[3:] = np.where(self.triangle[3:] <= NO_SIDE, NO_SIDE, moved[3:])
         moved[3:] = np.maximum(moved[3:], NO_SIDE)
         clusters = cluster_pixels(self.lab, 2 * CLUSTERS, rng)
-        heap = _triangle_mask(self.lab.shape, moved)
+        if number == BY_COLOUR:
+            heap = self._of_its_colours(moved)
+        else:
+            heap = _triangle_mask(self.lab.shape, moved)
         for _ in range(MOST_ROUNDS):
             before = heap
             found = _cut_about(before, self, clusters)
@@ -115,14 +160,14 @@ class Seen:
     clusters: np.ndarray
     texture: np.ndarray
 
-    def turned(self, quarters: int) -> Found:
+    def turned(self, quarters: int, by: Score = SCORES[0]) -> Found:
         """The triangle that looks most like a heap after so many quarter turns."""
         clusters, texture = (
             np.ascontiguousarray(np.rot90(half, quarters))
             for half in (self.clusters, self.texture)
         )
         coarse = max(1.0, max(clusters.shape) / SEARCH_PX)
-        return best_triangle(clusters, texture, coarse)
+        return best_triangle(clusters, texture, coarse, by)
 
     @cached_property
     def upright(self) -> Found:
@@ -142,10 +187,10 @@ class Region:
     """The pixels of a heap in a close-up whose px are `factor` full px each and whose
     corner is `origin` in the picture.
 
-    first (h, w): the heap by the first cut. confidence: 1 or more where the inside has
-    the texture of seeds all over, more than around it, and a heap's form. rival:
-    triangle [px of the picture] of another part that looks as much like a heap, None
-    where there is none."""
+    first (h, w): the heap by the clearest cut. confidence: 1 or more where the inside
+    has the texture of seeds all over, more than around it, and a heap's form; NO_SEEDS
+    where only form and colours are a heap's. rival: triangle [px of the picture] of
+    another part that looks as much like a heap, None where there is none."""
 
     first: np.ndarray
     confidence: float
@@ -161,6 +206,25 @@ class Region:
     def origin(self) -> tuple[int, int]:
         return self.start.origin
 
+    @property
+    def evidence(self) -> float:
+        """What speaks for it, to compare with other regions of the same picture: sure
+        seeds, else the colours that differ along its surface."""
+        if self.confidence >= 1:
+            return np.inf
+        wide = self.factor * float(self.first.any(axis=0).sum())
+        return min(self.confidence, 0.0) + wide * _contrast(self.first, self.start)
+
+    @cached_property
+    def weights(self) -> np.ndarray:
+        """How likely each cut is: of seeds all alike; of what shows none, by the
+        colours that differ along its surface, 2 to the power of the bits that places as
+        far apart as texture reaches tell."""
+        told = np.array([_contrast(cut, self.start) for cut in self.cuts])
+        places = self.first.any(axis=0).sum() / self.start.halo
+        likely = 2.0 ** ((self.confidence < 1) * places * (told - told.max()))
+        return likely / likely.sum()
+
     @cached_property
     def cuts(self) -> tuple[np.ndarray, ...]:
         """The heap by every cut that finds one."""
@@ -169,8 +233,8 @@ class Region:
 
     @property
     def agreed(self) -> np.ndarray:
-        """What most cuts contain."""
-        return np.mean(self.cuts, axis=0) > 0.5
+        """What is more likely a part of the heap than not."""
+        return np.tensordot(self.weights, np.array(self.cuts), 1) > 0.5
 
 
 def texture_reach(pixels: np.ndarray) -> float:
@@ -195,7 +259,7 @@ def pixel_features(small: np.ndarray) -> np.ndarray:
     )
     # eigenvalue of the structure tensor: 0 along an edge or a stripe
     weaker = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(reach) + 1,) * 2)
+    disc = _disc(2 * round(reach) + 1)
     gaps = cv2.GaussianBlur(
         cv2.morphologyEx(light, cv2.MORPH_BLACKHAT, disc), (0, 0), reach
     )
@@ -228,25 +292,41 @@ def cluster_pixels(
 
 
 def find_region(image: np.ndarray) -> Region | None:
-    """The seeds in `image`; None where nothing triangular differs from its
-    surroundings."""
+    """The seeds in `image`, the surest of what is found by each way to count evidence;
+    None where nothing triangular differs from its surroundings."""
     small, factor = shrink(image, FEATURES_PX)
     features = pixel_features(small)
     clusters = cluster_pixels(features, CLUSTERS, np.random.default_rng(0))
     seen = Seen(clusters, features[..., TEXTURE])
-    triangle, rival = seen.upright.triangle, seen.upright.rival
-    if triangle is None:
-        return None
-    start = _start(small, triangle, CUT_PX / 2)
-    first = start.cut(0)
+    best = None
+    for by in SCORES:
+        found = seen.upright if by == SCORES[0] else seen.turned(0, by)
+        if found.triangle is None:
+            continue
+        region = _region(image, small, factor, seen, found)
+        if best is None or region.evidence > best.evidence:
+            best = region
+        if best.confidence >= 1:
+            break
+    return best
+
+
+def _region(
+    image: np.ndarray, small: np.ndarray, factor: float, seen: Seen, found: Found
+) -> Region:
+    """The region cut about the triangle that was found, first in the reduced picture,
+    then in a close-up."""
+    assert found.triangle is not None
+    start = _start(small, found.triangle, CUT_PX / 2)
+    first = start.clearest()
     if _confidence(first, start) < 1:  # of what is no seeds, too
         grainy = start.features[..., TEXTURE] > SEED_TEXTURE
-        first = _heap_component(first & grainy, start.triangle)
+        first = _heap_component(first & (grainy | start.glare), start.triangle)
     if _confidence(first, start) >= 1:
         start = replace(start, triangle=_triangle_of(first, start.triangle))
     start = _start(image, (start.in_picture + HALF) * factor, CUT_PX)
-    mask = start.cut(0)
-    elsewhere = None if rival is None else rival * factor
+    mask = start.clearest()
+    elsewhere = None if found.rival is None else found.rival * factor
     return Region(mask, _confidence(mask, start), elsewhere, start, seen)
 
 
@@ -290,9 +370,7 @@ def _overlap(mask: np.ndarray, triangle: np.ndarray) -> float:
 def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
     """The connected part that fills most of the triangle, without thin lines and single
     seeds beside it, its gaps filled; empty where there is none."""
-    disc = cv2.getStructuringElement(
-        cv2.MORPH_ELLIPSE, (max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1,) * 2
-    )
+    disc = _disc(max(3, round(0.1 * (triangle[2] - triangle[1]))) | 1)
     count, labels = cv2.connectedComponents(
         cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), connectivity=4
     )
@@ -308,33 +386,49 @@ def _heap_component(mask: np.ndarray, triangle: np.ndarray) -> np.ndarray:
 
 
 def _confidence(mask: np.ndarray, start: Start) -> float:
-    """The least of three ratios: overlap with the triangle, texture of the inside, and
-    its texture over the surroundings'; 1 is enough."""
+    """How sure it is that a mask is a heap of seeds; 1 is enough.
+
+    The least of what its form and its texture say: overlap with the triangle, texture
+    of the inside, and its texture over the surroundings'. What has no texture to be
+    seen is a heap by its form and colours, which must differ across its surface, to
+    less than 1."""
     halo = start.halo
-    discs = [
-        cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(r * halo) + 1,) * 2)
-        for r in (2.0, 1.5, 6.0)
-    ]
+    discs = [_disc(2 * round(r * halo) + 1) for r in (2.0, 1.5, 6.0)]
     texture, seeds = start.features[..., TEXTURE], mask.astype(np.uint8)
     core = cv2.erode(seeds, discs[0]) > 0
     around = (cv2.dilate(seeds, discs[2]) > 0) & (cv2.dilate(seeds, discs[1]) == 0)
     if not core.any() or not around.any():
         return 0.0
-    inside = float(np.percentile(texture[core], 10))
-    outside = float(np.median(texture[around]))
-    return min(
-        _overlap(mask, start.triangle) / LEAST_OVERLAP,
-        inside / SEED_TEXTURE,
-        (inside - outside) / (SEED_TEXTURE / 2),
+    form = _overlap(mask, start.triangle) / LEAST_OVERLAP
+    told = core & ~start.glare if (core & ~start.glare).any() else core
+    inside = float(np.percentile(texture[told], 10))
+    more = (inside - float(np.median(texture[around]))) / (SEED_TEXTURE / 2)
+    seedlike = min(form, inside / SEED_TEXTURE, more)
+    return max(
+        seedlike, min(form, _contrast(mask, start) / LEAST_CONTRAST, 1) * NO_SEEDS
     )
+
+
+def _contrast(mask: np.ndarray, start: Start) -> float:
+    """By how much the colours beside a mask's upper border differ, 0 (alike) to 1."""
+    disc, seeds = _disc(2 * round(FREE * 2 * start.halo) + 1), mask.astype(np.uint8)
+    if not mask.any():
+        return 0.0
+    above = np.cumsum(seeds, axis=0) == 0
+    sides = (
+        mask & (cv2.erode(seeds, disc) == 0),
+        above & (cv2.dilate(seeds, disc) > 0),
+    )
+    inside, outside = (
+        np.bincount(start.colours[side], minlength=2 * CLUSTERS)[None] for side in sides
+    )
+    return float(jensen_shannon(inside, outside)[0])
 
 
 def _cut_about(guess: np.ndarray, start: Start, clusters: np.ndarray) -> np.ndarray:
     """The heap by the colours that a guess has about each place, inside and beyond it,
     near the guess's border."""
-    disc = cv2.getStructuringElement(
-        cv2.MORPH_ELLIPSE, (2 * round(FREE * start.halo) + 1,) * 2
-    )
+    disc = _disc(2 * round(FREE * start.halo) + 1)
     core, reach = (f(guess.astype(np.uint8), disc) > 0 for f in (cv2.erode, cv2.dilate))
     found = np.zeros(guess.shape, bool)
     if not core.any() or reach.all():
@@ -414,6 +508,10 @@ def _local_odds(
 
     odds = np.log((density(seeds) + LEAST_SHARE) / (density(others) + LEAST_SHARE))
     return cv2.GaussianBlur(odds.ravel()[cells], (0, 0), 0.7)
+
+
+def _disc(diameter: int) -> np.ndarray:
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (diameter, diameter))
 
 
 def _triangle_mask(shape: tuple[int, ...], triangle: np.ndarray) -> np.ndarray:

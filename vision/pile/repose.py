@@ -35,15 +35,21 @@ from benchtwin.vision.pile.centroid import centroid_angle
 from benchtwin.vision.pile.heap import (
     NOTHING_RISES,
     TOE,
+    TWO_PILES,
     BaseLine,
     Heap,
     find_heap,
 )
-from benchtwin.vision.pile.heap_region import CUTS, Region, find_region
+from benchtwin.vision.pile.heap_region import NO_SEEDS, Region, find_region
 from benchtwin.vision.pile.layer import without_layer
 from benchtwin.vision.pile.line import FlankLine, Line, fit_flank
 from benchtwin.vision.pile.pitch import CONE, SLAB, level_angle
-from benchtwin.vision.pile.surface import fit_background, silhouettes, subpixel_edge
+from benchtwin.vision.pile.surface import (
+    fit_background,
+    in_full_px,
+    silhouettes,
+    subpixel_edge,
+)
 from benchtwin.vision.recording import Camera, Recording
 
 NO_SLOPE = "no slope to measure: "
@@ -163,7 +169,11 @@ def measure_repose(
         raise MeasurementError(f"{lies}; as it is: {trouble}") from trouble
     found = replace(found, quantities=tuple(map(if_known, found.quantities)))
     main = found.quantities[0]
-    return found if main.quality == GOOD else found.doubted(_lies(region))
+    # without the texture of seeds none tells which way is up
+    textured = region is None or not NO_SEEDS <= region.confidence < LEAST_CONFIDENCE
+    if main.quality == GOOD or not textured:
+        return found
+    return found.doubted(_lies(region))
 
 
 def if_known(q: Quantity) -> Quantity:
@@ -188,7 +198,9 @@ def _measure(photo: _Photo, region: Region | None) -> Repose:
     if isinstance(smooth, Repose):
         enough = 1.0 if smooth.quantities[0].quality == GOOD else LEAST_CONFIDENCE
     else:
-        enough = 0.0 if by_hand else LEAST_CONFIDENCE
+        enough = (
+            0.0 if by_hand else LEAST_CONFIDENCE if smooth == TWO_PILES else NO_SEEDS
+        )
     if region is None or region.confidence < enough:
         return _or_raise(smooth)
     if isinstance(smooth, Repose):
@@ -235,9 +247,9 @@ def _on_smooth_background(photo: _Photo) -> Repose | str:
     background = fit_background(photo.crop)
     tried: list[Repose | str] = []
     for silhouette in silhouettes(background):
-        surface = subpixel_edge(
-            photo.crop, background, silhouette.top, silhouette.threshold
-        )
+        top = in_full_px(silhouette.top, background.factor, photo.crop.shape[1])
+        least = silhouette.threshold / 2
+        surface = subpixel_edge(photo.crop, top, background.factor, least)
         stated = photo.options.baseline
         base = find_base_line(
             photo.crop, background, silhouette, surface, stated, photo.camera, photo.roi
@@ -285,21 +297,29 @@ def _of_region(photo: _Photo, region: Region) -> Repose | str:
     if isinstance(agreed, str):
         return agreed
     cuts = [_of_mask(photo, region, mask) for mask in region.cuts]
+    shown = [k for k, cut in enumerate(cuts) if isinstance(cut, Repose)]
     found = [cut for cut in cuts if isinstance(cut, Repose)]
-    if 2 * len(found) <= CUTS:
-        why = f"{CUTS - len(found)} of {CUTS} cuts of the picture show no such pile"
+    likely = float(region.weights[shown].sum())
+    if likely <= 0.5:
+        why = f"no such pile is seen with a probability of {100 * (1 - likely):.0f} %"
         agreed = agreed.doubted(f"{why}: name it by --roi")
-    return _widened(_with_base_error(photo, agreed, region.factor), found)
+    agreed = _with_base_error(photo, agreed, region.factor)
+    return _widened(agreed, found, region.weights[shown])
 
 
-def _widened(found: Repose, others: Iterable[Repose]) -> Repose:
-    """With the root mean square by which other readings differ added to every sd."""
+def _widened(
+    found: Repose, others: Iterable[Repose], weights: np.ndarray | None = None
+) -> Repose:
+    """With the root mean square by which other readings differ, by their weights (alike
+    where there are none), added to every sd."""
     given = [{q.name: q.value for q in other.quantities} for other in others]
+    weights = np.ones(len(given)) if weights is None else weights
     quantities = []
     for q in found.quantities:
-        off = np.array([v[q.name] - q.value for v in given if q.name in v])
-        off = off[np.isfinite(off)]
-        spread = float(np.sqrt(np.mean(off**2))) if off.size else 0.0
+        off = np.array([v.get(q.name, np.nan) - q.value for v in given])
+        told = np.isfinite(off)
+        counts = max(float(weights[told].sum()), 1e-9)
+        spread = np.sqrt(float(weights[told] @ off[told] ** 2) / counts)
         quantities.append(replace(q, sd=float(np.hypot(q.sd, spread))))
     return replace(found, quantities=tuple(quantities))
 
@@ -316,7 +336,8 @@ def _upper_border(region: Region, mask: np.ndarray, width: int) -> np.ndarray:
 def _apart(region: Region) -> float:
     """Share of the heap's area by which a cut differs from what most agree on."""
     agreed = region.agreed
-    return float(np.mean([(cut ^ agreed).sum() for cut in region.cuts]) / agreed.sum())
+    apart = [(cut ^ agreed).sum() for cut in region.cuts]
+    return float(region.weights @ apart / agreed.sum())
 
 
 def _same_heap(smooth: Repose, segmented: Repose, apart_by: float) -> bool:

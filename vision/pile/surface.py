@@ -9,11 +9,13 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from scipy.ndimage import median_filter
+from skimage.filters import threshold_otsu
 
 from benchtwin.bench.robust import robust_sd
 
 # longest side of the reduced picture; edges are read off the full one
 WORKING_PX = 1024
+BINS = 512  # of grey levels, among which a threshold is sought
 
 
 def shrink(image: np.ndarray, longest_px: int = WORKING_PX) -> tuple[np.ndarray, float]:
@@ -91,25 +93,16 @@ def illumination_at(
 
 
 def binarise(grey: np.ndarray) -> tuple[float, float]:
-    """Otsu's threshold (1979) on a grey picture, and its separability σ²_between /
-    σ²_total (noise alone gives about 0.64)."""
+    """Otsu's threshold (1979) on a grey picture, in the middle of a valley that is
+    empty, and its separability σ²_between / σ²_total (noise alone gives about 0.64)."""
     low, high = float(grey.min()), float(grey.max())
     if high - low < 1e-6:
         return high, 0.0
-    counts, edges = np.histogram(grey, bins=512, range=(low, high))
-    middles = (edges[:-1] + edges[1:]) / 2
-    weight = np.cumsum(counts) / counts.sum()
-    mean = np.cumsum(counts * middles) / counts.sum()
-    total = mean[-1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mixed = (weight > 0) & (weight < 1)
-        between = np.where(
-            mixed, (total * weight - mean) ** 2 / (weight * (1 - weight)), 0.0
-        )
-    variance = float((counts * (middles - total) ** 2).sum() / counts.sum())
-    # an empty valley is a plateau: take its middle
-    best = between >= between.max() * (1 - 1e-9)
-    return float(edges[1:][best].mean()), float(between.max() / variance)
+    threshold = threshold_otsu(grey, nbins=BINS) + (high - low) / BINS / 2
+    bright = grey > threshold
+    dark, light, share = grey[~bright], grey[bright], bright.mean()
+    between = share * (1 - share) * (light.mean() - dark.mean()) ** 2
+    return float(dark.max() + light.min()) / 2, float(between / grey.var())
 
 
 def _terms(x: np.ndarray, y: np.ndarray, order: int) -> np.ndarray:
@@ -236,56 +229,53 @@ def _disc(diameter: int) -> np.ndarray:
 
 def subpixel_edge(
     image: np.ndarray,
-    background: Background,
     coarse: np.ndarray,
-    threshold: float,
+    factor: float,
+    least_step: float,
     upward: bool = False,
 ) -> np.ndarray:
-    """Sub-pixel row of the surface in every column of the full picture; NaN where
-    `coarse` has none.
+    """Sub-pixel row of the surface in every column; NaN where `coarse` has none.
 
-    coarse: rows in the small picture (−1: none); threshold: distance from the
-    background by which they were found. In a strip about the coarse row the picture is
-    denoised, the illumination subtracted, and the rest projected on the pile's local
-    colour (running median over 2 % of the width), so that background = 0 and pile = 1.
-    The surface is where ½ is first crossed, interpolated between two rows. upward: read
-    a lower edge, coming from below."""
-    (height, width), factor = image.shape[:2], background.factor
-    columns = np.arange(width)
-    nearest = np.clip(
-        np.rint((columns + 0.5) / factor - 0.5).astype(int), 0, coarse.size - 1
-    )
-    known = coarse[nearest] >= 0
+    coarse (w,): rows to `factor` px, NaN: none. In a strip about them the picture is
+    denoised and projected on the step from the local colour beyond the edge to that
+    inside it (running medians over 2 % of the width), so that background = 0 and pile =
+    1. The surface is where ½ is first crossed, interpolated between two rows; NaN where
+    the step is less than `least_step` levels. upward: read a lower edge, coming from
+    below."""
+    height, width = image.shape[:2]
+    columns, known = np.arange(width), np.isfinite(coarse)
     if known.sum() < 2:
         return np.full(width, np.nan)
     inward = -1 if upward else 1
     reach, inside = int(np.ceil(2 * factor)) + 6, max(6, int(np.ceil(3 * factor)))
-    start = np.rint((coarse[nearest] + 0.5) * factor - 0.5).astype(int)
+    start = np.rint(np.interp(columns, columns[known], coarse[known])).astype(int)
     rows = start + inward * np.arange(-reach, reach + inside + 1)[:, None]
     first, last = max(0, rows[:, known].min()), min(height, rows[:, known].max() + 1)
     band = np.atleast_3d(denoise(np.ascontiguousarray(image[first:last])))
     visible = np.clip(rows, first, last - 1)
     run = max(3, int(0.02 * width)) | 1
     strip = in_float(band[visible - first, columns])
-    strip -= _colour_at(background, visible, columns)
-    # what the fitted illumination leaves
     strip = strip - _running_median(strip[: reach - 4].mean(axis=0), run)
     face = _running_median(strip[reach + 3 : reach + 3 + inside].mean(axis=0), run)
     # otherwise uneven light, no edge
-    clear = (face**2).sum(axis=1) >= (0.5 * threshold) ** 2
+    clear = (face**2).sum(axis=1) >= least_step**2
     level = np.einsum("rxc,xc->rx", strip, face) / np.maximum(
         (face**2).sum(axis=1), 1e-9
     )
     level = (np.roll(level, 1, 0) + 2 * level + np.roll(level, -1, 0)) / 4
     crossing = _first_crossing(level, rows == visible)
     found = np.where(known & clear, start + inward * (crossing - reach), np.nan)
-    border = known & (
-        (coarse[nearest] >= background.small.shape[0] - 2)
-        if upward
-        else (coarse[nearest] <= 1)
-    )
+    beyond = start >= height - 1.5 * factor if upward else start < 2 * factor
     # it goes on beyond the picture
-    return np.where(border, height - 1.0 if upward else 0.0, found)
+    return np.where(known & beyond, height - 1.0 if upward else 0.0, found)
+
+
+def in_full_px(coarse: np.ndarray, factor: float, width: int) -> np.ndarray:
+    """Rows of a reduced picture's columns (−1: none) in every column of the full one,
+    NaN where there is none."""
+    nearest = np.rint((np.arange(width) + 0.5) / factor - 0.5).astype(int)
+    rows = coarse[np.clip(nearest, 0, coarse.size - 1)]
+    return np.where(rows >= 0, (rows + 0.5) * factor - 0.5, np.nan)
 
 
 def _running_median(values: np.ndarray, run: int) -> np.ndarray:
@@ -305,13 +295,3 @@ def _first_crossing(level: np.ndarray, visible: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = 1 + at + (0.5 - a) / (b - a)
     return np.where(rises.any(axis=0), crossing, np.nan)
-
-
-def _colour_at(
-    background: Background, rows: np.ndarray, columns: np.ndarray
-) -> np.ndarray:
-    """The background's colour at pixels of the full picture (its polynomial is in px of
-    the small one)."""
-    x = (np.broadcast_to(columns, rows.shape) + 0.5) / background.factor - 0.5
-    y = (rows + 0.5) / background.factor - 0.5
-    return illumination_at(background.light, x, y, background.small.shape[:2])

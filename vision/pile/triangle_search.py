@@ -16,6 +16,19 @@ SHELL = 0.45
 SLOPES = (0.2, 1.3)  # rise : run of a heap's flanks
 # of the best score: another triangle with more beside it may as well be the heap
 RIVAL = 0.9
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a triangle's evidence is counted: seeds are grainy, by that weight; a heap is
+    large, by that power of its pixels."""
+
+    grainy: float
+    large: float
+
+
+# grainy seeds before whatever there is; what is large and of one colour, glaring or not
+SCORES = (Score(1.0, 0.05), Score(0.0, 0.5))
 TRIES, ROUNDS, KEPT = 6000, 5, 24
 NO_SIDE = 0.5  # px: the width to a side on which the heap leans on a wall
 
@@ -53,9 +66,12 @@ class _Layers:
         return _Layers(np.ascontiguousarray(self.sums[:, ::2]), self.x[::2], self.width)
 
 
-def best_triangle(clusters: np.ndarray, texture: np.ndarray, coarse: float) -> Found:
+def best_triangle(
+    clusters: np.ndarray, texture: np.ndarray, coarse: float, by: Score
+) -> Found:
     """The best triangle in px of `clusters`. clusters (h, w): each pixel's cluster;
-    texture (h, w); coarse: by how much the picture is reduced for the search."""
+    texture (h, w); coarse: by how much the picture is reduced for the search; by: how
+    its evidence is counted."""
     height, width = (max(8, round(n / coarse)) for n in clusters.shape)
     members = [(clusters == k).astype(np.float32) for k in range(clusters.max() + 1)]
     layers = [
@@ -77,8 +93,8 @@ def best_triangle(clusters: np.ndarray, texture: np.ndarray, coarse: float) -> F
     triangles = np.c_[
         rng.uniform(0.02, 0.98, TRIES) * width, foot - rise, foot, left, right
     ]
-    score = _score(whole.every_other(), triangles, of_cluster)
-    best, high = _refine_best(whole, triangles, score, of_cluster, rng)
+    score = _score(whole.every_other(), triangles, of_cluster, by)
+    best, high = _refine_best(whole, triangles, score, of_cluster, by, rng)
     if not high > 0:
         return Found()
     beside = (triangles[:, 0] + triangles[:, 4] < best[0] - best[3]) | (
@@ -87,13 +103,18 @@ def best_triangle(clusters: np.ndarray, texture: np.ndarray, coarse: float) -> F
     rival, second = (best, 0.0)
     if beside.any() and score[beside].max() > RIVAL * score.max():
         rival, second = _refine_best(
-            whole, triangles[beside], score[beside], of_cluster, rng
+            whole, triangles[beside], score[beside], of_cluster, by, rng
         )
     return Found(best * coarse, high, rival * coarse if second > RIVAL * high else None)
 
 
 def _refine_best(
-    layers: _Layers, triangles: np.ndarray, score: np.ndarray, texture: np.ndarray, rng
+    layers: _Layers,
+    triangles: np.ndarray,
+    score: np.ndarray,
+    texture: np.ndarray,
+    by: Score,
+    rng: np.random.Generator,
 ) -> tuple[np.ndarray, float]:
     """The best of the triangles after small moves of the best few, and its score."""
     for step in 0.1 * 0.6 ** np.arange(ROUNDS):
@@ -106,11 +127,13 @@ def _refine_best(
         moves[:, :, 3:][:, best[:, 3:] <= NO_SIDE] = 0
         triangles = np.concatenate([best[None], best + moves]).reshape(-1, 5)
         triangles[:, 3:] = np.maximum(triangles[:, 3:], NO_SIDE)
-        score = _score(layers, triangles, texture)
+        score = _score(layers, triangles, texture, by)
     return triangles[int(score.argmax())], float(score.max())
 
 
-def _score(layers: _Layers, triangles: np.ndarray, texture: np.ndarray) -> np.ndarray:
+def _score(
+    layers: _Layers, triangles: np.ndarray, texture: np.ndarray, by: Score
+) -> np.ndarray:
     """How much each triangle looks like a heap: contrast to its surroundings, evenness,
     texture; −1 where its form is no heap's."""
     height, width = layers.height, layers.width
@@ -134,11 +157,11 @@ def _score(layers: _Layers, triangles: np.ndarray, texture: np.ndarray) -> np.nd
     for some in np.array_split(np.flatnonzero(ok), max(1, ok.sum() // 1500)):
         inside, around = _histograms(layers, triangles[some])
         core = _pixels_inside(layers, *_inner_half(triangles[some]).T)
-        alike = _jensen_shannon(core, np.maximum(inside - core, 0.0))
+        alike = jensen_shannon(core, np.maximum(inside - core, 0.0))
         grainy = _normalised(inside) @ texture - 0.5 * _normalised(around) @ texture
-        out[some] = (_jensen_shannon(inside, around) - alike + grainy) * inside.sum(
-            axis=1
-        ) ** 0.05
+        differs = jensen_shannon(inside, around) - alike
+        size = inside.sum(axis=1) ** by.large
+        out[some] = (differs + by.grainy * grainy) * size
     return out
 
 
@@ -188,7 +211,7 @@ def _pixels_inside(layers: _Layers, x, top, foot, left, right) -> np.ndarray:
     return np.maximum(below - above, 0.0)  # of sums that are rounded
 
 
-def _jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def jensen_shannon(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Jensen–Shannon divergence of two histograms, 0 (alike) to 1 (nothing in
     common)."""
     p, q = _normalised(a), _normalised(b)

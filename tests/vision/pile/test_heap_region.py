@@ -379,3 +379,44 @@ def test_the_wall_that_a_heap_leans_on_need_not_be_stated(kind):
     )
     for name in ("repose_angle", "centroid_angle"):
         assert unstated[name].value == pytest.approx(stated[name].value, abs=0.3)
+
+
+def box_of_beads(angle_deg: float, seed: int) -> np.ndarray:
+    """A frame of a film of white beads that lean on the right wall of a glass box: the
+    upper ones overexposed, the box's dark rim above, a layer of beads on the floor, a
+    clock laid over the film."""
+    rng = np.random.default_rng(seed)
+    floor, wall, radius = 560, 1130, 7.0
+    x = np.arange(1180)
+    picture = np.full((600, 1180, 3), 140.0)
+    picture[190:330, 60:180] = 70.0
+    picture[230:300, 420:720] = 90.0
+    picture = cv2.GaussianBlur(picture, (0, 0), 12)
+    slope = np.tan(np.radians(angle_deg))
+    crest = floor - 820 * slope
+    top = np.minimum(crest + slope * np.clip(wall - 60 - x, 0, None), floor - 24.0)
+    places = np.c_[rng.uniform(0, wall, 40000), rng.uniform(0, floor, 40000)]
+    places = places[places[:, 1] > top[places[:, 0].astype(int)] + radius]
+    for u, v in places:
+        deep = min((v - top[int(u)]) / 90, 1.0)
+        at = (round(u * 16), round(min(v, floor - radius) * 16))
+        for share, tone in ((1.0, 250 - 40 * deep), (0.6, 252 - 25 * deep)):
+            shade = (tone + rng.normal(0, 2) * deep,) * 3
+            cv2.circle(picture, at, int(16 * radius * share), shade, -1, 16, 4)
+    picture[floor:], picture[:45], picture[:, wall:] = 105.0, 60.0, 95.0
+    clock = np.full((90, 200, 3), 28, np.uint8)
+    picture[60:150, 40:240] = cv2.putText(
+        clock, "00:00:01.02", (8, 60), 0, 0.95, (220, 220, 220), 2
+    )
+    picture = cv2.GaussianBlur(picture, (0, 0), 1.2)
+    return np.clip(picture + rng.normal(0, 2, picture.shape), 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("angle_deg", [17.0, 25.0])
+def test_overexposed_beads_in_a_box_beside_a_clock_are_the_heap(angle_deg):
+    """Neither the box's rim nor the clock is; what glares is no background."""
+    found = angle(box_of_beads(angle_deg, seed=1))
+    q = found.quantities[0]
+    assert abs(q.value - angle_deg) <= min(max(3 * q.sd, 1.0), 3.0)
+    assert found.crest[0] > 900
+    assert found.base.at(600) == pytest.approx(560, abs=10)
