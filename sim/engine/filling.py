@@ -66,7 +66,9 @@ def scatter(group: Scattered, rng: np.random.Generator) -> Placed:
     Places by random sequential addition: they are drawn evenly, and a seed that touches
     one that lies there already is drawn again."""
     count = max(group.count, 0)
-    shape_of = rng.integers(0, len(group.shapes), count)
+    shape_of = group.shape_of
+    if shape_of is None:
+        shape_of = rng.integers(0, len(group.shapes), count)
     turns = rng.normal(size=(count, 4))
     turns /= np.linalg.norm(turns, axis=1, keepdims=True)
     arms, radii, owner = _balls(group.shapes, shape_of, turns)

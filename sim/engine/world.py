@@ -37,7 +37,7 @@ class Placed:
 class Scattered:
     """`count` seeds in the box low … high, or in the upright cylinder that fits into it
     (`round`), at random places where they do not touch, turned at random, each of a
-    shape drawn from `shapes`."""
+    shape of `shapes`: that of `shape_of` (count,), or drawn."""
 
     shapes: tuple
     material: Material
@@ -46,6 +46,7 @@ class Scattered:
     high: Vector
     velocity: Vector = (0.0, 0.0, 0.0)
     round: bool = False
+    shape_of: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 rest, and are struck off at a height."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -91,9 +91,10 @@ def rain(
     (x, y, _), falling = chute.high, (0.0, 0.0, -0.5)
     high = (x, y, chute.top_m(seeds))
     scattered = Scattered(
-        shapes, bench.grain, len(seeds), chute.low, high, falling, chute.round
+        *(shapes, bench.grain, len(seeds), chute.low, high),
+        *(falling, chute.round, shape_of),
     )
-    world = make(replace(scatter(scattered, rng), shape_of=shape_of))
+    world = make(scatter(scattered, rng))
     positions, orientations = engine.lay(world, rng, watch)
     above = [reach(s, q, (0, 0, 1)) for s, q in zip(seeds, orientations)]
     top = np.array(above) + positions[:, 2]

@@ -73,9 +73,9 @@ def test_a_stiff_law_of_one_s_own_sets_the_step_and_gives_back_what_it_took(k):
 
 
 def test_a_step_too_long_for_a_law_ends_the_run():
-    """The control: the step of before."""
+    """The control: ten times the law's own step, at which a contact lasts five."""
     of = world(k=1e7, thrust=0.0)
-    slow = World(**{**vars(of), "time_step_s": longest_steps(of)[RAYLEIGH]})
+    slow = World(**{**vars(of), "time_step_s": 10 * time_step(of)})
     with pytest.raises(Stopped, match=r"energy is made: .* by step \d+ .* seed 0: "):
         rebound_m(slow)
 
