@@ -8,7 +8,9 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.numbers import with_interval
-from benchtwin.calibrate.procedure.next_tests import worth_it
+from benchtwin.calibrate.procedure import calibration
+from benchtwin.calibrate.procedure.next_tests import gain_in_words, worth_it
+from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.page.folder import read_json
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
@@ -58,10 +60,7 @@ class Calibrated:
     name: str
     value: str
     status: str
-
-    @property
-    def known(self) -> bool:
-        return self.status == "calibrated"
+    known: bool
 
 
 @dataclass(frozen=True)
@@ -100,7 +99,8 @@ def calibrated(results: Path) -> list[Calibrated]:
         Calibrated(
             in_words(key),
             with_interval(one["value"], one["low"], one["high"]),
-            one["status"],
+            in_status(one["status"], one["remark"]),
+            one["status"] == calibration.CALIBRATED,
         )
         for key, one in stated.items()
     ]
@@ -140,13 +140,8 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
 def _tests(table: pd.DataFrame | None) -> list[ToRecord]:
     if table is None or "pick" not in table:
         return []
-    seed = "of the variance of the seed–seed parameters is left"
     return [
-        ToRecord(
-            row.test,
-            f"{100 * row.variance_left_after:.0f} %"
-            f" {seed}{' with those above' if k else ''}",
-        )
+        ToRecord(row.test, gain_in_words(row.variance_left_after, with_others=k > 0))
         for k, row in enumerate(worth_it(table).itertuples())
     ]
 
