@@ -5,6 +5,8 @@ python benchmarks/loop_coverage.py [DESIGNS [BENCHES [SEED]]]
     → benchmarks/tables/loop/coverage.csv (three minutes a row)
 python benchmarks/loop_coverage.py --more [DESIGNS [BENCH_PILES [SEED]]]
     → benchmarks/tables/loop/more_piles.csv
+python benchmarks/loop_coverage.py --packings [BENCHES]
+    how far medians of one bench differ by the simulated packings alone, printed
 
 The design is a quick calibration's, run and fitted by the procedure itself; every bench
 has one pile. --more: each design has one bench of BENCH_PILES piles; the same with the
@@ -30,6 +32,7 @@ from benchtwin.calibrate.procedure.rigs import RANGES, STEEL
 from benchtwin.calibrate.procedure.seed_runs import add_piles, simulate_design
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.information import weighted
 from benchtwin.calibrate.statistics.posterior import log_posterior
 from benchtwin.calibrate.statistics.prior import Prior
 
@@ -248,6 +251,51 @@ def study_more(
     return pd.DataFrame(rows)
 
 
+def study_packings(benches: int, quiet: float = 1.0, bend: float = 0.1) -> pd.DataFrame:
+    """A row a bench of ten piles, set of packings and parameter: low, median, high,
+    truth of a quick calibration; three sets of packings a bench."""
+    rows = []
+    for b in range(benches):
+        rng = np.random.default_rng([5, b])
+        piles, truth = Piles(rng, bend, quiet), drawn(rng)
+        at_bench = readings(np.array([piles.pile(truth) for _ in range(10)]))
+        found = {
+            n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd)
+            for n, sd in STEEL_SD.items()
+        }
+        for packings in range(3):
+            piles.rng = np.random.default_rng([9, b, packings])
+            stage, table = design(piles, found)
+            stage = replace(stage, readings=at_bench, seed=packings)
+            table, _ = add_piles(stage, table)
+            seen = observed(table, at_bench, stage.box, stage.steel, alike=True)
+            posterior = weighted(
+                seen.observables,
+                Prior(stage.wide, found),
+                seen.correlation.to_numpy(),
+                np.random.default_rng(1),
+            )
+            draws = posterior.draw(8000, np.random.default_rng(2))
+            for k, name in enumerate(RANGES):
+                ends = np.quantile(draws[:, k], [0.025, 0.5, 0.975])
+                rows.append((b, packings, name, *ends, truth[name]))
+    columns = ["bench", "packings", "parameter", "low", "median", "high", "truth"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def main_packings(benches: int) -> None:
+    t = study_packings(benches)
+    half = (t["high"] - t["low"]) / 2
+    by = t.assign(half=half).groupby(["parameter", "bench"], sort=False)
+    apart = (by["median"].max() - by["median"].min()) / by["half"].mean()
+    of = apart.groupby("parameter", sort=False)
+    print("largest difference of medians over three sets of packings, in half widths")
+    print(of.agg(["median", "max"]).round(2))
+    off = ((t["median"] - t["truth"]) / half) ** 2
+    print("median's error in half widths, rms")
+    print(np.sqrt(off.groupby(t["parameter"], sort=False).mean()).round(2))
+
+
 def rates(found: pd.DataFrame) -> pd.DataFrame:
     """How often the sets hold the truth: set, level, rate, se (benches of one design
     share its surface: between designs)."""
@@ -334,8 +382,11 @@ if __name__ == "__main__":
     )
     parser.add_argument("seed", type=int, nargs="?", default=2)
     parser.add_argument("--more", action="store_true")
+    parser.add_argument("--packings", action="store_true")
     asked = parser.parse_args()
-    if asked.more:
+    if asked.packings:
+        main_packings(asked.designs)
+    elif asked.more:
         main_more(asked.designs, asked.benches or 5, asked.seed)
     else:
         main(asked.designs, asked.benches or 8, asked.seed)
