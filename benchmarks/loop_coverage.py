@@ -163,7 +163,7 @@ def bench(
     """Ranks of one bench's truth in its posterior, on the piles of the table, and the
     seed–seed parameters' sds in those of the prior."""
     steel, found = stage.steel, stage.steel_found
-    assert steel is not None
+    assert steel is not None and stage.readings is not None
     names, ends = (
         (*RANGES, *steel.names),
         np.array([*RANGES.values(), *zip(steel.low, steel.high)]),

@@ -91,8 +91,8 @@ def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
         fits = (printed.surface, c.surface)
         for f in c.surface.box.names:
             rows.append((f"pile: optimum, {f}", *(s.optimum.point[f] for s in fits)))
-        if all(s.path is not None for s in fits):
-            groups = (s.path.group for s in fits)
+        groups = [s.path.group for s in fits if s.path is not None]
+        if len(groups) == len(fits):
             rows.append(("pile: nearest group of the path", *groups))
     answers = pd.DataFrame(rows, columns=["item", "on_the_tables", "simulated"])
     again = pd.concat(ours)[["item", "recomputed"]].drop_duplicates("item")

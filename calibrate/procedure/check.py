@@ -42,7 +42,9 @@ def _beside(table: pd.DataFrame, of: Mapping) -> dict[str, Verification]:
     found, done = {}, table["status"].eq("done")
     for column, observable in of.items():
         source = simulated_column(table, column)
-        values = table[source].where(done).dropna() if source in table else ()
+        if source not in table:
+            continue
+        values = table[source].where(done).dropna()
         if len(values) > 1:
             name = observable.name
             found[name] = verify(values.to_numpy(float), observable.bench, name=name)

@@ -26,7 +26,7 @@ def recorded_tests(name: str, seen: PileObservables) -> list[BenchTest]:
     """More of what the bench has recorded already; and what a bench can state of the
     same recordings, and this one does not."""
     rig = PILE if name == PILE.name else BESIDE[name]
-    surrogates = [o.surrogate for o in seen.observables]
+    surrogates = seen.surrogates
     tests = [_more(rig, surrogates, seen.correlation)]
     steel = _steel_of(seen, surrogates)
     # weights of a slice are not the bench's

@@ -7,6 +7,7 @@ into the posterior."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 import pandas as pd
@@ -43,6 +44,11 @@ class PileObservables:
     runs: pd.DataFrame = field(default_factory=pd.DataFrame)
     alike: bool = True
     believed: Mapping[str, Believed] = field(default_factory=dict)
+
+    @property
+    def surrogates(self) -> list[Surrogate]:
+        """Of the observables, in their order."""
+        return [cast(Surrogate, o.surrogate) for o in self.observables]
 
     @property
     def used(self) -> list[str]:

@@ -78,10 +78,11 @@ def simulate_seeds(
     done, more = add_piles(stage, done, known=known)
     seen = _seen(stage, done)
     said = dict.fromkeys((*notes, *_left_open(stage), *more, *seen.notes))
+    values = stage.readings.values if stage.readings is not None else np.zeros(0)
     return replace(
         seen,
         notes=tuple(said),
-        findings=too_scattered(seen, stage.readings.values, stage.rig),
+        findings=too_scattered(seen, values, stage.rig),
         believed=stage.left_open,
     )
 
@@ -109,7 +110,7 @@ def _wider(stage: PileStage, seen: PileObservables) -> Box | None:
     nearest = z[np.argmin(abs(z))]
     if abs(nearest) < REACHED_Z:
         return None
-    surrogate, ranges = first.surrogate, {}
+    surrogate, ranges = seen.surrogates[0], {}
     sds = np.sqrt(np.diag(surrogate.covariance))
     for k, name in enumerate(stage.box.names, 1):
         (low, high), (least, most) = stage.box.range(name), SEED_LIMITS[name]
@@ -137,7 +138,7 @@ def too_scattered(
 ) -> tuple[str, ...]:
     """A finding where the bench's piles scatter more than simulated ones of one packing
     after another can (F test)."""
-    noise = seen.observables[0].surrogate
+    noise = seen.surrogates[0]
     own = float(values.std(ddof=1)) if values.size > 1 else 0.0
     ratio = own**2 / noise.noise_sd**2
     if not own or stats.f.sf(ratio, values.size - 1, noise.noise_df) >= alpha:
@@ -198,7 +199,8 @@ def next_piles(
     inside = rng.uniform(low, high, (INSIDE, len(low)))
     candidates = np.vstack([corners, inside, posterior.draw(LIKELY, rng)])
     names = posterior.prior.box.names
-    surfaces = [(o.surrogate, o.bench.sd) for o in seen.observables]
+    sds = (o.bench.sd for o in seen.observables)
+    surfaces = list(zip(seen.surrogates, sds))
     drawn = posterior.draw(DRAWS, rng)
     chosen = most_informative(candidates, drawn, surfaces, names, count)
     rounded = np.clip(np.vectorize(lambda v: float(f"{v:.6g}"))(chosen), low, high)

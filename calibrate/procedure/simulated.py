@@ -34,6 +34,7 @@ from benchtwin.calibrate.procedure.shape_effect import (
 from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
 from benchtwin.calibrate.procedure.steel import SteelStage, simulate_steel
 from benchtwin.calibrate.procedure.surface import simulate_surface
+from benchtwin.calibrate.statistics.bench import Verification
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.twin.bench_folder import Observed
@@ -221,10 +222,10 @@ def verified(found: Calibration, way: Way) -> Calibration:
     if way.effort.check < 2 or found.joint is None:
         return found
     at = found.joint.posterior.mode | found.most_probable
-    checks = {}
+    checks: dict[str, Verification] = {}
     for name, fit in found.steel.items():
-        stage = replace(steel_stage(found, name, way), fixed=_fixed(at, found))
-        checks |= check_steel(stage, fit, at)
+        alone = replace(steel_stage(found, name, way), fixed=_fixed(at, found))
+        checks |= check_steel(alone, fit, at)
     for name, seen in found.seeds.items():
         stage = seed_stage(found, SEEDS[name], way)
         checks |= check_seeds(stage, seen, stage.middle | at)

@@ -226,10 +226,10 @@ def _beyond(fit: SteelFit, *, widen: bool) -> tuple[str, float] | None:
     mean lies inside, with `widen` its interval too."""
     limits = fit.surrogate.box.range(fit.rig.parameter)
     if not fit.reached:
-        ends = fit.surrogate.evaluate(np.array(limits)[:, None])[0]
-        slope = (ends[1] - ends[0]) / (limits[1] - limits[0])
-        k = int(np.argmin(abs(fit.bench.value - ends)))
-        off = (fit.bench.value - ends[k]) / slope if slope else np.nan
+        seen = fit.surrogate.evaluate(np.array(limits)[:, None])[0]
+        slope = (seen[1] - seen[0]) / (limits[1] - limits[0])
+        k = int(np.argmin(abs(fit.bench.value - seen)))
+        off = (fit.bench.value - seen[k]) / slope if slope else np.nan
         return ("low", "high")[k], float(limits[k] + off)
     draws = fit.posterior.draws[fit.rig.parameter].to_numpy()
     ends = sorted(open_ends(draws, limits)) if widen else []

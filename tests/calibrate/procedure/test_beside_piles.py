@@ -115,8 +115,9 @@ def test_draw_downs_narrow_what_heaps_leave_open_and_hold_the_truth(alone, both)
     for name in [*FRICTIONS, "seed_restitution"]:
         assert after[name] < 0.7 * before[name], (name, before, after)
     t = parameters(both).set_index("parameter")
-    truth = pd.Series(TRUE)
-    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    # six intervals of 95 % hold all in 74 % of benches; half as wide again, in 98 %
+    off = (t["value"] - pd.Series(TRUE)).abs() / ((t["high"] - t["low"]) / 2)
+    assert (off < 1.5).all(), t
     assert "drawdown: shear_angle_deg" in t.loc[FRICTIONS[0], "source"]
 
 
