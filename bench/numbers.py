@@ -45,8 +45,26 @@ def with_interval(value: float, low: float, high: float) -> str:
     """
     if not high > low:
         return with_sd(value, math.nan)[0]
-    places = _places((high - low) / 4)
-    return f"{_to(value, places)} ({_to(low, places)} to {_to(high, places)})"
+    one, *ends = (beside_interval(v, low, high) for v in (value, low, high))
+    return f"{one} ({ends[0]} to {ends[1]})"
+
+
+def beside_interval(value: float, low: float, high: float) -> str:
+    """A number in the digits that an interval carries.
+
+    >>> beside_interval(0.54, 0.4967, 0.5806)
+    '0.540'
+    """
+    return _to(value, _places((high - low) / 4)) if high > low else f"{value:g}"
+
+
+def to_interval(value: float, low: float, high: float) -> float:
+    """The value in the digits that `with_interval` shows of it.
+
+    >>> to_interval(0.5397671, 0.4967, 0.5806)
+    0.54
+    """
+    return round(float(value), _places((high - low) / 4)) if high > low else value
 
 
 def with_unit(unit: str) -> str:

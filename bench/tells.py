@@ -49,8 +49,7 @@ class ByCurve(Reading):
     begun(section, value): the section with which a run at this value is simulated.
 
     seed_range: where the same parameter of seed on seed is looked for by the rigs that
-    tell it, None: it is not; seed_limits: what can be simulated of it; on_seed: what
-    would measure it directly; minutes: that one recording takes at a bench."""
+    tell it, None: it is not; seed_limits: what can be simulated of it."""
 
     parameter: str
     limits: tuple[float, float]
@@ -64,8 +63,6 @@ class ByCurve(Reading):
     begun: Callable[[dict, float], dict] = as_it_is
     seed_range: tuple[float, float] | None = None
     seed_limits: tuple[float, float] = (0.0, 1.0)
-    on_seed: str = ""
-    minutes: float = 2.0
 
     @property
     def sd(self) -> str:

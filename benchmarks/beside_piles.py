@@ -20,7 +20,7 @@ import pandas as pd
 from scipy.stats import qmc
 
 from benchtwin.calibrate.procedure.bench import RigReadings
-from benchtwin.calibrate.procedure.pile_surrogate import (
+from benchtwin.calibrate.procedure.observed import (
     PileObservables,
     joined,
     observed,
@@ -28,7 +28,7 @@ from benchtwin.calibrate.procedure.pile_surrogate import (
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, RANGES
 from benchtwin.calibrate.procedure.simulator import Run, campaign
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.posterior import on_grid, summary
+from benchtwin.calibrate.statistics.posterior import on_grid
 from benchtwin.calibrate.statistics.prior import Prior
 
 BOX = Box.of(RANGES)
@@ -128,7 +128,8 @@ def intervals(
         cells=CELLS,
         correlation=correlation.to_numpy() if several else None,
     )
-    found = summary(posterior, 0.95).set_index("factor")[["median", "low", "high"]]
+    found = posterior.draws.quantile([0.5, 0.025, 0.975]).T
+    found.columns = ["median", "low", "high"]
     found["width"] = found["high"] - found["low"]
     found["true"] = pd.Series(true)
     return found

@@ -22,14 +22,14 @@ from benchtwin.calibrate.procedure import parameters
 from benchtwin.calibrate.procedure.bench import bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
-from benchtwin.calibrate.procedure.pile_surrogate import observed
-from benchtwin.calibrate.procedure.rigs import RANGES, STEEL
+from benchtwin.calibrate.procedure.observed import observed
+from benchtwin.calibrate.procedure.rigs import PILE, RANGES, STEEL
+from benchtwin.calibrate.procedure.seed_runs import simulate_design
 from benchtwin.calibrate.procedure.simulated import (
     Prescribed,
     Way,
     calibrate_simulated,
-    pile_stage,
+    seed_stage,
     steel_rig,
 )
 from benchtwin.calibrate.procedure.simulator import campaign
@@ -45,31 +45,25 @@ POINTS = 40_000
 
 def designed(
     simulate,
-) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]], bool]:
-    """All piles of the quick design, the box of its seed–steel parameters, what these
-    were calibrated to, (value, sd), and whether its piles share packings."""
-    levels = Box.of(RANGES)
-    way = Way(simulate, QUICK, Prescribed(levels=levels))
+) -> tuple[pd.DataFrame, Box, dict[str, tuple[float, float]]]:
+    """All piles of the quick design, the box of its seed–steel parameters, and what
+    these were calibrated to, (value, sd)."""
+    way = Way(simulate, QUICK, Prescribed())
     calibrated = Calibration.of("simulated", bench_of(RUNS / "piles-00"), 1, {})
     for name in STEEL:
-        calibrated = steel_rig(calibrated, name, way, np.random.default_rng(1))
-    stage = pile_stage(calibrated, way)
+        calibrated = steel_rig(calibrated, name, way)
+    stage = seed_stage(calibrated, PILE, way)
     assert stage.steel is not None  # all three rigs are in the bench
-    scatter = measure_noise(stage, levels)
-    ran = run_design(stage, levels, scatter)
-    piles = pd.concat([scatter.piles, ran.piles], ignore_index=True)
-    return piles, stage.steel, stage.steel_found, scatter.pairing.worth_it
+    return simulate_design(stage), stage.steel, stage.steel_found
 
 
-def posterior(
-    folder: int, piles: pd.DataFrame, steel: Box, found: dict, shared: bool
-) -> list[dict]:
+def posterior(folder: int, piles: pd.DataFrame, steel: Box, found: dict) -> list[dict]:
     """One row a seed–seed parameter: folder, parameter, truth, mean, rank (share of the
     posterior below the truth), sd_ratio (posterior over prior), points (effective
     number)."""
     truth = json.loads((RUNS / f"piles-{folder:02d}.json").read_text(encoding="utf8"))
     readings = bench_of(RUNS / f"piles-{folder:02d}").rigs["pile"]
-    seen = observed(piles, readings, Box.of(RANGES), steel, alike=True, shared=shared)
+    seen = observed(piles, readings, Box.of(RANGES), steel, alike=True)
     names, ends = (
         (*RANGES, *steel.names),
         np.array([*RANGES.values(), *zip(steel.low, steel.high)]),

@@ -5,10 +5,12 @@ python benchmarks/loop_coverage.py [DESIGNS [BENCHES [SEED]]]
     → benchmarks/tables/loop/coverage.csv (three minutes a row)
 python benchmarks/loop_coverage.py --more [DESIGNS [BENCH_PILES [SEED]]]
     → benchmarks/tables/loop/more_piles.csv
+python benchmarks/loop_coverage.py --packings [BENCHES]
+    how far medians of one bench differ by the simulated packings alone, printed
 
 The design is a quick calibration's, run and fitted by the procedure itself; every bench
 has one pile. --more: each design has one bench of BENCH_PILES piles; the same with the
-design repeated, and with piles added where they tell most (procedure/more_piles.py).
+design repeated, and with piles added where they tell most (procedure/seed_runs.py).
 Responses are quadratics in the seed–seed parameters, of the sizes that 48 piles of
 loop.py showed, in units of packing noise: angle, centroid angle, weights filled in and
 left; packing noise correlated as there. bend: sd of ten cubic coefficients, drawn anew
@@ -17,27 +19,20 @@ posterior below the truth; joint: share of it denser than the truth."""
 
 import argparse
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import pandas as pd
 
-from benchtwin.calibrate.procedure import pile_runs
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.calibrate.procedure.more_piles import add_piles
-from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
+from benchtwin.calibrate.procedure.observed import observed, steel_box
 from benchtwin.calibrate.procedure.pile_stage import PileStage
-from benchtwin.calibrate.procedure.pile_surrogate import (
-    observed,
-    steel_box,
-    two_level_pattern,
-)
 from benchtwin.calibrate.procedure.rigs import RANGES, STEEL
+from benchtwin.calibrate.procedure.seed_runs import add_piles, simulate_design
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
+from benchtwin.calibrate.statistics.information import weighted
 from benchtwin.calibrate.statistics.posterior import log_posterior
 from benchtwin.calibrate.statistics.prior import Prior
 
@@ -138,19 +133,12 @@ def readings(piles: np.ndarray) -> RigReadings:
     )
 
 
-@cache
-def _ridden(shape: bytes, rows: int, factors: int) -> np.ndarray:
-    return two_level_pattern(np.frombuffer(shape).reshape(rows, -1), factors)
-
-
 def design(
     piles: Piles, found: dict, *, times: int = 1
-) -> tuple[PileStage, pd.DataFrame, bool]:
-    """A stage, all piles of a quick design, run so many times over, and whether they
-    share packings."""
+) -> tuple[PileStage, pd.DataFrame]:
+    """A stage, and all piles of a quick design, run so many times over."""
     steel = steel_box(found, {rig.parameter: rig.limits for rig in STEEL.values()})
     assert steel is not None  # there is something found
-    levels = Box.of(RANGES)
     stage = PileStage(
         readings=readings(np.ones((1, len(COLUMNS)))),
         fixed={n: v for n, (v, _) in found.items()},
@@ -158,43 +146,30 @@ def design(
         simulate=piles,
         effort=QUICK,
         seed=1,
-        ranges=RANGES,
-        levels=levels,
+        box=Box.of(RANGES),
         steel=steel,
         steel_found=found,
     )
-    scatter = measure_noise(stage, levels)
-    done = [scatter.piles]
-    # the pattern is the same for every design: searched once
-    with mock.patch.object(
-        pile_runs,
-        "two_level_pattern",
-        lambda coded, k: _ridden(np.ascontiguousarray(coded).tobytes(), len(coded), k),
-    ):
-        for _ in range(times):
-            done.append(run_design(stage, levels, scatter).piles)
-    return stage, pd.concat(done, ignore_index=True), scatter.pairing.worth_it
+    done = [simulate_design(stage, k) for k in range(times)]
+    return stage, pd.concat(done, ignore_index=True)
 
 
 def bench(
     stage: PileStage,
     table: pd.DataFrame,
-    shared: bool,
     truth: dict,
     rng: np.random.Generator,
 ) -> dict:
     """Ranks of one bench's truth in its posterior, on the piles of the table, and the
     seed–seed parameters' sds in those of the prior."""
     steel, found = stage.steel, stage.steel_found
-    assert steel is not None
+    assert steel is not None and stage.readings is not None
     names, ends = (
         (*RANGES, *steel.names),
         np.array([*RANGES.values(), *zip(steel.low, steel.high)]),
     )
     prior = Prior(Box(names, ends[:, 0], ends[:, 1]), found)
-    seen = observed(
-        table, stage.readings, Box.of(RANGES), steel, alike=True, shared=shared
-    )
+    seen = observed(table, stage.readings, Box.of(RANGES), steel, alike=True)
     points = np.vstack([[truth[n] for n in names], prior.draw(POINTS, rng)])
     density = log_posterior(
         points, list(seen.observables), prior, seen.correlation.to_numpy()
@@ -234,11 +209,11 @@ def study(
             n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd)
             for n, sd in STEEL_SD.items()
         }
-        stage, table, shared = design(piles, found)
+        stage, table = design(piles, found)
         for _ in range(benches):
             truth = drawn(rng)
             of = replace(stage, readings=readings(piles.pile(truth)[None]))
-            rows.append({"design": d} | bench(of, table, shared, truth, rng))
+            rows.append({"design": d} | bench(of, table, truth, rng))
     return pd.DataFrame(rows)
 
 
@@ -267,13 +242,58 @@ def study_more(
             at_bench = readings(
                 np.array([piles.pile(truth) for _ in range(bench_piles)])
             )
-            stage, table, shared = design(piles, found, times=times)
+            stage, table = design(piles, found, times=times)
             stage = replace(stage, readings=at_bench, effort=replace(QUICK, more=more))
             if more:
-                table, _ = add_piles(stage, Box.of(RANGES), table, shared=shared)
-            seen = bench(stage, table, shared, truth, rng)
+                table, _ = add_piles(stage, table)
+            seen = bench(stage, table, truth, rng)
             rows.append({"way": way, "design": d} | seen)
     return pd.DataFrame(rows)
+
+
+def study_packings(benches: int, quiet: float = 1.0, bend: float = 0.1) -> pd.DataFrame:
+    """A row a bench of ten piles, set of packings and parameter: low, median, high,
+    truth of a quick calibration; three sets of packings a bench."""
+    rows = []
+    for b in range(benches):
+        rng = np.random.default_rng([5, b])
+        piles, truth = Piles(rng, bend, quiet), drawn(rng)
+        at_bench = readings(np.array([piles.pile(truth) for _ in range(10)]))
+        found = {
+            n: (STEEL_TRUE[n] + sd * rng.standard_normal(), sd)
+            for n, sd in STEEL_SD.items()
+        }
+        for packings in range(3):
+            piles.rng = np.random.default_rng([9, b, packings])
+            stage, table = design(piles, found)
+            stage = replace(stage, readings=at_bench, seed=packings)
+            table, _ = add_piles(stage, table)
+            seen = observed(table, at_bench, stage.box, stage.steel, alike=True)
+            posterior = weighted(
+                seen.observables,
+                Prior(stage.wide, found),
+                seen.correlation.to_numpy(),
+                np.random.default_rng(1),
+            )
+            draws = posterior.draw(8000, np.random.default_rng(2))
+            for k, name in enumerate(RANGES):
+                ends = np.quantile(draws[:, k], [0.025, 0.5, 0.975])
+                rows.append((b, packings, name, *ends, truth[name]))
+    columns = ["bench", "packings", "parameter", "low", "median", "high", "truth"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def main_packings(benches: int) -> None:
+    t = study_packings(benches)
+    half = (t["high"] - t["low"]) / 2
+    by = t.assign(half=half).groupby(["parameter", "bench"], sort=False)
+    apart = (by["median"].max() - by["median"].min()) / by["half"].mean()
+    of = apart.groupby("parameter", sort=False)
+    print("largest difference of medians over three sets of packings, in half widths")
+    print(of.agg(["median", "max"]).round(2))
+    off = ((t["median"] - t["truth"]) / half) ** 2
+    print("median's error in half widths, rms")
+    print(np.sqrt(off.groupby(t["parameter"], sort=False).mean()).round(2))
 
 
 def rates(found: pd.DataFrame) -> pd.DataFrame:
@@ -362,8 +382,11 @@ if __name__ == "__main__":
     )
     parser.add_argument("seed", type=int, nargs="?", default=2)
     parser.add_argument("--more", action="store_true")
+    parser.add_argument("--packings", action="store_true")
     asked = parser.parse_args()
-    if asked.more:
+    if asked.packings:
+        main_packings(asked.designs)
+    elif asked.more:
         main_more(asked.designs, asked.benches or 5, asked.seed)
     else:
         main(asked.designs, asked.benches or 8, asked.seed)

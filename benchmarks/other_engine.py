@@ -27,11 +27,11 @@ from scipy.stats import qmc
 from benchtwin.calibrate.prediction.posterior import Kept
 from benchtwin.calibrate.prediction.predict import predict
 from benchtwin.calibrate.procedure.bench import RigReadings
-from benchtwin.calibrate.procedure.pile_surrogate import joined, observed
+from benchtwin.calibrate.procedure.observed import joined, observed
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE, RANGES
 from benchtwin.calibrate.procedure.simulator import Run, Simulator, campaign
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.posterior import Posterior, on_grid, summary
+from benchtwin.calibrate.statistics.posterior import Posterior, on_grid
 from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.twin.engine import LAMMPS, OURS, Engine
 
@@ -141,9 +141,9 @@ def calibrated(runs: dict[str, pd.DataFrame], bench: dict[str, pd.Series]) -> Po
 
 def parameters(bench: int, posterior: Posterior) -> list[dict]:
     """A row a parameter: its 95 % interval, and what is true."""
-    ends = summary(posterior, 0.95).set_index("factor")[["low", "high"]]
+    ends = posterior.draws.quantile([0.025, 0.975]).set_axis(["low", "high"])
     return [
-        {"quantity": name, **ends.loc[name], "seen": true}
+        {"quantity": name, **ends[name], "seen": true}
         for name, true in truth(bench).items()
     ]
 
@@ -154,7 +154,8 @@ def predicted(
     """A row a quantity of the systems that were not calibrated on: its 95 % interval,
     and what LAMMPS shows."""
     draws = posterior.draws.sample(KEPT, random_state=SEED, replace=True)
-    kept = Kept(draws.assign(**ROUGH).reset_index(drop=True), {}, "", ())
+    draws = draws.assign(**ROUGH).reset_index(drop=True)
+    kept = Kept(draws, posterior.mode | ROUGH, {}, "", ())
     rows = []
     for rig, (*_, quantities) in PREDICTED.items():
         found = predict(

@@ -146,27 +146,20 @@ def coexist(bench: Bench, seed: int) -> Iterator[Answer]:
 
 
 def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
-    """The pile's part of the procedure, without its verification: where the path meets
-    the bench (else its nearest group), then the design's optimum with the posterior's
-    interval."""
-    from dataclasses import replace
-
+    """The pile's part of the calibration, without its check: the most probable set, and
+    the posterior's intervals."""
     from benchtwin.calibrate.procedure.bench import RigReadings
     from benchtwin.calibrate.procedure.calibration import LEVEL
     from benchtwin.calibrate.procedure.effort import FULL, QUICK
-    from benchtwin.calibrate.procedure.pile_runs import simulate_pile
     from benchtwin.calibrate.procedure.pile_stage import PileStage
+    from benchtwin.calibrate.procedure.seed_runs import simulate_seeds
     from benchtwin.calibrate.statistics.bounds import interval, open_ends
-    from benchtwin.calibrate.statistics.posterior import log_posterior
+    from benchtwin.calibrate.statistics.box import Box
+    from benchtwin.calibrate.statistics.posterior import on_grid
     from benchtwin.calibrate.statistics.prior import Prior
 
-    of = replace({"quick": QUICK, "full": FULL}[effort], piles=0)
-
     def run(bench: Bench, seed: int) -> Iterator[Answer]:
-        batches = []
-
         def simulate(runs) -> pd.DataFrame:
-            batches.append(len(runs))
             x = np.array([[r.values[n] for n in NAMES] for r in runs])
             return pd.DataFrame(
                 {
@@ -187,40 +180,20 @@ def ours(effort: str) -> Callable[[Bench, int], Iterator[Answer]]:
             fixed={},
             description={},
             simulate=simulate,
-            effort=of,
+            effort={"quick": QUICK, "full": FULL}[effort],
             seed=seed,
-            ranges=dict(zip(NAMES, zip(LOW, HIGH))),
+            box=Box(NAMES, LOW, HIGH),
         )
-        rng = np.random.default_rng(seed)
-        found = simulate_pile(stage, rng)
-        path = found.path
-        assert path is not None  # nothing here prescribes the levels
-        nearest = path.errors.set_index("group").loc[path.group, list(NAMES)]
-        yield (
-            bench.spent - batches[-1],
-            np.array([(path.crossing or nearest)[n] for n in NAMES]),
-            LOW,
-            HIGH,
-        )
-        assert found.seen is not None  # these are piles that were simulated
-        prior = Prior.uniform(found.box)
-        points = prior.draw(20_000, rng)
-        density = log_posterior(points, list(found.seen.observables), prior)
-        weight = np.exp(density - density.max())
-        draws = points[rng.choice(len(points), 4000, p=weight / weight.sum())]
-        box = found.box
-        limits, searched = zip(box.low, box.high), zip(LOW, HIGH)
+        seen = simulate_seeds(stage, ())
+        rng, prior = np.random.default_rng(seed), Prior.uniform(seen.box)
+        found = on_grid(list(seen.observables), prior, rng=rng)
+        limits = zip(seen.box.low, seen.box.high)
         ends = [
-            interval(x, whole, open_ends(x, limit), LEVEL)
-            for x, limit, whole in zip(draws.T, limits, searched)
+            interval(x, limit, open_ends(x, limit), LEVEL)
+            for x, limit in zip(found.draws.to_numpy().T, limits)
         ]
         low, high = np.array(ends).T  # as the procedure states it
-        yield (
-            bench.spent,
-            np.array([found.optimum.point[n] for n in NAMES]),
-            low,
-            high,
-        )
+        yield bench.spent, np.array([found.mode[n] for n in NAMES]), low, high
 
     return run
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.table import Table
 
-from benchtwin.bench.numbers import with_interval
+from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.workbook import WORKBOOK
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
@@ -18,7 +18,6 @@ from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
 from benchtwin.calibrate.procedure.next_tests import in_words
 from benchtwin.calibrate.procedure.pairs import pairs
-from benchtwin.calibrate.procedure.pile_runs import DESIGNS
 from benchtwin.calibrate.procedure.rigs import PARAMETERS, PILE
 from benchtwin.calibrate.procedure.shape_effect import verdict
 from benchtwin.calibrate.procedure.simulated import (
@@ -27,6 +26,7 @@ from benchtwin.calibrate.procedure.simulated import (
     checked_ranges,
 )
 from benchtwin.calibrate.procedure.simulator import Simulator, campaign
+from benchtwin.calibrate.procedure.words import in_status, ties_in_words
 from benchtwin.calibrate.result_file import write_result
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.prior import Prior
@@ -53,9 +53,10 @@ from benchtwin.twin.engine import Engine
 Pairs = Mapping[str, tuple[float, float]]
 # in result.json
 RECORDED: tuple[str, ...] = (
-    *("twin", "rendered", "quick", "whole_pile", "design", "ranges", "priors"),
+    *("twin", "rendered", "quick", "whole_pile", "method", "ranges", "priors"),
     "next_test",
 )
+METHODS = ("posterior", "surface")
 # what a calibration leaves
 OURS = {"result.json", PAGE, PRINTED, WORKBOOK, "tables", "runs", "twin"}
 
@@ -63,7 +64,8 @@ OURS = {"result.json", PAGE, PRINTED, WORKBOOK, "tables", "runs", "twin"}
 @dataclass(frozen=True)
 class Asked(CampaignOptions):
     """Options. tables: on BENCH/tables; twin: with our simulations at the tables'
-    values; ranges, priors: {name: (a, b)}."""
+    values; method: of METHODS, "surface": piles by a publication's steps; ranges,
+    priors: {name: (a, b)}."""
 
     bench: Path | Observed
     out: Path
@@ -73,7 +75,7 @@ class Asked(CampaignOptions):
     quick: bool = False
     whole_pile: bool = False
     next_test: bool = False
-    design: str = "box-behnken"
+    method: str = "posterior"
     ranges: Pairs = field(default_factory=dict)
     priors: Pairs = field(default_factory=dict)
     engine: str = "benchtwin"
@@ -189,10 +191,12 @@ def _engine(asked: Asked) -> Engine:
 
 
 def _effort(asked: Asked) -> Effort:
-    if asked.design not in DESIGNS:
-        raise Misuse(f"--design {asked.design}: one of {', '.join(DESIGNS)}")
+    if asked.method not in METHODS:
+        raise Misuse(f"--method {asked.method}: one of {', '.join(METHODS)}")
     effort = replace(
-        QUICK if asked.quick else FULL, design=asked.design, unrecorded=asked.next_test
+        QUICK if asked.quick else FULL,
+        surface=asked.twin or asked.method == "surface",
+        unrecorded=asked.next_test,
     )
     return replace(effort, slab=None) if asked.whole_pile else effort
 
@@ -213,12 +217,12 @@ def _as_tabulated(prescribed: Prescribed, printed: Calibration) -> Prescribed:
     values = {n: tuple(f.rows[f.rig.parameter]) for n, f in printed.steel.items()}
     trimmed = {n: r.trimmed for n, r in printed.bench.rigs.items()}
     prescribed = replace(prescribed, values=values, trimmed=trimmed)
-    if (pile := printed.pile) is None:
+    if (fit := printed.surface) is None:
         return prescribed
     path = None
-    if pile.path is not None:
-        path = pile.path.errors.drop(columns=[PILE.response, "relative_error"])
-    return replace(prescribed, path=path, levels=pile.box, near=pile.optimum.point)
+    if fit.path is not None:
+        path = fit.path.errors.drop(columns=[PILE.response, "relative_error"])
+    return replace(prescribed, path=path, levels=fit.box, near=fit.optimum.point)
 
 
 @contextmanager
@@ -255,17 +259,22 @@ def show(c: Calibration, out: Path, *, reported: bool = True) -> None:
         for r in c.not_following.itertuples()
     ]
     if c.joint is not None:
-        lines += in_words(c.joint.next_tests)
+        lines += [*ties_in_words(c.joint.ties), *in_words(c.joint.next_tests)]
     left = f"report: {out / PAGE}" if reported else f"tables: {out / 'tables'}"
     print_lines(console, *refused, *map(words, lines), left)
 
 
 def show_parameters(console: Terminal, rows: list[dict]) -> None:
-    """A line a parameter. rows: parameter, value, low, high, status."""
+    """A line a parameter. rows: as `parameters` has them."""
     shown = Table(box=None, pad_edge=False)
-    for heading in ("parameter", "value (95 % interval)", ""):
+    for heading in ("parameter", "median (95 % interval)", "most probable set", ""):
         shown.add_column(heading)
     for row in rows:
-        interval = with_interval(row["value"], row["low"], row["high"])
-        shown.add_row(name(row["parameter"]), interval, row["status"])
+        ends = row["low"], row["high"]
+        shown.add_row(
+            name(row["parameter"]),
+            with_interval(row["value"], *ends),
+            beside_interval(row["most_probable_set"], *ends),
+            in_status(row["status"], row["remark"]),
+        )
     console.print(shown)

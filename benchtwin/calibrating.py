@@ -13,6 +13,7 @@ from benchtwin import shown
 from benchtwin.bench.numbers import with_interval
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
+from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.calibrate_command import Asked, calibrate_into
 from benchtwin.measuring import Bench, recordings_of
 from benchtwin.report import draw
@@ -22,10 +23,12 @@ from benchtwin.report import draw
 class CalibrationSummary:
     """What a calibration found.
 
-    parameters: a row a contact parameter: parameter, value, low, high, level (the
-    chance that low to high holds the value), unit, status ("calibrated", or a sentence:
-    "only bounded" where low or high is a limit of what was simulated, "not resolved"
-    …), source, budget (shares of its variance). not_calibrated: rigs that gave nothing,
+    parameters: a row a contact parameter: parameter; value (the posterior's median),
+    low, high, level (the chance that low to high holds the value), unit; status
+    ("calibrated", "only bounded" where low or high is a limit of what was simulated,
+    "not resolved", "doubtful") and remark, what it means; most_probable_set, its value
+    in the one set of all parameters that fits best together, which is exported; source;
+    budget (shares of its variance). not_calibrated: rigs that gave nothing,
     and why. findings: what no contact parameters explain. folder: where files were
     written, None where none were. details: every fit and table; its fields may change
     between versions."""
@@ -52,12 +55,15 @@ class CalibrationSummary:
         cells = pd.DataFrame(
             {
                 "parameter": table["parameter"].map(draw.name),
-                "value (95 % interval)": [
+                "median (95 % interval)": [
                     with_interval(row.value, row.low, row.high)
                     for row in table.itertuples()
                 ],
                 "unit": table["unit"].map(shown.unit),
-                "status": table["status"],
+                "status": [
+                    in_status(row.status, row.remark) for row in table.itertuples()
+                ],
+                "most probable set": table["most_probable_set"],
             }
         )
         lost = [f"{rig}: {why}" for rig, why in self.not_calibrated.items()]
@@ -74,7 +80,7 @@ def calibrate(
     whole_pile: bool = False,
     next_test: bool = False,
     rendered: bool = False,
-    design: str = "box-behnken",
+    method: str = "posterior",
     ranges: Mapping[str, tuple[float, float]] | None = None,
     priors: Mapping[str, tuple[float, float]] | None = None,
     rng: int = 1,
@@ -92,7 +98,8 @@ def calibrate(
     instead of simulating. quick: fewer repeats and piles, wider intervals. whole_pile:
     simulate the pile as described, not a slice of it. next_test: simulate rigs that the
     bench has not recorded, to tell what they would add. rendered: film every run and
-    measure the pictures. design: of the piles, "box-behnken" or "central-composite".
+    measure the pictures. method: "posterior", or "surface": piles by a publication's
+    steps (steepest ascent, Box–Behnken, analysis of variance, optimum).
     ranges: (low, high) in which to look for a seed–seed parameter; priors: (mean, sd)
     of a parameter known beforehand; both by its name. rng: seed of the random numbers.
     workers: processes that simulate, else one a core; scheduler: tcp://host:port of a
@@ -118,7 +125,7 @@ def calibrate(
         whole_pile=whole_pile,
         next_test=next_test,
         rendered=rendered,
-        design=design,
+        method=method,
         ranges=ranges or {},
         priors=priors or {},
         rng=rng,

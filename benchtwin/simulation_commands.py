@@ -141,9 +141,10 @@ def calibrate(
         said("Simulate rigs that the bench has not recorded, to tell what they add."),
     ] = False,
     rendered: Rendered = False,
-    design: Annotated[
-        str, said("Of the piles: box-behnken, or central-composite (face-centred).")
-    ] = "box-behnken",
+    method: Annotated[
+        str,
+        said("posterior; or surface: piles by a publication's steps, Box-Behnken."),
+    ] = "posterior",
     ranges: Annotated[
         list[Pair],
         said(

@@ -11,8 +11,7 @@ import pandas as pd
 from benchtwin.bench.outlets import csv_text
 from benchtwin.bench.whole_file import write_whole
 from benchtwin.calibrate.procedure.calibration import Calibration, parameters
-from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.rigs import PILE
+from benchtwin.calibrate.procedure.observed import PileObservables
 from benchtwin.calibrate.procedure.steel import SteelFit
 from benchtwin.twin import Parameters
 from benchtwin.twin.pair import Pair
@@ -37,7 +36,12 @@ CONVENTIONS = {
         "atan(z̄ / x̄) of what stands above a tenth of the crest's height, x̄ from the"
         " wall or the heap's axis"
     ),
+    "value": "median of the posterior, in the digits that its interval carries",
     "interval": "low to high holds the value with probability `level`, given the model",
+    "most_probable_set": (
+        "the one point of all parameters with the highest joint density: medians, each"
+        " by itself, need not give what the bench shows together"
+    ),
 }
 
 
@@ -67,9 +71,7 @@ def content(c: Calibration) -> dict:
     """result.json as plain values."""
     materials, shape = materials_and_shape(c.bench.seed, Parameters())
     found = {row.pop("parameter"): row for row in parameters(c).to_dict("records")}
-    fits: dict[str, SteelFit | PileFit] = {**c.steel}
-    fits |= {PILE.name: c.pile} if c.pile else {}
-    checked = {n: f.verification for n, f in fits.items() if f.verification}
+    fits: dict[str, SteelFit | PileObservables] = {**c.steel, **c.seeds}
     return {
         "schema": SCHEMA,
         "mode": c.mode,
@@ -84,8 +86,9 @@ def content(c: Calibration) -> dict:
             "sha256": c.bench.hashes,
             "described": c.bench.seed,
         },
-        "verification": {n: asdict(v) for n, v in checked.items()},
-        PILE.name: _pile(c),
+        "verification": {n: asdict(v) for n, v in c.verified.items()},
+        "observables": observables(c),
+        "surface": _surface(c),
         "not_calibrated": c.refused,
         "unreadable": {name: why for name, _, why in c.bench.trouble},
         "findings": list(c.findings),
@@ -98,32 +101,24 @@ def content(c: Calibration) -> dict:
     }
 
 
-def _pile(c: Calibration) -> dict | None:
-    """What one angle leaves open."""
-    if c.pile is None:
+def observables(c: Calibration) -> list[dict]:
+    """What was matched: a row a reading, at the most probable set."""
+    return [] if c.joint is None else c.joint.posterior.tension.to_dict("records")
+
+
+def _surface(c: Calibration) -> dict | None:
+    """What the steps of a publication give."""
+    if c.surface is None:
         return None
-    o, path = c.pile.optimum, c.pile.path
-    out = {
+    o, path = c.surface.optimum, c.surface.path
+    return {
         "optimum": o.point,
         "predicted_deg": o.predicted,
         "target_deg": o.target,
         "outcome": o.outcome,
         "boundary": o.boundary,
-        "nearest_the_centre": c.pile.central.point,
-        "solutions": c.pile.sheet.statement,
         "path_meets_bench_at": path.crossing if path is not None else None,
     }
-    if (joint := c.joint) is None:
-        return out
-    tension = joint.posterior.tension
-    by = tension["observable"].str.split(": ").str[0]
-    out["observables"] = tension[by.isin([PILE.name, *c.beside])].to_dict("records")
-    if len(joint.directions):
-        shown = joint.directions[["sd_ratio", "resolved", "statement"]]
-        out["directions"] = shown.to_dict("records")
-        tests = joint.next_tests
-        out["measure_next"] = tests["test"].iloc[0] if len(tests) else None
-    return out
 
 
 def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
@@ -139,43 +134,32 @@ def all_tables(c: Calibration) -> dict[str, pd.DataFrame]:
         out[f"{name}_recordings"] = r.recordings
     for name, fit in c.steel.items():
         out[f"{name}_simulated"] = fit.rows
-        out[f"{name}_answers"] = fit.answers
         out[f"{name}_curve"] = curve(fit)
-    if (p := c.pile) is not None:
+    out |= {f"{n}_runs": s.runs for n, s in c.seeds.items()}
+    if (p := c.surface) is not None:
         out |= {
             "pile_design": p.design,
             "pile_coefficients": p.coefficients,
             "pile_anova": p.anova,
             "pile_residuals": p.residuals,
             "pile_contributions": p.contributions,
-            "pile_left_out": p.reduction.steps,
-            "pile_solutions": p.sheet.table,
-            "pile_quality": pd.DataFrame([asdict(p.quality)]),
+            "pile_quality": p.quality,
         }
         out |= {"pile_path": p.path.errors} if p.path is not None else {}
-        out |= {"pile_replicates": p.plan.table} if p.plan is not None else {}
-    out |= {f"{n}_runs": s.runs for n, s in c.beside.items() if s.runs is not None}
     if (joint := c.joint) is not None:
         out["posterior"] = joint.posterior.draws
         out["posterior_summary"] = joint.table
         out["tension"] = joint.posterior.tension
         out |= {"next_tests": joint.next_tests} if len(joint.next_tests) else {}
-        if len(joint.directions):
-            out |= {"directions": joint.directions}
     return out | {k: v for k, v in c.more.items() if isinstance(v, pd.DataFrame)}
 
 
 def curve(fit: SteelFit) -> pd.DataFrame:
-    """Both curves of a rig with their standard errors, for drawing."""
-    x = np.linspace(fit.polynomial.low, fit.polynomial.high, CURVE_POINTS)
-    table = {fit.rig.parameter: x}
-    curves = {"polynomial": fit.polynomial, "monotone": fit.monotone}
-    for name, line in curves.items():
-        if line is not None:
-            table[name] = line.mean(x)
-            table["se" if name == "polynomial" else f"{name}_se"] = np.sqrt(
-                line.variance(x)
-            )
+    """The surrogate of a rig with its standard error, for drawing."""
+    box = fit.surrogate.box
+    x = np.linspace(*box.range(fit.rig.parameter), CURVE_POINTS)
+    mean, variance = fit.surrogate.evaluate(x[:, None])
+    table = {fit.rig.parameter: x, fit.rig.response: mean, "se": np.sqrt(variance)}
     return pd.DataFrame(table)
 
 

@@ -11,7 +11,9 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.numbers import with_interval
-from benchtwin.calibrate.procedure.next_tests import worth_it
+from benchtwin.calibrate.procedure import calibration
+from benchtwin.calibrate.procedure.next_tests import gain_in_words, worth_it
+from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.page.folder import RESULTS, Refused
 from benchtwin.page.measuring import shorten_paths
 from benchtwin.report.draw import name as in_words
@@ -66,10 +68,7 @@ class Calibrated:
     name: str
     value: str
     status: str
-
-    @property
-    def known(self) -> bool:
-        return self.status == "calibrated"
+    known: bool
 
 
 @dataclass(frozen=True)
@@ -139,7 +138,8 @@ def calibrated(results: Path) -> list[Calibrated]:
             Calibrated(
                 in_words(key),
                 with_interval(*(float(one[n]) for n in ("value", "low", "high"))),
-                str(one["status"]),
+                in_status(str(one["status"]), str(one["remark"])),
+                one["status"] == calibration.CALIBRATED,
             )
             for key, one in told(file).get("parameters", {}).items()
         ]
@@ -190,12 +190,10 @@ def next_recordings(results: Path) -> dict[str, list[ToRecord]]:
 def _tests(table: pd.DataFrame | None) -> list[ToRecord]:
     if table is None or "pick" not in table:
         return []
-    seed = "of the variance of the seed–seed parameters is left"
     return [
         ToRecord(
             str(row.test),
-            f"{100 * row.variance_left_after:.0f} %"
-            f" {seed}{' with those above' if k else ''}",
+            gain_in_words(row.variance_left_after, with_others=k > 0),
         )
         for k, row in enumerate(worth_it(table).itertuples())
     ]

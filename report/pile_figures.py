@@ -1,23 +1,22 @@
-"""Figures of the pile as plain Plotly JSON: path, response surfaces, the sheet of
-solutions, residuals."""
+"""Figures of a publication's steps as plain Plotly JSON: path, response surfaces,
+residuals."""
 
 from typing import Any
 
 import numpy as np
 
-from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.rigs import PILE
-from benchtwin.calibrate.statistics.assessment import response_grid
+from benchtwin.calibrate.procedure.surface import SurfaceFit
+from benchtwin.calibrate.statistics.surface import response_grid
 from benchtwin.report import draw
 
 CENTRE = {"x": 0, "y": 0, "z": -0.2}
-# titles of the axes in view; a sheet across the box, seen flat
+# titles of the axes in view
 CAMERA = {"eye": {"x": -1.75, "y": -1.85, "z": 1.05}, "center": CENTRE}
-FACE_ON = {"eye": {"x": 1.5, "y": 1.5, "z": 1.3}, "center": CENTRE}
 STEPS_3D, STEPS_MAP = 25, 41
 
 
-def path(fit: PileFit) -> dict:
+def path(fit: SurfaceFit) -> dict:
     """The path of steepest ascent with the bench's angle drawn in."""
     if fit.path is None:
         raise ValueError("this pile was calibrated without a path")
@@ -32,7 +31,9 @@ def path(fit: PileFit) -> dict:
     return {"data": [band, runs, bench], "layout": layout}
 
 
-def _grid(fit: PileFit, across: str, along: str, steps: int) -> tuple[dict, np.ndarray]:
+def _grid(
+    fit: SurfaceFit, across: str, along: str, steps: int
+) -> tuple[dict, np.ndarray]:
     """The axes of two factors as plotly takes them, and the response (steps, steps),
     the other factors at the optimum."""
     at = {n: v for n, v in fit.optimum.point.items() if n not in (across, along)}
@@ -42,7 +43,7 @@ def _grid(fit: PileFit, across: str, along: str, steps: int) -> tuple[dict, np.n
     return axes, grid["predicted"].to_numpy().reshape(steps, steps).T
 
 
-def surface(fit: PileFit, across: str, along: str) -> dict:
+def surface(fit: SurfaceFit, across: str, along: str) -> dict:
     """The response over two factors: a surface to turn, with the bench's plane in
     it."""
     axes, z = _grid(fit, across, along, STEPS_3D)
@@ -62,7 +63,7 @@ def surface(fit: PileFit, across: str, along: str) -> dict:
     return {"data": data, "layout": draw.layout_3d(named, CAMERA, 380)}
 
 
-def contour(fit: PileFit, across: str, along: str) -> dict:
+def contour(fit: SurfaceFit, across: str, along: str) -> dict:
     """The same response as a map (what paper shows), the bench's angle as a heavy line,
     the optimum as a diamond."""
     axes, z = _grid(fit, across, along, STEPS_MAP)
@@ -76,31 +77,12 @@ def contour(fit: PileFit, across: str, along: str) -> dict:
     look: dict[str, Any] = {"color": draw.RED, "size": 12, "symbol": "diamond"}
     look["line"] = {"color": "white", "width": 1}
     x, y = ([fit.optimum.point[n]] for n in (across, along))
-    point = draw.points(x, y, "reported", **look)
+    point = draw.points(x, y, "optimum", **look)
     layout = draw.layout(draw.short(across), draw.short(along), showlegend=False)
     return {"data": [drawn | field, drawn | line, point], "layout": layout}
 
 
-def sheet(fit: PileFit) -> dict | None:
-    """All points that give the bench's angle; None where there is no such set of three
-    factors."""
-    names, t = fit.box.names, fit.sheet.table
-    if len(names) != 3 or not len(t):
-        return None
-    bar = {"title": {"text": "± °"}, "thickness": 12}
-    shade: dict[str, Any] = {"color": draw.listed(t["se"]), "colorbar": bar}
-    shade["colorscale"] = "Viridis"
-    points = draw.points_3d(*(t[n] for n in names), size=3, **shade)
-    at = ([fit.optimum.point[n]] for n in names)
-    reported = draw.points_3d(*at, size=7, color=draw.RED, symbol="diamond")
-    axes = {
-        k: {"title": {"text": draw.short(n)}, "range": [float(low), float(high)]}
-        for k, n, low, high in zip("xyz", names, fit.box.low, fit.box.high)
-    }
-    return {"data": [points, reported], "layout": draw.layout_3d(axes, FACE_ON, 420)}
-
-
-def residuals(fit: PileFit) -> dict:
+def residuals(fit: SurfaceFit) -> dict:
     """Studentised residuals over the predictions; beyond ±3 is worth a look."""
     t = fit.residuals
     colors = [draw.RED if o else draw.BLUE for o in t["outlier"]]

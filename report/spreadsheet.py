@@ -5,14 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from benchtwin.bench.numbers import with_interval
 from benchtwin.bench.workbook import WORKBOOK, write_workbook
-from benchtwin.calibrate.procedure.calibration import Calibration, parameters
-from benchtwin.calibrate.procedure.joint import LEVEL
-from benchtwin.calibrate.procedure.pile import PileFit
-from benchtwin.calibrate.procedure.pile_surrogate import PileObservables
-from benchtwin.calibrate.procedure.rigs import PILE, STEEL
-from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.procedure.calibration import LEVEL, Calibration, parameters
+from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.calibrate.result_file import CONVENTIONS
+from benchtwin.calibrate.statistics.posterior import Observable
 from benchtwin.report import draw
 from benchtwin.report.numbers import words
 from benchtwin.twin.parameters import Parameters
@@ -24,7 +22,6 @@ MEANS = [
     *("rig", "reading", "unit", "n", "mean", "sd of the mean", "of it from scatter"),
     *("degrees of freedom", "of it in common"),
 ]
-READ = {**STEEL, PILE.name: PILE}  # what each rig is calibrated on
 SIMULATED = "simulations of the same rigs with Hertz–Mindlin contacts"
 UNITS = {"density_kg_m3": "kg/m³", "shear_modulus_pa": "Pa", "poisson_ratio": "1"}
 
@@ -38,7 +35,7 @@ def sheets(c: Calibration) -> dict[str, pd.DataFrame]:
     """The workbook's sheets by name."""
     return {
         "parameters": _parameters(c),
-        "intervals": _intervals(c),
+        "posterior": _posterior(c),
         "correlations": _correlations(c),
         "means over repeats": _means(c),
         "units and methods": _methods(c),
@@ -51,19 +48,17 @@ def _parameters(c: Calibration) -> pd.DataFrame:
         "; ".join(f"{k} {v:.0%}" for k, v in shares.items())
         for shares in table["budget"]
     ]
-    table["status"] = table["status"].map(words)
-    table["source"] = table["source"].map(words)
+    for column in ("remark", "source"):
+        table[column] = table[column].map(words)
     table.insert(0, "in words", table["parameter"].map(draw.name))
     return table
 
 
-def _intervals(c: Calibration) -> pd.DataFrame:
-    """Each parameter by itself, of the posterior of all recordings together."""
+def _posterior(c: Calibration) -> pd.DataFrame:
+    """How far the posterior narrows each parameter, and how well it was drawn."""
     if c.joint is None:
-        return pd.DataFrame(columns=["parameter", "level", "low", "high"])
-    table = c.joint.table.rename(columns={"factor": "parameter"})
-    table.insert(1, "level", LEVEL)
-    return table
+        return pd.DataFrame(columns=["parameter"])
+    return c.joint.table.rename(columns={"factor": "parameter"})
 
 
 def _correlations(c: Calibration) -> pd.DataFrame:
@@ -74,31 +69,21 @@ def _correlations(c: Calibration) -> pd.DataFrame:
     return found.rename_axis("parameter").reset_index()
 
 
-def _fits(c: Calibration) -> dict[str, SteelFit | PileFit]:
-    return {**c.steel, **({PILE.name: c.pile} if c.pile is not None else {})}
+def _observables(c: Calibration) -> list[Observable]:
+    """What was calibrated on."""
+    seeds = (o for seen in c.seeds.values() for o in seen.observables)
+    return [*(fit.observable for fit in c.steel.values()), *seeds]
 
 
 def _means(c: Calibration) -> pd.DataFrame:
     """What was calibrated on: a row a reading."""
-    read = [(n, READ[n].response, f.bench) for n, f in _fits(c).items()]
-    for name, seen in _several(c).items():
-        there = {f"{rig}: {reading}" for rig, reading, _ in read}
-        more = [o for o in seen.observables if o.name not in there]
-        read += [(name, o.name.removeprefix(f"{name}: "), o.bench) for o in more]
-    rows = [
-        (
-            *(name, reading, reading.rsplit("_", 1)[-1]),
-            *(m.n, m.value, m.sd, m.scatter_sd, m.df, m.shared_sd),
-        )
-        for name, reading, m in read
-    ]
+    rows = []
+    for o in _observables(c):
+        (name, reading), m = o.name.split(": "), o.bench
+        unit = reading.rsplit("_", 1)[-1]
+        of = (m.n, m.value, m.sd, m.scatter_sd, m.df, m.shared_sd)
+        rows.append((name, reading, unit, *of))
     return pd.DataFrame(rows, columns=MEANS)
-
-
-def _several(c: Calibration) -> dict[str, PileObservables]:
-    """Rigs of which more than one reading was used."""
-    seen = c.pile.seen if c.pile is not None else None
-    return {**({PILE.name: seen} if seen is not None else {}), **c.beside}
 
 
 def _methods(c: Calibration) -> pd.DataFrame:
@@ -118,17 +103,24 @@ def _methods(c: Calibration) -> pd.DataFrame:
 
 
 def in_words(c: Calibration) -> str:
-    """How the parameters were found, as a paper's methods state it."""
+    """How the parameters were found and what they are, as a paper's methods state
+    it."""
     read = [
-        f"{words(READ[n].response)} {f.bench.value:.4g} ± {f.bench.sd:.2g}"
-        f" {draw.unit(READ[n].unit)} (n = {f.bench.n})"
-        for n, f in _fits(c).items()
+        f"{words(o.name.split(': ')[1])} {o.bench.value:.4g} ± {o.bench.sd:.2g}"
+        f" {draw.unit(o.name.rsplit('_', 1)[-1])} (n = {o.bench.n})"
+        for o in _observables(c)
+    ]
+    found = [
+        f"{draw.name(r.parameter)} {with_interval(r.value, r.low, r.high)},"
+        f" {in_status(r.status, words(r.remark))}"
+        for r in parameters(c).itertuples()
     ]
     by = "printed simulations" if c.mode == "tables" else SIMULATED
     return (
         f"Contact parameters were calibrated with benchtwin {versions()['benchtwin']}:"
         f" means over repeats ± their standard deviation ({'; '.join(read)}) were"
-        f" matched by {by}. Intervals hold the value with probability {LEVEL:.0%},"
-        " given the model. Rolling friction is in EDEM's standard convention (torque ="
-        " μ_r × normal force × distance from the centroid to the contact)."
+        f" matched by {by}. Medians with intervals that hold the value with probability"
+        f" {LEVEL:.0%}, given the model: {'; '.join(found)}. Rolling friction is in"
+        " EDEM's standard convention (torque = μ_r × normal force × distance from the"
+        " centroid to the contact)."
     )

@@ -108,7 +108,7 @@ c = calibrate_simulated(Path("bench"), simulate, effort=QUICK)
 row, = parameters(c).itertuples()
 print(row.parameter, row.low < 0.6 < row.high, row.source, list(c.findings))
 middle = np.ptp(c.joint.posterior.draws["restitution"].quantile([0.16, 0.84])) / 2
-print(middle < c.steel["drop"].inverse.sd)
+print(middle < c.steel["drop"].sd)
 """
 
 

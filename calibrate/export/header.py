@@ -4,6 +4,7 @@ converted."""
 import math
 import textwrap
 
+from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.export.conventions import GIVEN, Solid
 from benchtwin.calibrate.export.result import Calibrated, Number, Pair
 
@@ -35,7 +36,11 @@ def header(
         f"Source: {c.source}",
         "Units: SI (m, kg, s, Pa, rad) unless a name says otherwise.",
         "",
-        "Calibrated (value [interval]) and what was converted:",
+        (
+            "Values below: the one set with the highest joint probability, since"
+            " medians, each by itself, need not fit together. In brackets each"
+            " parameter alone (median, 95 % interval) and how far to trust it."
+        ),
         *_pair_lines(f"{c.seed.name} on {c.wall.name}", c.on_wall),
         *_pair_lines(f"{c.seed.name} on {c.seed.name}", c.on_seed),
         f"  rolling friction as calibrated means: {MEANING[c.rolling]}",
@@ -96,7 +101,8 @@ def _pair_lines(who: str, pair: Pair) -> list[str]:
 
 
 def _text(number: Number) -> str:
-    return f"{number.value:.6g} [{number.low:.6g}, {number.high:.6g}]"
+    alone = with_interval(number.alone, number.low, number.high)
+    return f"{number.value:.6g} [{alone}; {number.status}]"
 
 
 def _solid_line(solid: Solid) -> str:

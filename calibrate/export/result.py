@@ -14,11 +14,17 @@ from benchtwin.calibrate.export.conventions import GIVEN, Solid, rolling_frictio
 
 @dataclass(frozen=True)
 class Number:
-    """A calibrated value and its interval, dimensionless."""
+    """A calibrated parameter, dimensionless.
+
+    value: in the set of all parameters that is most probable together, which is what an
+    engine gets; alone: its median, with the interval low to high; status: how far to
+    trust it, in words."""
 
     value: float
+    alone: float
     low: float
     high: float
+    status: str
 
 
 @dataclass(frozen=True)
@@ -141,18 +147,34 @@ def _parameter(content: Any, name: str, kind: str, file: str) -> Number:
     unit = _take(content, f"{where}.unit", file, 'the unit "1": it has no dimension')
     if unit != "1":
         raise ValueError(f'{file}: {where}.unit = {unit!r}: must be "1"')
-    value = _number(content, f"{where}.value", file, holds)
-    if not low <= value <= high or (kind == "restitution" and value == 0.0):
-        raise ValueError(f"{file}: {where}.value = {value:g}: must be {holds}")
+    value, alone = (
+        _number(content, f"{where}.{key}", file, holds)
+        for key in ("most_probable_set", "value")
+    )
+    for key, v in (("most_probable_set", value), ("value", alone)):
+        if not low <= v <= high or (kind == "restitution" and v == 0.0):
+            raise ValueError(f"{file}: {where}.{key} = {v:g}: must be {holds}")
     of = "end of the value's interval, a number"
     least = _number(content, f"{where}.low", file, f"the low {of}")
     most = _number(content, f"{where}.high", file, f"the high {of}")
-    if not least <= value <= most:
+    if not least <= alone <= most:
         raise ValueError(
             f"{file}: {where}: the interval {least:g} to {most:g} does not hold the"
-            f" value {value:g}"
+            f" value {alone:g}"
         )
-    return Number(value, least, most)
+    status, remark = (
+        _line(content, f"{where}.{key}", file) for key in ("status", "remark")
+    )
+    said = f"{status}: {remark}" if remark else status
+    return Number(value, alone, least, most, said)
+
+
+def _line(content: Any, path: str, file: str) -> str:
+    """One line of text at a dotted path."""
+    text = _take(content, path, file, "one line of text")
+    if not isinstance(text, str) or not (text.isprintable() or text == ""):
+        raise ValueError(f"{file}: {path} = {text!r}: must be one line of text")
+    return text
 
 
 def _solid(content: Any, who: str, file: str) -> Solid:

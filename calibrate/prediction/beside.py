@@ -9,8 +9,8 @@ from scipy import stats
 
 from benchtwin.bench.rigs import variant_of
 from benchtwin.calibrate.prediction.predict import (
-    MEAN,
     QUANTITIES,
+    SET,
     UNITS,
     Prediction,
     digits,
@@ -138,7 +138,7 @@ def _compared(found: Prediction, seen: Measured, quantity: str) -> Comparison:
     own, shared = _reading_errors(found.rig, seen, quantity)
     errors, note = shared**2 + own**2 / n, ""
     if n > 1:
-        runs = found.runs.loc[found.runs["kind"].eq(MEAN), quantity].dropna()
+        runs = found.runs.loc[found.runs["kind"].eq(SET), quantity].dropna()
         variance = values.var(ddof=1)
         ratio = variance / (runs.var(ddof=1) + own**2)
         if stats.f.sf(ratio, n - 1, len(runs) - 1) < APART_P:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.calibrate.procedure.calibration import CALIBRATED
 from benchtwin.calibrate.procedure.rigs import (
     ASSUMED,
     PARAMETERS,
@@ -21,11 +22,13 @@ LIMITS = (0.0, 5.0)  # of a contact parameter: beyond them it is another column
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """draws: (n, 6) of all PARAMETERS, natural units; described: the lot's [seed] and
-    [air]; rolling: the rolling friction's convention; notes: sentences on what a
-    prediction from it assumes."""
+    """draws: (n, 6) of all PARAMETERS, natural units; most_probable: the set of them
+    with the highest joint density; described: the lot's [seed] and [air]; rolling: the
+    rolling friction's convention; notes: sentences on what a prediction from it
+    assumes."""
 
     draws: pd.DataFrame
+    most_probable: dict[str, float]
     described: dict
     rolling: str
     notes: tuple[str, ...]
@@ -52,15 +55,16 @@ def read_posterior(folder: Path) -> Kept:
         content = json.loads(file.read_text(encoding="utf8"))
         rolling, mode = content["conventions"]["rolling"], content["mode"]
         bench, refused = (content[k] for k in ("bench", "not_calibrated"))
-        pile = content[PILE.name]
+        stated = {n: dict(row) for n, row in content["parameters"].items()}
+        at = {n: float(row["most_probable_set"]) for n, row in stated.items()}
         options = dict(content["options"])
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"{file}: not a calibration's result: {error!r}") from error
-    if pile is None:
+    if not set(SEED_FACTORS) <= set(at):
         why = refused.get(PILE.name, "no pile was recorded")
         raise ValueError(
-            f"{file}: no pile was calibrated ({why}), so nothing is known of seed on"
-            " seed, and nothing can be predicted"
+            f"{file}: no rig of many seeds was calibrated ({why}), so nothing is known"
+            " of seed on seed, and nothing can be predicted"
         )
     if "described" not in bench:
         raise ValueError(
@@ -72,6 +76,11 @@ def read_posterior(folder: Path) -> Kept:
         f"{n} was not calibrated: {v:g} is assumed, as in the calibration"
         for n, v in assumed.items()
     ]
+    notes += [
+        f"{n} is {row['status']}; it is drawn over {row['low']:g} to {row['high']:g}"
+        for n, row in stated.items()
+        if row["status"] != CALIBRATED
+    ]
     if mode != "simulated":
         notes.append(
             "calibrated on simulations of another program; predicted with benchtwin's"
@@ -81,7 +90,7 @@ def read_posterior(folder: Path) -> Kept:
             f"calibrated with the engine {options['engine']}; predicted with"
             " benchtwin's own"
         )
-    return Kept(draws, bench["described"], rolling, tuple(notes))
+    return Kept(draws, at | assumed, bench["described"], rolling, tuple(notes))
 
 
 def _draws(file: Path) -> tuple[pd.DataFrame, dict[str, float]]:

@@ -21,7 +21,7 @@ QUANTITIES = {
 }
 UNITS = {column: unit for read in READ.values() for column, (_, unit) in read.items()}
 DECIMALS = {"s": 3}  # worth printing, where it is not one
-DRAWN, MEAN = "posterior draw", "posterior mean"
+DRAWN, SET = "posterior draw", "most probable set"
 # share of the runs: with fewer, those that failed could decide the answer
 LEAST_USABLE = 0.75
 
@@ -29,7 +29,7 @@ LEAST_USABLE = 0.75
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """rig; of: {quantity: Predictive}, each in its unit; runs: a row a run: kind (DRAWN
-    or MEAN), parameters, quantities, seconds where known; notes."""
+    or SET), parameters, quantities, seconds where known; notes."""
 
     rig: str
     of: dict[str, Predictive]
@@ -49,13 +49,13 @@ def predict(
     measured: bool = False,
 ) -> Prediction:
     """Run the rig once at each of `draws` posterior draws, and `packings` times at the
-    posterior's mean, each with its own packing.
+    most probable set, each with its own packing.
 
     measured: read off the pictures, not off the simulation itself.
     Raises ValueError where `predictive` does, SimulationFailed where too many runs gave
     nothing."""
     drawn = kept.some(draws, seed).assign(kind=DRAWN)
-    middle = pd.DataFrame([kept.draws.mean()] * packings).assign(kind=MEAN)
+    middle = pd.DataFrame([kept.most_probable] * packings).assign(kind=SET)
     runs = pd.concat([drawn, middle], ignore_index=True)
     values = runs[list(PARAMETERS)].astype(float).to_dict("records")
     places = [*range(draws), *range(packings)]
@@ -70,7 +70,7 @@ def predict(
         notes += [line for line in lost if line not in notes]
         runs[quantity] = table[column].where(there).astype(float)
         good = runs[there]
-        seen = (good.loc[good["kind"] == k, quantity] for k in (DRAWN, MEAN))
+        seen = (good.loc[good["kind"] == k, quantity] for k in (DRAWN, SET))
         of[quantity] = predictive(*seen)
     told = {n: table[n] for n in ("seconds", "key") if n in table}
     return Prediction(rig, of, runs.assign(**told), tuple(notes))

@@ -47,18 +47,17 @@ def _steel_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
 def _pile_runs(c: Calibration, printed: Calibration) -> Iterator[tuple]:
     """Groups of the path, then the design's points; several runs of a point as their
     mean."""
-    if c.pile is None or printed.pile is None:
+    if c.surface is None or printed.surface is None:
         return
-    piles = (c.pile, printed.pile)
-    if c.pile.path is not None and printed.pile.path is not None:
-        paths = (c.pile.path.errors, printed.pile.path.errors)
+    fits = (c.surface, printed.surface)
+    if c.surface.path is not None and printed.surface.path is not None:
+        paths = (c.surface.path.errors, printed.surface.path.errors)
         ours, theirs = (p.set_index("group")[PILE.response] for p in paths)
-        n = c.options["effort"]["path"]
         for group, tabulated in theirs.items():
             if group in ours.index:
-                found = ours[group], float("nan"), n
+                found = ours[group], float("nan"), 1
                 yield "path", f"group {group:g}", "deg", tabulated, *found
-    ours, theirs = (_points(p.design, list(printed.pile.box.names)) for p in piles)
+    ours, theirs = (_points(f.design, list(printed.surface.box.names)) for f in fits)
     for at, row in theirs.iterrows():
         if at in ours.index:
             where, found = ", ".join(f"{v:g}" for v in at), ours.loc[at]
@@ -77,18 +76,23 @@ def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
     publication = published(folder / "published.toml")
     ours = []
     rows: list[tuple[object, ...]] = []
+    verified = {o.split(": ")[0]: v for o, v in reversed(c.verified.items())}
     for n in (n for n in c.steel if n in printed.steel):
-        ours.append(check_steel(c.steel[n], c.bench.rigs[n], publication.get(n, {})))
-        values = printed.steel[n].inverse.value, c.steel[n].inverse.value
+        both, keys = (printed.steel[n], c.steel[n]), publication.get(n, {})
+        ours.append(check_steel(both[1], c.bench.rigs[n], keys, verified.get(n)))
+        values = (fit.equation.at(fit.bench.value) for fit in both)
         rows.append((f"{n}: parameter", *values))
-    if c.pile is not None and printed.pile is not None:
-        levels = levels_table(folder / "levels.csv")
-        ours.append(check_pile(c.pile, publication.get(PILE.name, {}), levels)[0])
-        points = printed.pile.optimum.point, c.pile.optimum.point
-        for f in c.pile.box.names:
-            rows.append((f"pile: optimum, {f}", *(point[f] for point in points)))
-        if c.pile.path is not None and printed.pile.path is not None:
-            groups = printed.pile.path.group, c.pile.path.group
+    if c.surface is not None and printed.surface is not None:
+        levels, keys = (
+            levels_table(folder / "levels.csv"),
+            publication.get(PILE.name, {}),
+        )
+        ours.append(check_pile(c.surface, keys, levels, verified.get(PILE.name))[0])
+        fits = (printed.surface, c.surface)
+        for f in c.surface.box.names:
+            rows.append((f"pile: optimum, {f}", *(s.optimum.point[f] for s in fits)))
+        groups = [s.path.group for s in fits if s.path is not None]
+        if len(groups) == len(fits):
             rows.append(("pile: nearest group of the path", *groups))
     answers = pd.DataFrame(rows, columns=["item", "on_the_tables", "simulated"])
     again = pd.concat(ours)[["item", "recomputed"]].drop_duplicates("item")

@@ -14,28 +14,22 @@ QUICKLY = "a quick calibration: fewer repeats and piles than usual, so wider int
 @dataclass(frozen=True)
 class Effort:
     """levels: values a seed–steel parameter is simulated at; repeats: runs of each;
-    verify: verification runs of a rig; path: piles a group of the ascent; noise: piles
-    of one point that tell the packing noise; design: the piles' second-order design,
-    "box-behnken" or "central-composite" (face-centred); centre: its centre points;
-    most: largest number of replicates a design point gets; more: most piles beyond the
-    design; piles: verification piles; power: with which main effects are to be found;
-    slab, fill_mm: width and filling of the slice that stands for the bench's pile, None
-    for the pile as described; draws: effective ones from the posterior; unrecorded:
-    whether rigs that the bench has not recorded are simulated too, to tell what they
-    would add."""
+    design: runs of a rig that tells of seed on seed, over the whole range; more: most
+    of them beyond the design; check: runs of each rig at the most probable set;
+    surface: whether the piles follow the steps of a publication (steepest ascent,
+    Box–Behnken), with so many runs at the centre; slab, fill_mm: width and filling of
+    the slice that stands for the bench's pile, None for the pile as described; draws:
+    effective ones from the posterior; unrecorded: whether rigs that the bench has not
+    recorded are simulated too, to tell what they would add."""
 
     name: str
     levels: int = 6
     repeats: int = 8
-    verify: int = 10
-    path: int = 1
-    noise: int = 5
-    design: str = "box-behnken"
-    centre: int = 5
-    most: int = 2
+    design: int = 40
     more: int = 16
-    piles: int = 10
-    power: float = 0.80
+    check: int = 8
+    surface: bool = False
+    centre: int = 5
     slab: float | None = SLAB_MM
     fill_mm: float = FILL_MM
     draws: int = 1000
@@ -52,6 +46,4 @@ class Effort:
 
 
 FULL = Effort("full")
-QUICK = Effort(
-    "quick", levels=5, repeats=4, verify=5, noise=3, centre=3, most=1, more=8, piles=3
-)
+QUICK = Effort("quick", levels=5, repeats=4, design=24, more=8, check=4, centre=3)

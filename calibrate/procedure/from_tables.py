@@ -14,17 +14,11 @@ import pandas as pd
 from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.bench import RigReadings, bench_of
 from benchtwin.calibrate.procedure.calibration import Calibration
-from benchtwin.calibrate.procedure.pile import PileFit, fit_pile
 from benchtwin.calibrate.procedure.published import check_pile, check_steel
 from benchtwin.calibrate.procedure.published_keys import checked
 from benchtwin.calibrate.procedure.rigs import PILE, STEEL
-from benchtwin.calibrate.procedure.steel import (
-    ANSWERS,
-    SteelFit,
-    answer_row,
-    fit_beyond,
-    fit_steel,
-)
+from benchtwin.calibrate.procedure.steel import SteelFit, fit_steel
+from benchtwin.calibrate.procedure.surface import SurfaceFit, angle_alone, fit_pile
 from benchtwin.calibrate.procedure.tables import (
     design_table,
     levels_box,
@@ -34,8 +28,7 @@ from benchtwin.calibrate.procedure.tables import (
     steel_table,
 )
 from benchtwin.calibrate.statistics.ascent import choose_centre
-from benchtwin.calibrate.statistics.inversion import Inverse, OutsideRange
-from benchtwin.calibrate.statistics.replicates import Noise, packing_noise
+from benchtwin.calibrate.statistics.equation import fit_equation
 from benchtwin.twin.bench_folder import Observed
 
 
@@ -50,47 +43,47 @@ def calibrate_tables(folder: Path | Observed, *, seed: int = 1) -> Calibration:
         raise FileNotFoundError(f"{tables}: not there; --tables needs {needed} in it")
     printed = published(tables / "published.toml")
     bench = bench_of(folder, trimmed(printed))
-    rng = np.random.default_rng(seed)
     found = Calibration.of("tables", bench, seed, {"tables": str(tables)})
     found = replace(found, title=printed.get("title", ""))
     for name in (n for n in STEEL if n in bench.rigs):
-        found = _steel_rig(found, tables, name, printed.get(name, {}), rng)
+        found = _steel_rig(found, tables, name, printed.get(name, {}))
     if PILE.name in bench.rigs:
-        found = _pile_rig(found, tables, printed.get(PILE.name, {}), rng)
-    return found.joined(rng)
+        found = _pile_rig(found, tables, printed.get(PILE.name, {}))
+    return replace(found.joined(np.random.default_rng(seed)), finished=True)
 
 
 def _steel_rig(
-    found: Calibration,
-    tables: Path,
-    name: str,
-    printed: dict,
-    rng: np.random.Generator,
+    found: Calibration, tables: Path, name: str, printed: dict
 ) -> Calibration:
     """With a seed–steel rig's table fitted, and what was printed of it checked."""
-    readings = found.bench.rigs[name]
-    rig, file = STEEL[name], tables / f"{name}.csv"
-    found = found.trying(name, lambda: _steel(rig, readings, file, printed, rng))
+    readings, rig = found.bench.rigs[name], STEEL[name]
+    file = tables / f"{name}.csv"
+    found = found.trying(
+        name, lambda: found.with_steel(name, _steel(rig, readings, file))
+    )
     if (fit := found.steel.get(name)) is None:
         return found
     with naming(tables / "published.toml"):
         return found.checked(check_steel(fit, readings, printed), _outside(fit))
 
 
-def _pile_rig(
-    found: Calibration, tables: Path, printed: dict, rng: np.random.Generator
-) -> Calibration:
+def _pile_rig(found: Calibration, tables: Path, printed: dict) -> Calibration:
     """With the pile's tables fitted, and what was printed of them checked."""
-    readings = found.bench.rigs[PILE.name]
-    found = found.trying(PILE.name, lambda: _pile(readings, tables, printed, rng))
-    if found.pile is None:
-        return found
+    readings, name = found.bench.rigs[PILE.name], PILE.name
+
+    def fitted() -> Calibration:
+        fit = _pile(readings, tables, printed)
+        return replace(found, surface=fit).with_seeds(name, angle_alone(fit))
+
+    done = found.trying(name, fitted)
+    if done.surface is None:
+        return done
     try:
         with naming(tables / "published.toml"):
             levels = levels_table(tables / "levels.csv")
-            return found.checked(*check_pile(found.pile, printed, levels))
+            return done.checked(*check_pile(done.surface, printed, levels))
     except (ValueError, FileNotFoundError) as error:
-        return found.without(PILE.name, error)
+        return found.without(name, error)
 
 
 def published(file: Path) -> dict:
@@ -114,53 +107,40 @@ def trimmed(printed: dict) -> dict[str, int]:
     }
 
 
-def _steel(
-    rig: ByCurve,
-    readings: RigReadings,
-    file: Path,
-    printed: dict,
-    rng: np.random.Generator,
-) -> SteelFit:
-    """As the paper fits it, unweighted; the monotone curve weighs rows by their printed
-    sds."""
-    mean, rows, stated = readings.mean(), steel_table(file, rig), readings.description
-    if rig.sd in rows and "repeats" in printed:
-        rows = rows.assign(repeats=printed["repeats"])
-    elif rig.sd in rows:
-        rows = rows.drop(columns=rig.sd)
+def _steel(rig: ByCurve, readings: RigReadings, file: Path) -> SteelFit:
+    """The table's rows with the publication's curve through them, and what they say of
+    the bench's mean."""
+    readings.mean()  # what cannot be used is refused first
+    rows = steel_table(file, rig)
     with naming(file):
-        fit = fit_steel(rig, rows, mean, rng=rng, description=stated, weighted=False)
-    if fit.by == "polynomial":
-        return fit
-    beyond: Inverse | OutsideRange
-    try:
-        beyond = fit_beyond(rig, rows, fit.bench)
-    except OutsideRange as error:
-        beyond = error
-    row = answer_row("polynomial, a little beyond its rows", beyond)
-    more = pd.DataFrame([row], columns=ANSWERS)
-    return replace(fit, answers=pd.concat([fit.answers, more], ignore_index=True))
+        fit_equation(rows, rig.parameter, rig.response, rig.degree)
+        fit = fit_steel(rig, rows, readings, rows)
+        if not fit.reached:
+            raise ValueError(
+                f"no {rig.parameter} of its rows gives the bench's"
+                f" {fit.bench.value:.4g} {rig.unit}"
+            )
+    return fit
 
 
 def _outside(fit: SteelFit) -> list[str]:
-    """A polynomial that does not reach the bench's mean within its own rows, said with
-    its end."""
-    if fit.by == "polynomial":
+    """A curve that does not reach the bench's mean within its own rows, said with its
+    end."""
+    curve = fit.equation
+    if curve.low <= curve.at(fit.bench.value) <= curve.high:
         return []
-    x = np.array([fit.polynomial.low, fit.polynomial.high])
-    ends = fit.polynomial.mean(x)
+    x = np.array([curve.low, curve.high])
+    ends = curve.mean(x)
     near = int(np.argmin(abs(ends - fit.bench.value)))
     return [
         f"{fit.rig.equation} gives {ends[near]:.4g} {fit.rig.unit} at its end"
         f" {fit.rig.parameter} = {x[near]:g}, the bench's mean is"
         f" {fit.bench.value:.4g} {fit.rig.unit}: it has no answer within its own rows;"
-        f" the {fit.by} answers {fit.inverse.value:.4f}"
+        f" followed beyond them it answers {curve.at(fit.bench.value):.4f}"
     ]
 
 
-def _pile(
-    readings: RigReadings, tables: Path, printed: dict, rng: np.random.Generator
-) -> PileFit:
+def _pile(readings: RigReadings, tables: Path, printed: dict) -> SurfaceFit:
     """As the paper fits it: unweighted, every pile on a packing of its own."""
     box, file = levels_box(tables / "levels.csv"), tables / "design.csv"
     design = design_table(file, box)
@@ -173,10 +153,10 @@ def _pile(
             )
         notes.append(
             "one bench pile: its scatter is taken to be that of the simulated piles at"
-            f" the centre, {noise.sd:.2g}° on {noise.df} degrees of freedom"
+            f" the centre, {noise[0]:.2g}° on {noise[1]:g} degrees of freedom"
         )
-    mean = readings.mean(other=(noise.sd, float(noise.df)) if noise else None)
-    path, walked, sd = None, tables / "path.csv", noise.sd if noise else 0.0
+    mean = readings.mean(other=noise)
+    path, walked, sd = None, tables / "path.csv", noise[0] if noise else 0.0
     if walked.is_file():
         steps = path_table(walked)
         with naming(walked):
@@ -184,15 +164,18 @@ def _pile(
                 steps, PILE.response, mean.value, box.names, noise_sd=sd
             )
     with naming(file):
-        fit = fit_pile(design, box, mean, rng=rng, near=printed.get("optimum"))
-    return replace(fit, path=path, noise=noise, notes=(*notes, *fit.notes))
+        fit = fit_pile(design, box, mean, near=printed.get("optimum"))
+    return replace(fit, path=path, notes=(*notes, *fit.notes))
 
 
-def _noise(design: pd.DataFrame, factors: tuple[str, ...]) -> Noise | None:
-    """Scatter of piles with the same parameters, from points that were run more than
-    once."""
-    point = design[list(factors)].astype(str).agg(" ".join, axis=1)
-    try:
-        return packing_noise(design.assign(point=point), PILE.response, point="point")
-    except ValueError:
+def _noise(
+    design: pd.DataFrame, factors: tuple[str, ...]
+) -> tuple[float, float] | None:
+    """Scatter of piles with the same parameters and its degrees of freedom, from points
+    that were run more than once; None where there are none or they do not scatter."""
+    y = design[PILE.response]
+    within = y - y.groupby([design[f] for f in factors]).transform("mean")
+    free = len(design) - len(design[list(factors)].drop_duplicates())
+    if free < 1 or not within.any():
         return None
+    return float(np.sqrt((within**2).sum() / free)), float(free)

@@ -6,33 +6,47 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.tells import BySurface
-from benchtwin.calibrate.procedure.pile_surrogate import (
+from benchtwin.calibrate.procedure.observed import (
     PileObservables,
     correlation_of,
-    surface_through,
+    surrogate_of,
 )
 from benchtwin.calibrate.procedure.rigs import BESIDE, PILE
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.next_test import BenchTest, what_next
 from benchtwin.calibrate.statistics.posterior import Posterior
-from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface, shrink
+from benchtwin.calibrate.statistics.surrogate import Surrogate
 
 MINUTES = 20.0  # of a rig's test: an afternoon's repeats
 MOST_SAID = 3  # tests, each together with those said before it
 LEAST_GAIN = 0.01  # of the variance, for a test to be worth a word
 
 
-def recorded_test(name: str, seen: PileObservables) -> BenchTest | None:
-    """More of what the bench has recorded already."""
-    surfaces = [
-        o.surrogate
-        for o in seen.observables
-        if isinstance(o.surrogate, ShrinkageSurface)
-    ]
-    if not surfaces or len(surfaces) < len(seen.observables):
-        return None
+def recorded_tests(name: str, seen: PileObservables) -> list[BenchTest]:
+    """More of what the bench has recorded already; and what a bench can state of the
+    same recordings, and this one does not."""
     rig = PILE if name == PILE.name else BESIDE[name]
-    return _test(rig, surfaces, seen.correlation)
+    surrogates = seen.surrogates
+    tests = [_more(rig, surrogates, seen.correlation)]
+    steel = _steel_of(seen, surrogates)
+    # weights of a slice are not the bench's
+    for column in (*rig.rig.readings, *(rig.rig.weighed if seen.alike else ())):
+        told = column in seen.used
+        through = None if told else surrogate_of(seen.runs, column, seen.box, steel)
+        if through is not None:
+            what = column.rsplit("_", 1)[0].replace("_", " ")
+            runs = seen.bench.n
+            noise = np.array([[through[0].noise_sd ** 2 / runs]])
+            named = f"the {what} of the {rig.in_plural} that are recorded already"
+            tests.append(BenchTest(named, (through[0],), noise, runs, 0.0))
+    return tests
+
+
+def _steel_of(seen: PileObservables, surrogates: Sequence[Surrogate]) -> Box | None:
+    """What varied along in the runs."""
+    wide = surrogates[0].box
+    ranges = {n: wide.range(n) for n in wide.names if n not in seen.box.names}
+    return Box.of(ranges) if ranges else None
 
 
 def unrecorded_test(
@@ -40,26 +54,22 @@ def unrecorded_test(
 ) -> BenchTest | None:
     """What the bench has none of, from simulated runs of it; None where they show
     nothing."""
-    wide, surfaces, errors = box.with_factors(steel), [], {}
+    surrogates, errors = [], {}
     for column in (*rig.rig.readings, *rig.rig.weighed):
-        source = column if column in runs else f"true_{column}"
-        if source not in runs or runs[source].nunique() < 2:
-            continue
-        there = runs[runs[source].notna()]
-        through, _ = surface_through(there, source, wide, len(box.names), None)
-        surfaces.append(shrink(through))
-        errors[column] = pd.Series(surfaces[-1].residuals, index=there.index)
-    return _test(rig, surfaces, correlation_of(errors)) if surfaces else None
+        if (through := surrogate_of(runs, column, box, steel)) is not None:
+            surrogates.append(through[0])
+            errors[column] = through[1]
+    return _more(rig, surrogates, correlation_of(errors)) if surrogates else None
 
 
-def _test(
-    rig: BySurface, surfaces: Sequence[ShrinkageSurface], correlation: pd.DataFrame
+def _more(
+    rig: BySurface, surrogates: Sequence[Surrogate], correlation: pd.DataFrame
 ) -> BenchTest:
-    sd = np.array([s.noise_sd for s in surfaces])
+    sd = np.array([s.noise_sd for s in surrogates])
     scatter = np.outer(sd, sd) * correlation.to_numpy()
     runs = max(int(MINUTES // rig.minutes), 1)
-    name, minutes = f"more {rig.in_plural}", runs * rig.minutes
-    return BenchTest(name, tuple(surfaces), scatter / runs, runs, minutes)
+    name, minutes = f"{runs} more {rig.in_plural}", runs * rig.minutes
+    return BenchTest(name, tuple(surrogates), scatter / runs, runs, minutes)
 
 
 def next_tests(
@@ -70,12 +80,12 @@ def next_tests(
 ) -> pd.DataFrame:
     """What each test would leave of the factors `of`: `MINUTES` more of those that the
     bench has recorded, and `others`."""
-    own = [recorded_test(name, one) for name, one in seen.items()]
+    own = [test for name, one in seen.items() for test in recorded_tests(name, one)]
     known = set(posterior.draws.columns)
     tests = [
         test
         for test in (*own, *others)
-        if test is not None and all(set(s.box.names) <= known for s in test.surrogates)
+        if all(set(s.box.names) <= known for s in test.surrogates)
     ]
     return what_next(posterior, tests, of) if tests else pd.DataFrame()
 
@@ -88,13 +98,24 @@ def worth_it(tests: pd.DataFrame) -> pd.DataFrame:
     return picked[gain > LEAST_GAIN]
 
 
+def gain_in_words(variance_left: float, *, with_others: bool) -> str:
+    """What a test is expected to do to the intervals, a share of the variance being
+    left."""
+    narrower = 1 - float(np.sqrt(variance_left))
+    also = " together with the tests above" if with_others else ""
+    return (
+        f"expected to make the intervals of the seed–seed parameters {narrower:.0%}"
+        f" narrower{also}"
+    )
+
+
 def in_words(tests: pd.DataFrame) -> list[str]:
     """A sentence on each of the first tests that are worth adding."""
     if tests.empty:
         return []
     return [
-        f"next: {row.test}, {row.runs} in {row.minutes:.0f} min, would leave"
-        f" {row.variance_left_after:.0%} of the variance of the seed–seed parameters"
-        + (" with what stands above" if k else "")
+        f"worth adding: {row.test}"
+        + (f" (about {row.minutes:.0f} min)" if row.minutes else "")
+        + f", {gain_in_words(row.variance_left_after, with_others=k > 0)}"
         for k, row in enumerate(worth_it(tests).head(MOST_SAID).itertuples())
     ]

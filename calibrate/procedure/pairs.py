@@ -1,12 +1,11 @@
 """The answer shown: of every calibrated rig one recording of the bench beside the twin
-at the calibrated parameters."""
+at the most probable set of parameters."""
 
 from collections.abc import Callable
-from dataclasses import fields
 from pathlib import Path
 
 from benchtwin.bench.rigs import RIGS
-from benchtwin.calibrate.procedure.calibration import Calibration, parameters
+from benchtwin.calibrate.procedure.calibration import Calibration
 from benchtwin.calibrate.procedure.effort import Effort
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.twin import Parameters
@@ -26,11 +25,9 @@ def pairs(
     nearest the bench's mean is taken; the twin of it is run into `out`, or read from
     there. Recordings of readings alone have nothing to show and are passed over."""
     found, why = [], []
-    values = parameters(c).set_index("parameter")["value"]
-    known = {f.name for f in fields(Parameters)}
-    at = Parameters(**{n: float(v) for n, v in values.items() if n in known})
+    at = Parameters(**c.most_probable)
     entries = recordings(c.bench.observed)
-    for rig in (*c.steel, *((PILE.name,) if c.pile is not None else ())):
+    for rig in (*c.steel, *(n for n in c.seeds if n == PILE.name)):
         recording = _nearest(c, rig, entries)
         if recording is None:
             continue

@@ -17,26 +17,21 @@ from benchtwin.calibrate.statistics.box import Box
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PileStage:
-    """What the simulations of the piles, or of `rig` beside them, need. fixed:
-    seed–steel parameters; ranges: of the factors, for the path; path: one that is
-    prescribed, group and the factors; levels: a box that is prescribed instead of the
-    path's; near: the point of the sheet to report; steel: seed–steel parameters that
-    vary along in the design; steel_found: their (value, sd) from their own rigs;
-    left_open: keys of the rig's section that vary along with them; notes: where another
-    pile is simulated than the bench's."""
+    """What the simulations of the piles, or of another `rig`, need. readings: of the
+    bench, None where it has none; fixed: seed–steel parameters; box: of the seed–seed
+    ones; steel: seed–steel parameters that vary along; steel_found: their (value, sd)
+    from their own rigs; left_open: keys of the rig's section that vary along with them;
+    notes: where another pile is simulated than the bench's."""
 
-    readings: RigReadings
+    readings: RigReadings | None
     fixed: dict[str, float]
     description: dict
     simulate: Simulator
     effort: Effort
     seed: int
-    ranges: dict[str, tuple[float, float]]
-    levels: Box | None = None
-    near: dict[str, float] | None = None
+    box: Box
     steel: Box | None = None
     steel_found: dict[str, tuple[float, float]] = field(default_factory=dict)
-    path: pd.DataFrame | None = None
     notes: tuple[str, ...] = ()
     rig: BySurface = PILE
     left_open: Mapping[str, Believed] = field(default_factory=dict)
@@ -64,6 +59,11 @@ class PileStage:
         return not self.notes
 
     @property
+    def wide(self) -> Box:
+        """All that varies: seed–seed parameters first."""
+        return self.box.with_factors(self.steel)
+
+    @property
     def middle(self) -> dict[str, float]:
         """Seed–steel parameters of piles that do not vary them."""
         if self.steel is None:
@@ -73,7 +73,7 @@ class PileStage:
     def values(self, points: pd.DataFrame) -> pd.DataFrame:
         """All parameters, a row a row of `points`: those that it names, in natural
         units, the others in the middle."""
-        known = [n for n in (*self.ranges, *self.fixed) if n in points]
+        known = [n for n in (*self.box.names, *self.fixed) if n in points]
         values = points[known].reset_index(drop=True)
         rest = {n: v for n, v in self.middle.items() if n not in values}
         return values.assign(**rest)
@@ -94,10 +94,12 @@ class PileStage:
         return Run(name, values, rng, described)
 
     def piles(
-        self, points: pd.DataFrame, packings: np.ndarray
+        self, points: pd.DataFrame, first: int
     ) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """The table of these runs; and of those that were measured parameters, runs and
-        packing, which is what a surface is laid through."""
+        """The table of these runs, on packings numbered from `first`; and of those that
+        were measured parameters, runs and packing, which is what a surface is laid
+        through."""
+        packings = first + np.arange(len(points))
         table = self.simulate(self.runs(points, packings)).reset_index(drop=True)
         there = table["status"].eq("done")
         done = pd.concat([self.values(points), table], axis=1)[there]

@@ -5,10 +5,11 @@ import pandas as pd
 
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.calibration import FOLLOWS
-from benchtwin.calibrate.procedure.pile import PileFit
 from benchtwin.calibrate.procedure.rigs import PILE
 from benchtwin.calibrate.procedure.steel import SteelFit
+from benchtwin.calibrate.procedure.surface import SurfaceFit
 from benchtwin.calibrate.statistics.ascent import check_published, relative_error
+from benchtwin.calibrate.statistics.bench import Verification
 from benchtwin.calibrate.statistics.optimum import stand
 from benchtwin.calibrate.statistics.published_values import compare, flatten
 
@@ -18,31 +19,39 @@ SAME_SHARE = 5e-4  # contributions are printed to three decimals
 VERIFICATION = "relative error of the verification (%)"
 
 
-def check_steel(fit: SteelFit, readings: RigReadings, printed: dict) -> pd.DataFrame:
+def check_steel(
+    fit: SteelFit,
+    readings: RigReadings,
+    printed: dict,
+    verified: Verification | None = None,
+) -> pd.DataFrame:
     """Printed values of a rig beside the recomputed ones: columns of `printed.compare`,
-    items named "drop: …"."""
-    rig, polynomial = fit.rig, fit.polynomial
-    powers = POWERS[: polynomial.coefficients.size][::-1]
+    items named "drop: …". verified: by simulations of our own, else as printed."""
+    rig, curve = fit.rig, fit.equation
+    powers = POWERS[: curve.coefficients.size][::-1]
     ends = (readings.values.min(), readings.values.max())
     direct = [rig.direct(v, readings.description) for v in ends]
     stated = sorted(e for e in direct if e is not None)
     what = f"{rig.parameter.replace('_', ' ')} at the bench"
     recomputed = {
         "bench mean": fit.bench.value,
-        "parameter": fit.inverse.value,
-        f"{rig.equation}, R²": polynomial.r2,
-        **{f"{rig.equation}, {x}": v for x, v in zip(powers, polynomial.coefficients)},
+        "parameter": curve.at(fit.bench.value),
+        f"{rig.equation}, R²": curve.r2,
+        **{f"{rig.equation}, {x}": v for x, v in zip(powers, curve.coefficients)},
         **{
             f"{rig.formula_name}, {which} {what}": v
             for which, v in zip(("least", "greatest"), stated)
         },
-        **_verification(fit, printed),
+        **_verification(fit, printed, verified),
     }
     return _compared(printed.get("printed", {}), recomputed, rig.name)
 
 
 def check_pile(
-    fit: PileFit, printed: dict, levels: pd.DataFrame
+    fit: SurfaceFit,
+    printed: dict,
+    levels: pd.DataFrame,
+    verified: Verification | None = None,
 ) -> tuple[pd.DataFrame, list[str]]:
     """Printed values of the pile beside the recomputed ones, and what the text
     contradicts, as sentences."""
@@ -57,7 +66,7 @@ def check_pile(
         at = stand(fit.surface, optimum, fit.bench.value)
         recomputed["angle at the optimum"] = at.predicted
         recomputed |= {f"optimum, {n}": fit.optimum.point[n] for n in fit.box.names}
-    recomputed |= _verification(fit, printed)
+    recomputed |= _verification(fit, printed, verified)
     tables = [_compared(printed.get("printed", {}), recomputed, where)]
     if "anova" in printed:
         rows = {
@@ -79,17 +88,19 @@ def check_pile(
     return pd.concat(tables, ignore_index=True), _contradictions(fit, printed, levels)
 
 
-def _verification(fit: SteelFit | PileFit, printed: dict) -> dict[str, float]:
-    """Relative error of the fit's own verification, else of the printed one."""
-    if fit.verification is not None:
-        return {VERIFICATION: 100 * fit.verification.relative_error}
+def _verification(
+    fit: SteelFit | SurfaceFit, printed: dict, verified: Verification | None
+) -> dict[str, float]:
+    """Relative error of a verification, ours or else the printed one."""
+    if verified is not None:
+        return {VERIFICATION: 100 * verified.relative_error}
     if "verification" not in printed:
         return {}
     error = relative_error(printed["verification"]["mean"], fit.bench.value)
     return {VERIFICATION: 100 * float(error)}
 
 
-def _contradictions(fit: PileFit, printed: dict, levels: pd.DataFrame) -> list[str]:
+def _contradictions(fit: SurfaceFit, printed: dict, levels: pd.DataFrame) -> list[str]:
     flags = []
     if fit.path is not None and "said_centre" in printed:
         flags += check_published(

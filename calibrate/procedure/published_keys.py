@@ -25,11 +25,10 @@ class _Verification(_Section):
 
 
 class _Rig(_Section):
-    """bench_trimmed: highest and lowest readings left out before; repeats: runs behind
-    a row; printed: item → number."""
+    """bench_trimmed: highest and lowest readings left out before; printed: item →
+    number."""
 
     bench_trimmed: int = Field(default=0, ge=0, le=1000)
-    repeats: int | None = Field(default=None, ge=2, le=1_000_000)
     printed: dict[str, str] = Field(default_factory=dict)
     verification: _Verification | None = None
 

@@ -92,19 +92,20 @@ def steel_question(
 ) -> Question:
     """What to ask of a seed–steel rig: the slope is that of the curve that answered, at
     the answer."""
-    rig, at, curve = fit.rig, fit.inverse.value, fit.surrogate
-    width = STEP * max(curve.high - curve.low, 1e-9)
-    ends = np.clip([at - width, at + width], curve.low, curve.high)
-    low, high = (float(v) for v in curve.mean(ends))
+    rig, at = fit.rig, fixed[fit.rig.parameter]
+    least, most = fit.surrogate.box.range(rig.parameter)
+    width = STEP * (most - least)
+    ends = np.clip([at - width, at + width], least, most)
+    low, high = fit.surrogate.evaluate(ends[:, None])[0]
     return Question(
         rig=rig.name,
         response=rig.response,
         unit=rig.unit,
         parameter=rig.parameter,
         description=description,
-        values={**fixed, rig.parameter: at},
+        values=dict(fixed),
         runs=runs,
-        slope=(high - low) / float(np.ptp(ends)) if np.ptp(ends) > 0 else None,
+        slope=float((high - low) / np.ptp(ends)) if np.ptp(ends) > 0 else None,
     )
 
 

@@ -1,5 +1,5 @@
-"""The procedure with simulations of our own: rig after rig, each with what the earlier
-ones found, then the pile."""
+"""The calibration on simulations of our own: rig after rig, each with what the earlier
+ones found, then all together, and a check of the answer."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field, replace
@@ -8,54 +8,54 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from benchtwin.bench.tells import BySurface
 from benchtwin.calibrate.procedure.bench import bench_of
-from benchtwin.calibrate.procedure.beside_piles import (
-    LEAST_RUNS,
-    simulate_beside,
-    simulate_design,
-)
 from benchtwin.calibrate.procedure.calibration import Calibration
+from benchtwin.calibrate.procedure.check import check_seeds, check_steel
 from benchtwin.calibrate.procedure.effort import FULL, Effort
 from benchtwin.calibrate.procedure.next_tests import unrecorded_test
-from benchtwin.calibrate.procedure.pile_runs import simulate_pile
+from benchtwin.calibrate.procedure.observed import steel_box
 from benchtwin.calibrate.procedure.pile_stage import PileStage
-from benchtwin.calibrate.procedure.pile_surrogate import steel_box
 from benchtwin.calibrate.procedure.rigs import (
     ASSUMED,
     BESIDE,
+    PARAMETERS,
     PILE,
     RANGES,
     SEED_LIMITS,
     STEEL,
 )
+from benchtwin.calibrate.procedure.seed_runs import simulate_design, simulate_seeds
 from benchtwin.calibrate.procedure.shape_effect import (
     pile_question,
     shape_effect,
     steel_question,
 )
-from benchtwin.calibrate.procedure.simulator import Simulator
-from benchtwin.calibrate.procedure.steel_runs import SteelStage, simulate_steel
+from benchtwin.calibrate.procedure.simulator import SimulationFailed, Simulator
+from benchtwin.calibrate.procedure.steel import SteelStage, simulate_steel
+from benchtwin.calibrate.procedure.surface import simulate_surface
+from benchtwin.calibrate.statistics.bench import Verification
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.next_test import BenchTest
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.parameters import said_of
 
+SEEDS = {PILE.name: PILE, **BESIDE}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Prescribed:
     """What may be prescribed. ranges: of the seed–seed factors; priors: {parameter:
-    (mean, sd)}; values: where a seed–steel rig is simulated, by rig; path, levels: the
-    pile's path (group and the factors) and its design's box; steel: where the
-    seed–steel parameters vary along in it; near: the seed–seed point to report;
-    trimmed: how many highest and lowest readings of each rig were left out before;
-    options: what was typed, for the record."""
+    (mean, sd)}; values: where a seed–steel rig is simulated, by rig; path, levels,
+    near: of the steps of a publication (`simulate_surface`); trimmed: how many highest
+    and lowest readings of each rig were left out before; options: what was typed, for
+    the record."""
 
     ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
     priors: dict[str, tuple[float, float]] = field(default_factory=dict)
     values: dict[str, tuple[float, ...]] = field(default_factory=dict)
     path: pd.DataFrame | None = None
     levels: Box | None = None
-    steel: Box | None = None
     near: dict[str, float] | None = None
     trimmed: dict[str, int] = field(default_factory=dict)
     options: dict = field(default_factory=dict)
@@ -91,27 +91,27 @@ def calibrate_simulated(
     bench = bench_of(folder, way.prescribed.trimmed)
     options = {**way.prescribed.options, "effort": asdict(effort)}
     found = Calibration.of("simulated", bench, seed, options).saying(*effort.notes())
-    rng = np.random.default_rng(seed)
     for name in (n for n in STEEL if n in bench.rigs):
         say(f"{name}: {STEEL[name].parameter}")
-        found = steel_rig(found, name, way, rng)
-        so_far(_noted(found))
-    if PILE.name in bench.rigs:
-        say(f"{PILE.name}: seed on seed")
-        found = pile_rig(found, way, rng)
-    for name in (n for n in BESIDE if n in bench.rigs):
+        found = steel_rig(found, name, way)
+        if found.steel:
+            so_far(_noted(found.joined(np.random.default_rng(seed))))
+    for name in (n for n in SEEDS if n in bench.rigs):
         say(f"{name}: seed on seed")
-        found = rig_beside(found, name, way)
+        found = seed_rig(found, name, way)
     others: tuple[BenchTest, ...] = ()
-    if effort.unrecorded and found.pile is not None:
+    if effort.unrecorded and found.seeds:
         say("what would other rigs tell?")
         others = unrecorded(found, way)
-    if bench.seed.get("seed", {}).get("lot") and (found.steel or found.pile):
+    say("all recordings together")
+    rng, priors = np.random.default_rng(seed), way.prescribed.priors
+    found = found.joined(rng, priors=priors, ess=effort.draws, others=others)
+    say("the answer, simulated")
+    found = verified(found, way)
+    if bench.seed.get("seed", {}).get("lot"):
         say("does the seeds' shape matter?")
         found = compare_shapes(found, way)
-    say("all recordings together")
-    draws, priors = effort.draws, way.prescribed.priors
-    return _noted(found.joined(rng, priors=priors, ess=draws, others=others))
+    return replace(_noted(found), finished=True)
 
 
 def checked_ranges(
@@ -135,12 +135,11 @@ def checked_ranges(
     return ranges
 
 
-def steel_rig(
-    found: Calibration, name: str, way: Way, rng: np.random.Generator
-) -> Calibration:
-    """One rig, simulated with the parameters that those before it found."""
+def steel_stage(found: Calibration, name: str, way: Way) -> SteelStage:
+    """What one rig's simulations need, with the parameters that those before it
+    found."""
     readings, rigs = found.bench.rigs[name], list(STEEL)
-    stage = SteelStage(
+    return SteelStage(
         rig=STEEL[name],
         readings=readings,
         fixed=steel_parameters(found, rigs[: rigs.index(name)]),
@@ -150,92 +149,112 @@ def steel_rig(
         seed=found.seed,
         values=way.prescribed.values.get(name),
     )
-    return found.trying(name, lambda: simulate_steel(stage, rng))
 
 
-def pile_stage(found: Calibration, way: Way) -> PileStage:
-    """What the pile's simulations need: all seed–steel parameters, and their ranges."""
-    description, notes = _pile_described(found, way.effort)
-    steel, prescribed = found.on_steel, way.prescribed
+def steel_rig(found: Calibration, name: str, way: Way) -> Calibration:
+    """With what a seed–steel rig gives."""
+    stage = steel_stage(found, name, way)
+    return found.trying(name, lambda: found.with_steel(name, simulate_steel(stage)))
+
+
+def seed_stage(found: Calibration, rig: BySurface, way: Way) -> PileStage:
+    """What the simulations of a rig that tells of seed on seed need: as the bench
+    describes it, else as the rig itself is."""
+    readings = found.bench.rigs.get(rig.name)
+    stated = readings.description if readings is not None else rig.keys
+    section, notes = way.effort.simulated(rig, stated.get(rig.rig.name, {}))
+    steel = found.on_steel
     limits = {rig.parameter: rig.limits for rig in STEEL.values()}
-    return PileStage(
-        readings=found.bench.rigs[PILE.name],
+    box = next(
+        (seen.box for seen in found.seeds.values()),
+        Box.of(checked_ranges(way.prescribed.ranges)),
+    )
+    stage = PileStage(
+        readings=readings,
         fixed=steel_parameters(found),
-        description=description,
+        description=_described(found, {**stated, rig.rig.name: section}),
         simulate=way.simulate,
         effort=way.effort,
         seed=found.seed,
-        ranges=checked_ranges(prescribed.ranges),
-        levels=prescribed.levels,
-        near=prescribed.near,
-        steel=prescribed.steel or steel_box(steel, limits),
+        box=box,
+        steel=steel_box(steel, limits),
         steel_found=steel,
-        path=prescribed.path,
         notes=notes,
+        rig=rig,
+    )
+    # a bench that records one will state all that its page of docs asks for
+    return stage.varying(rig.left_open(section) if readings is not None else {})
+
+
+def seed_rig(found: Calibration, name: str, way: Way) -> Calibration:
+    """With what a rig says of seed on seed; the piles by a publication's steps where
+    these are asked for."""
+    stage, known = seed_stage(found, SEEDS[name], way), tuple(found.seeds.values())
+    found = found.saying(*stage.notes)
+
+    def by_steps() -> Calibration:
+        p = way.prescribed
+        fit, seen = simulate_surface(stage, levels=p.levels, path=p.path, near=p.near)
+        return replace(found, surface=fit).with_seeds(name, seen)
+
+    if way.effort.surface and name == PILE.name:
+        return found.trying(name, by_steps)
+    return found.trying(
+        name, lambda: found.with_seeds(name, simulate_seeds(stage, known))
     )
 
 
-def pile_rig(found: Calibration, way: Way, rng: np.random.Generator) -> Calibration:
-    """The pile, simulated with what the seed–steel rigs found."""
-    stage = pile_stage(found, way)
-    found = found.saying(*stage.notes)
-    return found.trying(PILE.name, lambda: simulate_pile(stage, rng))
-
-
-def rig_beside(found: Calibration, name: str, way: Way) -> Calibration:
-    """A further rig that tells of seed on seed, simulated over the piles' design."""
-    if found.pile is None:
-        why = "its runs are laid over the heaps' design, and no heap was calibrated"
-        return found.without(name, ValueError(why))
-    pile, readings = found.pile, found.bench.rigs[name]
-    stage = replace(_stage_beside(found, name, way), readings=readings)
-    before = (pile.seen,) if pile.seen is not None else ()
-    known = (*before, *found.beside.values())
-    return found.trying(name, lambda: simulate_beside(stage, pile.box, known))
-
-
 def unrecorded(found: Calibration, way: Way) -> tuple[BenchTest, ...]:
-    """Rigs of which the bench has no recording, simulated over the piles' design."""
-    if found.pile is None:
-        return ()
-    tests, box = [], found.pile.box
-    for name in (n for n in BESIDE if n not in found.bench.rigs):
-        stage = _stage_beside(found, name, way)
-        _, runs = simulate_design(stage, box)
-        if len(runs) >= LEAST_RUNS:
-            tests.append(unrecorded_test(stage.rig, runs, box, stage.steel))
+    """Rigs of which the bench has no recording, simulated over the same ranges."""
+    tests = []
+    for rig in (r for n, r in SEEDS.items() if n not in found.bench.rigs):
+        stage = seed_stage(found, rig, way)
+        try:
+            runs = simulate_design(stage)
+        except SimulationFailed:
+            continue
+        tests.append(unrecorded_test(stage.rig, runs, stage.box, stage.steel))
     return tuple(test for test in tests if test is not None)
 
 
-def _stage_beside(found: Calibration, name: str, way: Way) -> PileStage:
-    """The piles' stage for another rig, as the bench describes it, else as the rig
-    itself is."""
-    rig, readings = BESIDE[name], found.bench.rigs.get(name)
-    stated = readings.description if readings is not None else rig.keys
-    section, notes = way.effort.simulated(rig, stated.get(rig.rig.name, {}))
-    described = _described(found, {**stated, rig.rig.name: section})
-    stage = replace(pile_stage(found, way), rig=rig, description=described, notes=notes)
-    # a bench that records one will state all that its page of docs asks for
-    return stage.varying(rig.left_open(section) if readings is not None else {})
+def verified(found: Calibration, way: Way) -> Calibration:
+    """With the most probable set simulated beside the bench."""
+    if way.effort.check < 2 or found.joint is None:
+        return found
+    at = found.joint.posterior.mode | found.most_probable
+    checks: dict[str, Verification] = {}
+    for name, fit in found.steel.items():
+        alone = replace(steel_stage(found, name, way), fixed=_fixed(at, found))
+        checks |= check_steel(alone, fit, at)
+    for name, seen in found.seeds.items():
+        stage = seed_stage(found, SEEDS[name], way)
+        checks |= check_seeds(stage, seen, stage.middle | at)
+    return replace(found, verified=checks)
+
+
+def _fixed(at: dict[str, float], found: Calibration) -> dict[str, float]:
+    """Seed–steel parameters at the answer."""
+    assumed = steel_parameters(found)
+    return {name: at.get(name, assumed[name]) for name in assumed}
 
 
 def compare_shapes(found: Calibration, way: Way) -> Calibration:
     """What simpler seeds than the lot's would have given, where the rigs are simulated
     as they are."""
-    fixed, effort = steel_parameters(found), way.effort
+    at, effort = _fixed(found.most_probable, found), way.effort
     questions = [
         steel_question(
             fit,
             _described(found, found.bench.rigs[name].description),
-            fixed,
-            effort.verify,
+            at,
+            effort.check,
         )
         for name, fit in found.steel.items()
     ]
-    if found.pile is not None:
-        described, _ = _pile_described(found, effort)
-        values = fixed | found.pile.optimum.point
-        questions.append(pile_question(described, values, effort.piles))
+    if PILE.name in found.seeds:
+        stage = seed_stage(found, PILE, way)
+        values = {n: v for n, v in found.most_probable.items() if n in PARAMETERS}
+        questions.append(pile_question(stage.description, at | values, effort.check))
     table = shape_effect(questions, way.simulate, found.seed)
     return found.adding(shape_effect=table)
 
@@ -256,20 +275,12 @@ def _described(found: Calibration, rig: dict) -> dict:
     return {**rig, **({"seed": seed} if seed else {}), **air}
 
 
-def _pile_described(found: Calibration, effort: Effort) -> tuple[dict, tuple[str, ...]]:
-    """Sections of the pile that is simulated, and notes where it is not the bench's
-    own."""
-    stated = found.bench.rigs[PILE.name].description
-    section, notes = effort.simulated(PILE, stated.get(PILE.name, {}))
-    return _described(found, {**stated, PILE.name: section}), notes
-
-
 def _noted(found: Calibration) -> Calibration:
     """With what was assumed: for rigs that gave nothing, and of the lot."""
     assumed = [
         f"{rig.parameter} = {rig.assumed:g} was assumed, because {name} was not"
         " calibrated"
         for name, rig in STEEL.items()
-        if name in found.refused and (found.steel or found.pile)
+        if name in found.refused and (found.steel or found.seeds)
     ]
     return found.saying(*assumed, *said_of(found.bench.seed.get("seed", {})))

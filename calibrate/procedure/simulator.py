@@ -6,10 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from benchtwin.bench.tells import ByCurve
 from benchtwin.calibrate.procedure.rigs import STEEL
 from benchtwin.twin.engine import OWN, Engine
 
@@ -135,13 +133,3 @@ def seed_numbers(seed: int, *words: object) -> tuple[int, ...]:
     """
     text = " ".join(f"{w:.9g}" if isinstance(w, float) else str(w) for w in words)
     return (seed, int.from_bytes(hashlib.sha256(text.encode()).digest()[:4], "little"))
-
-
-def steel_rows(table: pd.DataFrame, rig: ByCurve, values: np.ndarray) -> pd.DataFrame:
-    """A row a value: parameter, mean response, sd of single runs, repeats; from one row
-    a run. Values with fewer than two runs have no sd and are left out."""
-    runs = {rig.parameter: values, rig.response: table[rig.response].to_numpy(float)}
-    by = pd.DataFrame(runs).groupby(rig.parameter)[rig.response]
-    rows = {rig.response: by.mean(), rig.sd: by.std(ddof=1), "repeats": by.count()}
-    found = pd.DataFrame(rows).reset_index()
-    return found[found["repeats"] >= 2].reset_index(drop=True)

@@ -15,7 +15,6 @@ from benchtwin.calibrate.procedure.rigs import (
     SEED_LIMITS,
 )
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.inversion import OutsideRange
 from benchtwin.twin.bench_folder import read_numbers
 
 # the factors of design.csv, in the order of the columns of levels.csv
@@ -91,12 +90,9 @@ def path_table(file: Path) -> pd.DataFrame:
 
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
-    """What is wrong with a table's numbers, with its file; a bench beyond its rows is
-    no mistake in it."""
+    """What is wrong with a table's numbers, with its file."""
     try:
         yield
-    except OutsideRange:
-        raise
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from error
 

@@ -137,7 +137,7 @@ class Verification:
 
 
 def verify(
-    repeats: ArrayLike, bench: BenchMean, *, name: str, alpha: float = 0.05
+    repeats: ArrayLike, bench: BenchMean, *, name: str, alpha: float = 0.01
 ) -> Verification:
     """Compare verification runs with the bench's mean. Raises ValueError with fewer
     than two repeats or a bench value of zero."""

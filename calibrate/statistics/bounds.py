@@ -10,6 +10,7 @@ import numpy as np
 from scipy import stats
 
 EXCLUDED = float(np.exp(-stats.chi2.ppf(0.95, 1) / 2))  # of the largest density
+MOST = 4000  # draws that a density is estimated from
 Ends = tuple[float, float]
 
 
@@ -18,7 +19,8 @@ def open_ends(draws: np.ndarray, limits: Ends) -> frozenset[str]:
 
     The density is a kernel estimate with the draws reflected at both limits.
     """
-    kernel, (low, high) = stats.gaussian_kde(draws), limits
+    thinned = draws[:: max(1, len(draws) // MOST)]
+    kernel, (low, high) = stats.gaussian_kde(thinned), limits
     x = np.linspace(low, high, 201)
     density = kernel(x) + kernel(2 * low - x) + kernel(2 * high - x)
     reached = density[[0, -1]] > EXCLUDED * density.max()

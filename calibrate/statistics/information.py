@@ -18,7 +18,7 @@ import numpy as np
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.posterior import Observable, log_posterior
 from benchtwin.calibrate.statistics.prior import Prior
-from benchtwin.calibrate.statistics.shrinkage import ShrinkageSurface
+from benchtwin.calibrate.statistics.surrogate import Surrogate
 
 # draws at first and at most (a second's work), and effective ones that are enough: sds
 # on 200 are good to 5 %
@@ -69,7 +69,7 @@ def weighted(
 def most_informative(
     candidates: np.ndarray,
     draws: np.ndarray,
-    surfaces: Sequence[tuple[ShrinkageSurface, float]],
+    surfaces: Sequence[tuple[Surrogate, float]],
     names: tuple[str, ...],
     count: int,
 ) -> np.ndarray:
@@ -99,7 +99,7 @@ def most_informative(
 
 
 def _model(
-    surface: ShrinkageSurface, points: np.ndarray, names: tuple[str, ...]
+    surface: Surrogate, points: np.ndarray, names: tuple[str, ...]
 ) -> np.ndarray:
     """The surface's model matrix at points (n, k) whose columns are `names`."""
     columns = [names.index(n) for n in surface.box.names]

@@ -4,17 +4,18 @@ surrogates' errors.
 For one observable with bench mean ȳ and surrogate f̂(θ): ȳ − f̂(θ) ~ t with scale
     √(s_bench² + s_measuring² + var f̂(θ)) and Welch–Satterthwaite degrees of freedom,
 which is the likelihood with the surrogate's coefficients integrated out (they enter
-linearly). var f̂ holds coefficient error and lack of fit (`Surface.variance`); how far
-single piles scatter is in the bench mean's own sd."""
+linearly). How far single piles scatter is in the bench mean's own sd."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import special
-from scipy.sparse import csgraph
+from scipy.optimize import minimize
 
 from benchtwin.calibrate.statistics.bench import BenchMean
 from benchtwin.calibrate.statistics.box import Box
@@ -22,11 +23,12 @@ from benchtwin.calibrate.statistics.prior import Prior
 
 MOST_DF = 1e3  # with so many t is normal to every digit that matters
 REACHED_Z = 3  # beyond it no parameters of the box give the bench's mean
+TIED = 0.5  # correlation: a quarter of the one's variance goes with the other
 SPREAD_OVER = 200  # cells of a grid: sds on fewer are off by more than some per cent
 
 
 class Surrogate(Protocol):
-    """What stands in for the simulation: a `Surface`, or anything with these."""
+    """What stands in for the simulation."""
 
     @property
     def box(self) -> Box: ...
@@ -54,15 +56,15 @@ class Observable:
 class Posterior:
     """Draws from the posterior and how far they are to be believed.
 
-    draws: (n,) rows of the factors, natural units; log_density: (n,) not normalised;
-    r_hat, ess: per factor (NaN on a grid); converged: every r_hat < 1.01 and every ess
-    large enough; tension: per observable at the best draw: observable, bench,
-    predicted, z, reached (|z| < 3: some parameters of the box give it); note: what to
-    say of it."""
+    draws: (n,) rows of the factors, natural units; mode: {factor: value} of the one
+    point with the highest joint density; r_hat, ess: per factor (NaN on a grid);
+    converged: every r_hat < 1.01 and every ess large enough; tension: per observable at
+    the mode: observable, bench, predicted, z, reached (|z| < 3: some parameters of the
+    box give it); note: what to say of it."""
 
     prior: Prior
     draws: pd.DataFrame
-    log_density: np.ndarray
+    mode: dict[str, float]
     r_hat: np.ndarray
     ess: np.ndarray
     converged: bool
@@ -106,8 +108,9 @@ def log_posterior(
 def _correlated_groups(correlation: np.ndarray) -> list[np.ndarray]:
     """Indices of observables whose errors are correlated, directly or through others,
     one array a group."""
-    count, label = csgraph.connected_components(correlation != 0, directed=False)
-    return [np.flatnonzero(label == k) for k in range(count)]
+    steps = np.linalg.matrix_power(correlation != 0, len(correlation))
+    first = steps.argmax(axis=1)  # of each group, whom all of it reach
+    return [np.flatnonzero(first == k) for k in np.unique(first)]
 
 
 def residual(
@@ -129,16 +132,19 @@ def finish(
     log_density: np.ndarray,
     observables: list[Observable],
     prior: Prior,
+    correlation: np.ndarray | None,
     *,
     r_hat: np.ndarray,
     ess: np.ndarray,
     converged: bool,
 ) -> Posterior:
-    """A Posterior from draws (n, k): tension at the best of them, and the note."""
-    best = draws[[np.argmax(log_density)]]
+    """A Posterior from draws (n, k) and their densities (n,): its mode, tension there,
+    and the note."""
+    start = draws[np.argmax(log_density)]
+    best = _highest(start, observables, prior, correlation)
     rows = []
     for o in observables:
-        z, scale, _ = (float(v[0]) for v in residual(best, o, prior))
+        z, scale, _ = (float(v[0]) for v in residual(best[None], o, prior))
         bench, reached = o.bench.value, abs(z) < REACHED_Z
         rows.append((o.name, bench, bench - z * scale, z, reached))
     columns = ["observable", "bench", "predicted", "z", "reached"]
@@ -150,13 +156,33 @@ def finish(
     return Posterior(
         prior=prior,
         draws=pd.DataFrame(draws, columns=list(prior.box.names)),
-        log_density=log_density,
+        mode=dict(zip(prior.box.names, map(float, best))),
         r_hat=r_hat,
         ess=ess,
         converged=bool(converged),
         tension=pd.DataFrame(rows, columns=columns),
         note="; ".join(notes),
     )
+
+
+def _highest(
+    start: np.ndarray,
+    observables: list[Observable],
+    prior: Prior,
+    correlation: np.ndarray | None,
+) -> np.ndarray:
+    """The point (k,) of highest density that is reached uphill from `start`."""
+    box = prior.box
+
+    def minus(coded: np.ndarray) -> float:
+        point = np.clip(box.natural(coded), box.low, box.high)[None]
+        return -float(log_posterior(point, observables, prior, correlation)[0])
+
+    begin = box.coded(start)
+    limits = [(-1.0, 1.0)] * len(begin)
+    found = minimize(minus, begin, bounds=limits, method="L-BFGS-B")
+    best = min(begin, found.x, key=minus)
+    return np.clip(box.natural(best), box.low, box.high)
 
 
 def on_grid(
@@ -186,29 +212,42 @@ def on_grid(
     weight /= weight.sum()
     chosen = rng.choice(len(weight), size=draws, p=weight)
     natural = prior.box.natural(coded[chosen] + rng.uniform(-1, 1, (draws, k)) / cells)
-    again = log_posterior(natural, observables, prior, correlation)
-    no_chain = {"r_hat": np.full(k, np.nan), "ess": np.full(k, np.nan)}
+    nothing = np.full(k, np.nan)
     spread = 1 / np.sum(weight**2) >= SPREAD_OVER
-    return finish(natural, again, observables, prior, **no_chain, converged=spread)
+    at = log_density[chosen]
+    return finish(
+        natural,
+        at,
+        observables,
+        prior,
+        correlation,
+        r_hat=nothing,
+        ess=nothing,
+        converged=bool(spread),
+    )
 
 
-def summary(posterior: Posterior, level: float = 0.90) -> pd.DataFrame:
-    """One row a factor: factor, mean, sd, median, low, high (central `level` interval),
-    prior_sd, sd_ratio (posterior over prior), r_hat, ess."""
-    d = posterior.draws
-    ends = d.quantile([(1 - level) / 2, 0.5, (1 + level) / 2]).to_numpy()
-    sd = d.std().to_numpy()
+def summary(posterior: Posterior) -> pd.DataFrame:
+    """One row a factor: factor, sd, prior_sd, sd_ratio (posterior over prior), r_hat,
+    ess."""
+    sd, prior_sd = posterior.draws.std().to_numpy(), posterior.prior.sd
     return pd.DataFrame(
         {
-            "factor": list(d.columns),
-            "mean": d.mean().to_numpy(),
+            "factor": list(posterior.draws.columns),
             "sd": sd,
-            "median": ends[1],
-            "low": ends[0],
-            "high": ends[2],
-            "prior_sd": posterior.prior.sd,
-            "sd_ratio": sd / posterior.prior.sd,
+            "prior_sd": prior_sd,
+            "sd_ratio": sd / prior_sd,
             "r_hat": posterior.r_hat,
             "ess": posterior.ess,
         }
     )
+
+
+def trade_offs(posterior: Posterior, of: Sequence[str]) -> pd.DataFrame:
+    """Pairs of the factors `of` that the recordings tell together rather than apart,
+    the closest first: columns one, other, correlation of the draws (|r| from TIED)."""
+    r = posterior.draws[list(of)].corr().to_numpy()
+    pairs = [(a, b, r[i, j]) for (i, a), (j, b) in combinations(enumerate(of), 2)]
+    found = [pair for pair in pairs if abs(pair[2]) >= TIED]
+    found.sort(key=lambda pair: -abs(pair[2]))
+    return pd.DataFrame(found, columns=["one", "other", "correlation"])

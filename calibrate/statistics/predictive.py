@@ -2,7 +2,7 @@
 intervals, and the share of either.
 
 n runs, each with parameters drawn from a posterior and a packing of its own, scatter by
-τ² + σ²; m runs at the posterior's mean, each on a packing of its own, by σ² alone: a
+τ² + σ²; m runs at one set of parameters, each on a packing of its own, by σ² alone: a
 one-way random-effects layout. With s_n², s_m² the two sample variances,
 
     (n − 1) s_n²/(τ² + σ²) ~ χ²(n − 1),  (m − 1) s_m²/σ² ~ χ²(m − 1),
@@ -68,14 +68,14 @@ class Predictive:
 
 def predictive(draws: ArrayLike, repeats: ArrayLike) -> Predictive:
     """draws: (n,) runs at parameters drawn from the posterior; repeats: (m,) runs at
-    its mean; every run on a packing of its own.
+    one set of parameters; every run on a packing of its own.
 
     Raises ValueError for fewer than LEAST_DRAWS and LEAST_PACKINGS, for what is not
     finite, and without any scatter."""
     y, r = np.asarray(draws, dtype=float), np.asarray(repeats, dtype=float)
     if y.size < LEAST_DRAWS or r.size < LEAST_PACKINGS:
         raise ValueError(
-            f"{y.size} runs at drawn parameters and {r.size} at their mean: "
+            f"{y.size} runs at drawn parameters and {r.size} at one set: "
             f"at least {LEAST_DRAWS} and {LEAST_PACKINGS} are needed"
         )
     if not (np.isfinite(y).all() and np.isfinite(r).all()):

@@ -19,7 +19,7 @@ from benchtwin.calibrate.statistics.prior import Prior
 # independent, from different starts: walkers of one ensemble know each other and cannot
 # vouch for each other
 ENSEMBLES = 4
-WALKERS, A_FACTOR = 24, 4  # at least, and of each factor: twice what emcee asks for
+WALKERS = 100  # a step of many costs what one of few costs
 BLOCK = 500  # steps between two looks at convergence
 KEPT = 20_000  # draws: more would only make the tables longer
 CONVERGED_R_HAT = 1.01  # Vehtari et al. (2021), Bayesian Anal. 16, 667
@@ -39,7 +39,7 @@ def sample(
 
     rng: seeds starts and ensembles; the same rng state gives the same draws."""
     box, k = prior.box, len(prior.box.names)
-    walkers = max(WALKERS, A_FACTOR * k)
+    walkers = max(WALKERS, 4 * k)
 
     def log_density(coded: np.ndarray) -> np.ndarray:
         return log_posterior(box.natural(coded), observables, prior, correlation)
@@ -72,6 +72,7 @@ def sample(
         logs,
         observables,
         prior,
+        correlation,
         r_hat=r_hat,
         ess=effective,
         converged=bool(converged),

@@ -1,193 +1,62 @@
-"""Quadratic response surfaces: least squares in coded units (the paper's Eq. 8), how
-good they are, prediction with its error.
+"""Quadratic response surfaces as a publication fits them: least squares in coded units
+(the paper's Eq. 8), analysis of variance, residuals, prediction with its error.
 
-ŷ = Xβ̂, β̂ = (XᵀX)⁻¹Xᵀy, cov β̂ = s² (XᵀX)⁻¹, s² = residual sum of squares / (n − p).
 Source: Myers, Montgomery & Anderson-Cook, Response Surface Methodology (4th ed.),
-chapters 2 and 6."""
+chapters 2 and 6; computed by statsmodels."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 from scipy import stats
+from statsmodels.regression.linear_model import OLS
 
 from benchtwin.calibrate.statistics import terms as polynomial
 from benchtwin.calibrate.statistics.box import Box
-from benchtwin.calibrate.statistics.packings import decorrelate
-
-# lack of fit this unlikely by chance is believed, and added to the surface's own error
-LACK_P = 0.10
-# degrees of freedom of repeated points, from which on their scatter alone is the noise
-PURE_DF = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Runs:
-    """What a surface is fitted to.
+class Surface:
+    """A fitted polynomial in the coded factors of a box.
 
-    response_name: with its unit; points: (n, k) coded; response: (n,). Runs on common
-    packings: root (n, n) makes them independent (`packings.py`), shared is λ =
-    σ²_packing/σ²_own, packings their number. Else root is None."""
+    response_name: with its unit; points: (n, k) coded; terms: p tuples of exponents;
+    fit: statsmodels' result of the regression on their columns."""
 
     response_name: str
     box: Box
     points: np.ndarray
-    response: np.ndarray
-    root: np.ndarray | None = None
-    shared: float = 0.0
-    packings: int = 0
-
-    def independent(self, values: np.ndarray) -> np.ndarray:
-        """Values of the runs (n, …), with what packings share taken out."""
-        return values if self.root is None else self.root @ values
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Surface(Runs):
-    """A fitted polynomial in the coded factors of a box.
-
-    terms: p tuples of exponents; coefficients: (p,) coded; inverse: (p, p) (XᵀX)⁻¹;
-    residual_ss on residual_df; of it pure_ss on pure_df from repeated points. X and y
-    stand for root·X and root·y where packings are shared."""
-
     terms: tuple[polynomial.Term, ...]
-    coefficients: np.ndarray
-    inverse: np.ndarray
-    residual_ss: float
-    residual_df: int
-    pure_ss: float
-    pure_df: int
+    fit: Any
 
     @property
     def names(self) -> tuple[str, ...]:
         return self.box.names
 
-    @property
-    def term_names(self) -> list[str]:
-        return [polynomial.name(t) for t in self.terms]
-
-    @property
-    def residual_ms(self) -> float:
-        return self.residual_ss / self.residual_df
-
-    @property
-    def df(self) -> int:
-        """Degrees of freedom of a prediction's variance; with common packings, whose
-        scatter the mean level carries, theirs."""
-        return self.packings - 1 if self.shared else self.residual_df
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """(p, p) covariance of the coded coefficients."""
-        return self.residual_ms * self.inverse
-
-    @property
-    def noise_sd(self) -> float:
-        """Scatter of one run about the surface: from repeated points where there are
-        three degrees of freedom, else the residual."""
-        repeated = self.pure_df >= PURE_DF
-        own = self.pure_ss / self.pure_df if repeated else self.residual_ms
-        return float(np.sqrt(own * (1 + self.shared)))
-
-    @property
-    def noise_df(self) -> int:
-        """Degrees of freedom of `noise_sd`."""
-        return self.pure_df if self.pure_df >= PURE_DF else self.residual_df
-
-    @cached_property
-    def lack_sd(self) -> float:
-        """Error of the surface beyond noise, √(MS_lack − MS_pure), where lack of fit is
-        significant (p < LACK_P); else 0."""
-        df = self.residual_df - self.pure_df
-        if df < 1 or self.pure_df < 1 or self.pure_ss <= 0:
-            return 0.0
-        lack, pure = (self.residual_ss - self.pure_ss) / df, self.pure_ss / self.pure_df
-        believed = stats.f.sf(lack / pure, df, self.pure_df) < LACK_P
-        return float(np.sqrt(lack - pure)) if believed else 0.0
-
     def mean(self, coded: ArrayLike) -> np.ndarray:
         """Predicted response (n,) at coded points (n, k)."""
-        return polynomial.matrix(coded, self.terms) @ self.coefficients
+        return polynomial.matrix(coded, self.terms) @ self.fit.params
 
     def variance(self, coded: ArrayLike) -> np.ndarray:
-        """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x +
-        lack of fit."""
-        return self._variance(polynomial.matrix(coded, self.terms))
-
-    def _variance(self, x: np.ndarray) -> np.ndarray:
-        return self.residual_ms * np.sum(x @ self.inverse * x, axis=1) + self.lack_sd**2
+        """Variance (n,) of the predicted mean at coded points (n, k): s² xᵀ(XᵀX)⁻¹x."""
+        x = polynomial.matrix(coded, self.terms)
+        return np.sum(x @ self.fit.cov_params() * x, axis=1)
 
     def gradient(self, coded: ArrayLike) -> np.ndarray:
         """∂ŷ/∂z (n, k) at coded points (n, k), response unit per coded unit."""
-        return polynomial.gradient(coded, self.terms, self.coefficients)
-
-    def evaluate(self, natural: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Mean (n,) and its variance (n,) at natural points (n, k): what the posterior
-        asks a surrogate for."""
-        x = polynomial.matrix(self.box.coded(natural), self.terms)
-        return x @ self.coefficients, self._variance(x)
+        return polynomial.gradient(coded, self.terms, self.fit.params)
 
 
-def fit_surface(
-    table: pd.DataFrame,
-    response: str,
-    box: Box,
-    *,
-    terms: str | Iterable[polynomial.Term] = "quadratic",
-    packing: str | None = None,
-) -> Surface:
-    """Least-squares surface through the runs of a table, one row a run, replicates as
-    rows of their own.
+def fit_surface(table: pd.DataFrame, response: str, box: Box) -> Surface:
+    """Least-squares quadratic through the runs of a table, one row a run, columns
+    `box.names` in natural units and `response`.
 
-    table: columns `box.names` in natural units, and `response`. terms: "linear",
-    "interactions", "quadratic", or tuples of exponents. packing: column that names the
-    packing of each run, where design points share packings: what runs of a packing have
-    in common is then kept out of the effects' error and in the mean level's. Raises
-    ValueError: responses all equal, fewer runs than terms + 1, a design that cannot
-    tell terms apart."""
+    Raises ValueError: responses all equal, fewer runs than terms + 1, a design that
+    cannot tell terms apart."""
     points = box.coded(box.points(table))
-    y = table[response].to_numpy(float)
-    if isinstance(terms, str):
-        terms = polynomial.full(len(box.names), terms)
-    chosen = tuple(terms)
-    x = polynomial.matrix(points, chosen)
-    _check(response, chosen, x, y)
-    runs = Runs(response_name=response, box=box, points=points, response=y)
-    if packing is not None:
-        shared, root = decorrelate(x, y, table[packing].to_numpy())
-        many = table[packing].nunique()
-        runs = replace(runs, root=root, shared=shared, packings=many)
-    return refit(runs, chosen)
-
-
-def refit(runs: Runs, terms: tuple[polynomial.Term, ...]) -> Surface:
-    """The surface with these terms through the runs, or those of another surface; what
-    packings share is kept as it was found."""
-    x = runs.independent(polynomial.matrix(runs.points, terms))
-    y = runs.independent(runs.response)
-    q, r = np.linalg.qr(x)
-    coefficients = np.linalg.solve(r, q.T @ y)
-    r_inverse = np.linalg.inv(r)
-    pure_ss, pure_df = pure_error(runs)
-    residual_ss = float(np.sum((y - x @ coefficients) ** 2))
-    return Surface(
-        **{f.name: getattr(runs, f.name) for f in fields(Runs)},
-        terms=terms,
-        coefficients=coefficients,
-        inverse=r_inverse @ r_inverse.T,
-        residual_ss=residual_ss,
-        residual_df=len(y) - len(terms),
-        pure_ss=min(pure_ss, residual_ss),
-        pure_df=pure_df,
-    )
-
-
-def _check(
-    response: str, terms: tuple[polynomial.Term, ...], x: np.ndarray, y: np.ndarray
-) -> None:
+    y, terms = table[response].to_numpy(float), polynomial.full(len(box.names))
+    x = polynomial.matrix(points, terms)
     n, p = x.shape
     if n <= p:
         raise ValueError(
@@ -195,50 +64,169 @@ def _check(
         )
     if np.ptp(y) == 0:
         raise ValueError(f"{response}: all {n} values equal {y[0]:g}; nothing to fit")
-    aliased = _aliased(x, terms)
-    if aliased:
+    if aliased := _aliased(x, terms):
         raise ValueError(
             f"singular design: its {n} runs cannot tell {', '.join(aliased)} from the"
             " other terms"
         )
+    fit = OLS(y, x).fit()
+    return Surface(response_name=response, box=box, points=points, terms=terms, fit=fit)
 
 
 def _aliased(x: np.ndarray, terms: tuple[polynomial.Term, ...]) -> list[str]:
     """Names of terms whose column is a combination of the columns before it."""
-    found, rank = [], 0
-    for j, term in enumerate(terms):
-        now = np.linalg.matrix_rank(x[:, : j + 1])
-        if now == rank:
-            found.append(polynomial.name(term))
-        rank = now
-    return found
+    ranks = [0, *(np.linalg.matrix_rank(x[:, : j + 1]) for j in range(len(terms)))]
+    return [polynomial.name(t) for t, r in zip(terms, np.diff(ranks)) if not r]
 
 
-def pure_error(runs: Runs) -> tuple[float, int]:
+def coefficients(surface: Surface, level: float = 0.95) -> pd.DataFrame:
+    """Table of coded coefficients: term, coefficient, se, low, high (a `level`
+    interval), t, p, natural (of the same surface in natural units)."""
+    fit, box = surface.fit, surface.box
+    low, high = fit.conf_int(1 - level).T
+    there = polynomial.matrix(box.natural(surface.points), surface.terms)
+    return pd.DataFrame(
+        {
+            "term": [polynomial.name(t) for t in surface.terms],
+            "coefficient": fit.params,
+            "se": fit.bse,
+            "low": low,
+            "high": high,
+            "t": fit.tvalues,
+            "p": fit.pvalues,
+            "natural": OLS(fit.fittedvalues, there).fit().params,
+        }
+    )
+
+
+def anova_table(surface: Surface) -> pd.DataFrame:
+    """Columns source, sum_of_squares (unit² of the response), df, mean_square, f, p;
+    rows Model, terms (partial, each added last), Residual, Lack of fit, Pure error,
+    Total, in Design-Expert's order.
+
+    Model and terms are tested against the residual, lack of fit against pure error;
+    where there is none of these, NaN."""
+    fit = surface.fit
+    pure_ss, pure_df = _pure_error(surface)
+    residual, pure = (fit.ssr, fit.df_resid), (pure_ss, pure_df)
+    rows: list[tuple[str, float, float, tuple[float, float] | None]]
+    rows = [("Model", fit.ess, fit.df_model, residual)]
+    rows += [
+        (polynomial.name(term), t**2 * fit.mse_resid, 1, residual)
+        for term, t in zip(surface.terms, fit.tvalues)
+        if any(term)
+    ]
+    rows += [
+        ("Residual", *residual, None),
+        ("Lack of fit", fit.ssr - pure_ss, fit.df_resid - pure_df, pure),
+        ("Pure error", *pure, None),
+        ("Total", fit.centered_tss, fit.nobs - 1, None),
+    ]
+    return pd.DataFrame([_row(*row) for row in rows])
+
+
+def _pure_error(surface: Surface) -> tuple[float, int]:
     """Sum of squares and degrees of freedom that one mean for every coded point
     leaves."""
-    places = np.round(runs.points, 9) + 0.0
+    places = np.round(surface.points, 9) + 0.0
     _, cell = np.unique(places, axis=0, return_inverse=True)
-    member = (cell.ravel()[:, None] == np.arange(cell.max() + 1)).astype(float)
-    member, y = runs.independent(member), runs.independent(runs.response)
-    means = np.linalg.lstsq(member, y, rcond=None)[0]
-    return float(np.sum((y - member @ means) ** 2)), len(y) - member.shape[1]
+    y = pd.Series(surface.fit.model.endog)
+    within = y - y.groupby(cell.ravel()).transform("mean")
+    return float(np.sum(within**2)), len(y) - int(cell.max()) - 1
 
 
-def residuals(surface: Surface) -> np.ndarray:
-    """(n,) response − prediction, with what packings share taken out."""
-    return surface.independent(surface.response - surface.mean(surface.points))
+def _row(source: str, ss: float, df: float, error: tuple[float, float] | None) -> dict:
+    mean_square = ss / df if df > 0 else np.nan
+    f = p = np.nan
+    if error and df > 0 and error[1] > 0 and error[0] > 0:
+        f = mean_square / (error[0] / error[1])
+        p = stats.f.sf(f, df, error[1])
+    told = {"source": source, "sum_of_squares": ss, "df": int(df)}
+    return told | {"mean_square": mean_square, "f": f, "p": p}
 
 
-def leverage(surface: Surface) -> np.ndarray:
-    """(n,) diagonal of X(XᵀX)⁻¹Xᵀ: how much each run decides its own prediction."""
-    x = surface.independent(polynomial.matrix(surface.points, surface.terms))
-    return np.sum(x @ surface.inverse * x, axis=1)
+def contributions(anova: pd.DataFrame, factors: int) -> pd.DataFrame:
+    """Contributions K of the factors, by Eqs. (9)–(10) and as the soybean paper
+    computed them.
+
+    δ = 0 where F ≤ 1, else 1 − 1/F; by_formula: K_i = δ_i + ½ Σ_j δ_ij + δ_ii;
+    as_paper: δ_i + Σ_j δ_ij, which is what its printed 0.976, 1.854 and 1.852 are.
+    Columns factor (A, B …), by_formula, as_paper; anova: a table of `anova_table`. A
+    term that is not in the table has δ = 0."""
+    f = anova.set_index("source")["f"]
+    delta = (1 - 1 / f.where(f > 1, 1.0)).to_dict()
+    letters = polynomial.LETTERS[:factors]
+    rows = []
+    for a in letters:
+        pairs = sum(delta.get("".join(sorted(a + b)), 0.0) for b in letters if b != a)
+        own, square = delta.get(a, 0.0), delta.get(f"{a}²", 0.0)
+        rows.append((a, own + pairs / 2 + square, own + pairs))
+    return pd.DataFrame(rows, columns=["factor", "by_formula", "as_paper"])
 
 
-def total_ss(surface: Surface) -> float:
-    """Sum of squares about the mean; with common packings about the mean that weighs
-    them."""
-    y = surface.independent(surface.response)
-    one = surface.independent(np.ones(len(y)))
-    return float(np.sum((y - one * (one @ y) / (one @ one)) ** 2))
+def quality(surface: Surface) -> pd.DataFrame:
+    """Columns measure, value: R², adjusted R², predicted R² (1 − PRESS/SS_total),
+    PRESS (Σ (residual/(1 − leverage))²), adequate precision (range of predictions over
+    their mean standard error, above 4 wanted), sd (√s²), C.V. (sd over the mean, %),
+    Shapiro and Wilk's p of the studentised residuals (below 0.05: no normal scatter).
+    """
+    fit, (n, p) = surface.fit, surface.fit.model.exog.shape
+    influence, sd = fit.get_influence(), np.sqrt(fit.mse_resid)
+    press = float(np.sum(influence.resid_press**2))
+    internal = influence.resid_studentized_internal
+    internal = internal[np.isfinite(internal)]
+    rows = {
+        "R²": fit.rsquared,
+        "adjusted R²": fit.rsquared_adj,
+        "predicted R²": 1 - press / fit.centered_tss,
+        "PRESS": press,
+        "adequate precision": np.ptp(fit.fittedvalues) / (sd * np.sqrt(p / n)),
+        "sd": sd,
+        "C.V. (%)": 100 * sd / abs(fit.model.endog.mean()),
+        "p of a normal scatter": stats.shapiro(internal).pvalue
+        if internal.size >= 3
+        else np.nan,
+    }
+    return pd.DataFrame(rows.items(), columns=["measure", "value"])
+
+
+def residual_table(surface: Surface, alpha: float = 0.05) -> pd.DataFrame:
+    """One row a run: run, actual, predicted, residual, leverage, student_internal,
+    student_external (with s from the other runs), cook, outlier (beyond t at alpha/n,
+    Bonferroni)."""
+    influence, fit = surface.fit.get_influence(), surface.fit
+    external, n = influence.resid_studentized_external, int(fit.nobs)
+    limit = stats.t.ppf(1 - alpha / (2 * n), max(fit.df_resid - 1, 1))
+    return pd.DataFrame(
+        {
+            "run": np.arange(1, n + 1),
+            "actual": fit.model.endog,
+            "predicted": fit.fittedvalues,
+            "residual": fit.resid,
+            "leverage": influence.hat_matrix_diag,
+            "student_internal": influence.resid_studentized_internal,
+            "student_external": external,
+            "cook": influence.cooks_distance[0],
+            "outlier": abs(external) > limit,
+        }
+    )
+
+
+def response_grid(
+    surface: Surface,
+    across: str,
+    along: str,
+    *,
+    steps: int = 41,
+    at: dict[str, float] | None = None,
+) -> pd.DataFrame:
+    """The surface over two factors, for drawing: columns `across`, `along`, predicted;
+    steps² rows. at: natural values of the other factors; default the box's centre."""
+    box = surface.box
+    place = dict(zip(box.names, box.centre)) | (at or {})
+    axes = [np.linspace(*box.range(name), steps) for name in (across, along)]
+    grid = np.meshgrid(*axes, indexing="ij")
+    natural = pd.DataFrame(place, index=range(steps**2))
+    natural[across], natural[along] = grid[0].ravel(), grid[1].ravel()
+    predicted = surface.mean(box.coded(box.points(natural)))
+    return natural[[across, along]].assign(predicted=predicted)

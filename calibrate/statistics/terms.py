@@ -1,34 +1,25 @@
 """Polynomial terms in coded factors: a term is a tuple of exponents, (1, 0, 1) being
 A·C. Named as Design-Expert names them."""
 
-from itertools import combinations, product
-from math import comb
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
-
-from benchtwin.calibrate.statistics.box import Box
 
 LETTERS = "ABCDEFGHJKLMNOP"  # Design-Expert leaves I out: it stands for the intercept
 Term = tuple[int, ...]
 
 
-def full(factors: int, order: str = "quadratic") -> tuple[Term, ...]:
-    """All terms of a model: intercept, A, B …, then AB, AC …, then A², B² and so on.
-
-    order: "linear", "interactions" or "quadratic". Raises ValueError for another.
+def full(factors: int) -> tuple[Term, ...]:
+    """All terms of a quadratic: intercept, A, B …, then AB, AC …, then A², B² and so
+    on.
 
     >>> [name(t) for t in full(2)]
     ['intercept', 'A', 'B', 'AB', 'A²', 'B²']
     """
-    if order not in ("linear", "interactions", "quadratic"):
-        raise ValueError(f"order: linear, interactions or quadratic, not {order!r}")
     unit = np.eye(factors, dtype=int)
-    terms = [np.zeros(factors, dtype=int), *unit]
-    if order != "linear":
-        terms += [unit[i] + unit[j] for i, j in combinations(range(factors), 2)]
-    if order == "quadratic":
-        terms += list(2 * unit)
+    pairs = (unit[i] + unit[j] for i, j in combinations(range(factors), 2))
+    terms = [np.zeros(factors, dtype=int), *unit, *pairs, *(2 * unit)]
     return tuple(tuple(int(e) for e in t) for t in terms)
 
 
@@ -43,19 +34,14 @@ def name(term: Term) -> str:
 
 def matrix(coded: ArrayLike, terms: tuple[Term, ...]) -> np.ndarray:
     """Model matrix (n, p) of coded points (n, k)."""
-    coded = np.atleast_2d(np.asarray(coded, dtype=float))
-    out = np.ones((coded.shape[0], len(terms)))
-    for column, term in enumerate(terms):
-        for factor, exponent in enumerate(term):
-            for _ in range(exponent):
-                out[:, column] *= coded[:, factor]
+    coded, exponents = np.atleast_2d(np.asarray(coded, dtype=float)), np.array(terms)
+    powers = [np.ones_like(coded)]
+    while len(powers) <= exponents.max():
+        powers.append(powers[-1] * coded)
+    out = np.ones((len(coded), len(terms)))
+    for j, exponent in enumerate(exponents.T):
+        out *= np.stack([p[:, j] for p in powers], axis=1)[:, exponent]
     return out
-
-
-def inside(term: Term, other: Term) -> bool:
-    """Whether `other` is a higher-order relative of `term` (A of AB and of A²), so that
-    hierarchy keeps `term` with it."""
-    return term != other and all(e <= f for e, f in zip(term, other))
 
 
 def gradient(
@@ -71,23 +57,4 @@ def gradient(
         out[:, factor] = matrix(coded, lower) @ (
             np.array([t[factor] for t in terms]) * coefficients
         )
-    return out
-
-
-def natural_coefficients(
-    box: Box, terms: tuple[Term, ...], coefficients: np.ndarray
-) -> dict[Term, float]:
-    """Coefficients of the same polynomial in natural units: {term: coefficient},
-    lower-order terms appearing where needed.
-
-    z^e = ((x − c)/h)^e = h^−e Σ_j C(e, j) x^j (−c)^(e−j), multiplied out over the
-    factors."""
-    centre, half = box.centre, box.half_width
-    out: dict[Term, float] = {}
-    for term, coefficient in zip(terms, coefficients):
-        for powers in product(*(range(e + 1) for e in term)):
-            part = coefficient
-            for j, e, c, h in zip(powers, term, centre, half):
-                part *= comb(e, j) * (-c) ** (e - j) / h**e
-            out[powers] = out.get(powers, 0.0) + float(part)
     return out

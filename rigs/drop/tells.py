@@ -26,5 +26,4 @@ TELLS = ByCurve(
     formula=restitution,
     seed_range=(0.45, 0.70),
     seed_limits=(0.05, 0.95),
-    on_seed="drop of seed on seeds glued to a plate",
 )

@@ -33,5 +33,4 @@ TELLS = ByCurve(
     formula=rolling_friction,
     seed_range=(0.01, 0.06),
     seed_limits=(0.0005, 0.5),
-    on_seed="roll of a seed on a plate of seeds",
 )

@@ -37,5 +37,4 @@ TELLS = ByCurve(
     begun=begun,
     seed_range=(0.20, 0.70),
     seed_limits=(0.02, 1.5),
-    on_seed="slide of seeds on a plate of seeds",
 )

@@ -9,7 +9,7 @@ from benchtwin import calibrate
 answer = calibrate("samples/soybean-paper", tables=True)
 table = answer.parameters.set_index("parameter")
 print(table[["value", "low", "high", "status"]])
-surface = answer.details.pile.surface  # the quadratic response over three factors
+surface = answer.details.surface.surface  # the quadratic response over three factors
 reported = {"restitution": 0.54, "static_friction": 0.34}  # the paper's own
 held = {
     name: table.loc[name, "low"] < value < table.loc[name, "high"]

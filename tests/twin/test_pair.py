@@ -106,13 +106,8 @@ def rolled():
 def rolls(rolled, monkeypatch):
     """A calibration of which only the rolls are asked, and rolling friction as it was
     made with."""
-    monkeypatch.setattr(
-        procedure,
-        "parameters",
-        lambda c: pd.DataFrame({"parameter": ["rolling_friction"], "value": [0.032]}),
-    )
+    monkeypatch.setattr(Calibration, "most_probable", {"rolling_friction": 0.032})
     more = {
-        "pile": None,
         "joint": None,
         "refused": {},
         "checks": pd.DataFrame(),

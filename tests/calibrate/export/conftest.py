@@ -15,7 +15,15 @@ VALUES = {
 }
 RESULT = {
     "parameters": {
-        k: {"value": v, "low": 0.9 * v, "high": 1.1 * v, "unit": "1"}
+        k: {
+            "value": 1.02 * v,
+            "low": 0.9 * v,
+            "high": 1.1 * v,
+            "unit": "1",
+            "status": "calibrated",
+            "remark": "",
+            "most_probable_set": v,
+        }
         for k, v in VALUES.items()
     },
     "conventions": {"rolling": "edem"},

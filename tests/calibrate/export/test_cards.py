@@ -2,6 +2,7 @@
 and forth by formula."""
 
 import ast
+import json
 import re
 from dataclasses import replace
 
@@ -39,12 +40,27 @@ def test_a_card_says_version_source_units_and_every_calibrated_value(
         "written for",
         "result.json (sha256 ",
         "Units: SI",
-        "rolling friction 0.04 [0.036, 0.044]",
+        "rolling friction 0.04 [0.0408 (0.0360 to 0.0440); calibrated]",
         "R_i",
     ):
         assert said in text
     assert all(
         len(line) < 130 for line in text.splitlines() if line.startswith(("#", "//"))
+    )
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_number_that_is_not_resolved_is_said_to_be(folder, result, engine):
+    """In a comment, with its interval; the card's own number is the set's."""
+    row = result["parameters"]["seed_static_friction"]
+    row |= {"value": 0.53, "low": 0.45, "high": 0.9, "most_probable_set": 0.6}
+    row |= {"status": "not resolved", "remark": "nearly all of the range fits"}
+    (folder / "result.json").write_text(json.dumps(result))
+    text = next(iter(cards(read_result(folder), engine).values()))
+    said = " ".join(re.sub(r"\n\S+ +", " ", text).split())
+    assert (
+        "static friction 0.6 [0.53 (0.45 to 0.90); not resolved: nearly all of the"
+        " range fits]" in said
     )
 
 

@@ -10,6 +10,8 @@ from benchtwin.command_line import app
 
 LEAVES = [
     "parameters.restitution.value",
+    "parameters.restitution.most_probable_set",
+    "parameters.static_friction.status",
     "parameters.seed_rolling_friction.low",
     "parameters.static_friction.unit",
     "conventions.rolling",
@@ -43,9 +45,9 @@ def test_a_missing_key_is_named_with_its_file_and_what_it_should_hold(result, pa
     ("path", "value", "said"),
     [
         (
-            "parameters.restitution.value",
+            "parameters.restitution.most_probable_set",
             1.2,
-            "restitution.value = 1.2: must be a number above 0, up to 1",
+            "restitution.most_probable_set = 1.2: must be a number above 0, up to 1",
         ),
         ("parameters.restitution.value", float("nan"), "restitution.value = nan"),
         ("parameters.restitution.value", "0.5", "restitution.value = '0.5'"),

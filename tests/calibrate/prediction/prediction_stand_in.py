@@ -36,7 +36,15 @@ def write_calibrated(folder, **changed):
     content = {
         "mode": "simulated",
         "conventions": {"rolling": "edem"},
-        "pile": {},
+        "parameters": {
+            name: {
+                "low": value - 0.1,
+                "high": value + 0.1,
+                "status": "calibrated",
+                "most_probable_set": value,
+            }
+            for name, value in MEAN.items()
+        },
         "not_calibrated": {},
         "options": {},
         "bench": {"described": {"seed": seed}},

@@ -115,8 +115,9 @@ def test_draw_downs_narrow_what_heaps_leave_open_and_hold_the_truth(alone, both)
     for name in [*FRICTIONS, "seed_restitution"]:
         assert after[name] < 0.7 * before[name], (name, before, after)
     t = parameters(both).set_index("parameter")
-    truth = pd.Series(TRUE)
-    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
+    # six intervals of 95 % hold all in 74 % of benches; half as wide again, in 98 %
+    off = (t["value"] - pd.Series(TRUE)).abs() / ((t["high"] - t["low"]) / 2)
+    assert (off < 1.5).all(), t
     assert "drawdown: shear_angle_deg" in t.loc[FRICTIONS[0], "source"]
 
 
@@ -129,11 +130,11 @@ def test_which_test_next_is_told_before_it_is_recorded(alone):
     minutes more of heaps leave, and what they are said to leave of the frictions is
     about what they left above."""
     told = alone.joint.next_tests.set_index("test")
-    more = ["heaps", "draw-downs", "drops on beds", "drums", "cylinders"]
-    assert {f"more {rig}" for rig in more} < set(told.index)
+    more = ["4 more heaps", "5 more draw-downs", "5 more drops on beds"]
+    assert {*more, "4 more drums", "4 more cylinders"} <= set(told.index)
     left = "sd_left_seed_static_friction"
-    assert told.loc["more draw-downs", left] < 0.7 < told.loc["more heaps", left]
-    assert told.loc["more draw-downs", "runs"] == 5
+    assert told.loc["5 more draw-downs", left] < 0.7 < told.loc["4 more heaps", left]
+    assert told.loc["5 more draw-downs", "runs"] == 5
 
 
 def test_a_drum_and_a_lifted_cylinder_are_evidence_as_any_rig(alone, tmp_path):
@@ -150,7 +151,8 @@ def test_a_drum_and_a_lifted_cylinder_are_evidence_as_any_rig(alone, tmp_path):
         (bench / name / "recording.toml").write_text(f'rig = "{rig}"\n{toml}')
         pd.DataFrame(rows).to_csv(bench / name / "readings.csv", index=False)
     found = calibrated(bench, simulator, replace(EASY, more=0))
-    assert set(found.beside) == {"drum", "cylinder"} and found.pile.bench.n == 5
+    assert set(found.seeds) == {"pile", "drum", "cylinder"}
+    assert found.seeds["pile"].bench.n == 5
     before, after = widths(alone), widths(found)
     for name in FRICTIONS:
         assert after[name] < 0.7 * before[name], (name, before, after)
@@ -167,13 +169,13 @@ def test_files_and_report_hold_them(both, tmp_path):
     write_report(both, tmp_path)
     text = (tmp_path / "report.html").read_text()
     best = both.joint.next_tests["test"][0]
-    assert f"Next: {best}" in text
+    assert f"Worth adding: {best}" in text
     runs = pd.read_csv(tmp_path / "tables" / "drawdown_runs.csv")
     assert len(runs) >= 15 and {"shear_angle_deg", *FRICTIONS} <= set(runs)
     means = sheets(both)["means over repeats"].set_index(["rig", "reading"])["unit"]
     assert means["drawdown", "flow_time_s"] == "s"
     assert means["bed", "bed_rebound_mm"] == "mm"
-    held = json.loads((tmp_path / "result.json").read_text())["pile"]["observables"]
+    held = json.loads((tmp_path / "result.json").read_text())["observables"]
     assert {"drawdown: flow_time_s", "bed: bed_rebound_mm"} <= {
         row["observable"] for row in held
     }
@@ -182,17 +184,19 @@ def test_files_and_report_hold_them(both, tmp_path):
 def test_a_rig_that_gives_nothing_is_named_and_costs_the_others_nothing(tmp_path):
     bench = a_bench(tmp_path / "b", "drawdown")
     found = calibrated(bench, Beside(fails=("drawdown",)))
-    assert "drawdown: 0 of 15 simulated runs" in found.refused["drawdown"]
-    assert found.pile is not None and not found.beside
+    said = f"drawdown: 0 of {QUICK.design} simulated runs"
+    assert said in found.refused["drawdown"] and set(found.seeds) == {"pile"}
 
 
-def test_a_draw_down_without_heaps_says_what_is_missing(tmp_path):
+def test_a_draw_down_without_heaps_tells_by_itself(tmp_path):
     bench = a_bench(tmp_path / "b", "drawdown")
     (bench / "pile" / "readings.csv").unlink()
     (bench / "pile" / "recording.toml").unlink()
     (bench / "pile").rmdir()
     found = calibrated(bench, Beside())
-    assert "no heap was calibrated" in found.refused["drawdown"]
+    assert set(found.seeds) == {"drawdown"}
+    t, truth = parameters(found).set_index("parameter"), pd.Series(TRUE)
+    assert ((t["low"] <= truth) & (truth <= t["high"])).all(), t
 
 
 @pytest.mark.slow
@@ -215,8 +219,8 @@ def test_friction_on_panes_that_nobody_stated_is_averaged_over(both, tmp_path):
 
 
 def test_what_was_stated_of_the_panes_is_simulated(both):
-    runs = pd.DataFrame(both.beside["drawdown"].runs)
-    assert "pane_friction" not in runs and not both.beside["drawdown"].believed
+    runs = pd.DataFrame(both.seeds["drawdown"].runs)
+    assert "pane_friction" not in runs and not both.seeds["drawdown"].believed
     assert "pane_friction" not in both.joint.posterior.draws
 
 
@@ -237,7 +241,7 @@ def test_of_a_deep_box_the_share_that_stays_counts_not_the_weights(tmp_path):
         row = beside(Run("drawdown", TRUE, (9, k)))
         pd.DataFrame([row]).to_csv(folder / "readings.csv", index=False)
     found = calibrated(bench, Beside())
-    seen = {o.name: o for o in found.beside["drawdown"].observables}
+    seen = {o.name: o for o in found.seeds["drawdown"].observables}
     assert "drawdown: retained_share" in seen
     assert not {"drawdown: filled_mass_g", "drawdown: retained_mass_g"} & set(seen)
     assert seen["drawdown: retained_share"].bench.n == 4

@@ -7,10 +7,15 @@ import pandas as pd
 
 from benchtwin.calibrate.procedure.bench import RigReadings
 from benchtwin.calibrate.procedure.effort import QUICK
-from benchtwin.calibrate.procedure.more_piles import BATCH, PACKINGS, WAIT, add_piles
-from benchtwin.calibrate.procedure.pile_runs import measure_noise, run_design
 from benchtwin.calibrate.procedure.pile_stage import PileStage
 from benchtwin.calibrate.procedure.rigs import RANGES
+from benchtwin.calibrate.procedure.seed_runs import (
+    BATCH,
+    PACKINGS,
+    WAIT,
+    add_piles,
+    simulate_design,
+)
 from benchtwin.calibrate.statistics.box import Box
 
 BOX = Box.of(RANGES)
@@ -52,23 +57,21 @@ def after_the_design(
         simulate=Piles(effect, seed),
         effort=replace(QUICK, more=more),
         seed=1,
-        ranges=RANGES,
-        levels=BOX,
+        box=BOX,
     )
-    scatter = measure_noise(stage, BOX)
-    ran = run_design(stage, BOX, scatter)
+    done = simulate_design(stage)
     stage.simulate.asked.clear()
-    return stage, pd.concat([scatter.piles, ran.piles], ignore_index=True)
+    return stage, done
 
 
 def test_added_piles_lie_in_the_box_on_packings_of_their_own():
     stage, before = after_the_design(effect=4.0, more=8)
-    done, (note,) = add_piles(stage, BOX, before, shared=False)
+    done, (note,) = add_piles(stage, before)
     asked = stage.simulate.asked
     assert (
         0 < len(asked) <= 8
         and len(asked) % BATCH == 0
-        and f"{len(asked)} piles" in note
+        and f"{len(asked)} heaps more" in note
     )
     assert len(done) == len(before) + len(asked)
     assert len({r.rng for r in asked}) == len(asked)
@@ -79,7 +82,7 @@ def test_added_piles_lie_in_the_box_on_packings_of_their_own():
 
 def test_without_leave_no_pile_is_added():
     stage, before = after_the_design(effect=4.0, more=0)
-    done, notes = add_piles(stage, BOX, before, shared=False)
+    done, notes = add_piles(stage, before)
     assert done is before and notes == [] and not stage.simulate.asked
 
 
@@ -89,7 +92,7 @@ def test_piles_that_say_nothing_are_given_up_at_once():
 
     def asked_for(effect: float, seed: int) -> int:
         stage, before = after_the_design(effect, more=40, seed=seed)
-        add_piles(stage, BOX, before, shared=False)
+        add_piles(stage, before)
         return len(stage.simulate.asked)
 
     assert [asked_for(0.0, seed) for seed in range(4)] == [WAIT * BATCH] * 4

@@ -7,6 +7,7 @@ import pytest
 
 from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.surface import fit_surface
+from benchtwin.calibrate.statistics.surrogate import fit_surrogate
 
 FACTORS = ("restitution", "static_friction", "rolling_friction")
 
@@ -83,3 +84,8 @@ def natural(box):
 @pytest.fixture
 def surface(runs, box, natural):
     return fit_surface(natural(runs), "repose_angle_deg", box)
+
+
+@pytest.fixture
+def surrogate(runs, box, natural):
+    return fit_surrogate(natural(runs), "repose_angle_deg", box)

@@ -86,14 +86,14 @@ def test_what_is_not_asked_for_does_not_count(posterior):
     assert [c for c in told if c.startswith("sd_left")] == ["sd_left_a"]
 
 
-def test_it_foretells_what_measuring_then_leaves(surface):
+def test_it_foretells_what_measuring_then_leaves(surrogate):
     """Mean posterior variance over 40 imagined measurements, against the table."""
-    rng, prior = np.random.default_rng(0), Prior.uniform(surface.box)
-    angle = Observable("angle", surface, BenchMean(31.0, 0.3, 4, 0.1, 5))
+    rng, prior = np.random.default_rng(0), Prior.uniform(surrogate.box)
+    angle = Observable("angle", surrogate, BenchMean(31.0, 0.3, 4, 0.1, 5))
     before = on_grid([angle], prior, rng=rng, draws=8000)
-    second = Plane(surface.box, [1.0, -0.7, 0.2])
+    second = Plane(surrogate.box, [1.0, -0.7, 0.2])
     test = BenchTest("second", (second,), np.array([[0.04]]), 1, 0.0)
-    told = what_next(before, [test], surface.box.names)["variance_left"][0]
+    told = what_next(before, [test], surrogate.box.names)["variance_left"][0]
     left = []
     for at in before.draws.sample(40, random_state=1).to_numpy():
         value = float(second.evaluate(at[None])[0][0] + 0.2 * rng.standard_normal())
