@@ -82,8 +82,8 @@ def draw(shot: Shot, rng: np.random.Generator) -> np.ndarray:
     """The picture, uint8 RGB."""
     width, height = shot.size_px
     sheet = SHEETS[shot.sheet]
-    page = np.asarray(draw_page(sheet).convert("L"), np.float32)
-    page = cv2.resize(page, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    whole = np.asarray(draw_page(sheet).convert("L"), np.float32)
+    page = cv2.resize(whole, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
     fine = PX_PER_MM / 4
     axes, place = turned(shot), _place(shot)
     across = (np.arange(width * FINE) + 0.5) / FINE - 0.5
@@ -154,7 +154,8 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--rng", type=int, default=1)
     asked = parser.parse_args()
-    rng, rows = np.random.default_rng(asked.rng), []
+    rng = np.random.default_rng(asked.rng)
+    rows: list[dict[str, float | str]] = []
     for _ in range(asked.count):
         shot = some(rng)
         picture, right = draw(shot, rng), truth(shot)
@@ -164,7 +165,10 @@ def main() -> None:
         except MeasurementError as error:
             rows.append({"read": 0.0, "why": str(error)})
             continue
-        row = {"read": 1.0, "seconds": time.process_time() - began}
+        row: dict[str, float | str] = {
+            "read": 1.0,
+            "seconds": time.process_time() - began,
+        }
         scale, _ = view.mm_per_px()
         _, fit_sd = view.scale_of_fit()
         row["scale_pct"] = 100 * (scale / right["mm_per_px"] - 1)
@@ -172,7 +176,7 @@ def main() -> None:
         for name, (value, sd) in view.attitude_deg().items():
             if name in right:
                 row[f"{name}_deg"] = value - right[name]
-                row[f"{name}_z"] = row[f"{name}_deg"] / sd
+                row[f"{name}_z"] = (value - right[name]) / sd
         far, far_sd = view.distance_mm()
         row["distance_pct"] = 100 * (far / right["distance_mm"] - 1)
         row["distance_z"] = (far - right["distance_mm"]) / far_sd

@@ -42,9 +42,9 @@ DIAGNOSIS = {
         }
     }
 }
-STATED = {
-    name: one | {"status": "calibrated"} for name, one in RESULT["parameters"].items()
-}
+ONES: dict[str, dict] = RESULT["parameters"]  # type: ignore[assignment]
+TOLD = {"status": "calibrated", "remark": ""}
+STATED = {name: one | TOLD for name, one in ONES.items()}
 CALIBRATED = RESULT | {"parameters": STATED, "not_calibrated": {"pile": "no photo"}}
 LEFT = {  # below results/, and how its cells are parted
     "calibrated/result.json": (json.dumps(CALIBRATED, indent=1).encode(), ":"),

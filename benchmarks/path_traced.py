@@ -580,6 +580,7 @@ def save(photo: Photo, file: Path) -> None:
     """The picture as PNG, the truth beside it."""
     Image.fromarray(photo.pixels).save(file)
     known = {"truth": photo.truth, "roi": photo.roi, "baseline": photo.baseline}
+    known["mm_per_px"] = photo.mm_per_px
     file.with_suffix(".json").write_text(json.dumps(known) + "\n", encoding="utf8")
 
 
@@ -589,4 +590,5 @@ def load(file: Path) -> Photo:
     x, y, w, h = known["roi"]
     left, left_y, right, right_y = known["baseline"]
     pixels = np.asarray(Image.open(file))
-    return Photo(pixels, known["truth"], (x, y, w, h), (left, left_y, right, right_y))
+    foot = left, left_y, right, right_y
+    return Photo(pixels, known["truth"], (x, y, w, h), foot, known["mm_per_px"])

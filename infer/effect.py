@@ -110,7 +110,9 @@ def separating_recordings(
 
 
 def discovered(
-    package: str, path: Iterable[str], kind: type[E] = Effect
+    package: str,
+    path: Iterable[str],
+    kind: type[E] = Effect,  # type: ignore[assignment]
 ) -> dict[str, E]:
     """EFFECTS of every file of a folder, by name, in the order of files; ValueError for
     one that cannot be weighed, two of one name, or a group that is not there."""

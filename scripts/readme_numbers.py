@@ -7,6 +7,7 @@ DEMO (demo-out): the folder in which `make demo` left `calibrated`, which takes 
 and is not done again."""
 
 import argparse
+import contextlib
 import io
 import json
 import os
@@ -14,8 +15,6 @@ import re
 import shlex
 import tempfile
 from pathlib import Path
-
-from rich.console import Console
 
 ROOT = Path(__file__).parents[1]
 README = ROOT / "README.md"
@@ -58,14 +57,14 @@ def printed(arguments: list[str]) -> str:
 
 def calibrated(result: Path) -> str:
     """What `benchtwin calibrate` printed of the parameters, from its result.json."""
+    from benchtwin.bench.terminal import Terminal
     from benchtwin.calibrate_command import show_parameters
 
     found = json.loads(result.read_text(encoding="utf8"))["parameters"]
     out = io.StringIO()
-    show_parameters(
-        Console(file=out, width=160, highlight=False),
-        [{"parameter": n, **row} for n, row in found.items()],
-    )
+    with contextlib.redirect_stdout(out):
+        rows = [{"parameter": n, **row} for n, row in found.items()]
+        show_parameters(Terminal(), rows)
     return tidy(out.getvalue())
 
 

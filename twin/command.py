@@ -63,13 +63,14 @@ def exit_code(
             return f"{error.filename or out}: {error.strerror}"
         return error
 
+    wrong: Errors = (*failures, OSError)
     try:
         return work()
     except KeyboardInterrupt:
         return say(verb, f"stopped; {stopped.format(out=out)}", FAILED)
     except misuses as error:
         return say(verb, words(error), MISUSED)
-    except (*failures, OSError) as error:
+    except wrong as error:
         return say(verb, words(error), FAILED)
 
 

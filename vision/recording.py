@@ -85,7 +85,9 @@ class _Recording:
     @property
     def as_built(self) -> dict[str, float | str]:
         """What is stated of rig and seed that repeats have in common."""
-        kind = {"kind": self.seed.kind} if self.seed.kind else {}
+        kind: dict[str, float | str] = {}
+        if self.seed.kind:
+            kind["kind"] = self.seed.kind
         if self.rig is None:
             return kind
         section = getattr(self, self.rig).model_dump(exclude_none=True)

@@ -201,7 +201,7 @@ def _read_off(
     told = describe(recording)
     fast = math.sqrt(2 * G_MM_S2 * recording.drop.height_mm) / 1000
     drag = drag_at(air_of(told), 0.75 * fast)  # as impacts_from_times has it
-    lasts = float(hop_s(height_mm / 1000, drag))
+    lasts = float(hop_s(np.array(height_mm / 1000), drag))
     sd_s = unstated_sd("row-of-few") / math.sqrt(G_MM_S2 * height_mm)
     return SeenTrack(
         recording.id,

@@ -125,7 +125,8 @@ def _part(
     """What rows tell that state the same."""
     derive = RIGS[rig].part("derive") if RIGS[rig].derive else None
     quantities: list[Quantity] = []
-    notes, table, section = [], [], getattr(recording, rig)
+    notes: list[str] = []
+    table, section = [], getattr(recording, rig)
     stated = {k: getattr(section, k) for k in RIGS[rig].by_row if k in rows}
     for column in columns:
         _, name, unit = READING_COLUMNS[column]

@@ -23,5 +23,5 @@ def paint_board(canvas: Canvas, board: BoardView) -> None:
     canvas.polygon(board.page_px(), REGION, 1.5)
     half = CROSS_PX / canvas.scale
     for x, y in board.corners.picture_px:
-        canvas.curve([x - half, x + half], [y, y], CORNER, 1.0)
-        canvas.curve([x, x], [y - half, y + half], CORNER, 1.0)
+        canvas.line(x - half, y, x + half, y, CORNER, 1.0)
+        canvas.line(x, y - half, x, y + half, CORNER, 1.0)
