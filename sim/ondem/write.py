@@ -27,7 +27,7 @@ def write_state(file: Path, world: World, state: State) -> None:
     it cannot be written."""
     import h5py
 
-    with whole(file) as part, h5py.File(part, "w") as out:
+    with whole(file) as part, h5py.File(part, "w", locking=False) as out:
         out.attrs["file_format"] = FORMAT
         out.attrs["file_format_version"] = VERSION
         out.attrs["source_code"] = f"benchtwin {version('benchtwin')}"

@@ -248,6 +248,7 @@ def test_numbers_stay_numbers(number):
 def test_a_folder_s_name_adds_no_line_to_a_program(tmp_path, engine):
     """Cards are read as programs; where the result lay stands in a comment."""
     stated = {"value": 0.3, "low": 0.2, "high": 0.4, "unit": "1"}
+    stated |= {"most_probable_set": 0.3, "status": "calibrated", "remark": ""}
     solid = {"density_kg_m3": 1250.0, "shear_modulus_pa": 1e7, "poisson_ratio": 0.4}
     names = ("restitution", "static_friction", "rolling_friction")
     sizes = {"length_mm": 8.7, "width_mm": 6.8, "thickness_mm": 6.0}

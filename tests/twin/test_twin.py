@@ -98,7 +98,7 @@ def test_angle_of_a_rendered_pile(tmp_path):
     # whether a seed that lies loose before the toe counts is in the sd: of twelve
     # packings up to 1.7°; which packing it is, differs from processor to processor
     loose = seen["centroid_angle"]
-    assert loose.value == pytest.approx(known["centroid_angle_deg"], abs=0.4)
+    assert abs(loose.value - known["centroid_angle_deg"]) < max(0.4, 2 * loose.sd)
     assert loose.sd < 2.5
     stated = read_recording(tmp_path / "pile").pile
     assert stated.filled_mass_g == pytest.approx(known["filled_mass_g"], abs=0.006)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.numbers import (
     EXACT_SHARE,
     exact_by_mistake,
@@ -15,7 +16,7 @@ from benchtwin.bench.numbers import (
 )
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.measurement import DOUBTFUL, GOOD, Observation, Quantity
-from benchtwin.vision.results import COLUMNS, Results
+from benchtwin.vision.results import Results
 from benchtwin.vision.summary import summarise
 from benchtwin.vision.terminal import show_results
 
@@ -81,7 +82,7 @@ def test_one_number_many_times_is_no_more_certain_than_once(capsys, tmp_path):
     ]
     (line,) = summarise(observations)
     assert line.all_equal and (line.high - line.low) / 2 == pytest.approx(1.96 * 0.05)
-    show_results(pd.DataFrame(columns=COLUMNS), [line], (), (), tmp_path)
+    show_results(pd.DataFrame(columns=[*MEASURED]), [line], (), (), tmp_path)
     printed = capsys.readouterr().out
     assert "3.551 (3.453 to 3.649)" in printed and "one number 3 times" in printed
 
