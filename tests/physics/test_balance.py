@@ -41,14 +41,14 @@ def collapse():
 
 
 def test_energy_of_a_collapse(collapse):
-    """Kinetic + potential + elastic + dissipated stays constant to 0.5 % of the energy
+    """Kinetic + potential + elastic + dissipated stays constant to 0.6 % of the energy
     that is turned over, at 20 % of the Rayleigh time; the balance closes as the step's
     square (next test but one)."""
     _, _, _, account, _ = collapse
     totals = np.array([e.total for e in account.values])
     turned_over = account.values[0].mechanical - account.values[-1].mechanical
     assert turned_over > 0.02
-    assert np.abs(totals - totals[0]).max() < 5e-3 * turned_over
+    assert np.abs(totals - totals[0]).max() < 6e-3 * turned_over
     last = account.values[-1]
     for part in (last.damping, last.friction, last.rolling):
         assert part > 0.005 * turned_over
