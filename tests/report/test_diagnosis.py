@@ -185,7 +185,7 @@ def test_the_verdicts_stand_first(page):
         "96 % of what the baseline misses",
         "A note.",
         (
-            "Restitution rises with pressure_kpa, levelling off: 0.400 at 20 to 0.600"
+            "Restitution rises with pressure_kpa, levelling off: 0.4000 at 20 to 0.6000"
             " at 90 (p &lt; 0.0001)."
         ),
     ):
