@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from benchtwin.bench.numbers import with_interval
 from benchtwin.calibrate.procedure import calibrate_tables, parameters
 from benchtwin.report.spreadsheet import sheets, write_spreadsheet
 
@@ -57,12 +58,14 @@ def test_means_are_the_benchs(paper, found):
     assert set(read.index) == {"drop", "slide", "roll", "pile"}
 
 
-def test_methods_say_convention_source_and_version(found):
+def test_methods_say_convention_source_and_version(found, paper):
     told = found["units and methods"].set_index("what")["value or method"]
     paragraph = told["in words"]
     assert "EDEM" in paragraph and "95 ± 5.4 mm (n = 10)" in paragraph
     assert "printed simulations" in paragraph and "95%" in paragraph
-    assert any(f"0.5{d}" in paragraph for d in "34") and "not resolved" in paragraph
+    median = parameters(paper).set_index("parameter").loc["restitution"]
+    told_of = with_interval(median["value"], median["low"], median["high"])
+    assert told_of in paragraph and "not resolved" in paragraph
     assert "Ding et al." in told["seed: source"] and "version of benchtwin" in told
 
 
