@@ -29,4 +29,4 @@ if __name__ == "__main__":
     state, height, density, push = drop()
     print(f"{state.count} soybeans at rest after {state.time_s:.2f} s,")
     print(f"{1e3 * height:.0f} mm high, {density:.2f} of it filled; the floor carries")
-    print(f"{push:.2f} N of {9.81 * state.masses.sum():.2f} N, the sides the rest")
+    print(f"{push:.2f} N of {9.80665 * state.masses.sum():.2f} N, the sides the rest")

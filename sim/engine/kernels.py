@@ -42,8 +42,8 @@ View = namedtuple(
 # each thread's own
 Scratch = namedtuple("Scratch", "tile active meet share fresh rows early who")
 
-T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_WAY = range(5)
-TOTALS = 5
+T_KINETIC, T_FASTEST, T_POWER, T_BRAKED, T_BRAKED_AHEAD, T_WAY = range(6)
+TOTALS = 6
 ARRIVED, PASSED, NEXT_CONTACT, NEXT_BODIES = range(4)
 DONE, STALE, SQUEEZED, RUNAWAY = range(4)  # why `advance` came back
 # Accounts of the ledger: what the run has turned into what, since it began [J].
@@ -91,7 +91,7 @@ def advance(
             while b < blocks:
                 first, last = s.block_body[b], s.block_body[b + 1]
                 t = s.totals[b]
-                t[T_BRAKED] = 0.0
+                t[T_BRAKED] = t[T_BRAKED_AHEAD] = 0.0
                 if forces:
                     gather_forces(b, s, scratch.fresh)
                     t[T_KINETIC], t[T_FASTEST], t[T_POWER], t[T_BRAKED] = correct(
@@ -104,10 +104,9 @@ def advance(
                         scratch.fresh,
                     )
                 if more:
-                    t[T_WAY], braked = predict(
+                    t[T_WAY], t[T_BRAKED_AHEAD] = predict(
                         first, last, dt, s, scratch.tile, scratch.who
                     )
-                    t[T_BRAKED] += braked
                 b = take(counters, NEXT_BODIES, threads, b + 1)
             if me == 0:
                 counters[NEXT_CONTACT] = 0
@@ -124,6 +123,9 @@ def advance(
                 for b in range(blocks):
                     ledger[2] += s.totals[b, T_BRAKED]
                     ledger[5] += dt * s.totals[b, T_POWER] * forces
+                # in its own loop: a run that goes on adds it after the step before
+                for b in range(blocks):
+                    ledger[2] += s.totals[b, T_BRAKED_AHEAD]
             if forces:
                 done += 1
                 if overlap > most_overlap:

@@ -17,8 +17,8 @@ from benchtwin.sim.seed import Seed
 PACKED = 0.64
 SPARE = 1.06  # that many more, to have something to strike off
 # share of the chute that the rain takes: random sequential addition comes to a halt at
-# .37 to .39, in a wide chute and in one a ball wide, and takes long from .25 on
-RAIN = 0.22
+# .37 to .39 in a wide chute, at .22 in one that is a seed wide each way
+RAIN = 0.15
 LEAST_SEEDS = 10  # fewer make no heap
 STRUCK_OFF = 0.995  # with more left than this share, nothing was struck off
 

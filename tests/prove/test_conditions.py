@@ -133,15 +133,18 @@ def test_a_key_survives_writing_and_reading():
 
 
 def test_a_slope_that_no_second_direction_shows_is_taken_for_rolling_friction():
-    """The shift is the slope itself, its sd the runs' scatter; with both directions it
-    moves the mean by little."""
+    """The shift is the slope itself, downward where it falls along the motion, its sd
+    the runs' scatter; with both directions it moves the mean by little."""
     size, moved = 0.1, {}
     for both in (False, True):
         scene = RIGS["roll"].draw(Request(("slope",), both), RNG(4))
         moved[both] = RIGS["roll"].visibility(scene, {"slope": size}, "slope").moved
         if not both:
-            expected = np.radians(size) / (
-                scene.mu * roll.RUN_SD / np.sqrt(len(scene.runs))
+            (forwards,) = {run.forwards for run in scene.runs}
+            expected = (
+                (-1 if forwards else 1)
+                * np.radians(size)
+                / (scene.mu * roll.RUN_SD / np.sqrt(len(scene.runs)))
             )
             assert moved[both] == pytest.approx(expected, rel=0.25)
     assert abs(moved[True]) < 0.3 * abs(moved[False])

@@ -63,7 +63,7 @@ def test_threads_and_a_checkpoint_do_not_change_a_bit(bed, tmp_path, monkeypatch
     )  # two threads, however slow
     world, _ = bed
     start = run(
-        world, init(world, np.random.default_rng(3)), 0.2
+        world, init(world, np.random.default_rng(3)), 0.3
     )  # some sleep, some fall
     assert 0.05 < asleep(start).mean() < 0.95
     whole = run(world, start, steps=900)
