@@ -579,7 +579,8 @@ def _behind(mi, shot: Shot, eye, tall, rng) -> dict:
 def save(photo: Photo, file: Path) -> None:
     """The picture as PNG, the truth beside it."""
     Image.fromarray(photo.pixels).save(file)
-    known = {"truth": photo.truth, "roi": photo.roi, "baseline": photo.baseline}
+    known: dict[str, object] = {"truth": photo.truth, "roi": photo.roi}
+    known["baseline"] = photo.baseline
     known["mm_per_px"] = photo.mm_per_px
     file.with_suffix(".json").write_text(json.dumps(known) + "\n", encoding="utf8")
 
