@@ -1,9 +1,9 @@
 """How well one recording tells its quantities, and what else could be true of it.
 
 Rows leave the fitted values open by their noise, linear but for the onset, whose sd is
-that of its profile. Rivals are the listed effects, each linear beside the fit, and the
-other modes; one that has less than 5 % of the probability cannot make a 95 % interval
-fail."""
+that of its profile. Rivals are the listed effects and another rate of tilting, each
+fitted in addition, and the other modes; one that has less than 5 % of the probability
+cannot make a 95 % interval fail."""
 
 import math
 from collections.abc import Callable
@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from benchtwin.infer.noise import Noise, Stretch, estimate
 from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.rivals import Measured, Rival
+from benchtwin.infer.rivals import CAN_BE_TRUE, Measured, Rival
 from benchtwin.rigs.slide.modes import (
     KEEPS,
     LETS_GO,
@@ -22,13 +23,17 @@ from benchtwin.rigs.slide.modes import (
     SET_OFF,
     SMALL,
     Found,
+    Motion,
     Nuisance,
+    descent,
+    raised_at,
 )
 from benchtwin.vision.measurement import Quantity
 from benchtwin.vision.motion.least_squares import believed_sds
 
 ROUNDING = 1e-9  # share of a column that is left by rounding
 WIDE = 1e8  # steps for derivatives: beyond any value
+MISSTATED = 100.0  # times too fast or too slow, a rate that is not as stated
 TINY = 1e-4  # of an effect's prior sd, which may bend much within one
 WORDS = {
     LETS_GO: "the block rests at first",
@@ -125,7 +130,7 @@ def effect_slopes(found: Found) -> dict[str, np.ndarray]:
 
 
 def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
-    """Each effect, linear beside the fit."""
+    """Each effect that may be true by its slope beside the fit, fitted with it."""
     found = errors.found
     motion = found.motion
     columns = motion.white(found.columns())
@@ -143,15 +148,78 @@ def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
         size = right / (1 + information)  # [prior sds]
         if not effect.low <= size * effect.prior_sd <= effect.high:
             continue
-        ln_bayes = (size * right - math.log1p(information)) / 2
-        moved = -errors.solve @ column * size
+        ln_odds = math.log(LISTED_ODDS) - math.log1p(information) / 2
+        if ln_odds + size * right / 2 < math.log(CAN_BE_TRUE):
+            continue
+        other = _with(found, name, size * effect.prior_sd)
+        fall = (found.misfit - other.misfit) / motion.level**2
 
-        def value(q: Measured, moved: np.ndarray = moved) -> float:
-            return q.value + float(errors.slope(values[q.name]) @ moved)
+        def value(q: Measured, own: dict[str, float] = other.own) -> float:
+            return q.value + values[q.name](own) - values[q.name](found.own)
 
-        odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
+        odds = math.exp(min(ln_odds + fall / 2, 500.0))
         out.append(Rival(odds, effect.wording[0], value))
     return out
+
+
+def _with(found: Found, name: str, size: float) -> Found:
+    """The same mode fitted again with an effect, from `size` of it on."""
+    effect = found.motion.model.effects[name]
+    more = Nuisance(name, effect.prior_sd, True)
+    motion = replace(found.motion, nuisances=(*found.motion.nuisances, more))
+    return descent(motion, found.mode, found.own | {name: size})
+
+
+def rival_rate(
+    errors: Errors, values: Callable[[Motion], dict[str, Value]]
+) -> list[Rival]:
+    """That the plate is raised at another rate than stated: what the slide itself
+    says of the rate, its logarithm uniform over MISSTATED; values: of a motion.
+
+    Along the slide the pull grows by g cos θ dθ/dt, which friction cannot do."""
+    found = errors.found
+    motion, tilt = found.motion, found.motion.run.tilt
+    rate = float(tilt.coefficients[1])
+    if not rate or tilt.sensor:
+        return []
+    # of what is seen, by the rate's logarithm: it turns the plate, and has turned it
+    slope = rate * (
+        found.slope("rate", SMALL) / tilt.rate_sd
+        + tilt.origin * found.slope("level", SMALL) / tilt.level_sd
+    )
+    columns, column = motion.white(found.columns()), motion.white(slope)
+    left = motion.white(found.residual[:, None])[:, 0]
+    moved = errors.solve @ column  # what is fitted gives way by that
+    beside = column - columns @ moved
+    power = float(beside @ column)
+    right = float(beside @ left) / motion.level**2 + sum(
+        found.own[one.name] / one.sd**2 * moved[found.names.index(one.name)]
+        for one in motion.nuisances
+    )
+    sd = motion.level / math.sqrt(power)  # of the logarithm
+    prior = math.log(min(math.sqrt(2 * math.pi) * sd / (2 * math.log(MISSTATED)), 1.0))
+    if right**2 * sd**2 / 2 + prior + math.log(LISTED_ODDS) < math.log(CAN_BE_TRUE):
+        return []
+    near = min(max(right * sd**2, -math.log(MISSTATED)), math.log(MISSTATED))
+    best = minimize_scalar(
+        lambda ln: raised_at(found, math.exp(ln)).misfit,
+        bracket=(0.0, near),
+        options={"xtol": 1e-3},
+    )
+    factor = math.exp(best.x)
+    other = raised_at(found, factor)
+    ln_bayes = (found.misfit - other.misfit) / 2 / motion.level**2 + prior
+    told, stated = (math.degrees(r) for r in (factor * rate, rate))
+    words = f"the plate is raised at {told:.3g}°/s, as the slide itself shows,"
+    words += f" and not at the stated {stated:.3g}°/s"
+    there = values(other.motion)
+    return [
+        Rival(
+            LISTED_ODDS * math.exp(min(ln_bayes, 500.0)),
+            words,
+            lambda q: there[q.name](other.own),
+        )
+    ]
 
 
 def share_of_loss(two: Found, one: Found, loss_sd: float) -> float:

@@ -28,6 +28,7 @@ from benchtwin.rigs.slide.errors import (
     noise_of,
     rival_effects,
     rival_modes,
+    rival_rate,
     share_of_loss,
 )
 from benchtwin.rigs.slide.model import Model
@@ -304,7 +305,11 @@ def _of_track(
         why = f"pixels or frames only; camera.{missing} is needed"
         kinetic = failed("kinetic_friction", "1", f"the acceleration is known in {why}")
     doubts = _doubts(best, row_noise, kinetic, static, track.unit)
-    rivals = [*rival_effects(errors, _values(motion)), *rival_modes(best, others)]
+    rivals = [
+        *rival_effects(errors, _values(motion)),
+        *rival_modes(best, others),
+        *rival_rate(errors, _values),
+    ]
     found = tuple(
         q if q.quality == FAILED else q.doubt(vague(q), *doubts, *unless(rivals, q))
         for q in (angle, static, kinetic)

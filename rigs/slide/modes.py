@@ -381,6 +381,19 @@ def refined(found: Found, noise: Noise, nuisances: tuple[Nuisance, ...]) -> Foun
     return _again(motion, found)
 
 
+def raised_at(found: Found, factor: float) -> Found:
+    """The same mode fitted again on a plate raised `factor` times as fast as stated,
+    from the same angle at t = 0."""
+    motion = found.motion
+    run = motion.run
+    start, rate = run.tilt.at(0.0), run.tilt.coefficients[1]
+    angle = np.array([start + factor * rate * run.tilt.origin, factor * rate, 0.0, 0.0])
+    run = replace(run, tilt=replace(run.tilt, coefficients=angle))
+    session = replace(motion.model.session, runs=(run,))
+    model = replace(motion.model, session=session, seen={})
+    return _again(replace(motion, model=model), found)
+
+
 def _again(motion: Motion, near: Found) -> Found:
     if near.mode == LETS_GO:
         return lets_go(motion, near)

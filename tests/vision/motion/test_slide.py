@@ -1,6 +1,7 @@
 """Slides: the angle at which a block lets go and both frictions, from drawn tracks; a
 block that slides to rest, or down a plate that stands."""
 
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -135,6 +136,19 @@ def test_a_stated_start_and_rate_stand_in_for_the_column(start):
     assert {q.quality for q in result.quantities} == {"good"} and any(
         "as stated" in note for note in result.notes
     )
+
+
+@pytest.mark.parametrize("factor", [1 / 60, 0.5, 2.0])
+def test_a_rate_that_the_slide_contradicts_is_no_good_number(factor):
+    """The plate is raised at 2 °/s; another rate is stated: no number is good, and the
+    rate that the slide shows is named, to 10 %."""
+    motion = draw_slide(start_deg=0.0)
+    film = film_track(motion, np.random.default_rng(0), fps=100, noise_mm=0.05)
+    stated = Slide(tilt_rate_deg_s=2.0 * factor, start_deg=0.0)
+    result = measure_slide(replace(film, tilt_deg=None), replace(KNOWN, slide=stated))
+    assert "good" not in {q.quality for q in result.quantities}
+    told = re.search(r"raised at ([\d.]+)°/s", named(result)["slide_angle"].reason)
+    assert told and float(told[1]) == pytest.approx(2.0, rel=0.1)
 
 
 def test_a_rate_without_a_start_asks_for_it_by_name():
