@@ -49,7 +49,7 @@ class Quantity:
     believed_sd: float = math.inf
 
     def __post_init__(self) -> None:
-        if self.sd > NARROWED * self.believed_sd and BELIEVED not in self.reason:
+        if self.quality == GOOD and self.sd > NARROWED * self.believed_sd:
             told = self.doubt(BELIEVED)
             object.__setattr__(self, "quality", told.quality)
             object.__setattr__(self, "reason", told.reason)

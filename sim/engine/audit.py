@@ -44,7 +44,8 @@ class Audit:
         self.at_rest = float(weight @ sizes[:, DIAMETER])
         self.held, self.least, self.moving = held_j(world), math.inf, 0.0
         self.low, self.high = math.inf, -math.inf
-        self.look(state)
+        if not world.sleep or state.step % SLEEP_EVERY == 0:
+            self.look(state)  # else sleepers' stored energy is not in the sums
 
     def until_next(self, state: State) -> int:
         """Steps until it is due."""

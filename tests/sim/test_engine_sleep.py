@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scenes import NO_AIR
 
+from benchtwin.sim.engine.audit import Audit
+from benchtwin.sim.engine.gathering import S_NORMAL
 from benchtwin.sim.engine.pace import Pace
 from benchtwin.sim.engine.sleeping import CALM, SLEEP_EVERY
 from benchtwin.sim.engine.state import State
-from benchtwin.sim.engine.step import init, load, run, save
+from benchtwin.sim.engine.step import init, load, run, save, tables_of
 from benchtwin.sim.engine.walls import Plane, Rectangle, Slide, box
 from benchtwin.sim.engine.world import Placed, Scattered, World
 from benchtwin.sim.laws import LAWS
@@ -55,6 +57,20 @@ def test_a_bed_falls_asleep_and_then_stands(bed):
     stood = (later.positions == state.positions).all(axis=1)
     assert (resting & stood).mean() > 0.9
     assert np.abs(later.positions - state.positions).max() < 1e-3 * 6e-3
+
+
+def test_a_run_that_goes_on_among_sleepers_makes_no_energy(bed):
+    """Between two looks at sleepers their stored energy is not in the sums: an audit
+    that begins there finds none of it made when they are looked at, to a hundredth of
+    what is stored."""
+    world, state = bed
+    between = run(world, state, steps=SLEEP_EVERY - state.step % SLEEP_EVERY + 5)
+    stored = run(world, between, steps=SLEEP_EVERY - 5).sums[:, S_NORMAL].sum()
+    assert between.sums[:, S_NORMAL].sum() < 0.5 * stored
+    audit = Audit(world, tables_of(world), between)
+    there = audit.at_rest + stored
+    strict = replace(world, most_gain=0.01 * stored / there)
+    run(strict, between, between.time_s + 3 * audit.interval * between.dt)
 
 
 def test_threads_and_a_checkpoint_do_not_change_a_bit(bed, tmp_path, monkeypatch):
