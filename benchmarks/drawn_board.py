@@ -183,14 +183,16 @@ def main() -> None:
         row["doubted"] = float(bool(view.doubts))
         rows.append(row)
     table = pd.DataFrame(rows)
-    numbers = table.select_dtypes("number")
+    trusted = table[table["doubted"] == 0]
+    print(f"{len(table)} drawn, {len(trusted)} read without a doubt; of these:")
+    numbers = trusted.drop(columns=["read", "doubted"]).select_dtypes("number")
     print(
         numbers.describe(percentiles=[0.01, 0.05, 0.5, 0.95, 0.99]).T.to_string(
             float_format="%.3f"
         )
     )
     for name in ("scale_z", "pitch_z", "plumb_z", "distance_z"):
-        print(name, "within 1.96:", f"{(table[name].abs() < 1.96).mean():.3f}")
+        print(name, "within 1.96:", f"{(trusted[name].abs() < 1.96).mean():.3f}")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from benchtwin.vision.recording import Recording, with_camera
 
 DISAGREES = 3.0  # sds
 KNOWN_DISTANCE = 0.05  # relative sd of a distance that is worth stating
+KNOWN_PITCH_DEG = 3.0  # sd, above which a board does not say how it is looked at
 TURNED_DEG = 5.0
 
 
@@ -79,7 +80,8 @@ def told_by(board: BoardView) -> Iterable[Told]:
     }
     yield Told("mm_per_px", "mm_per_px_sd", *board.mm_per_px(), "mm per px")
     yield Told("plumb_deg", "plumb_sd_deg", *angles["plumb"], "deg")
-    yield Told("pitch_deg", "pitch_sd_deg", *angles["pitch"], "deg")
+    if angles["pitch"][1] < KNOWN_PITCH_DEG:
+        yield Told("pitch_deg", "pitch_sd_deg", *angles["pitch"], "deg")
     distance, sd = board.distance_mm()
     if sd < KNOWN_DISTANCE * distance:
         yield Told("distance_mm", "", distance, sd, "mm")

@@ -27,6 +27,7 @@ CORNER_PX = 0.03  # least error of a corner
 SHEET_EDGE_MM = 1.0  # beside a sheet: its shadow
 LOOSE_SD = 3.0  # beyond it a corner's weight falls
 DOUBTFUL_SD = 0.03  # relative, of a scale
+MOST_FITS = 50  # of one least squares
 BENT_CHI2 = 15.0  # by which a bent sheet fits better; of a flat one 5e-4 by chance
 PARAMETERS = (
     *("ln_focal", "turn_x", "turn_y", "turn_z", "x", "y", "ln_distance"),
@@ -168,16 +169,56 @@ def read_board(image: np.ndarray, line_mm: float | None = None) -> BoardView:
     if line_mm is not None:
         scale = line_mm / corners.sheet.line_mm
         sd = unstated_sd("board-line") / corners.sheet.line_mm
-    bent, error_px = _fit(corners, unstated_sd("board-bent"))
-    flat, _ = _fit(corners, unstated_sd("board-bend"), error_px)
-    is_bent = 2 * (flat.cost - bent.cost) > BENT_CHI2
-    found = bent if is_bent else flat
-    covariance = np.linalg.inv(found.jac.T @ found.jac)
-    return BoardView(corners, found.x, covariance, sd, scale, is_bent)
+    bent, error_px = _fits(corners, unstated_sd("board-bent"), _start(corners))
+    flat, _ = _fits(corners, unstated_sd("board-bend"), bent[0].x, error_px)
+    is_bent = 2 * (flat[0].cost - bent[0].cost) > BENT_CHI2
+    fitted, covariance = _both(*(bent if is_bent else flat))
+    return BoardView(corners, fitted, covariance, sd, scale, is_bent)
+
+
+def _fits(
+    corners: Corners,
+    bend_sd: float,
+    start: np.ndarray,
+    error_px: float | None = None,
+) -> tuple[tuple[OptimizeResult, OptimizeResult], float]:
+    """The better fit, and the one on the other side (a distant board that leans towards
+    the camera looks as one that leans away by as much); the error of a corner."""
+    one, error_px = _fit(corners, bend_sd, start, error_px)
+    other, less_px = _fit(corners, bend_sd, _other_side(one.x))
+    if less_px < error_px:
+        one, error_px = _fit(corners, bend_sd, one.x, less_px)
+    other, _ = _fit(corners, bend_sd, other.x, error_px)
+    return ((one, other) if one.cost <= other.cost else (other, one)), error_px
+
+
+def _both(best: OptimizeResult, other: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
+    """Values and covariance of the better of two fits, to which the other adds as much
+    as it is probable."""
+    share = 1 / (1 + np.exp(min(other.cost - best.cost, 500.0)))
+    apart = other.x - best.x
+    covariance = np.linalg.inv(best.jac.T @ best.jac)
+    return best.x, covariance + share * np.outer(apart, apart)
+
+
+def _other_side(p: np.ndarray) -> np.ndarray:
+    """The same board leaning to the other side of its line of sight: what sticks out of
+    the picture's plane is reversed."""
+    sight = np.array([p[4], p[5], np.exp(p[6])])
+    sight /= np.linalg.norm(sight)
+    mirror = np.eye(3) - 2 * np.outer(sight, sight)
+    turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
+    turned = mirror @ turned @ np.diag([1.0, 1.0, -1.0])
+    other = p.copy()
+    other[1:4] = Rotation.from_matrix(turned @ UPRIGHT).as_rotvec()
+    return other
 
 
 def _fit(
-    corners: Corners, bend_sd: float, error_px: float | None = None
+    corners: Corners,
+    bend_sd: float,
+    start: np.ndarray,
+    error_px: float | None = None,
 ) -> tuple[OptimizeResult, float]:
     """The fitted parameters, and the error of a corner, which is read off what the fit
     leaves where it is not given."""
@@ -198,10 +239,12 @@ def _fit(
         weight = np.sqrt(np.minimum(1, LOOSE_SD / np.hypot(*rows.T).clip(1e-9)))
         return np.append((weight[:, None] * rows).ravel(), (p[held] - centre) / sd)
 
-    start, given = _start(corners), error_px
+    given = error_px
     error_px = given or CORNER_PX
     for _ in range(1 if given else 3):
-        found = least_squares(off, start, x_scale="jac", args=(error_px,))
+        found = least_squares(
+            off, start, x_scale="jac", max_nfev=MOST_FITS, args=(error_px,)
+        )
         start = found.x
         if not given:
             left = _project(start, corners.board_mm, corners) - corners.picture_px

@@ -87,6 +87,16 @@ def test_the_sds_hold():
     assert np.mean(np.square(z)) < 1.5
 
 
+@pytest.mark.parametrize("pitch", [14.0, 15.2, 22.0])
+def test_a_distant_board_that_leans_away_is_not_taken_for_one_that_leans_towards(pitch):
+    """From afar both look alike, but for perspective; a fit from one start alone ends
+    on the wrong side at 15.2°, 29° off."""
+    shot = Shot("A6", (1600, 1200), 1.307, 423.0, pitch, 19.03, 0.678, (0.454, 0.462))
+    shot = replace(shot, distortion=-0.00313, blur_px=0.687, noise=0.016)
+    value, sd = read_board(draw(shot, np.random.default_rng(3))).attitude_deg()["pitch"]
+    assert abs(value - truth(shot)["pitch"]) < 4 * sd
+
+
 def test_a_print_at_97_percent_is_taken_by_its_line():
     """Stated, the line's length sets the scale; not stated, it is off by six of the
     sds that an unchecked printer is given, no less."""
