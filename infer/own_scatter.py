@@ -1,15 +1,18 @@
 """How much recordings differ within themselves: the size of what each has of its own
-beside a common law.
+beside a common law, and which of them are odd.
 
-Rows of recording r: b = A θ + D u + ε, u ~ N(0, σ²) its own. Restricted maximum
-likelihood takes everything common, effects included, as free, so that what all
-recordings have alike does not count as scatter:
+Rows of recording r: b = A θ + D u + ε, u ~ N(0, λ²σ²) its own, λ = 1, of an odd
+recording ODD. Restricted maximum likelihood takes everything common, effects included,
+as free, so that what all recordings have alike does not count as scatter:
 
-    ln L(σ) = −½ Σ ln det V_r − ½ ln det Σ AᵀV⁻¹A − ½ Σ bᵀP b,   V = I + σ² D Dᵀ
+    ln L(σ, λ) = −½ Σ ln det V_r − ½ ln det Σ AᵀV⁻¹A − ½ Σ bᵀP b,   V = I + λ²σ² D Dᵀ
 
 Source: Patterson & Thompson (1971), Biometrika 58, 545."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.special import logsumexp
 
 from benchtwin.infer.linear import Reduced
 
@@ -17,6 +20,22 @@ SIZES = np.geomspace(0.03, 60.0, 22)  # times the usual one
 DOUBT = 1.5  # sd of ln of a usual size
 TURNS = 2  # in which each kind is estimated beside the others
 SHOWN = 1.92  # rise of ln L at the end of a 95 % interval that holds 0
+ODD = 10.0  # times the size of the others' own
+NOT_TOLD = 1e-9  # of the information on a column, below which it is not told
+
+
+@dataclass(frozen=True, eq=False)
+class OwnScatter:
+    """sd (K,): root of the mean square of what recordings have of their own; odd (R,):
+    whether a recording has ODD times as much."""
+
+    sd: np.ndarray
+    odd: np.ndarray
+
+    @property
+    def times(self) -> np.ndarray:
+        """λ (R,)."""
+        return np.where(self.odd, ODD, 1.0)
 
 
 def own_scatter(
@@ -24,43 +43,57 @@ def own_scatter(
     common: int,
     usual: np.ndarray | float,
     always: np.ndarray | bool = False,
-) -> np.ndarray:
-    """σ (K,) of each recording's own columns, which stand behind the first `common`:
-    the root of its mean square; 0 where recordings do not show any, but of what is
-    there `always` (K,). usual (K,): what it usually is; columns of one usual size have
-    one size."""
-    y = [r.b for r in reduced]
+    odd_share: float = 0.0,
+) -> OwnScatter:
+    """Of each recording's own columns, which stand behind the first `common`: 0 where
+    recordings do not show any, but of what is there `always` (K,). usual (K,): what it
+    usually is; columns of one usual size have one size. odd_share: of recordings that
+    are odd; they are found one by one as long as that is likelier."""
     size = np.sqrt(sum((r.a[:, :common] ** 2).sum(0) for r in reduced))
     kept = size > 0
-    x = [r.a[:, :common][:, kept] / size[kept] for r in reduced]
-    own = [r.a[:, common:] for r in reduced]
-    usual = usual * np.ones(own[0].shape[1])
-    found = np.zeros(len(usual))
+    parts = [
+        (np.column_stack([r.a[:, :common][:, kept] / size[kept], r.b]), r.a[:, common:])
+        for r in reduced
+    ]
+    usual = usual * np.ones(parts[0][1].shape[1])
+    odd = np.zeros(len(parts), dtype=bool)
+    sd, ln = _sizes(parts, usual, always, odd)
+    while odd_share:
+        tried = [odd | (np.arange(len(odd)) == r) for r in np.flatnonzero(~odd)]
+        found = [(*_sizes(parts, usual, always, one), one) for one in tried]
+        best = max(found, key=lambda one: one[1], default=(sd, -np.inf, odd))
+        if best[1] + np.log(odd_share / (1 - odd_share)) <= ln:
+            break
+        sd, ln, odd = best
+    return OwnScatter(sd, odd)
+
+
+def _sizes(parts, usual, always, odd) -> tuple[np.ndarray, float]:
+    """σ (K,) and ln L, averaged over the sizes of the last kind."""
+    found, times = np.zeros(len(usual)), np.where(odd, ODD, 1.0)
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
-        nothing, *rest = (_ln_likelihood(sd, x, own, y) for sd in tried)
+        nothing, *rest = (_ln_likelihood(sd, parts, times) for sd in tried)
         found = found * ~kind
+        ln = np.array(rest) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
         if (always & kind).any() or max(rest) > nothing + SHOWN:
-            ln = np.array(rest) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
             weight = np.exp(ln - ln.max())
             found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
-    return found
+    return found, float(logsumexp(ln))
 
 
-def _ln_likelihood(
-    sd: np.ndarray, x: list[np.ndarray], own: list[np.ndarray], y: list[np.ndarray]
-) -> float:
+def _ln_likelihood(sd: np.ndarray, parts, times: np.ndarray) -> float:
     """Restricted, up to a constant; sd (K,)."""
-    width = x[0].shape[1]
+    width = parts[0][0].shape[1] - 1
     gram, ln_det = np.zeros((width + 1, width + 1)), 0.0
-    for a, d, b in zip(x, own, y, strict=True):
-        rows, scaled = np.column_stack([a, b]), d * sd
-        inner = np.eye(d.shape[1]) + scaled.T @ scaled
+    for (rows, own), more in zip(parts, times, strict=True):
+        scaled = own * sd * more
+        inner = np.eye(scaled.shape[1]) + scaled.T @ scaled
         across = scaled.T @ rows
         gram += rows.T @ rows - across.T @ np.linalg.solve(inner, across)
         ln_det += float(np.linalg.slogdet(inner)[1])
     values, vectors = np.linalg.eigh(gram[:-1, :-1])
-    seen = values > 1e-9 * max(values.max(initial=0.0), 1e-300)
+    seen = values > NOT_TOLD * max(values.max(initial=0.0), 1e-300)
     along = vectors[:, seen].T @ gram[:-1, -1]
     left = gram[-1, -1] - float((along**2 / values[seen]).sum())
     return -0.5 * (ln_det + float(np.log(values[seen]).sum()) + left)

@@ -15,6 +15,7 @@ from benchtwin.infer.explanation import (
 )
 from benchtwin.infer.finding import Curve, Finding
 from benchtwin.infer.inference import finding_of
+from benchtwin.infer.own_scatter import ODD
 from benchtwin.infer.posterior import LISTED_ODDS
 from benchtwin.infer.problem import Fit, Problem, fit, ln_evidence
 from benchtwin.infer.task import DiagnosisTask
@@ -162,16 +163,27 @@ def is_of_heights(name: str) -> bool:
 
 def remarks(fit: Fit) -> tuple[str, ...]:
     """Notes on what differs from flight to flight, and on stated heights."""
-    own = max((p.model.own_force for p in fit.problem.model.parts), default=0.0)
+    models = [part.model for part in fit.problem.model.parts]
+    own = max((model.own_force.min() for model in models), default=0.0)
     if not own:
         return heights_in_words(fit)
+    odd = [
+        name
+        for model in models
+        for name, force in zip(model.session.names, model.own_force, strict=True)
+        if force > own
+    ]
+    left_out = (
+        f"{', '.join(odd)}: pushed otherwise than the others, by up to {ODD:g} times as"
+        " much, and counted that much less",
+    ) * bool(odd)
     said = (
         f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
         f" ({own / G_M_S2:.1%} of its weight) of its own, another way each time: a"
         " turning seed tracked beside its centre of mass, motion towards the camera, or"
         " seeds that differ"
     )
-    return (said, *heights_in_words(fit))
+    return (said, *left_out, *heights_in_words(fit))
 
 
 def heights_in_words(fit: Fit) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from benchtwin.bench.air import SLOWEST_M_S, drag_at, drag_over_mass
 from benchtwin.bench.constants import G_M_S2
@@ -74,7 +75,7 @@ class Model:
     # (2 J): the J contacts seen from the flight before, then from the flight after
     contacts: Places
     begins: Places  # (F): each flight at its first row
-    own_force: float = 0.0  # [m/s²] sd, each way
+    own_force: np.ndarray  # (R,) [m/s²] sd, each way
     laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
@@ -83,14 +84,12 @@ FLAT = 4  # the first of them, which have no prior: x, z, v_x, v_z
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
 NEARING = (5, 6)  # of them, those along the line of sight: y, v_y
 SPIN = "own spin"
-TURNING = 0.5  # by which a flight's own force changes to either end: half a radian
 SMALL_M, SMALL_SQUARE = 1e-6, 1e-3  # for derivatives: of places [m], of v_y² [m²/s²]
 NEAREST = 0.5  # greatest share of the way to the camera
 
 
-def build(session: Session, own_force: float = 0.0) -> Model:
-    """A model with all globals that this session can say something about; own_force:
-    sd [m/s²] of what acts on each flight beside all that they have in common."""
+def build(session: Session) -> Model:
+    """A model with all globals that this session can say something about."""
     names = tuple(
         n
         for n, law in LAWS.items()
@@ -106,7 +105,15 @@ def build(session: Session, own_force: float = 0.0) -> Model:
     begins = points_at(
         session, np.arange(len(session.middle)), session.middle - session.half
     )
-    return Model(session, names, *_aside(session), rows, contacts, begins, own_force)
+    return Model(
+        session,
+        names,
+        *_aside(session),
+        rows,
+        contacts,
+        begins,
+        np.zeros(len(session.names)),
+    )
 
 
 def _aside(session: Session) -> tuple[np.ndarray, np.ndarray]:
@@ -446,12 +453,12 @@ def pushed_sides(model: Model, sds: np.ndarray, push: np.ndarray) -> np.ndarray:
     )
 
 
-# accelerations (4, POINTS, 2) that a flight has of its own, in sds: steady across and
-# up, and from one end of the flight to the other, as of a body that turns meanwhile
+# accelerations (6, POINTS, 2) that a flight has of its own, in sds, across and up:
+# steady, and Legendre's first two polynomials of time: a body is pushed as it is let go
 OWN = np.array(
     [
-        shape[:, None] * way
-        for shape in (1 + 0 * NODES, TURNING * NODES)
+        legendre.legval(NODES, shape)[:, None] * way
+        for shape in np.eye(3)
         for way in np.eye(2)
     ]
 )
@@ -460,10 +467,8 @@ OWN = np.array(
 def own_pushes(model: Model) -> np.ndarray:
     """(K, F, POINTS, 2): one sd of each flight's own forces, OWN; (0, …) where none was
     seen."""
-    flights = np.ones(len(model.session.middle))
-    return np.einsum(
-        "f,kpc->kfpc", model.own_force * flights, OWN[: 4 * (model.own_force > 0)]
-    )
+    force = model.own_force[model.session.recording]
+    return np.einsum("f,kpc->kfpc", force, OWN[: len(OWN) * force.any()])
 
 
 def touching(model: Model, push: np.ndarray) -> np.ndarray:

@@ -40,6 +40,7 @@ from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise
 WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
 DISTANCES_M = np.geomspace(FARTHEST_M, NEAREST_M, 10)
 TOO_NEAR = 12.0  # ln of the likelihood below the greatest, as no greater one follows
+ODD_FLIGHTS = 0.03  # share of recordings that are pushed otherwise than the others
 TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
@@ -152,8 +153,8 @@ def _wide_sds(of: Fit) -> np.ndarray:
 def with_own_forces(
     sessions: tuple[PreparedSession, ...], flights: Fit
 ) -> tuple[PreparedSession, ...]:
-    """The same sessions, each flight with a force of its own as far as these recordings
-    show that flights have one; flights: as fitted without.
+    """The same sessions, each flight with a force of its own, of the size that these
+    recordings show; flights: as fitted without.
 
     Free beside it is what flights of one number have in common (the falls, the first
     rebounds), and so are effects, each within WIDEST times its usual size."""
@@ -170,10 +171,16 @@ def with_own_forces(
     known = np.eye(width, width + 2 * count)
     made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
     usual = np.full(count, unstated_sd("own-force"))
-    own = float(np.max(own_scatter(tuple(made), width + count, usual)))
-    if not own:
-        return sessions
-    models = [replace(s.problem.model, own_force=own) for s in sessions]
+    own = own_scatter(tuple(made), width + count, usual, True, ODD_FLIGHTS)
+    by_name = dict(zip(_filmed(joint), own.sd[0] * own.times))
+
+    def of_each(names: tuple[str, ...]) -> np.ndarray:
+        return np.array([by_name.get(name, own.sd[0]) for name in names])
+
+    models = [
+        replace(model, own_force=of_each(model.session.names))
+        for model in (s.problem.model for s in sessions)
+    ]
     return tuple(
         replace(s, problem=problem_of(model, s.noise))
         for s, model in zip(sessions, models, strict=True)

@@ -15,6 +15,7 @@ DEGREE = 6  # of the curve; forces act in degrees 2 to 5
 EXACT_M = 1e-7  # floor for simulated tracks
 TRACKER_PX = 0.01  # smooth error of a silhouette's centre by light and pixels
 UNSEEN_M = 10.0  # sd of a coordinate that was not recorded
+UNTOLD = 1.0  # sd of ln of the slow noise's power, from which flights do not tell it
 SMOOTH = range(2, DEGREE + 1)  # degrees beyond a straight line
 
 
@@ -52,6 +53,9 @@ def estimate_noise(
         sigma[:, axis] = spreads(
             stretches, session.recording, len(session.names), noise
         )
+        if noise.log_level_sd >= UNTOLD:  # few short flights: rows err each by itself
+            spare = sum(len(s.data) - s.design.shape[1] for s in stretches)
+            noise = Noise(0.0, 0.0, float(np.sqrt(2 / max(spare, 1))))
         axes.append(noise)
     return TrackNoise((axes[0], axes[1]), floored(session, sigma))
 

@@ -287,7 +287,7 @@ def scatter_beside(prepared: Prepared, found: Fit) -> tuple[np.ndarray, np.ndarr
     extra += [np.zeros((len(r.angles), width)) for r in session.reads]
     reduced = problem.reduce(found.starts, found.values, extra)[0]
     common = len(problem.names) + WAVES + 1
-    return own_scatter(reduced, common, usual, always > 0), usual
+    return own_scatter(reduced, common, usual, always > 0).sd, usual
 
 
 def wander_of(run: Run, longest_s: float) -> np.ndarray:
