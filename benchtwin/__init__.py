@@ -8,9 +8,7 @@
 What `__all__` names is the Python interface; docs/python.md says what of it may change
 between versions."""
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -64,16 +62,11 @@ def __dir__() -> list[str]:
     return __all__
 
 
-class _Interface(ModuleType):
-    """Keeps `calibrate` and `diagnose` what `__all__` says, functions: importing a
-    module of the packages that bear the same names would put the packages there."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _MODULES and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Interface
+# Packages that bear a function's name: their first import puts them in its place, a
+# later one of what is in them does not.
+for _package in ("calibrate", "diagnose", "measure"):
+    import_module(f"{__name__}.{_package}")
+    del globals()[_package]
 
 if not TYPE_CHECKING:  # a type checker would take every name for one of ours
 

@@ -372,10 +372,12 @@ TRAP = """
 import pickle
 import benchtwin.calibrate.statistics.box
 import benchtwin.diagnose.words
+import benchtwin.measure.batch
 from benchtwin.calibrate.statistics.box import Box
 import benchtwin
-from benchtwin import calibrate, diagnose
+from benchtwin import calibrate, diagnose, measure
 assert callable(benchtwin.calibrate) and callable(benchtwin.diagnose)
+assert callable(benchtwin.measure) and benchtwin.measure is measure
 assert benchtwin.calibrate is calibrate
 import benchtwin.calibrate.procedure
 assert benchtwin.calibrate is calibrate and benchtwin.diagnose is diagnose
