@@ -35,7 +35,7 @@ class OwnScatter:
     @property
     def times(self) -> np.ndarray:
         """λ (R,)."""
-        return np.where(self.odd, ODD, 1.0)
+        return _times(self.odd)
 
 
 def own_scatter(
@@ -58,19 +58,25 @@ def own_scatter(
     usual = usual * np.ones(parts[0][1].shape[1])
     odd = np.zeros(len(parts), dtype=bool)
     sd, ln = _sizes(parts, usual, always, odd)
-    while odd_share:
-        tried = [odd | (np.arange(len(odd)) == r) for r in np.flatnonzero(~odd)]
-        found = [(*_sizes(parts, usual, always, one), one) for one in tried]
-        best = max(found, key=lambda one: one[1], default=(sd, -np.inf, odd))
-        if best[1] + np.log(odd_share / (1 - odd_share)) <= ln:
+    others = np.eye(len(parts), dtype=bool)
+    while odd_share and not odd.all():
+        less = sd / np.sqrt(ODD)  # an odd one has raised the size of all
+        alike = [_ln_likelihood(less, parts, _times(odd | one)) for one in others]
+        one = odd | others[int(np.argmax(np.where(odd, -np.inf, alike)))]
+        again, higher = _sizes(parts, usual, always, one)
+        if higher + np.log(odd_share / (1 - odd_share)) <= ln:
             break
-        sd, ln, odd = best
+        sd, ln, odd = again, higher, one
     return OwnScatter(sd, odd)
+
+
+def _times(odd: np.ndarray) -> np.ndarray:
+    return np.where(odd, ODD, 1.0)
 
 
 def _sizes(parts, usual, always, odd) -> tuple[np.ndarray, float]:
     """σ (K,) and ln L, averaged over the sizes of the last kind."""
-    found, times = np.zeros(len(usual)), np.where(odd, ODD, 1.0)
+    found, times = np.zeros(len(usual)), _times(odd)
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
         nothing, *rest = (_ln_likelihood(sd, parts, times) for sd in tried)
