@@ -27,10 +27,12 @@ NOT_TOLD = 1e-9  # of the information on a column, below which it is not told
 @dataclass(frozen=True, eq=False)
 class OwnScatter:
     """sd (K,): root of the mean square of what recordings have of their own; odd (R,):
-    whether a recording has ODD times as much."""
+    whether a recording has ODD times as much; shown: whether the recordings show any
+    (ln L rises by SHOWN or more), else its size is what was believed before."""
 
     sd: np.ndarray
     odd: np.ndarray
+    shown: bool
 
     @property
     def times(self) -> np.ndarray:
@@ -57,35 +59,43 @@ def own_scatter(
     ]
     usual = usual * np.ones(parts[0][1].shape[1])
     odd = np.zeros(len(parts), dtype=bool)
-    sd, ln = _sizes(parts, usual, always, odd)
+    sd, ln, shown = _sizes(parts, usual, always, odd)
     others = np.eye(len(parts), dtype=bool)
     while odd_share and not odd.all():
         less = sd / np.sqrt(ODD)  # an odd one has raised the size of all
         alike = [_ln_likelihood(less, parts, _times(odd | one)) for one in others]
         one = odd | others[int(np.argmax(np.where(odd, -np.inf, alike)))]
-        again, higher = _sizes(parts, usual, always, one)
+        again, higher, seen = _sizes(parts, usual, always, one)
         if higher + np.log(odd_share / (1 - odd_share)) <= ln:
             break
-        sd, ln, odd = again, higher, one
-    return OwnScatter(sd, odd)
+        sd, ln, shown, odd = again, higher, seen, one
+    return OwnScatter(sd, odd, shown)
 
 
 def _times(odd: np.ndarray) -> np.ndarray:
     return np.where(odd, ODD, 1.0)
 
 
-def _sizes(parts, usual, always, odd) -> tuple[np.ndarray, float]:
-    """σ (K,) and ln L, averaged over the sizes of the last kind."""
-    found, times = np.zeros(len(usual)), _times(odd)
+def _sizes(
+    parts: list[tuple[np.ndarray, np.ndarray]],
+    usual: np.ndarray,
+    always: np.ndarray | bool,
+    odd: np.ndarray,
+) -> tuple[np.ndarray, float, bool]:
+    """σ (K,), ln L averaged over the sizes of the last kind, and whether any is shown;
+    parts: of each recording, common columns and data (n, C + 1) and its own (n, K)."""
+    found, times, shown = np.zeros(len(usual)), _times(odd), False
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
         nothing, *rest = (_ln_likelihood(sd, parts, times) for sd in tried)
         found = found * ~kind
         ln = np.array(rest) - 0.5 * (np.log(SIZES) / DOUBT) ** 2
-        if (always & kind).any() or max(rest) > nothing + SHOWN:
+        seen = max(rest) > nothing + SHOWN
+        if (always & kind).any() or seen:
             weight = np.exp(ln - ln.max())
             found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
-    return found, float(logsumexp(ln))
+        shown = shown or seen
+    return found, float(logsumexp(ln)), shown
 
 
 def _ln_likelihood(sd: np.ndarray, parts, times: np.ndarray) -> float:

@@ -164,26 +164,27 @@ def is_of_heights(name: str) -> bool:
 def remarks(fit: Fit) -> tuple[str, ...]:
     """Notes on what differs from flight to flight, and on stated heights."""
     models = [part.model for part in fit.problem.model.parts]
-    own = max((model.own_force.min() for model in models), default=0.0)
-    if not own:
+    if not any(model.own_shown for model in models):
         return heights_in_words(fit)
+    own = min(float(model.own_force.min()) for model in models)
+    said = [
+        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
+        f" ({own / G_M_S2:.1%} of its weight) of its own, another way each time: a"
+        " turning seed tracked beside its centre of mass, motion towards the camera, or"
+        " seeds that differ"
+    ]
     odd = [
         name
         for model in models
         for name, force in zip(model.session.names, model.own_force, strict=True)
         if force > own
     ]
-    left_out = (
-        f"{', '.join(odd)}: pushed otherwise than the others, by up to {ODD:g} times as"
-        " much, and counted that much less",
-    ) * bool(odd)
-    said = (
-        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
-        f" ({own / G_M_S2:.1%} of its weight) of its own, another way each time: a"
-        " turning seed tracked beside its centre of mass, motion towards the camera, or"
-        " seeds that differ"
-    )
-    return (said, *left_out, *heights_in_words(fit))
+    if odd:
+        said.append(
+            f"{', '.join(odd)}: something of its own pushes it much harder than the"
+            f" other flights (taken as {ODD:g} times as hard), so that it counts little"
+        )
+    return (*said, *heights_in_words(fit))
 
 
 def heights_in_words(fit: Fit) -> tuple[str, ...]:

@@ -76,6 +76,7 @@ class Model:
     contacts: Places
     begins: Places  # (F): each flight at its first row
     own_force: np.ndarray  # (R,) [m/s²] sd, each way
+    own_shown: bool = False  # whether the flights show it
     laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 

@@ -172,13 +172,14 @@ def with_own_forces(
     made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
     usual = np.full(count, unstated_sd("own-force"))
     own = own_scatter(tuple(made), width + count, usual, True, ODD_FLIGHTS)
-    by_name = dict(zip(_filmed(joint), own.sd[0] * own.times))
+    times = own.times[:-1]  # of all but what was made of the priors
+    by_name = dict(zip(_filmed(joint), own.sd[0] * times, strict=True))
 
     def of_each(names: tuple[str, ...]) -> np.ndarray:
         return np.array([by_name.get(name, own.sd[0]) for name in names])
 
     models = [
-        replace(model, own_force=of_each(model.session.names))
+        replace(model, own_force=of_each(model.session.names), own_shown=own.shown)
         for model in (s.problem.model for s in sessions)
     ]
     return tuple(

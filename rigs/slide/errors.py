@@ -146,12 +146,12 @@ def rival_effects(errors: Errors, values: dict[str, Value]) -> list[Rival]:
         information = power / motion.level**2
         right = float(beside @ left) / motion.level**2
         size = right / (1 + information)  # [prior sds]
-        if not effect.low <= size * effect.prior_sd <= effect.high:
-            continue
         ln_odds = math.log(LISTED_ODDS) - math.log1p(information) / 2
         if ln_odds + size * right / 2 < math.log(CAN_BE_TRUE):
             continue
         other = _with(found, name, size * effect.prior_sd)
+        if not effect.low <= other.own[name] <= effect.high:
+            continue
         fall = (found.misfit - other.misfit) / motion.level**2
 
         def value(q: Measured, own: dict[str, float] = other.own) -> float:
@@ -173,10 +173,10 @@ def _with(found: Found, name: str, size: float) -> Found:
 def rival_rate(
     errors: Errors, values: Callable[[Motion], dict[str, Value]]
 ) -> list[Rival]:
-    """That the plate is raised at another rate than stated: what the slide itself
-    says of the rate, its logarithm uniform over MISSTATED; values: of a motion.
-
-    Along the slide the pull grows by g cos θ dθ/dt, which friction cannot do."""
+    """That the plate is raised at another rate than stated, of which the slide tells:
+    its pull grows by g cos θ dθ/dt. The rate's logarithm is uniform a priori between
+    1/MISSTATED and MISSTATED times the stated one. values: functions that give each
+    quantity of a motion."""
     found = errors.found
     motion, tilt = found.motion, found.motion.run.tilt
     rate = float(tilt.coefficients[1])
@@ -192,6 +192,8 @@ def rival_rate(
     moved = errors.solve @ column  # what is fitted gives way by that
     beside = column - columns @ moved
     power = float(beside @ column)
+    if power < ROUNDING * float(column @ column):  # the fit says the same
+        return []
     right = float(beside @ left) / motion.level**2 + sum(
         found.own[one.name] / one.sd**2 * moved[found.names.index(one.name)]
         for one in motion.nuisances
@@ -200,18 +202,18 @@ def rival_rate(
     prior = math.log(min(math.sqrt(2 * math.pi) * sd / (2 * math.log(MISSTATED)), 1.0))
     if right**2 * sd**2 / 2 + prior + math.log(LISTED_ODDS) < math.log(CAN_BE_TRUE):
         return []
-    near = min(max(right * sd**2, -math.log(MISSTATED)), math.log(MISSTATED))
+    farthest = math.copysign(math.log(MISSTATED), right)
     best = minimize_scalar(
         lambda ln: raised_at(found, math.exp(ln)).misfit,
-        bracket=(0.0, near),
-        options={"xtol": 1e-3},
+        bounds=sorted((0.0, farthest)),
+        method="bounded",
+        options={"xatol": 1e-3},
     )
     factor = math.exp(best.x)
     other = raised_at(found, factor)
     ln_bayes = (found.misfit - other.misfit) / 2 / motion.level**2 + prior
     told, stated = (math.degrees(r) for r in (factor * rate, rate))
-    words = f"the plate is raised at {told:.3g}°/s, as the slide itself shows,"
-    words += f" and not at the stated {stated:.3g}°/s"
+    words = f"the plate is raised at {told:.3g}°/s, not at the stated {stated:.3g}°/s"
     there = values(other.motion)
     return [
         Rival(

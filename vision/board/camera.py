@@ -103,10 +103,11 @@ def _disagreement(told: Told, camera: Camera) -> str:
 def _in_words(board: BoardView) -> str:
     angles, (scale, sd) = board.attitude_deg(), board.mm_per_px()
     turned = abs(angles["yaw"][0])
+    pitch, pitch_sd = angles["pitch"]
+    down = f"looking down by {pitch:.1f}°, " * (pitch_sd < KNOWN_PITCH_DEG)
     aside = f"; it is turned by {turned:.0f}°" if turned > TURNED_DEG else ""
     return (
         f"a printed board ({board.sheet_name}, {len(board.corners.board_mm)} corners)"
-        f" tells the camera: {plus_minus(scale, sd, 'mm per px')}, looking down by"
-        f" {angles['pitch'][0]:.1f}°, gravity {angles['plumb'][0]:+.2f}° from straight"
-        f" down{aside}"
+        f" tells the camera: {plus_minus(scale, sd, 'mm per px')}, {down}gravity"
+        f" {angles['plumb'][0]:+.2f}° from straight down{aside}"
     )

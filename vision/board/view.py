@@ -27,7 +27,7 @@ CORNER_PX = 0.03  # least error of a corner
 SHEET_EDGE_MM = 1.0  # beside a sheet: its shadow
 LOOSE_SD = 3.0  # beyond it a corner's weight falls
 DOUBTFUL_SD = 0.03  # relative, of a scale
-MOST_FITS = 50  # of one least squares
+MOST_EVALUATIONS = 50  # of one least squares
 BENT_CHI2 = 15.0  # by which a bent sheet fits better; of a flat one 5e-4 by chance
 PARAMETERS = (
     *("ln_focal", "turn_x", "turn_y", "turn_z", "x", "y", "ln_distance"),
@@ -184,12 +184,12 @@ def _fits(
 ) -> tuple[tuple[OptimizeResult, OptimizeResult], float]:
     """The better fit, and the one on the other side (a distant board that leans towards
     the camera looks as one that leans away by as much); the error of a corner."""
-    one, error_px = _fit(corners, bend_sd, start, error_px)
-    other, less_px = _fit(corners, bend_sd, _other_side(one.x))
-    if less_px < error_px:
-        one, error_px = _fit(corners, bend_sd, one.x, less_px)
-    other, _ = _fit(corners, bend_sd, other.x, error_px)
-    return ((one, other) if one.cost <= other.cost else (other, one)), error_px
+    one, one_px = _fit(corners, bend_sd, start, error_px)
+    other, other_px = _fit(corners, bend_sd, _other_side(one.x), error_px)
+    error_px = min(one_px, other_px)
+    again = [_fit(corners, bend_sd, f.x, error_px)[0] for f in (one, other)]
+    best, worse = sorted(again, key=lambda found: found.cost)
+    return (best, worse), error_px
 
 
 def _both(best: OptimizeResult, other: OptimizeResult) -> tuple[np.ndarray, np.ndarray]:
@@ -243,7 +243,7 @@ def _fit(
     error_px = given or CORNER_PX
     for _ in range(1 if given else 3):
         found = least_squares(
-            off, start, x_scale="jac", max_nfev=MOST_FITS, args=(error_px,)
+            off, start, x_scale="jac", max_nfev=MOST_EVALUATIONS, args=(error_px,)
         )
         start = found.x
         if not given:

@@ -1,5 +1,6 @@
 """A printed board over its photo: its sheet, and the corners that were read."""
 
+from benchtwin.bench.numbers import plus_minus
 from benchtwin.vision.board.view import BoardView
 from benchtwin.vision.overlay.canvas import Canvas
 
@@ -13,8 +14,8 @@ def board_words(board: BoardView) -> str:
     angles = board.attitude_deg()
     return (
         f"board {board.sheet_name}: {1 / scale:.2f} px/mm, camera looking down by"
-        f" {angles['pitch'][0]:.1f}°, gravity {angles['plumb'][0]:+.2f}° from straight"
-        " down"
+        f" {plus_minus(*angles['pitch'], 'deg')}, gravity"
+        f" {angles['plumb'][0]:+.2f}° from straight down"
     )
 
 
