@@ -88,7 +88,7 @@ class Effect:
     kick: Callable | None = None  # (Hits, value)
     # (Laws, run, value): slides; (way, value, context): rolls
     act: Callable | None = None
-    tilt: Callable | None = None  # (coefficients, value): slides
+    tilt: Callable | None = None  # (coefficients, Tilt, value): slides
     read: Callable | None = None  # (angle, Read, value)
     rest: Callable | None = None  # (value)
     resist: Callable | None = None  # (speed, value, seed, all values): rolls

@@ -51,6 +51,10 @@ class Problem:
     fast_chi2: FastChi2 | None = None
     # (effect) → the same problem with one more candidate
     with_effect: Callable[[Effect], "Problem"] | None = None
+    # of a problem of series: prior sds (L,) of the locals, inf where flat, and
+    # (r, starts, values) → rows (n,) of recording r, and their slopes (n, L + G)
+    own_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    derivatives: Callable | None = None
     followed: tuple[str, ...] = ()  # globals by which a parameter follows conditions
 
     def columns_of(self, effect: str) -> tuple[str, ...]:
@@ -102,11 +106,13 @@ def fit(
 
     Begins at `start`, at those of the problem's further starts that hold an effect, and
     where the fit is poor at its own start; without `start` at its own and at those
-    further starts that hold none. A repeated call with the same start is looked up.
+    further starts that hold no other effects. A repeated call with the same start is
+    looked up.
     """
     if start is None:
         cache: dict = {}
-        effects = np.isin(problem.names, list(problem.effects))
+        allowed = {n for effect in free for n in problem.columns_of(effect)}
+        effects = np.isin(problem.names, list(problem.effects.keys() - allowed))
         points = [(problem.starts, np.zeros(len(problem.names)))]
         points += [p for p in problem.further_starts if not p[1][effects].any()]
         found = [_fit_from(problem, free, *p, cache) for p in points]

@@ -83,6 +83,11 @@ def problem_of(
             total += float((white**2).sum()) + float((off**2).sum())
         return total
 
+    def derivatives(r, starts, values):
+        at = dict(zip(sizes, values, strict=True))
+        found = _derivatives(series[r], own, predict, sizes, r, starts[r], at, step)
+        return found[0], np.column_stack(found[1])
+
     def reduce_free(starts, values, wanted):
         return linearised(starts, values, wanted=wanted)
 
@@ -99,6 +104,8 @@ def problem_of(
         model,
         max_iterations,
         fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
+        own_sd=own.sd,
+        derivatives=derivatives,
     )
 
 
@@ -144,20 +151,18 @@ def reduce(
     return reduced, change
 
 
-def _reduced(
+def _derivatives(
     one: Series,
     own: Locals,
-    predict,
-    asked,
+    predict: Callable,
+    asked: dict[str, float],
     r: int,
     start: np.ndarray,
     at: dict[str, float],
-    extra,
     share: float,
-    looser: float,
-):
-    """One recording linearised in the globals in `asked`; function from them to its
-    locals."""
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Rows (n,) predicted of recording r, and their derivatives by its locals and by
+    the globals, 0 by those that are not asked for."""
     seen = predict(r, start, at)
     columns = [
         one.slopes[k]
@@ -175,6 +180,24 @@ def _reduced(
             if small
             else np.zeros(len(seen))
         )
+    return seen, columns
+
+
+def _reduced(
+    one: Series,
+    own: Locals,
+    predict,
+    asked,
+    r: int,
+    start: np.ndarray,
+    at: dict[str, float],
+    extra,
+    share: float,
+    looser: float,
+):
+    """One recording linearised in the globals in `asked`; function from them to its
+    locals."""
+    seen, columns = _derivatives(one, own, predict, asked, r, start, at, share)
     more = [] if extra is None else list(extra.T)
     rows = np.column_stack([*columns, *more, one.smooth, one.data - seen]) / np.reshape(
         one.sigma * looser, (-1, 1)

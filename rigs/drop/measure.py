@@ -24,12 +24,17 @@ from benchtwin.bench.air import drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
-from benchtwin.infer.evidence import student_ln_likelihood
 from benchtwin.infer.linear import ridge, stacked
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
-from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.problem import Fit, fit, ln_evidence
-from benchtwin.infer.rivals import CAN_BE_TRUE, INSIDE_SDS, Rival, by_name, unless
+from benchtwin.infer.problem import Fit, fit
+from benchtwin.infer.rivals import (
+    INSIDE_SDS,
+    Other,
+    Rival,
+    by_name,
+    other_explanations,
+    unless,
+)
 from benchtwin.rigs.drop.flight_model import (
     STARTS,
     Model,
@@ -269,50 +274,19 @@ class Fitted:
         return out
 
     @cached_property
-    def others(self) -> list[tuple[float, str, np.ndarray]]:
-        """Odds and words of each effect that this recording may show, and `derived` if
-        it holds, fitted in full where the linear problem leaves it possible."""
-        problem, out = self.fit.problem, []
-        alone = {
-            n: e for n, e in problem.effects.items() if not (e.group or e.unlisted)
-        }
-        odds_of = {name: self._odds_if_linear(name) for name in alone}
-        least = CAN_BE_TRUE / 2 * (1 + sum(odds_of.values()))
-        for name, effect in alone.items():
-            if odds_of[name] < least:
-                continue
-            other = fit(problem, free=(name,), start=self.fit)
-            if not effect.low <= other.by_name[name] <= effect.high:
-                continue
-            ln_bayes = ln_evidence(other) + other.chi2 / 2
-            ln_bayes -= ln_evidence(self.fit) + self.fit.chi2 / 2
-            fall = min(other.chi2 - self.fit.chi2, 0.0)
-            ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
-            odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
-            then = self.derived(self.values_of(other), other)
-            out.append((odds, effect.wording[0], then))
-        return out
+    def others(self) -> list[tuple[Other, np.ndarray]]:
+        """Each effect that this recording may show, and `derived` if it holds."""
+        return [
+            (other, self.derived(self.values_of(other.fit), other.fit))
+            for other in other_explanations(self.fit)
+        ]
 
     def rivals(self, bounce: int = 0) -> list[Rival]:
         """Each such effect with what the quantities of a bounce then are."""
         return [
-            Rival(odds, words, by_name(self.quantities_at(then, bounce)))
-            for odds, words, then in self.others
+            Rival(other.odds, other.words, by_name(self.quantities_at(then, bounce)))
+            for other, then in self.others
         ]
-
-    def _odds_if_linear(self, name: str) -> float:
-        """Odds of an effect, as if the problem were linear and its noise known."""
-        of, (a, b) = self.fit, stacked(self.fit.reduced)
-        wide = of.prior_sd.copy()
-        for n in of.problem.columns_of(name):
-            wide[of.names.index(n)] = of.problem.effects[n].prior_sd
-        ln = []
-        for sd in (of.prior_sd, wide):
-            _, covariance, chi2 = ridge(a, b, sd)
-            kept = sd > 0
-            scaled = covariance[np.ix_(kept, kept)] / np.outer(sd[kept], sd[kept])
-            ln.append(np.linalg.slogdet(scaled)[1] / 2 - chi2 / 2)
-        return LISTED_ODDS * math.exp(min(ln[1] - ln[0], 500.0))
 
     def quantities_at(self, derived: np.ndarray, bounce: int = 0) -> dict[str, float]:
         """The quantities of a bounce; √(H₂/H₁) is that of the first."""

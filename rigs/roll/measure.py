@@ -12,6 +12,7 @@ good where its 95 % interval would still hold if the next likeliest explanation,
 effect of `effects/`, were true."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,11 +22,9 @@ from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
-from benchtwin.infer.evidence import student_ln_likelihood
-from benchtwin.infer.noise import Stretch, estimate, spreads
-from benchtwin.infer.posterior import LISTED_ODDS
-from benchtwin.infer.problem import Fit, fit, joint_covariance, ln_evidence
-from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
+from benchtwin.infer.problem import Fit, fit
+from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
+from benchtwin.rigs.one_recording import OneRecording, noise_about
 from benchtwin.rigs.roll.diagnose import baseline
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.initial_path import LEAST_BEFORE
@@ -43,8 +42,6 @@ from benchtwin.rigs.roll.motion import travel
 from benchtwin.rigs.roll.problem import (
     CUT,
     FREE_SCALE_SD,
-    OWN_STEP,
-    locals_of,
     roll_problem,
 )
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
@@ -66,9 +63,7 @@ from benchtwin.vision.measurement import (
     vague,
 )
 from benchtwin.vision.motion.least_squares import (
-    believed_sds,
     correlated_mean,
-    slopes,
     variance_factor,
 )
 from benchtwin.vision.motion.track import Track
@@ -84,8 +79,6 @@ NEAR_AHEAD, FAR_AHEAD = 0.02, 0.25  # of the way, by which a stop is extrapolate
 UNEVEN = 0.01  # of the way: what a seed is off that does not slow down evenly
 CONFLICT_SDS = 4.0  # of what is stated
 MOST_TENSION = 22.0  # χ² with 3 degrees of freedom; as improbable as CONFLICT_SDS
-TINY = 1e-4  # of a prior sd, for slopes
-ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 400
 NO_CORNER = (
     "neither the release nor the end of the incline is in the track: begin it before"
@@ -101,6 +94,7 @@ OFF_JUNCTION = (
 )
 LEVEL = (("run_out", "mm"), ("rolling_friction", "1"), ("rolling_resistance", "1"))
 INCLINE = (("acceleration", "m/s²"), ("rolling_resistance", "1"))
+REST = "rest_m"  # where a seed lies at rest, as read
 SHARED = ("incline", "inertia", "corner", "air", "level")  # by all rolls of a session
 
 
@@ -141,48 +135,50 @@ class Fitted:
     looser: float
     rest: tuple[float, float] | None = None
 
-    def values_of(self, fit: Fit) -> np.ndarray:
-        """The run's own values, those that all runs share, and the place of rest."""
-        rest = [] if self.rest is None else [self.rest[0]]
-        return np.concatenate([fit.starts[0], fit.values, rest])
+    @cached_property
+    def one(self) -> OneRecording:
+        """The fit as quantities are read from it."""
+        beside = None if self.rest is None else {REST: self.rest}
+        return OneRecording(self.fit, OWN, self.quantities_at, self.looser, beside)
 
-    def split(self, values: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
-        """The run's own values, and the shared ones by name."""
-        shared = values[len(OWN) : len(OWN) + len(self.fit.names)]
-        return values[: len(OWN)], dict(zip(self.fit.names, shared, strict=True))
+    @cached_property
+    def at(self) -> dict[str, float]:
+        """All parameters by name."""
+        return self.one.by_name(self.one.values_of(self.fit))
 
     def motion(
-        self, time: np.ndarray, values: np.ndarray
+        self, time: np.ndarray, at: Mapping[str, float]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Places as read [m] and speeds [m/s] (n,) at any times."""
-        own, at = self.split(values)
+        own, shared = own_of(at), dict(at)
         model = self.fit.problem.model
-        x, v = travel(time, way_of(model, 0, own, at), resistance_of(model, 0, own, at))
-        return as_read(model, 0, own, at, x), v
+        way = way_of(model, 0, own, shared)
+        x, v = travel(time, way, resistance_of(model, 0, own, shared))
+        return as_read(model, 0, own, shared, x), v
 
-    def ends(self, values: np.ndarray) -> np.ndarray:
+    def ends(self, at: Mapping[str, float]) -> np.ndarray:
         """Where the run-out begins and, by the fit, ends [m as read]."""
-        own, at = self.split(values)
+        own, shared = own_of(at), dict(at)
         model = self.fit.problem.model
-        junction = np.array([junction_of(model, 0, own, at)])
-        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, values)[0]
-        return np.append(as_read(model, 0, own, at, junction), stop)
+        junction = np.array([junction_of(model, 0, own, shared)])
+        stop = self.motion(self.told.run.time_s[-1:] + LATER_S, at)[0]
+        return np.append(as_read(model, 0, own, shared, junction), stop)
 
-    def quantities_at(self, values: np.ndarray) -> dict[str, float]:
-        """The quantities for some values."""
-        own, at = self.split(values)
-        model, told = self.fit.problem.model, self.told
-        way = way_of(model, 0, own, at)
+    def quantities_at(self, at: Mapping[str, float]) -> dict[str, float]:
+        """The quantities for some parameters."""
+        own, shared, told = own_of(at), dict(at), self.told
+        model = self.fit.problem.model
+        way = way_of(model, 0, own, shared)
         if told.run.stays:
             speeding = way.f * (way.sin - way.cos * way.mu)
             return {"acceleration": speeding, "rolling_resistance": way.mu}
-        ends = self.ends(values)
-        if self.rest is not None:
-            ends[1] = values[-1]
+        ends = self.ends(at)
+        ends[1] = at.get(REST, ends[1])
         scale = 1 + at[f"scale.{told.run.session}"]
-        true = float(np.diff(scale * ends + beside_m(model, 0, own, scale * ends))[0])
-        length = float(model.length[0] + own[OWN.index("length_m")])
-        beta = math.degrees(incline_of(model, 0, own, at))
+        beside = beside_m(model, 0, own, scale * ends)
+        true = float(np.diff(scale * ends + beside)[0])
+        length = float(model.length[0] + at["length_m"])
+        beta = math.degrees(incline_of(model, 0, own, shared))
         falls = 0.0 if math.isnan(told.run.slope) else told.run.sign * told.run.slope
         return {
             "run_out": true / (1.0 if told.track.physical else scale) / told.unit,
@@ -192,70 +188,29 @@ class Fitted:
 
     @cached_property
     def quantities(self) -> dict[str, Quantity]:
-        """With their sds; the common part is what those errors explain that all rolls
-        of a session share. An unknown slope averages out over rolls in both directions,
+        """With their sds; an unknown slope averages out over rolls in both directions,
         where these are stated."""
         told = self.told
         units = dict(INCLINE) if told.run.stays else dict(LEVEL)
         units |= {} if told.run.stays else {"run_out": told.track.unit}
         own = ("level",) if told.recording.roll.direction else ()
         shared = [
-            len(OWN) + k
-            for k, name in enumerate(self.fit.names)
+            name
+            for name in self.fit.names
             if (name in SHARED and name not in own)
             or name.startswith(("scale.", "gate."))
         ]
-
-        def asked(values: np.ndarray) -> np.ndarray:
-            found = self.quantities_at(values)
-            return np.append([found[n] for n in units], values[shared])
-
-        values = self.values_of(self.fit)
-        covariance = np.zeros((len(values), len(values)))
-        fitted = len(OWN) + len(self.fit.names)
-        covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
-        if self.rest is not None:
-            covariance[-1, -1] = self.rest[1] ** 2
-        value, moved = (
-            asked(values),
-            slopes(asked, values, np.sqrt(np.diag(covariance))),
-        )
-        spread, n = moved @ covariance @ moved.T, len(units)
-        own_sd = locals_of(self.fit.problem.model).sd
-        held = np.append(own_sd, self.fit.prior_sd)
-        rest = np.full(len(values) - fitted, math.inf)
-        believed = believed_sds(moved[:n], np.append(held, rest))
-        variance, across = np.diag(spread)[:n], spread[:n, n:]
-        by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
-        common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
-        found = zip(value, np.sqrt(variance), common, believed, strict=False)
-        return {
-            name: Quantity(name, v, sd, unit, sd_common=part, believed_sd=prior)
-            for (name, unit), (v, sd, part, prior) in zip(
-                units.items(), (map(float, row) for row in found), strict=True
-            )
-        }
+        return self.one.quantities(units, shared)
 
     @cached_property
     def rivals(self) -> list[Rival]:
         """Each effect that this recording may show, fitted in full."""
-        problem, out = self.fit.problem, []
-        for name, effect in problem.effects.items():
-            columns = problem.columns_of(name)
-            if effect.group or any(n in problem.known_sd for n in columns):
-                continue
-            other = fit(problem, free=(name,), start=self.fit)
-            size = other.by_name.get(name, 0.0)
-            if not effect.low <= size <= effect.high:
-                continue
-            ln_bayes = ln_evidence(other) + other.chi2 / 2
-            ln_bayes -= ln_evidence(self.fit) + self.fit.chi2 / 2
-            fall = min(other.chi2 - self.fit.chi2, 0.0)
-            ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
-            odds = LISTED_ODDS * math.exp(min(ln_bayes, 500.0))
-            then = self.quantities_at(self.values_of(other))
-            out.append(Rival(odds, effect.wording[0], by_name(then)))
-        return out
+        return self.one.rivals()
+
+
+def own_of(at: Mapping[str, float]) -> np.ndarray:
+    """A run's own parameters (L,)."""
+    return np.array([at[name] for name in OWN])
 
 
 def measure_roll(
@@ -355,7 +310,7 @@ def _measured(told: Evidence, *, seen: bool) -> RunOut:
     if junction and stated and _tension(found, *junction) > MOST_TENSION:
         told = replace(told, run=replace(told.run, junction=None))
         found, doubt, notes = _fitted(told)
-        off = (found.ends(found.values_of(found.fit))[0] - junction[0]) / told.unit
+        off = (found.ends(found.at)[0] - junction[0]) / told.unit
         where = "behind" if off > 0 else "before"
         size = f"{abs(off):.2g}"
         doubts = [doubt, OFF_JUNCTION.format(size, told.track.unit, where)]
@@ -373,7 +328,9 @@ def _fitted(told: Evidence) -> tuple[Fitted, str, tuple[str, ...]]:
     problem, base, notes = baseline((run,), told.seed, scales, rng)
     base = base if base.problem is problem else fit(problem)
     if not has_few_rows(run):
-        base = fit(roll_problem(problem.model, scales, _noise_about(base)))
+        noise, sd = noise_about(base, run.x, run.lag, np.ones(len(run.x)))
+        noises = RunNoise(noise, np.maximum(sd[:1], EXACT_M))
+        base = fit(roll_problem(problem.model, scales, noises))
     looser, doubt = _looser(base)
     return Fitted(told, base, looser), doubt, (*run.notes, *notes, *_said(told))
 
@@ -382,33 +339,11 @@ def _tension(found: Fitted, place: float, sd: float) -> float:
     """χ² with 3 degrees of freedom, about the fit, of the junction seen in the picture
     at `place` ± `sd` [m], the incline's stated length and how far before it the path
     turns."""
-    own = found.fit.starts[0]
-    seen = (found.ends(found.values_of(found.fit))[0] - place) / sd
-    longer = 1e3 * own[OWN.index("length_m")] / stated_sd("way-on-incline")
-    earlier = (own[OWN.index("cut")] - CUT) / CUT
+    at = found.at
+    seen = (found.ends(at)[0] - place) / sd
+    longer = 1e3 * at["length_m"] / stated_sd("way-on-incline")
+    earlier = (at["cut"] - CUT) / CUT
     return float(seen**2 + longer**2 + earlier**2)
-
-
-def _noise_about(base: Fit) -> RunNoise:
-    """Noise about the fit and its slopes, effects' too, so that what may be missing
-    is not taken for noise."""
-    model, at, known = base.problem.model, base.by_name, base.problem.known_sd
-    own, run, effects = base.starts[0], model.runs[0], model.effects
-    seen = run_motion(model, 0, own, at)[0]
-    columns = [
-        run_motion(model, 0, own + step, at)[0] - seen for step in np.diag(OWN_STEP)
-    ]
-    for name in base.names:
-        sd = effects[name].prior_sd if name in effects else known[name]
-        moved = run_motion(model, 0, own, at | {name: at[name] + TINY * sd})[0]
-        columns.append(moved - seen)
-    slopes = np.column_stack([c for c in columns if c.any()])
-    basis, size, _ = np.linalg.svd(slopes / np.linalg.norm(slopes, axis=0), False)
-    design = basis[:, size > ALIKE * size[0]]
-    about = [Stretch(design, run.x - seen, run.lag)]
-    noise = estimate(about)
-    sigma = spreads(about, [0], 1, noise)
-    return RunNoise(noise, np.maximum(sigma, EXACT_M))
 
 
 def _looser(base: Fit) -> tuple[float, str]:
@@ -429,9 +364,8 @@ def _looser(base: Fit) -> tuple[float, str]:
 
 def _conflicts(found: Fitted) -> list[str]:
     """What is stated that the motion contradicts."""
-    own, at = found.split(found.values_of(found.fit))
-    run, out = found.told.run, []
-    longer, beside = 1e3 * own[OWN.index("length_m")], own[OWN.index("incline_deg")]
+    at, run, out = found.at, found.told.run, []
+    longer, beside = 1e3 * at["length_m"], at["incline_deg"]
     told = math.isfinite(run.length) and not run.stays
     if told and abs(longer) > CONFLICT_SDS * stated_sd("way-on-incline"):
         out.append(
@@ -471,10 +405,10 @@ def _on_incline(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> Run
 
 
 def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> RunOut:
-    told, fitted, unit = found.told, found.values_of(found.fit), found.told.unit
-    junction = float(found.ends(fitted)[0])
-    cornerless = _cornerless(found, fitted)
-    stop = _stop(found, fitted)
+    told, unit = found.told, found.told.unit
+    junction = float(found.ends(found.at)[0])
+    cornerless = _cornerless(found)
+    stop = _stop(found)
     if stop.place <= junction:
         raise MeasurementError(
             "the seed stops before the junction: it never reaches the level plate"
@@ -482,7 +416,8 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     found = replace(found, rest=stop.rest)
     run_out, eq_3, resistance = found.quantities.values()
     run = told.run
-    left = run.x - run_motion(found.fit.problem.model, 0, *found.split(fitted))[0]
+    own, shared = found.fit.starts[0], found.fit.by_name
+    left = run.x - run_motion(found.fit.problem.model, 0, own, shared)[0]
     off = float(np.sqrt(np.mean(left**2)))
     if off > UNEVEN * (stop.place - junction) and not has_few_rows(run):
         doubts.append(
@@ -516,11 +451,11 @@ def _with_run_out(found: Fitted, doubts: list[str], notes: tuple[str, ...]) -> R
     )
 
 
-def _cornerless(found: Fitted, fitted: np.ndarray) -> str:
+def _cornerless(found: Fitted) -> str:
     """Why rows that show no corner give no run-out, or ""; MeasurementError where they
     show no slowing down either."""
-    own, at = found.split(fitted)
-    run, way = found.told.run, way_of(found.fit.problem.model, 0, own, at)
+    own, shared, run = found.fit.starts[0], found.fit.by_name, found.told.run
+    way = way_of(found.fit.problem.model, 0, own, shared)
     if way.mu <= 0:
         raise MeasurementError(
             "the seed does not slow down on the level: its rows give neither run-out"
@@ -542,17 +477,17 @@ class Stop:
     none: str = ""
 
 
-def _stop(found: Fitted, fitted: np.ndarray) -> Stop:
+def _stop(found: Fitted) -> Stop:
     """Where the seed is at rest in the last rows, else where the fit says that it will
     be."""
     seen, unit = found.told.seen, found.told.unit
     time, x, few = seen.time_s, seen.x_mm / 1000, has_few_rows(found.told.run)
-    moving = np.flatnonzero(found.motion(time, fitted)[1])
+    moving = np.flatnonzero(found.motion(time, found.at)[1])
     last = int(moving[-1]) if len(moving) else len(time) - 1
     if len(time) - 1 - last >= LEAST_REST and not few:
         rest, doubt = _rest(x[last + 1 :], seen.frame[last + 1 :], found.told)
         return Stop(rest[0], float(time[last]), rest, doubt)
-    junction, end = found.ends(fitted)
+    junction, end = found.ends(found.at)
     ahead, way = end - x[-1], end - junction if few else float(np.ptp(x))
     said = f"by {ahead / unit:.3g} {found.told.track.unit} beyond the last row"
     doubt = f"the stop is extrapolated {said}"
@@ -596,7 +531,7 @@ def _curve(found: Fitted) -> tuple[np.ndarray, np.ndarray]:
     """Times and places of the fitted curve in the track's units, for the plot."""
     told = found.told
     time = np.linspace(told.seen.time_s[0], told.seen.time_s[-1], CURVE_POINTS)
-    x = told.sign * found.motion(time, found.values_of(found.fit))[0] / told.unit
+    x = told.sign * found.motion(time, found.at)[0] / told.unit
     return time / _clock(told), x
 
 

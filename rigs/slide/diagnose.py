@@ -31,11 +31,9 @@ from benchtwin.rigs.slide.problem import (
     RUN_SD,
     Prepared,
     effects_of,
-    initial_onsets,
-    initial_onsets_with_jump,
     prepare,
-    problem_of,
     with_scatter,
+    with_starts,
 )
 from benchtwin.rigs.slide.session import (
     COARSE_DEG,
@@ -53,7 +51,6 @@ from benchtwin.rigs.slide.vibration import Vibration, vibration
 # vector.
 ROTATING_PLATE_ODDS, FIXED_PLATE_ODDS = 0.7, 0.3
 UNUSUAL_GRID_ODDS = 0.01  # that somebody reads angles to a grid of unusual resolution
-SLOW_CLIMB = 2.0  # sds of ln time: stairs leave side minima between fast and slow
 FIXED_PLATE_NOTE = (
     "the block moves as on a fixed plate under a rotating gravity vector, as some"
     " simulations do"
@@ -170,46 +167,16 @@ def stairs_of(session: Session) -> tuple[float, ...]:
 def _scattering(prepared: Prepared, model: Model) -> Problem:
     """With the scatter of friction along each slide that the model leaves: beside the
     scatter that another leaves, what it gets right would be nothing."""
-    problem = _problem(prepared, model)
+    problem = with_starts(prepared, model)
     if not prepared.session.runs:
         return problem
     scattered = with_scatter(prepared, problem)
-    return problem if scattered is prepared else _problem(scattered, model)
-
-
-def _problem(prepared: Prepared, model: Model) -> Problem:
-    """With further starting points for a block that loses friction at its onset, or for
-    stairs that are climbed slowly."""
-    model, starts = initial_onsets(prepared, model)
-    problem = problem_of(prepared, model, starts)
-    if model.stair_deg:
-        slow = {"climb": SLOW_CLIMB}
-        values = np.array([slow.get(n, 0.0) for n in problem.names])
-        return replace(problem, further_starts=((problem.starts, values),))
-    if prepared.session.runs:
-        jumping, lost = initial_onsets_with_jump(prepared, model, starts)
-        own = np.zeros_like(problem.starts)
-        own[:, : jumping.shape[1]] = jumping
-        points = tuple(
-            (own, _at(problem, n, lost))
-            for n, e in model.effects.items()
-            if e.rest and e.nonlinear
-        )
-        return replace(problem, further_starts=points)
-    return problem
+    return problem if scattered is prepared else with_starts(scattered, model)
 
 
 def contact_of(session: Session) -> Contact:
     """The friction that the slides tell."""
     return FRICTION if lets_go(session) or session.reads else SLIDING
-
-
-def _at(problem, name: str, value: float) -> np.ndarray:
-    """Globals (G,) at 0 but for one effect, its shape parameters at their low ends."""
-    values = {n: problem.effects[n].low for n in problem.columns_of(name)} | {
-        name: value
-    }
-    return np.array([values.get(n, 0.0) for n in problem.names])
 
 
 def friction_of(e: Explanation) -> tuple[float, float]:

@@ -1,14 +1,22 @@
 """From parameters to what is seen of a slide: travel in the picture, or the angle read
 off.
 
-Locals of a run: place at rest [mm], onset [s since the tilt's origin], level and rate
-of its tilt [sd], phase of a shaken plate or place on a step at which it lets go [sd],
-two waves of pixel lock [px]. Its friction follows from its onset; that it is near the
-pair's is one more row. A run that is in motion from its first row on has its speed
-there [m/s] in the place of the onset, and its friction less the pair's [OWN] in that of
-the phase. Behind them, where slides show it [sd]: how friction differs along each
-(`Run.wander`), and among the globals what of that all have (SHAPES). A reading is a
-recording with idle locals."""
+Parameters of a run's own, by name:
+
+    place          at rest, or at the first row [mm]
+    onset          when it lets go, or is set off [s since the tilt's origin]
+    speed          with which it is set in motion [m/s], 0 where it lets go
+    own friction   less the pair's, of a block that is set in motion; that of one that
+                   lets go follows from its onset
+    level, rate    of the plate's angle, beside the recorded one [sd]
+    phase          of a shaken plate, or place on a step at which it lets go [sd]
+    sine, cosine   waves of pixel lock [px]
+    hinge          error of its place in a picture that was turned with the plate
+                   [mm per rad]
+
+That a run's friction is near the pair's is one more row. Behind these, where slides
+show it [sd]: how friction differs along each (`Run.wander`), and among the globals what
+of that all have (SHAPES). A reading is a recording with idle parameters."""
 
 import math
 from dataclasses import dataclass, field
@@ -19,16 +27,19 @@ from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.priors import unstated_sd
 from benchtwin.infer.effect import Effect
 from benchtwin.rigs.slide.motion import Laws, friction_at, travel
-from benchtwin.rigs.slide.session import SETTLES_S, WAVES, Read, Run, Session
+from benchtwin.rigs.slide.session import SET_OFF, SETTLES_S, WAVES, Read, Run, Session
 
 HINGE_M = unstated_sd("hinge")  # it enters θ̇² (r₀ − x) only, 1e-4 g at 5°/s
-LOCALS, ACTING = 7, slice(1, 5)  # of a run; those that change its motion
+OWN = (  # of a run
+    *("place", "onset", "speed", "own friction", "level", "rate", "phase"),
+    *("sine", "cosine", "hinge"),
+)
+ACTING = slice(1, 7)  # those that change its motion
 # frictions along the slide that all slides have
 SHAPES = tuple(f"shape-{k}" for k in range(WAVES + len(SETTLES_S) - 2))
 # globals that do not change the motion
 PICTURE = frozenset({"friction", "scale", "lens", "perspective", "reader", *SHAPES})
 MOTIONS = 64  # cached
-OWN = 0.1  # of friction
 LAG, LAG_SD = 0.5, 0.29  # place on a step at which it lets go: uniform
 CLIMB_S = 0.07  # median time in which a plate climbs a step
 
@@ -41,6 +52,7 @@ class Model:
     friction: float  # initial, of the pair
     # that this session can show
     effects: dict[str, Effect] = field(default_factory=dict)
+    loss: float = 0.0  # of friction, when a block lets go
     stair_deg: float = 0.0  # steps in which the plate is raised, 0 for none
     turning: float = 1.0  # 0 for a fixed plate under rotating gravity
     shaking: tuple[float, float] = (
@@ -50,7 +62,12 @@ class Model:
     seen: dict = field(default_factory=dict)  # cache of motions
 
 
-def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -> Laws:
+def of_own(own: np.ndarray) -> dict[str, float]:
+    """A run's own parameters by name."""
+    return dict(zip(OWN, own.tolist(), strict=False))
+
+
+def laws_of(model: Model, run: Run, phase: float, values: dict[str, float]) -> Laws:
     """All that acts on a run, except its friction."""
     # each of n seeds feels n^−¼ (n^−½ to 1) of a lone one's
     amid = 0.25 * math.log(run.air.count)
@@ -61,8 +78,9 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
         air=run.air.size * math.exp(-amid) * (1 + off),
         slow_air=run.air.slow,
         stair=math.radians(model.stair_deg),
-        lag=min(max(LAG + LAG_SD * own[4], 0.01), 0.99),
-        wave_chance=own[4],
+        static_excess=model.loss,
+        lag=min(max(LAG + LAG_SD * phase, 0.01), 0.99),
+        wave_chance=phase,
         shake=model.shaking[0],
         omega=2 * math.pi * model.shaking[1],
         climb=CLIMB_S * math.exp(min(max(values.get("climb", 0.0), -4.0), 2.0)),
@@ -74,20 +92,18 @@ def laws_of(model: Model, run: Run, own: np.ndarray, values: dict[str, float]) -
 
 
 def tilt_of(
-    model: Model, run: Run, own: np.ndarray, values: dict[str, float]
+    model: Model, run: Run, own: dict[str, float], values: dict[str, float]
 ) -> np.ndarray:
     """Coefficients (4,) [rad] of the true tilt in t − origin."""
     tilt = run.tilt
-    if run.in_motion and not tilt.sensor:  # one plate for all
+    if tilt.stands and not tilt.sensor:  # one plate for all
         off = math.radians(values.get("plate", 0.0))
         return tilt.coefficients + np.array([off, 0.0, 0.0, 0.0])
-    c = tilt.coefficients + np.array(
-        [own[2] * tilt.level_sd, own[3] * tilt.rate_sd, 0.0, 0.0]
-    )
-    if tilt.sensor:
-        for name, effect in model.effects.items():
-            if effect.tilt and values.get(name):
-                c = effect.tilt(c, values[name])
+    off, faster = own["level"] * tilt.level_sd, own["rate"] * tilt.rate_sd
+    c = tilt.coefficients + np.array([off, faster, 0.0, 0.0])
+    for name, effect in model.effects.items():
+        if effect.tilt and values.get(name):
+            c = effect.tilt(c, run.tilt, values[name])
     return c
 
 
@@ -103,18 +119,17 @@ def run_motion(
     if key not in model.seen:
         if len(model.seen) >= MOTIONS:
             model.seen.clear()
-        run = model.session.runs[r]
-        c, time = tilt_of(model, run, own, values), run.time - run.tilt.origin
+        run, p = model.session.runs[r], of_own(own)
+        c, time = tilt_of(model, run, p, values), run.time - run.tilt.origin
         if run.in_motion:
-            friction = model.friction + OWN * own[4]
-            laws = laws_of(model, run, np.zeros(LOCALS), values)
-            laws = laws._replace(friction=friction)
-            rests = run.ended > 0  # else it is seen to move up to its last row
-            way, speed = travel(time, time[0], c, laws, own[1], rests)
+            onset = p["onset"] if run.how == SET_OFF else float(time[0])
+            friction = model.friction + p["own friction"]
+            laws = laws_of(model, run, 0.0, values)._replace(friction=friction)
+            way, speed = travel(time, onset, c, laws, p["speed"], run.rests)
         else:
-            laws = laws_of(model, run, own, values)
-            friction = friction_at(own[1], c, laws)
-            way, speed = travel(time, own[1], c, laws._replace(friction=friction))
+            laws = laws_of(model, run, p["phase"], values)
+            friction = friction_at(p["onset"], c, laws)
+            way, speed = travel(time, p["onset"], c, laws._replace(friction=friction))
         model.seen[key] = way, speed, friction
     return model.seen[key]
 
@@ -127,7 +142,7 @@ def predict(
     count = len(model.session.runs)
     if r >= count:
         return angles(model, model.session.reads[r - count], values)
-    run = model.session.runs[r]
+    run, p = model.session.runs[r], of_own(own)
     way, _, friction = run_motion(model, r, own, values)
     x = 1e3 * way
     reach = max(float(np.ptp(run.travel)) / 2, 1.0)
@@ -137,14 +152,15 @@ def predict(
         + 1e-3 * values.get("perspective", 0.0) * off**2
     )
     seen = (
-        own[0]
+        p["place"]
         + x * (1 - values.get("scale", 0.0))
         + bent
-        + run.lock @ own[ACTING.stop : LOCALS]
+        + run.lock @ [p["sine"], p["cosine"]]
+        + p["hinge"] * run.turned
     )
-    if len(own) > LOCALS:
+    if len(own) > len(OWN):
         shared = [values.get(n, 0.0) for n in SHAPES]
-        seen = seen + run.wander @ (own[LOCALS:] + shared)
+        seen = seen + run.wander @ (own[len(OWN) :] + shared)
     return np.append(seen, friction - model.friction - values.get("friction", 0.0))
 
 

@@ -1,4 +1,4 @@
-"""The slide as a problem: nuisances, noise, initial onsets."""
+"""The slide as a problem: nuisances, noise, starts; a session's, or one run's alone."""
 
 import math
 from dataclasses import dataclass, replace
@@ -27,11 +27,12 @@ from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.infer.series import Locals, Series
 from benchtwin.infer.series import problem_of as series_problem
 from benchtwin.rigs.slide.effects import EFFECTS
-from benchtwin.rigs.slide.model import LOCALS, OWN, SHAPES, Model, predict, run_motion
-from benchtwin.rigs.slide.modes import MOVING, Motion, in_motion, likeliest
+from benchtwin.rigs.slide.model import OWN, SHAPES, Model, predict, run_motion
 from benchtwin.rigs.slide.session import (
     LEAST_REST,
     LEAST_SLIDING,
+    MOVING,
+    SET_OFF,
     SETTLES_S,
     SETTLING_S,
     WAVES,
@@ -40,6 +41,7 @@ from benchtwin.rigs.slide.session import (
     Session,
     slide_end,
 )
+from benchtwin.rigs.slide.starts import Start, start_of
 
 # Nuisances: sd about 0. Stated keys replace the sd (scale) or the centre (air, tilt).
 PRIORS = {
@@ -62,15 +64,16 @@ DEGREE = 8  # of the curve about which noise is estimated
 FEW_DEGREE = 2
 FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
-FLAT_PRIOR_MM, FLAT_PRIOR_S = 1e3, 1e3
+# flat, each run's own: place, onset, speed, friction; the plate's angle, a phase; lock
+FLAT = 1e3
+OWN_SD = (FLAT, FLAT, FLAT, 1.0, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX, FLAT)
+OWN_STEP = (1e-3, 1e-6, 1e-6, 1e-5, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3, 1e-3)
 MAX_ITERATIONS = 30  # onset and air beside a plate converge slowly
-LAGS = (
-    -1.5,
-    -0.75,
-    0.0,
-    0.75,
-    1.5,
-)  # trial places on a step at which a block lets go [sd]
+WHITE = Noise(0.0, 0.0, 1.0)
+LOSES = "kinetic-friction"  # the effect of a block that lets go with less friction
+SLOW_CLIMB = 2.0  # sds of ln time: stairs leave side minima between fast and slow
+# other rates of tilting from which a fit starts, as ln of the ratio to the stated one
+LN_RATES = (-4.1, -2.0, -0.7, 0.7, 2.0, 4.1)
 STEP = 1e-5  # of a prior's sd, for derivatives
 
 
@@ -123,24 +126,99 @@ def rows_of(run: Run, rows: np.ndarray) -> Run:
     )
 
 
-def alone(run: Run, model: Model, sigma: np.ndarray) -> Motion:
-    """One run as `modes` fits it."""
-    model = replace(model, session=Session((run,), (), (), ()), seen={})
-    return Motion(model, sigma, frame_lag(run.frame))
-
-
 def until_its_end(run: Run) -> Run:
     """A run on a plate that stands, cut where the block meets something; where it comes
     to rest is told."""
-    noise = difference_noise(run.travel, 2)
-    met = slide_end(run.time, run.travel, noise)
-    met = met if met >= LEAST_SLIDING // 2 else len(run.time)
-    motion = alone(run, Model(Session((run,), (), (), ()), 0.0), np.ones(len(run.time)))
-    best, _, end = likeliest(motion, [MOVING], met)
-    way = best.motion.way_mm(MOVING, best.own)
-    resting = int((way[1:] >= way[-1]).sum()) - 1  # rows after that of the stop
-    cut = rows_of(run, np.arange(len(run.time)) < end)
-    return replace(cut, ended=max(resting, 0))
+    found = likeliest(run, [run.how], meets(run), np.ones(len(run.time)))[0]
+    run = found.run
+    way = 1e3 * run_motion(found.fit.problem.model, 0, found.fit.starts[0], {})[0]
+    resting = max(int((way[1:] >= way[-1]).sum()) - 1, 0)  # rows after that of the stop
+    return replace(run, ended=resting, rests=resting > 0)
+
+
+def meets(run: Run) -> int:
+    """Row at which the block may meet something."""
+    met = slide_end(run.time, run.travel, difference_noise(run.travel, 2))
+    enough = met >= run.rest + LEAST_SLIDING // 2
+    return met if enough else len(run.time)
+
+
+@dataclass(frozen=True, eq=False)
+class Alone:
+    """One run fitted alone; ln_evidence: see `likeliest`."""
+
+    prepared: Prepared
+    fit: Fit
+    ln_evidence: float = 0.0
+
+    @property
+    def run(self) -> Run:
+        """The run."""
+        return self.prepared.session.runs[0]
+
+    @property
+    def left(self) -> np.ndarray:
+        """Its rows (n,) less what is fitted [mm]."""
+        seen = predict(self.fit.problem.model, 0, self.fit.starts[0], self.fit.by_name)
+        return self.run.travel - seen[:-1]
+
+    def losing(self, loss: float, near: Fit) -> Fit:
+        """The fit with a known loss of friction at the onset."""
+        model = replace(near.problem.model, loss=loss, seen={})
+        known = problem_of(self.prepared, model, near.starts[:, : len(OWN)])
+        return fit(known, start=near)
+
+
+def alone(
+    run: Run,
+    noise: Noise,
+    sigma: np.ndarray,
+    told: dict | None = None,
+    near: Fit | None = None,
+) -> Alone:
+    """The fit of one run; it may lose friction where it lets go. sigma (n,): sds of its
+    rows; told: what is stated of it; near: where to begin."""
+    session = Session((run,), (), (told or {},), ())
+    prepared = Prepared(session, noise, (np.maximum(sigma, EXACT_MM),))
+    problem = with_starts(prepared, Model(session, 0.0, effects_of(session)), near)
+    free = () if run.in_motion else (LOSES,)
+    begun = near and replace(near, starts=problem.starts, cache={})
+    return Alone(prepared, fit(problem, free=free, start=begun))
+
+
+def likeliest(
+    run: Run, hows: list[str], met: int, sigma: np.ndarray, told: dict | None = None
+) -> list[Alone]:
+    """Ways in which a block may move, each fitted, likeliest first; met: row at which
+    its slide may end: behind it the block may do anything smooth; sigma (n,): relative
+    sds of the rows.
+
+    ln_evidence: with the rows' noise and all parameters of the run's own marginalised
+    to first order (Schwarz 1978, Annals of Statistics 6, 461)."""
+    n, tried, rows_sd = len(run.time), [], difference_noise(run.travel, 2)
+    for end in dict.fromkeys((met, n)):
+        after, more = _smooth(run, sigma, end)
+        for how in hows:
+            if how != MOVING and run.rest < 2:
+                continue
+            cut = rows_of(replace(run, how=how), np.arange(n) < end)
+            found = alone(cut, WHITE, rows_sd * sigma[:end], told)
+            misfit = float(((found.left / sigma[:end]) ** 2).sum()) + after
+            count = 3 + (how == SET_OFF) + more
+            ln = -n / 2 * math.log(max(misfit, 1e-12) / n) - count / 2 * math.log(n)
+            tried.append(replace(found, ln_evidence=ln))
+    return sorted(tried, key=lambda found: -found.ln_evidence)
+
+
+def _smooth(run: Run, sigma: np.ndarray, end: int) -> tuple[float, int]:
+    """Misfit of the rows from `end` on about a parabola, and its parameters with the
+    time of the meeting."""
+    time, x = run.time[end:], run.travel[end:]
+    if not len(time):
+        return 0.0, 0
+    degree = min(2, len(time) - 1)
+    left = (x - np.polyval(np.polyfit(time, x, degree), time)) / sigma[end:]
+    return float(left @ left), degree + 2
 
 
 def _pooled(runs: list[Run]) -> float:
@@ -201,19 +279,18 @@ def _sigma(run: Run, noise: Noise) -> np.ndarray:
 
 
 def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
-    """starts (R, LOCALS): from `initial_onsets`."""
+    """starts (R, L): each run's own parameters."""
     session = prepared.session
+    phased = bool(model.stair_deg or model.shaking[0])
     series = [
-        _series(run, prepared, prepared.sigma[k]) for k, run in enumerate(session.runs)
+        _series(run, prepared, prepared.sigma[k], phased=phased)
+        for k, run in enumerate(session.runs)
     ]
     series += [_reading(read, prepared, model.stair_deg) for read in session.reads]
-    sds = [FLAT_PRIOR_MM, FLAT_PRIOR_S, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX]
-    steps = [1e-3, 1e-6, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3]
     count = max((run.wander.shape[1] for run in session.runs), default=0)
-    sds, steps = sds + count * [1.0], steps + count * [1.0]
+    sds, steps = (np.append(each, np.ones(count)) for each in (OWN_SD, OWN_STEP))
     starts = np.column_stack([starts, np.zeros((len(starts), count))])
-    middle = starts * (np.arange(len(sds)) < 2)
-    own = Locals(middle, np.array(steps), np.array(sds))
+    own = Locals(starts * (sds == FLAT), steps, sds)
     known = _known(session, model) | dict(zip(SHAPES, prepared.shared))
     sizes = {n: 0.01 if n == "friction" else PRIORS[n] for n in PRIORS if n in known}
     sizes |= {n: 1.0 for n in SHAPES if n in known}
@@ -236,7 +313,7 @@ def problem_of(prepared: Prepared, model: Model, starts: np.ndarray) -> Problem:
 
     def with_effect(effect: Effect) -> Problem:
         more = replace(model, effects=model.effects | {effect.name: effect}, seen={})
-        return problem_of(prepared, more, starts[:, :LOCALS])
+        return problem_of(prepared, more, starts[:, : len(OWN)])
 
     return replace(
         problem,
@@ -328,7 +405,7 @@ def effects_of(session: Session) -> dict:
 def _known(session: Session, model: Model) -> dict[str, float]:
     """sd of each global that every bench has."""
     names = {"friction"}
-    if any(r.in_motion and not r.tilt.sensor for r in session.runs):
+    if any(r.tilt.stands and not r.tilt.sensor for r in session.runs):
         names |= {"plate"}
     if session.runs:
         names |= {"scale", "lens", "perspective", "air"}
@@ -340,6 +417,8 @@ def _known(session: Session, model: Model) -> dict[str, float]:
         column = float(np.median([r.tilt.grid_deg for r in session.runs]))
         step = 0.0 if model.stair_deg else unstated_sd("column-step") * column
         sensor = math.hypot(unstated_sd("tilt-sensor-zero"), step)
+        pictured = [r.tilt.zero_sd_deg for r in session.runs if r.tilt.zero_sd_deg]
+        sensor = float(np.median(pictured)) if pictured else sensor
         known |= {
             n: sensor for n, e in model.effects.items() if e.tilt and e.unit == "deg"
         }
@@ -363,10 +442,9 @@ def unknown_scatter(problem: Problem, reduced: tuple[Reduced, ...]) -> UnknownSc
     )
 
 
-def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
+def _series(run: Run, prepared: Prepared, sigma: np.ndarray, *, phased: bool) -> Series:
     """The track's rows, and the run's friction, which is the pair's within RUN_SD."""
     lag = np.append(frame_lag(run.frame), np.inf)
-    wander = np.vstack([run.wander, np.zeros(run.wander.shape[1])]).T
     return Series(
         run.recording,
         np.append(run.travel, 0.0),
@@ -374,9 +452,26 @@ def _series(run: Run, prepared: Prepared, sigma: np.ndarray) -> Series:
         lag,
         prepared.noise,
         np.zeros((len(lag), 0)),
-        {LOCALS + k: column for k, column in enumerate(wander)}
-        | dict(zip(SHAPES, wander)),
+        _known_slopes(run, phased),
     )
+
+
+def _known_slopes(run: Run, phased: bool) -> dict[int | str, np.ndarray]:
+    """Derivatives (n + 1,) that are the same everywhere, by number of a run's own
+    parameter and name of a global; phased: whether its phase tells."""
+    n = len(run.time)
+    of_own = {"place": np.ones(n), "hinge": run.turned}
+    of_own |= {"sine": run.lock[:, 0], "cosine": run.lock[:, 1]}
+    idle = ("onset",) * (run.how == MOVING) + ("phase",) * (not phased)
+    idle += () if run.in_motion else ("speed", "own friction")
+    of_own |= {name: np.zeros(n) for name in idle}
+    out: dict[int | str, np.ndarray] = {
+        OWN.index(name): np.append(column, 0.0) for name, column in of_own.items()
+    }
+    wander = np.vstack([run.wander, np.zeros(run.wander.shape[1])]).T
+    out |= {len(OWN) + k: column for k, column in enumerate(wander)}
+    out |= dict(zip(SHAPES, wander))
+    return out | {"friction": np.append(np.zeros(n), -1.0)}
 
 
 def _reading(read: Read, prepared: Prepared, stair_deg: float) -> Series:
@@ -404,90 +499,50 @@ def _white(session: Session) -> Noise:
     return Noise(0.0, 0.0, math.sqrt(2 / (spare + 10)))
 
 
-def initial_onsets(prepared: Prepared, model: Model) -> tuple[Model, np.ndarray]:
-    """Model with the pair's friction, and starts (R, LOCALS) from each run alone."""
+def with_starts(prepared: Prepared, model: Model, near: Fit | None = None) -> Problem:
+    """The problem, each run's parameters searched (near: known already), with further
+    starts where there are other minima: blocks that lose friction when they let go,
+    stairs that are climbed slowly, other rates of tilting than stated."""
     session = prepared.session
     model = replace(model, session=session)
-    starts = np.zeros((len(session.runs) + len(session.reads), LOCALS))
-    frictions = [
-        math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads
+    runs = range(len(session.runs))
+    if near is not None:
+        model = replace(near.problem.model, session=session, seen={})
+        found = [Start(own[: len(OWN)], model.friction) for own in near.starts]
+    else:
+        found = [start_of(model, r, prepared.sigma[r]) for r in runs]
+    read = [math.tan(math.radians(float(np.median(r.angles)))) for r in session.reads]
+    friction = float(np.median([*(s.friction for s in found), *read]))
+    model = replace(model, friction=friction)
+    starts = np.zeros((len(found) + len(read), len(OWN)))
+    at = OWN.index("own friction")
+    for r, begun in enumerate(found):
+        starts[r] = begun.own
+        if near is None and session.runs[r].in_motion:
+            starts[r, at] = begun.friction - friction
+    problem = problem_of(prepared, model, starts)
+    if model.stair_deg:
+        slow = _globals(problem, {"climb": SLOW_CLIMB})
+        return replace(problem, further_starts=((problem.starts, slow),))
+    further = [
+        (problem.starts, _globals(problem, {"tilt-rate": ln}))
+        for ln in LN_RATES
+        if "tilt-rate" in model.effects
     ]
-    for k, run in enumerate(session.runs):
-        if run.in_motion:
-            found = in_motion(alone(run, model, prepared.sigma[k]), MOVING).own
-            starts[k, :2] = found["place"], found["speed"]
-            frictions.append(found["friction"])
-            continue
-        starts[k, 0], starts[k, 1], friction, _, starts[k, 4] = _onset(
-            model, prepared, k, jump=False
-        )
-        frictions.append(friction)
-    model = replace(model, friction=float(np.median(frictions)))
-    for k, run in enumerate(session.runs):
-        if run.in_motion:
-            starts[k, 4] = (frictions[len(session.reads) + k] - model.friction) / OWN
-    return model, starts
+    letting = [r for r in runs if not session.runs[r].in_motion]
+    if letting and near is None:
+        lost = [start_of(model, r, prepared.sigma[r], jump=True) for r in letting]
+        own, loss = problem.starts.copy(), float(np.median([s.loss for s in lost]))
+        for r, begun in zip(letting, lost, strict=True):
+            own[r, : len(OWN)] = begun.own
+        for name, effect in model.effects.items():
+            if effect.rest and effect.nonlinear:
+                columns = problem.columns_of(name)
+                values = {n: model.effects[n].low for n in columns} | {name: loss}
+                further.append((own, _globals(problem, values)))
+    return replace(problem, further_starts=tuple(further))
 
 
-def initial_onsets_with_jump(
-    prepared: Prepared, model: Model, starts: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """Starts of runs that lose friction at onset, another minimum of χ²; median
-    loss."""
-    starts, lost = starts.copy(), []
-    for k, run in enumerate(prepared.session.runs):
-        if run.in_motion:
-            continue
-        starts[k, 0], starts[k, 1], _, jump, _ = _onset(model, prepared, k, jump=True)
-        lost.append(jump)
-    return starts, float(np.median(lost)) if lost else 0.0
-
-
-def _onset(
-    model: Model, prepared: Prepared, r: int, *, jump: bool
-) -> tuple[float, float, float, float, float]:
-    """Of a run: place at rest [mm], onset [s], friction, its loss, place on a step
-    [sd]."""
-    run, sigma = prepared.session.runs[r], prepared.sigma[r]
-    time = run.time - run.tilt.origin
-
-    def misfit(onset: float, lag: float = 0.0) -> tuple[float, float, float, float]:
-        way, _, friction = run_motion(
-            model, r, np.array([0.0, onset, 0.0, 0.0, lag, 0.0, 0.0]), {}
-        )
-        columns = [np.ones(len(time))] + (
-            [np.clip(time - onset, 0, None) ** 2] if jump else []
-        )
-        design = np.column_stack(columns) / sigma[:, None]
-        left = (run.travel - 1e3 * way) / sigma
-        solution = np.linalg.lstsq(design, left, rcond=None)[0]
-        if jump and solution[1] < 0:  # friction does not increase at the onset
-            solution = np.array(
-                [left @ design[:, 0] / (design[:, 0] @ design[:, 0]), 0.0]
-            )
-        if jump:
-            lost = 2e-3 * float(solution[1]) * math.hypot(1.0, friction) / G_M_S2
-        else:
-            lost = 0.0
-        return (
-            float(((left - design @ solution) ** 2).sum()),
-            float(solution[0]),
-            friction,
-            lost,
-        )
-
-    grid = np.linspace(time[0], time[0] + 0.9 * (time[-1] - time[0]), 60)
-    for _ in range(5):
-        at = int(np.argmin([misfit(t)[0] for t in grid]))
-        grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 15)
-    lags = LAGS if model.stair_deg else (0.0,)
-    fine = np.linspace(grid[0], grid[-1], 9) + (
-        grid[1] - grid[0] if model.stair_deg else 0.0
-    ) * np.arange(-4, 5)
-    best = min(
-        (misfit(t, lag)[0], t, lag)
-        for t in (fine if model.stair_deg else grid[7:8])
-        for lag in lags
-    )
-    _, place, friction, lost = misfit(*best[1:])
-    return place, float(best[1]), friction, lost, float(best[2])
+def _globals(problem: Problem, values: dict[str, float]) -> np.ndarray:
+    """Globals (G,) at 0 but for some."""
+    return np.array([values.get(name, 0.0) for name in problem.names])

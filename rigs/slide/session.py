@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from benchtwin.bench.resolution import on_grid, reading_step
 from benchtwin.bench.robust import difference_noise
 from benchtwin.rigs.slide.tilt import Tilt, seen_tilt, standing_tilt, stated_tilt
 
+# how a block moves: it rests until the plate is steep enough; it is in motion at the
+# first row; it is let go or pushed within the recording
+LETS_GO, MOVING, SET_OFF = "lets go", "moving", "set off"
 LEAST_SLIDING, LEAST_REST = 12, 5  # rows
 LEAST_TRAVEL_MM = 0.5
 # rows of sliding in a short record: place, onset, friction, and one more
@@ -62,10 +66,23 @@ class Run:
     air: AirDrag
     scale_sd: float  # relative
     lock: np.ndarray  # (n, 2) [mm]: see `lock`
-    in_motion: bool = False  # from the first row on, along a plate that stands
+    how: str = LETS_GO
+    rests: bool = True  # whether friction may stop what was set in motion
     ended: int = 0  # rows at rest after the slide
+    pictured: bool = False  # whether the angle, and its hinge, are from the picture
     # (n, K) [mm]: by one sd of each friction of its own that changes along the slide
     wander: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether something else than the plate's tilt gives it a speed."""
+        return self.how != LETS_GO
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """How far a plate in the picture has turned (n,) since the first row [rad]."""
+        angle = self.tilt.at(self.time)
+        return (angle - angle[0]) * self.pictured
 
     @property
     def moving(self) -> slice:
@@ -296,7 +313,7 @@ def _in_motion(
         air_drag(seen.description),
         float(camera["scale_sd"]),
         sign * lock(time, sign * travel, 0, mm_per_px),
-        in_motion=True,
+        how=MOVING,
     )
 
 

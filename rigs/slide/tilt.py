@@ -30,6 +30,12 @@ class Tilt:
     rate_deg_s: float  # at the onset
     sensor: bool  # whether an angle was recorded
     grid_deg: float = 0.0  # height of steps in the column, 0 for none
+    zero_sd_deg: float | None = None  # of the sensor, if not the usual one
+
+    @property
+    def stands(self) -> bool:
+        """Whether the plate stands."""
+        return not self.coefficients[1]
 
     def at(self, time: np.ndarray | float) -> np.ndarray:
         """Angle [rad] at some times."""

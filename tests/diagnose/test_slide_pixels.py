@@ -9,7 +9,7 @@ from sliding import LIGHT, slides
 
 from benchtwin.infer.problem import fit
 from benchtwin.rigs.slide.diagnose import alternatives, diagnose_slide
-from benchtwin.rigs.slide.model import ACTING, LOCALS
+from benchtwin.rigs.slide.model import OWN
 from benchtwin.rigs.slide.problem import prepare
 from benchtwin.rigs.slide.session import assemble
 
@@ -48,7 +48,7 @@ def test_the_lock_is_measured_wherever_a_recording_counts_its_places_from(lock_p
             for s, part in zip(seen, from_px, strict=True)
         ]
     )
-    waves = base.starts[:, ACTING.stop : LOCALS] @ [
+    waves = base.starts[:, OWN.index("sine") : OWN.index("hinge")] @ [
         1.0,
         1j,
     ]  # A + iB, of A sin φ + B cos φ

@@ -9,6 +9,9 @@ import numpy as np
 
 from benchtwin.bench.air import G_M_S2
 from benchtwin.infer.effect import Effect
+from benchtwin.rigs.slide.tilt import Tilt
+
+MOST_LN_RATE = math.log(100)  # minutes for seconds are 60
 
 RATE = (
     "the same slide at three times the tilt rate: a clock's error in angle grows with"
@@ -16,8 +19,14 @@ RATE = (
 )
 
 
-def _shifted(c: np.ndarray, late: float) -> np.ndarray:
+def _off(c: np.ndarray, tilt: Tilt, offset_deg: float) -> np.ndarray:
+    """Coefficients of the true angle, where a sensor shows it too steep."""
+    return c - np.array([math.radians(offset_deg) * tilt.sensor, 0.0, 0.0, 0.0])
+
+
+def _shifted(c: np.ndarray, tilt: Tilt, late: float) -> np.ndarray:
     """Coefficients of a cubic about another moment: θ(t) = recorded(t + late)."""
+    late *= tilt.sensor
     return np.array(
         [
             c[0] + late * (c[1] + late * (c[2] + late * c[3])),
@@ -26,6 +35,14 @@ def _shifted(c: np.ndarray, late: float) -> np.ndarray:
             c[3],
         ]
     )
+
+
+def _faster(c: np.ndarray, tilt: Tilt, ln_ratio: float) -> np.ndarray:
+    """Coefficients of a plate raised at another rate than stated, from the same angle
+    at t = 0."""
+    more = math.expm1(min(max(ln_ratio, -MOST_LN_RATE), MOST_LN_RATE))
+    more *= c[1] * (not tilt.sensor)
+    return c + np.array([more * tilt.origin, more, 0.0, 0.0])
 
 
 def overshoot_deg(root: float, rate_deg_s: float, onset_deg: float) -> float:
@@ -65,7 +82,7 @@ EFFECTS = (
             "a reading of the tilt sensor on the plate levelled with a spirit level,"
             " and a second tilt rate"
         ),
-        tilt=lambda c, value: c - np.array([math.radians(value), 0.0, 0.0, 0.0]),
+        tilt=_off,
         read=lambda angle, read, value: angle + value,
     ),
     Effect(
@@ -85,6 +102,25 @@ EFFECTS = (
         read=lambda angle, read, value: (
             angle - read.rate_deg_s * value if math.isfinite(read.rate_deg_s) else angle
         ),
+    ),
+    Effect(
+        name="tilt-rate",
+        sector="measurement",
+        unit="times",
+        meaning="rate at which the plate is raised over the stated one",
+        prior_sd=1.0,
+        low=-MOST_LN_RATE,
+        high=MOST_LN_RATE,
+        source="a sliding block's pull grows by g cos θ dθ/dt",
+        nonlinear=True,
+        reported=math.exp,
+        separating=RATE,
+        needs=lambda session: any(
+            not (r.tilt.sensor or r.tilt.stands) for r in session.runs
+        ),
+        wording=("the plate is raised at another rate than stated", "times the stated"),
+        not_simulated="the twin's plate turns as stated",
+        tilt=_faster,
     ),
     Effect(
         name="reading-delay",

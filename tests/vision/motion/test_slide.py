@@ -12,7 +12,7 @@ from synthetic.motion import draw_slide, film_track
 
 from benchtwin.bench.keys import Air
 from benchtwin.bench.priors import unstated_sd
-from benchtwin.rigs.slide import measure as measuring
+from benchtwin.rigs.slide import problem
 from benchtwin.rigs.slide.keys import Slide
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.rigs.slide.model import Model
@@ -94,10 +94,11 @@ def test_the_turning_plate_is_borne_less_on(monkeypatch):
 
     found = named(measure_slide(track, KNOWN))
     angle = found["slide_angle"]
-    assert 0.05 <= angle.sd < 0.06 and angle.quality == "good"  # the goniometer's
+    # the goniometer's, of which so exact a slide tells a little
+    assert 0.045 <= angle.sd < 0.06 and angle.quality == "good"
     assert abs(angle.value - motion.truth["slide_angle"]) < 0.02
     assert abs(found["kinetic_friction"].value - 0.34) < 3e-4
-    monkeypatch.setattr(measuring, "Model", partial(Model, turning=0.0))  # control
+    monkeypatch.setattr(problem, "Model", partial(Model, turning=0.0))  # control
     found = named(measure_slide(track, KNOWN))
     assert abs(found["kinetic_friction"].value - 0.34) > 1e-3
 
@@ -129,7 +130,7 @@ def test_a_stated_start_and_rate_stand_in_for_the_column(start):
         track, replace(KNOWN, slide=Slide(tilt_rate_deg_s=2.0, start_deg=start))
     )
     found = named(result)
-    assert abs(found["slide_angle"].value - motion.truth["slide_angle"]) < 0.05
+    assert abs(found["slide_angle"].value - motion.truth["slide_angle"]) < 0.1
     assert (
         found["slide_angle"].sd > 0.5 and found["slide_angle"].sd_common > 0.5
     )  # of what is stated, half a degree
@@ -147,8 +148,9 @@ def test_a_rate_that_the_slide_contradicts_is_no_good_number(factor):
     stated = Slide(tilt_rate_deg_s=2.0 * factor, start_deg=0.0)
     result = measure_slide(replace(film, tilt_deg=None), replace(KNOWN, slide=stated))
     assert "good" not in {q.quality for q in result.quantities}
-    told = re.search(r"raised at ([\d.]+)°/s", named(result)["slide_angle"].reason)
-    assert told and float(told[1]) == pytest.approx(2.0, rel=0.1)
+    why = named(result)["slide_angle"].reason
+    told = re.search(r"another rate than stated \(([\d.]+) times", why)
+    assert told and float(told[1]) * factor == pytest.approx(1.0, rel=0.1)
 
 
 def test_a_rate_without_a_start_asks_for_it_by_name():

@@ -1,0 +1,122 @@
+"""What one recording's fit says of its quantities: value, sd, and what else could be
+true.
+
+A quantity is a function of the parameters by name; its sd is theirs to first order. The
+part of it that all recordings of a session share is what the shared parameters explain.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from benchtwin.infer.noise import Noise, Stretch, estimate, spreads
+from benchtwin.infer.problem import Fit, joint_covariance
+from benchtwin.infer.rivals import Measured, Rival, other_explanations
+from benchtwin.vision.measurement import Quantity
+from benchtwin.vision.motion.least_squares import believed_sds, slopes
+
+Values = Mapping[str, float]
+ALIKE = 1e-2  # of the greatest: slopes that say the same
+
+
+@dataclass(frozen=True, eq=False)
+class OneRecording:
+    """A rig's fit of one recording. own: names of its own parameters; of: quantities by
+    name from parameters by name; looser: factor on the sds of its rows; beside:
+    parameters known otherwise, with their sds."""
+
+    fit: Fit
+    own: tuple[str, ...]
+    of: Callable[[Values], dict[str, float]]
+    looser: float = 1.0
+    beside: Mapping[str, tuple[float, float]] | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All parameters: the recording's own, those that all share, those beside."""
+        own = (*self.own, *(f"own {k}" for k in range(len(self.own), self._count)))
+        names = (*own, *self.fit.names, *(self.beside or ()))
+        assert len(set(names)) == len(names), names
+        return names
+
+    @property
+    def _count(self) -> int:
+        return self.fit.starts.shape[1]
+
+    def values_of(self, of: Fit) -> np.ndarray:
+        """All parameters of a fit."""
+        beside = [value for value, _ in (self.beside or {}).values()]
+        return np.concatenate([of.starts[0], of.values, beside])
+
+    def by_name(self, values: np.ndarray) -> dict[str, float]:
+        """Parameters by name."""
+        return dict(zip(self.names, values.tolist(), strict=True))
+
+    @cached_property
+    def at(self) -> dict[str, float]:
+        """The quantities."""
+        return self.of(self.by_name(self.values_of(self.fit)))
+
+    def quantities(
+        self, units: Mapping[str, str], shared: Iterable[str]
+    ) -> dict[str, Quantity]:
+        """Those of some names, with their sds; shared: parameters whose errors all
+        recordings of a session have in common."""
+        places = [self.names.index(n) for n in shared]
+
+        def asked(values: np.ndarray) -> np.ndarray:
+            found = self.of(self.by_name(values))
+            return np.append([found[n] for n in units], values[places])
+
+        values, fitted = self.values_of(self.fit), self._count + len(self.fit.names)
+        sds = [sd for _, sd in (self.beside or {}).values()]
+        covariance = np.diag(np.append(np.zeros(fitted), np.square(sds)))
+        covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
+        moved = slopes(asked, values, np.sqrt(np.diag(covariance)))
+        spread, n = moved @ covariance @ moved.T, len(units)
+        held = [self.fit.problem.own_sd, self.fit.prior_sd, np.full(len(sds), np.inf)]
+        believed = believed_sds(moved[:n], np.concatenate(held))
+        variance, across = np.diag(spread)[:n], spread[:n, n:]
+        by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
+        common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
+        told = zip(asked(values), np.sqrt(variance), common, believed, strict=False)
+        return {
+            name: Quantity(name, value, sd, unit, sd_common=part, believed_sd=prior)
+            for (name, unit), (value, sd, part, prior) in zip(
+                units.items(), (map(float, row) for row in told), strict=True
+            )
+        }
+
+    def rivals(self, free: tuple[str, ...] = ()) -> list[Rival]:
+        """Each effect that this recording may show; free: those that are free
+        already."""
+        out = []
+        for other in other_explanations(self.fit, free):
+            there = replace(self, fit=other.fit).at
+
+            def value(q: Measured, there: dict[str, float] = there) -> float:
+                return q.value + there[q.name] - self.at[q.name]
+
+            out.append(Rival(other.odds, other.words, value))
+        return out
+
+
+def noise_about(
+    base: Fit, data: np.ndarray, lag: np.ndarray, sigma: np.ndarray
+) -> tuple[Noise, np.ndarray]:
+    """Noise of one recording's rows about a fit and its slopes, those by effects too,
+    so that what may be missing is not taken for noise; and the rows' sds (n,).
+
+    data, lag, sigma (n,): the rows in the order of time, first in the fit, frames since
+    the row before, and relative sds."""
+    assert base.problem.derivatives is not None
+    seen, columns = base.problem.derivatives(0, base.starts, base.values)
+    design = columns[: len(data)] / sigma[:, None]
+    size = np.linalg.norm(design, axis=0)
+    basis, share, _ = np.linalg.svd(design[:, size > 0] / size[size > 0], False)
+    left = (data - seen[: len(data)]) / sigma
+    about = [Stretch(basis[:, share > ALIKE * share[0]], left, lag)]
+    noise = estimate(about)
+    return noise, sigma * spreads(about, [0], 1, noise)[0]
