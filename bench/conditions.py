@@ -6,8 +6,6 @@ import re
 import reprlib
 from collections.abc import Iterator
 
-Condition = float | str
-
 MOST_CONDITIONS = 20
 LONGEST_NAME, LONGEST_WORD = 40, 100  # characters
 LARGEST = 1e10  # of any number

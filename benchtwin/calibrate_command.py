@@ -12,7 +12,7 @@ from rich.table import Table
 
 from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.bench.terminal import Terminal
-from benchtwin.bench.workbook import WORKBOOK
+from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.calibrate.procedure import Calibration, calibrate_tables, parameters
 from benchtwin.calibrate.procedure.beside import beside_tables
 from benchtwin.calibrate.procedure.effort import FULL, QUICK, Effort
@@ -32,9 +32,9 @@ from benchtwin.calibrate.statistics.box import Box
 from benchtwin.calibrate.statistics.prior import Prior
 from benchtwin.report.draw import name
 from benchtwin.report.numbers import words
-from benchtwin.report.page import write_report
-from benchtwin.report.spreadsheet import write_spreadsheet
-from benchtwin.report.template import PAGE, PRINTED
+from benchtwin.report.page import render
+from benchtwin.report.spreadsheet import sheets
+from benchtwin.report.template import PAGE, PRINTED, write_page
 from benchtwin.twin.bench_folder import Observed
 from benchtwin.twin.command import (
     DONE,
@@ -111,7 +111,7 @@ def calibrate_into(
         found = _simulated(asked, simulator)
     asked.out.mkdir(parents=True, exist_ok=True)
     write_result(found, asked.out)
-    write_spreadsheet(found, asked.out)
+    write_workbook(asked.out / WORKBOOK, sheets(found))
     return found, _reported(found, asked.out)
 
 
@@ -133,7 +133,7 @@ def _reported(found: Calibration, out: Path) -> bool:
         kept = f"the numbers are in {out / 'result.json'}"
     else:
         kept = "the calibration goes on"
-    return reported(lambda: write_report(found, out), kept, "calibrate")
+    return reported(lambda: write_page(out, render(found)), kept, "calibrate")
 
 
 def _simulated(asked: Asked, simulator: Simulator | None) -> Calibration:

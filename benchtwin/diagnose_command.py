@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from benchtwin.bench.rigs import RIGS
 from benchtwin.bench.terminal import Terminal
 from benchtwin.bench.whole_file import write_whole
-from benchtwin.report.template import PAGE, PRINTED
+from benchtwin.report.template import PAGE, PRINTED, write_page
 from benchtwin.twin.command import (
     DONE,
     FAILED,
@@ -74,7 +74,8 @@ def diagnose_into(asked: Asked) -> tuple["Diagnosis", bool]:
         found = diagnose_bench(asked.bench, seed=asked.rng, only=asked.rigs, say=show)
         found = _modelled(asked, found, show) if asked.twin else found
     asked.out.mkdir(parents=True, exist_ok=True)
-    _clear(asked)
+    for name in ("diagnosis.json", PAGE, PRINTED):  # of an older one
+        (asked.out / name).unlink(missing_ok=True)
     write_whole(
         asked.out / "diagnosis.json",
         json.dumps(found.to_json(), indent=1, allow_nan=False),
@@ -93,12 +94,6 @@ def _check(asked: Asked) -> None:
     check_out(asked.out, OURS, "diagnosis", "diagnosis.json", asked.overwrite)
 
 
-def _clear(asked: Asked) -> None:
-    """Remove an older diagnosis once a new one is at hand."""
-    for name in ("diagnosis.json", PAGE, PRINTED):
-        (asked.out / name).unlink(missing_ok=True)
-
-
 def _modelled(asked: Asked, found, say):
     """Run the simulation again with what was found; failures become notes."""
     from benchtwin.diagnose.rerun import resimulate_all
@@ -109,10 +104,10 @@ def _modelled(asked: Asked, found, say):
 
 def _reported(found, out: Path) -> bool:
     """Write the report; a fault in drawing it is one line, and the verdict stays."""
-    from benchtwin.report.diagnosis import write_report
+    from benchtwin.report.diagnosis import render
 
     return reported(
-        lambda: write_report(found, out),
+        lambda: write_page(out, render(found)),
         f"the verdict is in {out / 'diagnosis.json'}",
         "diagnose",
     )

@@ -35,11 +35,6 @@ def signature(content: Any) -> str:
     return hmac.digest(_secret(), text.encode(), "sha256").hex()
 
 
-def is_signed(content: Any, with_this: str) -> bool:
-    """Whether `signature` wrote this."""
-    return hmac.compare_digest(signature(content).encode(), with_this.encode())
-
-
 def _secret() -> bytes:
     """The secret, made when it is not there or others could have read or changed it."""
     file = private_folder() / "secret"

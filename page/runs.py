@@ -7,6 +7,7 @@ job.json is signed by this user on this machine for this very folder. That a com
 runs is known from a lock that it holds, not from a file of the bench."""
 
 import fcntl
+import hmac
 import json
 import os
 import re
@@ -32,7 +33,6 @@ from benchtwin.page.folder import (
     write_durably,
 )
 from benchtwin.page.private import (
-    is_signed,
     lock_file,
     lock_name,
     locked,
@@ -124,7 +124,8 @@ def read_job(place: Path) -> Job | None:
 
 def is_ours(job: Job, place: Path) -> bool:
     """Whether this user asked for the run on this machine, and in this very folder."""
-    return is_signed(_signed_content(job, place, place), job.signature)
+    signed = signature(_signed_content(job, place, place))
+    return hmac.compare_digest(signed.encode(), job.signature.encode())
 
 
 def command_line(job: Job, bench: Path) -> list[str]:

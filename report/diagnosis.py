@@ -3,7 +3,6 @@ diagnosis.html.j2."""
 
 import base64
 import math
-from pathlib import Path
 
 import pandas as pd
 
@@ -21,7 +20,7 @@ from benchtwin.report.residuals import (
     points,
     recorded,
 )
-from benchtwin.report.template import fill, write_page
+from benchtwin.report.template import fill
 
 TAGS = {
     "sure": "nothing missing",
@@ -32,11 +31,6 @@ TAGS = {
     "unknown": "unknown",
 }
 MOST_EXPLANATIONS, MOST_EFFECTS = 10, 12
-
-
-def write_report(found: Diagnosis, out: Path) -> None:
-    """report.html in the folder `out`. OSError when it cannot be written."""
-    write_page(out, render(found))
 
 
 def render(found: Diagnosis) -> str:
@@ -151,15 +145,14 @@ def _sure(f: Finding) -> str:
 def _explanations(f: Finding) -> pd.DataFrame | None:
     """The most probable first."""
     rows = [
-        {"what is missing": _together(names, f.rig), "probability": words.percent(p)}
+        {
+            "what is missing": "; ".join(words.missing(n, f.rig) for n in names)
+            or "nothing",
+            "probability": words.percent(p),
+        }
         for names, p in f.explanations[:MOST_EXPLANATIONS]
     ]
     return pd.DataFrame(rows) if rows else None
-
-
-def _together(names: tuple[str, ...], rig: str) -> str:
-    """ "air drag is missing; the scale is wrong", "nothing"."""
-    return "; ".join(words.missing(n, rig) for n in names) or "nothing"
 
 
 def _effects(f: Finding) -> pd.DataFrame | None:

@@ -1,7 +1,6 @@
 """The report of a calibration: words, tables and figures, filled into page.html.j2."""
 
 from itertools import combinations
-from pathlib import Path
 
 from benchtwin.bench.numbers import beside_interval, with_interval
 from benchtwin.calibrate.procedure.calibration import (
@@ -18,12 +17,7 @@ from benchtwin.calibrate.procedure.words import in_status, ties_in_words
 from benchtwin.calibrate.result_file import CONVENTIONS
 from benchtwin.report import draw, figures, pile_figures, side_by_side
 from benchtwin.report.numbers import cells, sentence
-from benchtwin.report.template import fill, write_page
-
-
-def write_report(c: Calibration, out: Path) -> None:
-    """report.html in the folder `out`. OSError when it cannot be written."""
-    write_page(out, render(c))
+from benchtwin.report.template import fill
 
 
 def render(c: Calibration) -> str:

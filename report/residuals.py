@@ -1,6 +1,8 @@
 """Figures of a diagnosis: residuals of baseline and model for every recording, and the
 recordings. Plain Plotly JSON."""
 
+from html import escape
+
 import numpy as np
 import pandas as pd
 
@@ -138,12 +140,8 @@ def _layout(curve: Curve, titles: list[str], reach: float) -> dict:
     title = {"x": 0, "xref": "paper", "yref": "paper", "showarrow": False}
     title |= {"xanchor": "left", "yanchor": "bottom"}
     pairs = zip(titles, tops, strict=True)
-    layout["annotations"] = [
-        title | {"text": f"<b>{_escaped(text)}</b>", "y": top} for text, top in pairs
+    layout["annotations"] = [  # plotly takes some tags in titles
+        title | {"text": f"<b>{escape(text, quote=False)}</b>", "y": top}
+        for text, top in pairs
     ]
     return layout
-
-
-def _escaped(text: str) -> str:
-    """Plotly takes some tags in titles."""
-    return text.replace("&", "&amp;").replace("<", "&lt;")

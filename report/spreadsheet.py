@@ -1,12 +1,9 @@
 """What a calibration found as a workbook, for spreadsheet programs and a paper's
 tables."""
 
-from pathlib import Path
-
 import pandas as pd
 
 from benchtwin.bench.numbers import with_interval
-from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.calibrate.procedure.calibration import LEVEL, Calibration, parameters
 from benchtwin.calibrate.procedure.words import in_status
 from benchtwin.calibrate.result_file import CONVENTIONS
@@ -24,11 +21,6 @@ MEANS = [
 ]
 SIMULATED = "simulations of the same rigs with Hertz–Mindlin contacts"
 UNITS = {"density_kg_m3": "kg/m³", "shear_modulus_pa": "Pa", "poisson_ratio": "1"}
-
-
-def write_spreadsheet(c: Calibration, out: Path) -> None:
-    """results.xlsx in the folder `out`. OSError when it cannot be written."""
-    write_workbook(out / WORKBOOK, sheets(c))
 
 
 def sheets(c: Calibration) -> dict[str, pd.DataFrame]:

@@ -13,12 +13,8 @@ from benchtwin.bench.rigs import rigs_in_words
 from benchtwin.measure.observed import Observed as Observed
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError
-from benchtwin.vision.motion.track import (
-    Track,
-    struck_out,
-    track_from_gates,
-    track_from_table,
-)
+from benchtwin.vision.motion.of_recording import TABLES, table_track
+from benchtwin.vision.motion.track import Track, track_from_table
 from benchtwin.vision.recording import Recording as Recording
 
 Seen = TypeVar("Seen")
@@ -97,12 +93,8 @@ def seen_of(
 
 def track_of(recording: Recording, observed: Observed) -> Track:
     """A recording's track, read from its table or as it was observed on its frames."""
-    if recording.evidence == "track.csv":
-        read = read_track(recording.files[0])
-        track = track_from_table(read.rows, recording.camera, read.notes)
-        return struck_out(track, recording)
-    if recording.evidence == "gates.csv":
-        return track_from_gates(recording)
+    if recording.evidence in TABLES:
+        return table_track(recording)
     table = observed.observe(recording).track
     if table is None:
         raise MeasurementError(f"{recording.path}: {recording.evidence} holds no track")

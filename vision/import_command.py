@@ -97,7 +97,7 @@ def _read(
     trouble, taken = [], {"bench.toml"}
     for path in paths:
         try:
-            found = list(drafts_of(path, rig, track))
+            found = [draft.with_name() for draft in drafts_of(path, rig, track)]
         except (MeasurementError, OSError) as error:
             trouble.append(str(error))
             continue

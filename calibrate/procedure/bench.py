@@ -158,15 +158,16 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
     groups: dict[str, list[RecordingReadings]] = {}
     for s in seen:
         if s.readings.size:
-            groups.setdefault(_signature(s), []).append(s)
+            built = ", ".join(f"{k} = {v}" for k, v in sorted(_section(s).items()))
+            groups.setdefault(built, []).append(s)
     pooled = max(groups.values(), key=lambda group: sum(s.readings.size for s in group))
     notes = [f"{s.recording}: {s.trouble}" for s in seen if s.trouble]
-    for signature, group in groups.items():
+    for built, group in groups.items():
         if group is not pooled:
             names = ", ".join(s.recording for s in group)
             notes.append(
                 f"{names}: another {rig} than {pooled[0].recording}"
-                f" ({signature or 'nothing stated'}); left out"
+                f" ({built or 'nothing stated'}); left out"
             )
     notes += [f"{s.recording}: {s.doubt}" for s in pooled if s.doubt]
     further = dict.fromkeys(column for s in pooled for column in s.further)
@@ -189,11 +190,6 @@ def _pooled(rig: str, seen: list[RecordingReadings], trimmed: int) -> RigReading
 
 def _section(s: RecordingReadings) -> dict:
     return RIGS[s.rig].as_built(s.description.get(s.rig, {}))
-
-
-def _signature(s: RecordingReadings) -> str:
-    """What tells two rigs of one kind apart."""
-    return ", ".join(f"{k} = {v}" for k, v in sorted(_section(s).items()))
 
 
 def _rig_description(s: RecordingReadings) -> dict:

@@ -111,7 +111,12 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             what = f"{one.number}. {one.command} {' '.join(one.options)}"
             ui.label(what).classes("font-bold anywhere")
             ui.label(one.status).classes(COLOURS[one.status])
-            ui.label(_duration(one.took_s) if one.status != WAITING else "")
+            took = (
+                f"{one.took_s:.0f} s"
+                if one.took_s < 90
+                else f"{one.took_s / 60:.0f} min"
+            )
+            ui.label(took if one.status != WAITING else "")
             ui.space()
             if one.status in (RUNNING, WAITING):
                 ui.button("Stop", on_click=stop).props("flat dense")
@@ -133,7 +138,3 @@ def _shown(site: Site, bench: Path, one: Run, opened: set[str], refresh) -> None
             output = ui.expansion("Output", value=shown, on_value_change=turn)
             with output.classes("w-full"):
                 ui.label(one.log).classes("log")
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 90 else f"{seconds / 60:.0f} min"

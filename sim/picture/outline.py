@@ -6,8 +6,6 @@ import numpy as np
 from benchtwin.sim.seed import Seed
 from benchtwin.sim.seed.surface import Mesh, area
 
-Array = np.ndarray
-
 
 def level_for(radius_px: float, seeds: int) -> int:
     """Subdivision level (2 to 4) for seeds of `radius_px`: flat faces miss the outline

@@ -8,8 +8,9 @@ import pandas as pd
 import pytest
 
 from benchtwin.bench.numbers import with_interval
+from benchtwin.bench.workbook import WORKBOOK, write_workbook
 from benchtwin.calibrate.procedure import calibrate_tables, parameters
-from benchtwin.report.spreadsheet import sheets, write_spreadsheet
+from benchtwin.report.spreadsheet import sheets
 
 PAPER = Path(__file__).parents[2] / "samples" / "soybean-paper"
 
@@ -22,7 +23,7 @@ def paper():
 @pytest.fixture(scope="module")
 def found(paper, tmp_path_factory):
     out = tmp_path_factory.mktemp("out")
-    write_spreadsheet(paper, out)
+    write_workbook(out / WORKBOOK, sheets(paper))
     return pd.read_excel(out / "results.xlsx", sheet_name=None, engine="openpyxl")
 
 

@@ -1,12 +1,12 @@
 """Who computes: processes of this user here, or whoever has joined a dask scheduler
 elsewhere; from then on one code path, that of `concurrent.futures`."""
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from benchtwin.sim.lammps.program import cores_here
 from benchtwin.twin.campaign.processes import Processes
 from benchtwin.twin.campaign.store import CampaignStopped
 
@@ -29,7 +29,7 @@ def local(workers: int) -> Iterator[Workers]:
     once, for all that counts is stored."""
     processes = Processes(workers)
     try:
-        yield Workers(processes, cores(), lambda: workers)
+        yield Workers(processes, cores_here(), lambda: workers)
     finally:
         processes.shutdown()
 
@@ -72,11 +72,4 @@ def joined(scheduler: str) -> Iterator[Workers]:
 
 def workers_for(ranks: int) -> int:
     """Workers of this machine whose jobs take so many cores each."""
-    return max(cores() // ranks, 1)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return max(cores_here() // ranks, 1)

@@ -10,9 +10,10 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from benchtwin.sim.lammps.program import cores_here
 from benchtwin.twin.campaign import claims
 from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
-from benchtwin.twin.campaign.cluster import Workers, cores, joined, local
+from benchtwin.twin.campaign.cluster import Workers, joined, local
 from benchtwin.twin.campaign.interrupt import kept_interrupt
 from benchtwin.twin.campaign.progress import Progress, Tally
 from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
@@ -104,7 +105,7 @@ def _workers(
         return joined(scheduler)
     if isinstance(workers, Workers):
         return nullcontext(workers)
-    return local(min(workers or cores(), jobs))
+    return local(min(workers or cores_here(), jobs))
 
 
 class _Run:

@@ -75,7 +75,9 @@ class BoardView:
 
     def distance_mm(self) -> tuple[float, float]:
         """Of the camera from the board along its axis, and its sd."""
-        value, sd = self._with_sd(lambda p: np.array([_depth_mm(p, self.corners)]))
+        value, sd = self._with_sd(
+            lambda p: _before_camera(p, np.zeros((1, 2)), self.corners)[0, 2:]
+        )
         value = value * self.print_scale
         return float(value[0]), float(np.hypot(sd[0], value[0] * self.print_sd))
 
@@ -316,11 +318,6 @@ def _to_board(
     return side * hit[0].reshape(u.shape), side * hit[1].reshape(u.shape)
 
 
-def _depth_mm(p: np.ndarray, corners: Corners) -> float:
-    """Distance along the camera's axis of the board's middle [mm]."""
-    return float(_before_camera(p, np.zeros((1, 2)), corners)[0, 2])
-
-
 def _attitude(p: np.ndarray) -> np.ndarray:
     """Pitch, plumb, yaw [deg]."""
     turned = Rotation.from_rotvec(p[1:4]).as_matrix() @ UPRIGHT
@@ -335,14 +332,16 @@ def _attitude(p: np.ndarray) -> np.ndarray:
     )
 
 
+def sheet_mask(shape: tuple[int, ...], board: BoardView) -> np.ndarray:
+    """Where the board's sheet is in a picture of this shape, and a little around it."""
+    around = np.rint(board.page_px(beyond_mm=SHEET_EDGE_MM)).astype(np.int32)
+    return cv2.fillConvexPoly(np.zeros(shape, np.uint8), around, 1) > 0
+
+
 def without_sheet(image: np.ndarray, board: BoardView) -> np.ndarray:
     """The picture with the board's sheet taken out: each row goes on from what lies on
     one side of it to what lies on the other."""
-    mask = cv2.fillConvexPoly(
-        np.zeros(image.shape[:2], np.uint8),
-        np.rint(board.page_px(beyond_mm=SHEET_EDGE_MM)).astype(np.int32),
-        1,
-    )
+    mask = sheet_mask(image.shape[:2], board)
     bare, width = image.copy(), image.shape[1]
     for row in np.flatnonzero(mask.any(1)):
         inside = np.flatnonzero(mask[row])

@@ -148,12 +148,8 @@ class Draft:
 
 
 def drafts_of(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
-    """The recordings in one file, with what its name says; rig: "" where it is not
+    """The recordings in one file, by its content; rig: "" where it is not
     stated; track: number of the one to use, None for the likeliest."""
-    return (draft.with_name() for draft in _by_content(path, rig, track))
-
-
-def _by_content(path: Path, rig: str, track: int | None) -> Iterator[Draft]:
     kind = next((k for suffixes, k in _COPIED if path.suffix.lower() in suffixes), "")
     if kind:
         told = None if rig else _told(path)

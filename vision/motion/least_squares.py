@@ -137,15 +137,6 @@ def correlated_mean(values: np.ndarray, frame: np.ndarray) -> tuple[float, float
     return float(found.params[0]), float(np.sqrt(found.cov[0, 0]))
 
 
-def propagate(
-    function: Callable[[np.ndarray], ArrayLike], params: np.ndarray, cov: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """`function(params)` (m,) and its covariance (m, m) to first order."""
-    value = np.asarray(function(params), dtype=float)
-    jacobian = slopes(function, params, np.sqrt(np.maximum(np.diag(cov), 0)))
-    return value, jacobian @ cov @ jacobian.T
-
-
 def believed_sds(moved: np.ndarray, prior_sd: np.ndarray) -> np.ndarray:
     """sds (m,) of quantities by the priors alone, infinite where one depends on a
     parameter without a prior; moved (m, p): their slopes, prior_sd (p,): of the

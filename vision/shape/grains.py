@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from benchtwin.bench.priors import unstated_sd
-from benchtwin.vision.board.view import SHEET_EDGE_MM, BoardView
+from benchtwin.vision.board.view import BoardView, sheet_mask
 from benchtwin.vision.measurement import DOUBTFUL, FAILED, GOOD, MeasurementError
 from benchtwin.vision.shape.outline import centroid, ellipse_agreement, feret, solidity
 from benchtwin.vision.shape.silhouettes import (
@@ -187,7 +187,7 @@ def measure_seeds(
     if isinstance(scale, int | float) and not (np.isfinite(scale) and scale > 0):
         raise MeasurementError(f"mm_per_px = {scale} is not a scale")
     board = board or (scale if isinstance(scale, BoardView) else None)
-    region = None if board is None else _sheet_region(board, image.shape[:2])
+    region = None if board is None else sheet_mask(image.shape[:2], board)
     relief = make_relief(image, region)
     if mm_per_px_sd is None or not isinstance(scale, int | float):
         relative_sd = unstated_sd("scale")
@@ -395,10 +395,3 @@ def _at_border(patch: np.ndarray, shape: tuple[int, int]) -> bool:
 
 def _scale_sd(scale: BoardView, x: float, y: float) -> float:
     return scale.sd_at(x, y) / float(scale.at(x, y))
-
-
-def _sheet_region(board: BoardView, shape: tuple[int, int]) -> np.ndarray:
-    """Mask of the board's sheet, and a little around it."""
-    region = np.zeros(shape, np.uint8)
-    around = np.rint(board.page_px(beyond_mm=SHEET_EDGE_MM)).astype(np.int32)
-    return cv2.fillConvexPoly(region, around, 1) > 0

@@ -17,7 +17,7 @@ from benchtwin.calibrate.procedure.effort import QUICK
 from benchtwin.calibrate.procedure.simulated import calibrate_simulated
 from benchtwin.calibrate.procedure.simulator import Run
 from benchtwin.calibrate.result_file import write_result
-from benchtwin.report.page import write_report
+from benchtwin.report.page import render
 from benchtwin.report.spreadsheet import sheets
 
 STATED = "[drawdown]\npane_friction = 0.28\n"
@@ -166,8 +166,7 @@ def test_a_drum_and_a_lifted_cylinder_are_evidence_as_any_rig(alone, tmp_path):
 
 def test_files_and_report_hold_them(both, tmp_path):
     write_result(both, tmp_path)
-    write_report(both, tmp_path)
-    text = (tmp_path / "report.html").read_text()
+    text = render(both)
     best = both.joint.next_tests["test"][0]
     assert f"Worth adding: {best}" in text
     runs = pd.read_csv(tmp_path / "tables" / "drawdown_runs.csv")

@@ -262,10 +262,10 @@ def test_the_command_writes_a_report_after_every_rig_and_a_result_at_the_end(
 def test_a_fault_in_drawing_the_report_costs_neither_results_nor_a_traceback(
     bench, tmp_path, capsys, monkeypatch, few_draws
 ):
-    def broken(c, out):
+    def broken(out, page):
         raise ZeroDivisionError("no width")
 
-    monkeypatch.setattr(calibrate_module, "write_report", broken)
+    monkeypatch.setattr(calibrate_module, "write_page", broken)
     out = tmp_path / "out"
     assert (
         calibrate_command(Asked(bench, out, quick=True, quiet=True), StandIn())
