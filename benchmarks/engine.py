@@ -19,11 +19,11 @@ from statistics import median
 
 import engine_lammps as lammps
 import numpy as np
+from lammps_here import installed
 
 from benchtwin.sim.engine import step
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, Scattered, World
-from benchtwin.sim.lammps.program import installed
 from benchtwin.sim.material import (
     Q235,
     SOYBEAN,

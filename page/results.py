@@ -33,14 +33,6 @@ LEAST_PROBABILITY = 0.005  # of an explanation that is shown
 
 
 @dataclass(frozen=True)
-class Explanation:
-    """What may be missing, each effect in words; probability 0 to 1."""
-
-    effects: tuple[str, ...]
-    probability: float
-
-
-@dataclass(frozen=True)
 class Explained:
     """A rig's diagnosis: its sentence, and the tone in which it is said (`tone` of
     diagnose.words)."""
@@ -48,7 +40,7 @@ class Explained:
     rig: str
     sentence: str
     tone: str
-    explanations: tuple[Explanation, ...]
+    explanations: tuple[tuple[tuple[str, ...], float], ...]
     next_record: str
     matters: bool
 
@@ -118,7 +110,7 @@ def _explained(rig: str, found: dict) -> Explained:
     from benchtwin.diagnose.words import missing  # takes seconds to load
 
     listed = [
-        Explanation(
+        (
             tuple(missing(e, rig) for e in one["effects"]),
             min(float(one["probability"]), 1.0),
         )

@@ -107,12 +107,6 @@ def all_runs(bench: Path, folder: Folder) -> list[Run]:
         return [_read(p, current) for p in _places(bench, folder)][::-1]
 
 
-def read_run(place: Path) -> Run:
-    """A run's folder as it stands."""
-    with _queue(bench := place.parents[2]):
-        return _read(place, _current(bench))
-
-
 def read_job(place: Path) -> Job | None:
     """What a run's job.json asks for; None where that is nothing a page asks for."""
     try:
@@ -156,12 +150,6 @@ def enqueue(bench: Path, command: str, options: tuple[str, ...], folder: Folder)
             remove(part)
         _advance(bench, folder)
         return _read(place, _current(bench))
-
-
-def advance(bench: Path, folder: Folder) -> None:
-    """Start the oldest waiting run of the bench if none is running."""
-    with _queue(bench):
-        _advance(bench, folder)
 
 
 def stop(run: Run) -> None:
@@ -214,7 +202,8 @@ def _queue(bench: Path) -> AbstractContextManager[None]:
 
 
 def _advance(bench: Path, folder: Folder) -> None:
-    """`advance`, with the queue held. The runner inherits the lock that shows that it
+    """Start the oldest waiting run of the bench if none is running, with the queue
+    held. The runner inherits the lock that shows that it
     runs, and with it the command."""
     lock = open_lock(lock_name(bench, "run"), fcntl.LOCK_EX | fcntl.LOCK_NB)
     if lock is None:

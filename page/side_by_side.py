@@ -8,6 +8,7 @@ import numpy as np
 
 from benchtwin.page.folder import Folder
 from benchtwin.page.results import CALIBRATED, read, told
+from benchtwin.report.draw import listed
 from benchtwin.twin.pair import Pair, pair
 from benchtwin.vision.find_recordings import find_recordings
 from benchtwin.vision.recording import Recording, read_recording
@@ -77,9 +78,9 @@ def browser_data(chosen: BenchTwinPair, both: Pair, folder: Folder) -> dict:
         "rig": both.rig,
         "xname": both.x_name,
         "yname": both.y_name,
-        "x": _numbers(both.x[rows]),
-        "bench": _numbers(both.bench[rows]),
-        "twin": _numbers(both.twin[rows]),
+        "x": listed(both.x[rows]),
+        "bench": listed(both.bench[rows]),
+        "twin": listed(both.twin[rows]),
         "names": [folder.name_of(r.path) for r in recordings],
         "photos": [r.evidence == "photos" for r in recordings],
         "frames": [
@@ -98,7 +99,3 @@ def _seed(recording: Recording) -> list[float] | None:
     seed = recording.seed
     long, flat = seed.length_mm, seed.thickness_mm or seed.width_mm
     return [long, flat or long] if long else None
-
-
-def _numbers(values: np.ndarray) -> list[float]:
-    return [float(f"{v:.6g}") for v in values]

@@ -31,7 +31,16 @@ def render(c: Calibration) -> str:
         surface=_surface(c.surface) if c.surface else None,
         conventions=CONVENTIONS,
         checks={"wrong": c.not_following, "all": c.checks},
-        rigs=_rigs(c),
+        rigs=[
+            {
+                "key": n,
+                "unit": draw.unit(fit.rig.unit),
+                "fit": fit,
+                "curve": _equation(fit) if c.mode == "tables" else "",
+                "readings": c.bench.rigs[n],
+            }
+            for n, fit in c.steel.items()
+        ],
         shape=verdict(c.more["shape_effect"]) if "shape_effect" in c.more else [],
         pairs=side_by_side.panels(c.more.get("pairs", [])),
     )
@@ -57,20 +66,6 @@ def _answer(c: Calibration) -> dict:
         return {"rows": rows, "notes": []}
     notes = [*ties_in_words(c.joint.ties), *in_words(c.joint.next_tests)]
     return {"rows": rows, "notes": [sentence(text) for text in notes]}
-
-
-def _rigs(c: Calibration) -> list[dict]:
-    """One section a seed–steel rig."""
-    return [
-        {
-            "key": n,
-            "unit": draw.unit(fit.rig.unit),
-            "fit": fit,
-            "curve": _equation(fit) if c.mode == "tables" else "",
-            "readings": c.bench.rigs[n],
-        }
-        for n, fit in c.steel.items()
-    ]
 
 
 def _equation(fit: SteelFit) -> str:

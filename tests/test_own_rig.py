@@ -91,8 +91,9 @@ def test_a_folder_without_its_record_says_so(tmp_path):
 CALIBRATED = """
 from pathlib import Path
 import numpy as np, pandas as pd
-from benchtwin.calibrate import calibrate_simulated, parameters
+from benchtwin.calibrate.procedure import parameters
 from benchtwin.calibrate.procedure.effort import QUICK
+from benchtwin.calibrate.procedure.simulated import calibrate_simulated
 
 def simulate(runs):
     rows = []

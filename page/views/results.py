@@ -139,13 +139,12 @@ def _explanations(found: list[results.Explained]) -> None:
         with ui.column().classes("w-full gap-1 q-mb-md"):
             said = ui.label(f"{one.rig.capitalize()}: {one.sentence}.")
             said.classes(f"text-lg {TONES.get(one.tone, 'text-warning')}")
-            for explanation in one.explanations:
+            for effects, share in one.explanations:
                 with ui.row().classes("items-center w-full no-wrap"):
-                    share = explanation.probability
                     ui.label(percent(share)).classes("w-16 shrink-0 text-right")
                     bar = ui.linear_progress(share, show_value=False)
                     bar.classes("share").props("aria-hidden=true")
-                    missing = " and ".join(explanation.effects)
+                    missing = " and ".join(effects)
                     words = ui.label(missing or "nothing is missing")
                     words.classes("grow anywhere")
 

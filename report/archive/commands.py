@@ -21,7 +21,8 @@ def pack_command(
         packed = pack(bench, results, out, runs)
         if quiet:
             return DONE
-        size = (out.stat().st_size if out.is_file() else _size(out)) / 1e6
+        held = (p for p in (out, *out.rglob("*")) if p.is_file())
+        size = sum(p.stat().st_size for p in held) / 1e6
         print(f"{out}: {len(packed.files)} files, {size:.1f} MB")
         if packed.left_out:
             why = "links, and prints of pages that name folders of this machine"
@@ -31,10 +32,6 @@ def pack_command(
         return DONE
 
     return exit_code("pack", out, work, stopped=NOTHING, misuses=MISUSES)
-
-
-def _size(folder: Path) -> int:
-    return sum(p.stat().st_size for p in folder.rglob("*") if p.is_file())
 
 
 def _some(names: list[str] | tuple[str, ...]) -> str:

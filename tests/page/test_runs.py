@@ -17,6 +17,8 @@ from benchtwin.page.folder import Folder, Refused
 from benchtwin.twin.bench_folder import hashes
 from benchtwin.vision.find_recordings import find_recordings
 
+from .queue_access import advance, read_run
+
 RUNNER = """
 # The runner, with a command that shows progress until the file `done` is in the bench.
 import sys
@@ -81,51 +83,51 @@ def until(condition, seconds: float = 90.0):
 
 def test_one_at_a_time_with_progress_and_log(bench, folder, slow):
     first, second = queued(bench, folder), queued(bench, folder)
-    until(lambda: "/600" in runs.read_run(first).progress)
-    runs.advance(bench, folder)
-    assert (runs.read_run(first).status, runs.read_run(second).status) == (
+    until(lambda: "/600" in read_run(first).progress)
+    advance(bench, folder)
+    assert (read_run(first).status, read_run(second).status) == (
         runs.RUNNING,
         runs.WAITING,
     )
     (bench / "done").touch()
-    until(lambda: runs.read_run(first).status == runs.DONE)
+    until(lambda: read_run(first).status == runs.DONE)
     assert (
-        runs.read_run(first).log == "part" + runs.read_run(first).log[4:]
-        and "finished" in runs.read_run(first).log
+        read_run(first).log == "part" + read_run(first).log[4:]
+        and "finished" in read_run(first).log
     )
-    runs.advance(bench, folder)
-    until(lambda: runs.read_run(second).status == runs.DONE)
+    advance(bench, folder)
+    until(lambda: read_run(second).status == runs.DONE)
     assert [r.number for r in runs.all_runs(bench, folder)] == [2, 1]
 
 
 def test_stopped_it_says_so_and_goes_on(bench, folder, slow):
     place = queued(bench, folder)
-    until(lambda: "/600" in runs.read_run(place).progress)
-    runs.stop(runs.read_run(place))
-    until(lambda: runs.read_run(place).status == runs.STOPPED)
-    assert "goes on where it stopped" in runs.read_run(place).log
+    until(lambda: "/600" in read_run(place).progress)
+    runs.stop(read_run(place))
+    until(lambda: read_run(place).status == runs.STOPPED)
+    assert "goes on where it stopped" in read_run(place).log
     (bench / "done").touch()
-    runs.resume(runs.read_run(place), bench, folder)
-    until(lambda: runs.read_run(place).status == runs.DONE)
+    runs.resume(read_run(place), bench, folder)
+    until(lambda: read_run(place).status == runs.DONE)
 
 
 def test_the_next_run_begins_though_no_page_is_open(bench, folder, slow):
     first, second = queued(bench, folder), queued(bench, folder)
     (bench / "done").touch()
-    until(lambda: runs.read_run(second).status == runs.DONE)  # nobody asked again
+    until(lambda: read_run(second).status == runs.DONE)  # nobody asked again
     before, after = (
         json.loads((place / "state.json").read_text()) for place in (first, second)
     )
     assert before["code"] == 0 and before["ended"] <= after["started"]
-    assert "finished" in runs.read_run(second).log
+    assert "finished" in read_run(second).log
 
 
 def test_a_waiting_run_is_taken_from_the_queue(bench, folder, slow):
     first, second = queued(bench, folder), queued(bench, folder)
-    runs.stop(runs.read_run(second))
+    runs.stop(read_run(second))
     (bench / "done").touch()
-    until(lambda: runs.read_run(first).status == runs.DONE)
-    assert (runs.read_run(second).status, runs.read_run(second).log) == (
+    until(lambda: read_run(first).status == runs.DONE)
+    assert (read_run(second).status, read_run(second).log) == (
         runs.STOPPED,
         "",
     )
@@ -143,35 +145,35 @@ def processes(place: Path) -> list[psutil.Process]:
 
 def test_a_run_can_be_resumed_after_the_machine_was_switched_off(bench, folder, slow):
     place, waiting = queued(bench, folder), queued(bench, folder)
-    until(lambda: "/600" in runs.read_run(place).progress)
+    until(lambda: "/600" in read_run(place).progress)
     for process in processes(place):
         process.kill()
-    until(lambda: runs.read_run(place).status == runs.BROKEN)
-    assert runs.read_run(waiting).status == runs.BROKEN  # nobody will start it
-    assert "finished" not in runs.read_run(place).log
+    until(lambda: read_run(place).status == runs.BROKEN)
+    assert read_run(waiting).status == runs.BROKEN  # nobody will start it
+    assert "finished" not in read_run(place).log
     (bench / "done").touch()
-    runs.resume(runs.read_run(place), bench, folder)
+    runs.resume(read_run(place), bench, folder)
     for one in (place, waiting):
-        until(lambda one=one: runs.read_run(one).status == runs.DONE)
-        assert "finished" in runs.read_run(one).log
+        until(lambda one=one: read_run(one).status == runs.DONE)
+        assert "finished" in read_run(one).log
 
 
 def test_a_command_whose_runner_was_killed_holds_the_bench_until_it_ends(
     bench, folder, slow
 ):
     place = queued(bench, folder)
-    until(lambda: "/600" in runs.read_run(place).progress)
+    until(lambda: "/600" in read_run(place).progress)
     runner, command = processes(place)
     command.suspend()
     runner.kill()
     until(lambda: not runner.is_running() or runner.status() == "zombie")
     second = queued(bench, folder)
-    assert [runs.read_run(p).status for p in (place, second)] == [
+    assert [read_run(p).status for p in (place, second)] == [
         runs.RUNNING,
         runs.WAITING,
     ]
     command.kill()
-    until(lambda: runs.read_run(place).status == runs.BROKEN)
+    until(lambda: read_run(place).status == runs.BROKEN)
 
 
 def test_two_pages_that_ask_at_once_start_one(bench, folder, slow):
@@ -179,7 +181,7 @@ def test_two_pages_that_ask_at_once_start_one(bench, folder, slow):
         asked = [pages.submit(queued, bench, folder) for _ in range(6)]
     places = sorted(a.result() for a in asked)
     assert [p.name for p in places] == [f"{n:04d}-measure" for n in range(1, 7)]
-    statuses = [runs.read_run(p).status for p in places]
+    statuses = [read_run(p).status for p in places]
     assert sorted(statuses) == [runs.RUNNING, *[runs.WAITING] * 5]
     (bench / "done").touch()
     until(lambda: all(r.status == runs.DONE for r in runs.all_runs(bench, folder)), 60)
@@ -195,10 +197,8 @@ def test_an_ordinary_command_runs(bench, folder):
     )
     (bench / "drop-01" / "readings.csv").write_text("rebound_height_mm\n70\n72\n")
     run = runs.enqueue(bench, "measure", (), folder)
-    until(
-        lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 60
-    )
-    assert runs.read_run(run.folder).status == runs.DONE
+    until(lambda: read_run(run.folder).status not in (runs.RUNNING, runs.WAITING), 60)
+    assert read_run(run.folder).status == runs.DONE
     assert (bench / "results" / "measured" / "summary.csv").is_file()
     for command, options in (
         ("rm", ()),
@@ -219,10 +219,10 @@ def test_a_diagnosis_is_left_in_the_bench_and_is_no_recording_of_it(tmp_path):
     shutil.copytree(Path(__file__).parents[2] / "samples" / "heard-drop", bench)
     run = runs.enqueue(bench, "diagnose", ("--quick",), folder)
     until(
-        lambda: runs.read_run(run.folder).status not in (runs.RUNNING, runs.WAITING),
+        lambda: read_run(run.folder).status not in (runs.RUNNING, runs.WAITING),
         120,
     )
-    assert runs.read_run(run.folder).status == runs.DONE, runs.read_run(run.folder).log
+    assert read_run(run.folder).status == runs.DONE, read_run(run.folder).log
     left = bench / "results" / "diagnosed"
     assert (left / "report.html").is_file()
     shutil.copytree(bench / "drop-01", left / "twin" / "drop-01-old")

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import seed_forms
 import trimesh
+from lammps_here import installed
 
-from benchtwin.sim.lammps.program import installed, program
+from benchtwin.sim.lammps.program import program
 from benchtwin.sim.seed.clump_command import DONE, MISUSED, clump_command
 
 SHAPE = seed_forms.superquadric(11e-3, 7.5e-3, 5e-3, across=0.85, along=0.85, taper=0.3)

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from benchtwin.sim.lammps.program import installed
+from lammps_here import installed
 
 _path = Path(__file__).parents[2] / "benchmarks" / "engine_lammps.py"
 _spec = importlib.util.spec_from_file_location("engine_lammps", _path)

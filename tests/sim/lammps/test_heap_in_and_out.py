@@ -5,10 +5,10 @@ import csv
 
 import numpy as np
 import pytest
+from lammps_here import installed
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from benchtwin.sim.lammps.program import installed
 from benchtwin.sim.ondem.read import read_state
 
 SMALL = """rig = "pile"

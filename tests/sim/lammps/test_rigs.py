@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
+from lammps_here import installed
 
 from benchtwin.sim.lammps.contact import in_lammps_law
 from benchtwin.sim.lammps.engine import LammpsEngine
-from benchtwin.sim.lammps.program import installed
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.rigs.bench import Bench
 from benchtwin.sim.rigs.drop import Drop, run_drop

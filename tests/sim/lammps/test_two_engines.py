@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from lammps_here import installed
 from scenes import ball
 
 from benchtwin.sim.engine.step import init, run
 from benchtwin.sim.engine.walls import Cylinder, Plane, Rectangle, Turn
 from benchtwin.sim.engine.world import Placed, World
-from benchtwin.sim.lammps.program import installed
 from benchtwin.sim.lammps.run import Lammps
 from benchtwin.sim.lammps.stage import Stage
 from benchtwin.sim.lammps.walls import wall_lines

