@@ -17,13 +17,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import av
 import numpy as np
+from measure_all import measure
 from PIL import Image
 
 from benchtwin.calibrate.export import ENGINES, cards, read_result
 from benchtwin.calibrate.procedure import from_tables, joint, steel
 from benchtwin.calibrate.procedure.bench import Bench, bench_of
 from benchtwin.calibrate.procedure.tables import naming
-from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence.photo import read_photo
 from benchtwin.vision.evidence.read_keys import read_toml
 from benchtwin.vision.import_command import import_command

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from fuzz_files import RESULT, Reader
+from measure_all import measure
 
 from benchtwin.bench.outlets import FORMULA, NOT_SHOWN, NUMBER
-from benchtwin.measure.batch import measure
 from benchtwin.page import results
 from benchtwin.page.folder import Refused
 from benchtwin.report.archive import MANIFEST

@@ -17,8 +17,7 @@ import cv2
 import numpy as np
 import pandas as pd
 from drawn_films import DRAWN, LOOKS, RIGS, Film, draw
-
-from benchtwin.measure.batch import measure
+from measure_all import measure
 
 WITHIN, WRONG = (
     1.96,

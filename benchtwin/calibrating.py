@@ -59,7 +59,7 @@ class CalibrationSummary:
                     with_interval(row.value, row.low, row.high)
                     for row in table.itertuples()
                 ],
-                "unit": table["unit"].map(shown.unit),
+                "unit": table["unit"].map(draw.unit),
                 "status": [
                     in_status(row.status, row.remark) for row in table.itertuples()
                 ],

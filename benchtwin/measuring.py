@@ -15,6 +15,7 @@ from benchtwin.bench.numbers import plus_minus
 from benchtwin.blas import on_one_blas_thread
 from benchtwin.measure import batch
 from benchtwin.measure.observed import Observed, PackedPictures
+from benchtwin.report import draw
 from benchtwin.rigs.pile.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
@@ -77,7 +78,7 @@ class Measurements:
         groups = list(table.groupby(["rig", "quantity", "unit"], sort=False))
         titles = [
             f"{rig}: {quantity.replace('_', ' ')}"
-            + (f" ({shown.unit(unit)})" if shown.unit(unit) else "")
+            + (f" ({draw.unit(unit)})" if draw.unit(unit) else "")
             for (rig, quantity, unit), _ in groups
         ]
         figure, places = shown.panels(titles)
@@ -99,7 +100,7 @@ class Measurements:
                     plus_minus(value, sd)
                     for value, sd in zip(table["value"], table["sd"], strict=True)
                 ],
-                "unit": table["unit"].map(shown.unit),
+                "unit": table["unit"].map(draw.unit),
                 "quality": table["quality"],
                 "reason": table["reason"],
             }

@@ -13,7 +13,6 @@ from benchtwin.report.draw import BLUE, GREY, ORANGE, RED
 
 MOST_ROWS = 60  # of a table in a notebook; the tables themselves hold all
 COLOURS = {"good": BLUE, "doubtful": ORANGE, "failed": RED}
-UNITS = {"1": "", "deg": "°"}
 
 
 def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
@@ -25,15 +24,6 @@ def html(title: str, table: pd.DataFrame, notes: Iterable[str] = ()) -> str:
         lines = [f"and {len(table) - MOST_ROWS} rows more", *lines]
     under = "".join(f"<p>{escape(line)}</p>" for line in lines)
     return f"<p><b>{escape(title)}</b></p>{rows}{under}"
-
-
-def unit(name: str) -> str:
-    """A unit as it is printed.
-
-    >>> unit("deg"), unit("1"), unit("mm")
-    ('°', '', 'mm')
-    """
-    return UNITS.get(name, name)
 
 
 def panels(

@@ -8,10 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchtwin.bench.rigs import RIGS
-from benchtwin.measure.observe import observe, observe_or_fail
+from benchtwin.measure.observe import observe_or_fail
 from benchtwin.vision.find_recordings import find_recordings, unread_files
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.pile.repose import PileOptions
 from benchtwin.vision.recording import Recording
 
 Seen = list[tuple[Recording, Observation]]
@@ -74,20 +73,6 @@ def unread_notes(
         named = ", ".join(names[:MOST_NAMED]) + more
         notes.append((folder.name, f"not read: {named} (benchtwin does not read it)"))
     return notes
-
-
-def measure(
-    paths: str | Path | Sequence[str | Path],
-    options: PileOptions | None = None,
-    trim: bool = False,
-) -> Iterator[Observation]:
-    """Observations of all recordings under `paths` (one path or several), one after the
-    other; those of several together last."""
-    chosen = [paths] if isinstance(paths, str | Path) else paths
-    entries = find_all([Path(path) for path in chosen])
-    yield from measure_each(
-        entries, lambda recording: observe(recording, options, trim)
-    )
 
 
 def measure_each(

@@ -29,8 +29,8 @@ def name(key: str) -> str:
 
 
 def unit(key: str) -> str:
-    """A unit as it is printed."""
-    return {"deg": "°"}.get(key, key)
+    """A unit as it is printed; none for a plain number."""
+    return {"1": "", "deg": "°"}.get(key, key)
 
 
 def short(key: str) -> str:

@@ -52,17 +52,19 @@ def card(calibrated: Calibrated) -> str:
         f"Number of spheres | {len(c.shape.balls_m)} | -",
         f"Mass | {digits(c.shape.mass_kg)} | kg",
     ]
-    for axis, moment in zip("XYZ", c.shape.inertia_kg_m2):
-        lines.append(f"Moment of inertia {axis} | {digits(moment)} | kg m2")
+    lines += [
+        f"Moment of inertia {axis} | {digits(moment)} | kg m2"
+        for axis, moment in zip("XYZ", c.shape.inertia_kg_m2)
+    ]
     return "\n".join([header(c, "#", VERSION, how, notes), *lines]) + "\n"
 
 
 def spheres(calibrated: Calibrated) -> str:
     """The seed's balls for the sphere table: radius and position [m], tabs between."""
-    rows = ["\t".join(("Radius", "Position X", "Position Y", "Position Z"))]
-    for x, y, z, r in calibrated.shape.balls_m:
-        rows.append("\t".join(map(digits, (r, x, y, z))))
-    return "\n".join(rows) + "\n"
+    heading = "\t".join(("Radius", "Position X", "Position Y", "Position Z"))
+    balls = ((r, x, y, z) for x, y, z, r in calibrated.shape.balls_m)
+    rows = ["\t".join(map(digits, ball)) for ball in balls]
+    return "\n".join([heading, *rows]) + "\n"
 
 
 def _material(kind: str, solid: Solid) -> list[str]:

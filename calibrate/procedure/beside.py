@@ -89,8 +89,10 @@ def _quantities(c: Calibration, printed: Calibration) -> pd.DataFrame:
         )
         ours.append(check_pile(c.surface, keys, levels, verified.get(PILE.name))[0])
         fits = (printed.surface, c.surface)
-        for f in c.surface.box.names:
-            rows.append((f"pile: optimum, {f}", *(s.optimum.point[f] for s in fits)))
+        rows += [
+            (f"pile: optimum, {f}", *(s.optimum.point[f] for s in fits))
+            for f in c.surface.box.names
+        ]
         groups = [s.path.group for s in fits if s.path is not None]
         if len(groups) == len(fits):
             rows.append(("pile: nearest group of the path", *groups))

@@ -190,7 +190,11 @@ def simulate_steel(stage: SteelStage) -> SteelFit:
         ends = f"{values.min():.3g} … {values.max():.3g}"
         notes += [*more, f"range extended to {stage.rig.parameter} {ends}"]
     if not fit.reached:
-        raise Unreachable(_unreachable(stage, fit))
+        rig, x = stage.rig, fit.rows[stage.rig.parameter]
+        raise Unreachable(
+            f"finding for diagnosis: no {rig.parameter} from {x.min():g} to {x.max():g}"
+            f" gives the bench's {fit.bench.value:.4g} {rig.unit}"
+        )
     fit, more = _narrowed(stage, fit)
     return replace(fit, notes=tuple(dict.fromkeys(notes + more)))
 
@@ -257,14 +261,6 @@ def _next_values(
     many = max(3, stage.effort.levels // 2) + 1
     new = _three_digits(np.linspace(end, target, many)[1:])
     return np.unique(new[~np.isin(new, x)])
-
-
-def _unreachable(stage: SteelStage, fit: SteelFit) -> str:
-    rig, x = stage.rig, fit.rows[stage.rig.parameter]
-    return (
-        f"finding for diagnosis: no {rig.parameter} from {x.min():g} to {x.max():g}"
-        f" gives the bench's {fit.bench.value:.4g} {rig.unit}"
-    )
 
 
 def _narrowed(stage: SteelStage, fit: SteelFit) -> tuple[SteelFit, list[str]]:

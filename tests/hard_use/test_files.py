@@ -7,11 +7,11 @@ import zlib
 
 import numpy as np
 import pytest
+from measure_all import measure
 from PIL import Image
 from synthetic.film import Look, film, write_video
 from synthetic.motion import draw_drop
 
-from benchtwin.measure.batch import measure
 from benchtwin.vision.evidence import photo, read_keys, tables
 from benchtwin.vision.evidence.frames import Video
 from benchtwin.vision.evidence.photo import read_photo

@@ -42,8 +42,12 @@ def differences(runs: pd.DataFrame) -> pd.DataFrame:
             index=index, columns="engine", values=quantity, dropna=False
         )
         wide = wide.reindex(columns=["benchtwin", "lammps"]).dropna().reset_index()
-        for (row, parameters), pairs in wide.groupby(["row", "parameters"], sort=True):
-            lines.append(_line(str(row), parameters, quantity, pairs))
+        lines += [
+            _line(str(row), parameters, quantity, pairs)
+            for (row, parameters), pairs in wide.groupby(
+                ["row", "parameters"], sort=True
+            )
+        ]
         if wide["row"].nunique() > 1:
             means = wide.groupby("packing")[["benchtwin", "lammps"]].mean()
             lines.append(_line(ALL, "", quantity, means))

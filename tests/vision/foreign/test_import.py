@@ -6,10 +6,10 @@ import tomllib
 import numpy as np
 import pytest
 from bouncing import HEIGHT_M, IMPACTS_S, ball
+from measure_all import measure
 from typer.testing import CliRunner
 
 from benchtwin.command_line import app
-from benchtwin.measure.batch import measure
 
 FRAME, X, Y = ball()
 

@@ -7,9 +7,9 @@ import zipfile
 import numpy as np
 import pytest
 from bouncing import HEIGHT_M, IMPACTS_S
+from measure_all import measure
 from workbooks import bomb, workbook
 
-from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_impacts
 from benchtwin.vision.measurement import MeasurementError

@@ -8,10 +8,10 @@ import zlib
 import numpy as np
 import pytest
 from bouncing import ball
+from measure_all import measure
 from scipy.io import savemat
 from workbooks import workbook
 
-from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError

@@ -6,8 +6,8 @@ import zipfile
 import numpy as np
 import pytest
 from bouncing import ball
+from measure_all import measure
 
-from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.foreign.as_evidence import read_track
 from benchtwin.vision.measurement import MeasurementError

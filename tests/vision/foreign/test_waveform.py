@@ -3,8 +3,8 @@ states the rate."""
 
 import numpy as np
 import pytest
+from measure_all import measure
 
-from benchtwin.measure.batch import measure
 from benchtwin.vision.foreign import read_foreign, tool_of
 from benchtwin.vision.measurement import MeasurementError
 

@@ -5,9 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from measure_all import measure
 from rolling_balls import Ball, way
-
-from benchtwin.measure.batch import measure
 
 GATES = np.array([150.0, 350, 550, 750, 950])
 
