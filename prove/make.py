@@ -84,12 +84,6 @@ class MadeCase:
         return without_absent_keys(bench, self.scene.request.absent)
 
 
-def make(spec: Spec, seed: int) -> tuple[Bench, Key]:
-    """The case of this line of the plan. The same seed makes the same case."""
-    made, key = conceal(spec, seed)
-    return made.bench(RIGS[spec.rig]), key
-
-
 def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
     """The scene in which the wished effects come nearest to the wished SNRs, and the
     key."""

@@ -13,12 +13,14 @@ from benchtwin.prove.cases.bench import Request, write_bench
 from benchtwin.prove.cases.pile import photograph
 from benchtwin.prove.cases.roll import travel
 from benchtwin.prove.cases.snr import Visibility
-from benchtwin.prove.make import make, sized
+from benchtwin.prove.make import sized
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.rigs import RIGS
 from benchtwin.vision.evidence.frames import open_frames
 from benchtwin.vision.motion.track_seed import track_seed
 from benchtwin.vision.recording import Recording
+
+from .making import make
 
 
 def spec(

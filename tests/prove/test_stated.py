@@ -20,9 +20,10 @@ from benchtwin.prove.cases.stated import (
     draw_distance_mm,
     draw_reading,
 )
-from benchtwin.prove.make import make
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.rigs import RIGS
+
+from .making import make
 
 RNG = np.random.default_rng
 
