@@ -75,7 +75,9 @@ def diagnose_bench(
         found, used[rig], wrong = _diagnosed(observed, rig, here, rng, say)
         trouble += wrong
         if isinstance(found, Finding):
-            findings[rig] = with_stated(found, _used(observed, rig, here))
+            unread = {name for name, *_ in wrong}
+            read = [e for e in here if e.recording not in unread]
+            findings[rig] = with_stated(found, _used(observed, rig, read))
         else:
             refused[rig] = found
     took = time.monotonic() - begun

@@ -34,6 +34,17 @@ UNITS = {
     "k": "K",
     "days": "day",
 }  # at the end of a condition's name
+AXES = {
+    "t_s": ("time", "s"),
+    "z_mm": ("height", "mm"),
+    "v_m_s": ("speed", "m/s"),
+    "x_mm": ("place", "mm"),
+    "x_share": ("share of the flank from its crest", ""),
+    "n_bounce": ("bounce number", ""),
+    "tilt_deg": ("tilt", "°"),
+    "travel_mm": ("travel", "mm"),
+    "phase_deg": ("phase", "°"),
+}
 ONLY_WHEN = {
     "order": "the order of the recordings",
     "session": "the session",
@@ -146,6 +157,9 @@ def _unknown(finding: Finding) -> str:
     if not law and drift:
         law = f"{follow_in_words(drift, finding)}, and nothing stated says why"
     found = f"{known}, and beside it {what}" if known else what
+    if finding.senseless:
+        where = f", most at {at}" if (at := window(finding)) else ""
+        found = f"{found}, of no shape that makes sense{where}"
     return _because(finding, f"{found}: {law}" if law else found)
 
 
@@ -338,6 +352,18 @@ def place(finding: Finding) -> str:
         None,
     )
     return WHERE.get(best.name, f"in {best.name}") if best else "somewhere"
+
+
+def window(f: Finding) -> str:
+    """ "speed 1.2 to 2.4 m/s", "" without a window."""
+    if f.window is None:
+        return ""
+    axis, unit = AXES.get(f.window.axis, (f.window.axis, ""))
+    if f.window.axis == "n_bounce":
+        numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
+        return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
+    found = f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}"
+    return found.replace("-", "−").rstrip()
 
 
 def chance(p: float) -> str:

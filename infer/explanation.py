@@ -19,7 +19,8 @@ class Alternative:
     problem: Problem
     odds: float = 1.0  # prior
     note: str = ""  # for the reader where it holds
-    effects: tuple[str, ...] = ()  # listed effects that it stands for
+    # listed effects that it stands for, or, beginning with UNSHAPED, what is unlisted
+    effects: tuple[str, ...] = ()
     sector: str = ""  # of those effects
     # unit, value, sd
     sizes: dict[str, tuple[str, float, float]] = field(default_factory=dict)

@@ -107,6 +107,7 @@ class Finding:
     left_out: dict[str, tuple[float, ...]] = field(default_factory=dict)
     unlisted: frozenset[str] = frozenset({UNSHAPED})  # of the explanations' parts
     laws: dict[str, Effect] = field(default_factory=dict)  # found for what is unlisted
+    senseless: bool = False  # what is unlisted is of no shape that could act
     follows: tuple[Follow, ...] = ()  # parameters that follow conditions
     keys: dict[str, StatedKey] = field(default_factory=dict)  # that state effects
 

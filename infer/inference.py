@@ -7,13 +7,13 @@ import numpy as np
 
 from benchtwin.infer.alarm import ALARM_P, left_over_p
 from benchtwin.infer.conditions import effect_name
-from benchtwin.infer.explanation import Explanation, Posterior
+from benchtwin.infer.explanation import UNSHAPED, Explanation, Posterior
 from benchtwin.infer.finding import Finding, Parameter, Sector
 from benchtwin.infer.follow import ConditionTable
 from benchtwin.infer.held_out import held_out, left_out_values
 from benchtwin.infer.law_found import lawful
 from benchtwin.infer.posterior import explain
-from benchtwin.infer.power_law import Term
+from benchtwin.infer.power_law import Law, Term
 from benchtwin.infer.problem import fit
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.unlisted import strongest_window
@@ -51,7 +51,12 @@ class Inferred:
     of_motions: Verdict  # on all but conditions
     chosen: Explanation  # that this verdict is about
     model: Explanation  # the same with a law for what is unlisted
-    terms: tuple[Term, ...] = ()  # of that law
+    law: Law = ()
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Of that law."""
+        return self.law or ()
 
     @property
     def tests(self) -> int:
@@ -90,6 +95,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
     effects, contact = _effects(of), _contact(of)
     over_nothing, over_others = _ln_bayes(of)
     followed = tuple(f.name for f in table.found)
+    law = " and ".join(t.in_words() for t in of.terms) or _differing(of)
     return Finding(
         task.rig,
         base.fit.problem.recordings,
@@ -103,7 +109,7 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         ln_bayes_baseline=over_nothing,
         ln_bayes_runner_up=over_others,
         parameters=_parameters(verdict, effects),
-        law=" and ".join(t.in_words() for t in of.terms) or None,
+        law=law,
         held_out=held_out(of.model, base, followed) if of.alarm else None,
         next_record=_next_record(task, verdict, table),
         p_verdict=verdict.probability,
@@ -113,10 +119,11 @@ def finding_of(task: DiagnosisTask, rng: np.random.Generator) -> Finding:
         effects=effects,
         contact=contact,
         curves=task.curves(of.bare.fit, of.model.fit),
-        notes=_notes(of),
+        notes=tuple(note for note in _notes(of) if note != law),
         left_out=_left_out(of),
         laws={t.effect.name: t.effect for t in of.terms},
         unlisted=_unlisted(of),
+        senseless=of.law is None,
     )
 
 
@@ -133,8 +140,8 @@ def _inferred(task: DiagnosisTask, rng: np.random.Generator) -> Inferred:
     of = Inferred(task, posterior, table, bare, verdict, chosen, chosen)
     if verdict.verdict != "unknown":
         return of
-    model, terms, verdict = lawful(posterior, verdict, chosen, task)
-    return replace(of, model=model, terms=terms, of_motions=verdict)
+    model, law, verdict = lawful(posterior, verdict, chosen, task)
+    return replace(of, model=model, law=law, of_motions=verdict)
 
 
 def _effects(of: Inferred) -> dict[str, EffectEstimate]:
@@ -274,6 +281,13 @@ def _sectors(of: Inferred, rng: np.random.Generator) -> tuple[Sector, ...]:
         Sector(n, shares.get(n, 0.0) / whole if whole else math.nan, p[n]) for n in p
     ]
     return tuple(sorted(out, key=lambda s: (-np.nan_to_num(s.explained), s.p)))
+
+
+def _differing(of: Inferred) -> str | None:
+    """What is unlisted and differs from recording to recording, for the reader."""
+    own = of.posterior.alternatives[of.model.alternative]
+    differs = any(n.startswith(UNSHAPED) for n in own.effects)
+    return own.note if of.verdict.verdict == "unknown" and differs else None
 
 
 def _notes(of: Inferred) -> tuple[str, ...]:

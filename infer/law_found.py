@@ -6,14 +6,14 @@ from dataclasses import replace
 from benchtwin.infer.evidence import Kind
 from benchtwin.infer.explanation import Explanation, Posterior
 from benchtwin.infer.posterior import PRIOR, explanation_of
-from benchtwin.infer.power_law import NAMES, ROUNDS, Term, fitted
+from benchtwin.infer.power_law import NAMES, ROUNDS, Law, Term, fitted
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.verdict import Verdict, estimate
 
 
 def lawful(
     posterior: Posterior, verdict: Verdict, chosen: Explanation, task: DiagnosisTask
-) -> tuple[Explanation, tuple[Term, ...], Verdict]:
+) -> tuple[Explanation, Law, Verdict]:
     """What is unlisted as a law, its terms, and the verdict: of listed effects beside
     it those are left that are needed beside the law as well."""
     if not chosen.listed:
@@ -36,9 +36,7 @@ def _ln_weight(e: Explanation) -> float:
     return e.table.ln_evidence(e.names)[0] + math.log(odds)
 
 
-def with_law(
-    chosen: Explanation, task: DiagnosisTask
-) -> tuple[Explanation, tuple[Term, ...]]:
+def with_law(chosen: Explanation, task: DiagnosisTask) -> tuple[Explanation, Law]:
     """The explanation with a law in the place of what is unlisted, and its terms with
     the sizes that it gives; what a model cannot follow stays as it was found."""
     k, found = chosen.alternative, chosen.fit
@@ -47,7 +45,10 @@ def with_law(
     able: tuple[Term, ...] = ()
     for _ in range(ROUNDS):
         before = [t.in_the_twin for t in able]
-        terms = task.law(found)
+        law = task.law(found)
+        if law is None:
+            return chosen, None
+        terms = law
         able = tuple(t for t in terms if t.in_the_twin)
         if not terms or terms[0] not in able:
             return chosen, terms

@@ -28,11 +28,13 @@ NOT_TOLD = 1e-9  # of the information on a column, below which it is not told
 class OwnScatter:
     """sd (K,): root of the mean square of what recordings have of their own; odd (R,):
     whether a recording has ODD times as much; shown: whether the recordings show any
-    (ln L rises by SHOWN or more), else its size is what was believed before."""
+    (ln L rises by SHOWN or more), else its size is what was believed before; beyond:
+    rise of ln L above that of any size up to what recordings differ by at most."""
 
     sd: np.ndarray
     odd: np.ndarray
     shown: bool
+    beyond: float
 
     @property
     def times(self) -> np.ndarray:
@@ -46,11 +48,13 @@ def own_scatter(
     usual: np.ndarray | float,
     always: np.ndarray | bool = False,
     odd_share: float = 0.0,
+    most: float = np.inf,
 ) -> OwnScatter:
     """Of each recording's own columns, which stand behind the first `common`: 0 where
     recordings do not show any, but of what is there `always` (K,). usual (K,): what it
     usually is; columns of one usual size have one size. odd_share: of recordings that
-    are odd; they are found one by one as long as that is likelier."""
+    are odd; they are found one by one as long as that is likelier. most: of the last
+    kind, that recordings differ by."""
     size = np.sqrt(sum((r.a[:, :common] ** 2).sum(0) for r in reduced))
     kept = size > 0
     parts = [
@@ -59,17 +63,17 @@ def own_scatter(
     ]
     usual = usual * np.ones(parts[0][1].shape[1])
     odd = np.zeros(len(parts), dtype=bool)
-    sd, ln, shown = _sizes(parts, usual, always, odd)
+    sd, ln, shown, beyond = _sizes(parts, usual, always, odd, most)
     others = np.eye(len(parts), dtype=bool)
     while odd_share and not odd.all():
         less = sd / np.sqrt(ODD)  # an odd one has raised the size of all
         alike = [_ln_likelihood(less, parts, _times(odd | one)) for one in others]
         one = odd | others[int(np.argmax(np.where(odd, -np.inf, alike)))]
-        again, higher, seen = _sizes(parts, usual, always, one)
+        again, higher, seen, more = _sizes(parts, usual, always, one, most)
         if higher + np.log(odd_share / (1 - odd_share)) <= ln:
             break
-        sd, ln, shown, odd = again, higher, seen, one
-    return OwnScatter(sd, odd, shown)
+        sd, ln, shown, beyond, odd = again, higher, seen, more, one
+    return OwnScatter(sd, odd, shown, beyond)
 
 
 def _times(odd: np.ndarray) -> np.ndarray:
@@ -81,10 +85,13 @@ def _sizes(
     usual: np.ndarray,
     always: np.ndarray | bool,
     odd: np.ndarray,
-) -> tuple[np.ndarray, float, bool]:
-    """σ (K,), ln L averaged over the sizes of the last kind, and whether any is shown;
-    parts: of each recording, common columns and data (n, C + 1) and its own (n, K)."""
-    found, times, shown = np.zeros(len(usual)), _times(odd), False
+    most: float,
+) -> tuple[np.ndarray, float, bool, float]:
+    """σ (K,), ln L averaged over the sizes of the last kind, whether any is shown, and
+    by how much ln L is higher beyond `most` than within; parts: of each recording,
+    common columns and data (n, C + 1) and its own (n, K)."""
+    found, times = np.zeros(len(usual)), _times(odd)
+    shown, beyond = False, 0.0
     for kind in TURNS * [usual == u for u in dict.fromkeys(usual)]:
         tried = found * ~kind + np.append(0.0, SIZES)[:, None] * usual * kind
         nothing, *rest = (_ln_likelihood(sd, parts, times) for sd in tried)
@@ -95,7 +102,9 @@ def _sizes(
             weight = np.exp(ln - ln.max())
             found += usual * kind * np.sqrt((weight * SIZES**2).sum() / weight.sum())
         shown = shown or seen
-    return found, float(logsumexp(ln)), shown
+        within = np.array(rest)[usual[kind][0] * SIZES <= most]
+        beyond = max(rest) - float(within.max())
+    return found, float(logsumexp(ln)), shown, beyond
 
 
 def _ln_likelihood(sd: np.ndarray, parts, times: np.ndarray) -> float:

@@ -19,7 +19,12 @@ from benchtwin.infer.evidence import (
     student_ln_likelihood,
     table_of,
 )
-from benchtwin.infer.explanation import Alternative, Explanation, Posterior
+from benchtwin.infer.explanation import (
+    UNSHAPED,
+    Alternative,
+    Explanation,
+    Posterior,
+)
 from benchtwin.infer.linear import Reduced, stacked
 from benchtwin.infer.problem import Fit, Problem, fit
 from benchtwin.infer.unlisted import (
@@ -298,7 +303,9 @@ def explanation_of(
         *unlisted_components(windows, columns),
     ]
     nil = np.zeros((len(columns), 0)), np.zeros(0), np.zeros(0, dtype=bool)
-    components += [Component(n, Kind.EFFECT, own.sector, *nil) for n in own.effects]
+    for n in own.effects:
+        kind = Kind.UNLISTED if n.startswith(UNSHAPED) else Kind.EFFECT
+        components.append(Component(n, kind, own.sector, *nil))
     power, level_sd = noise or refined_noise_power(
         reduced, found.baseline_sd, components, problem.level_sd
     )
@@ -336,7 +343,7 @@ def _priors(components: list[Component], odds: float) -> dict[tuple[str, ...], f
     """ln prior of every set of up to three listed components with at most one
     unlisted."""
     listed = [c.name for c in components if c.kind is not Kind.UNLISTED and len(c.sd)]
-    unlisted = [c.name for c in components if c.kind is Kind.UNLISTED]
+    unlisted = [c.name for c in components if c.kind is Kind.UNLISTED and len(c.sd)]
     sets: dict[tuple[int, int], list[tuple[str, ...]]] = {}
     for (count, strange), _ in PRIOR.items():
         some = [tuple(sorted(s)) for s in combinations(listed, count)]

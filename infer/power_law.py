@@ -3,9 +3,10 @@
 A law has one or two terms, each a size times a fixed column or times a power of one
 quantity over a reference. The term of the greatest fall of χ² is taken, or one that
 does as well and that the twin knows; it must predict left-out recordings. Its exponent
-is that of the greatest fall, with the range in which χ² lies within 3.84 of it."""
+is that of the greatest fall, with the range in which χ² lies within 3.84 of it. A term
+that cannot be what acts (possible_law.py) is none."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +15,8 @@ import numpy as np
 from benchtwin.bench.numbers import with_interval
 from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.held_out import squared_errors
-from benchtwin.infer.linear import Reduced, beside_globals, fall_in
+from benchtwin.infer.linear import Reduced, beside_globals, fall_in, stacked
+from benchtwin.infer.possible_law import MOST, Reach, is_possible
 from benchtwin.infer.problem import Fit, fit
 
 NAMES = ("law", "second-law")  # of the effects that stand for the terms
@@ -40,6 +42,14 @@ class Family:
     # (name, power) → how it acts, and what it is in the twin, as fields of an Effect
     acts: Callable[[str, float], dict[str, Any]] | None = None
     not_simulated: str = ""
+    least: float = 1.0  # of its quantity in the recordings, over the reference
+    # (globals by name) → the least that it can be where it does most
+    low: Callable[[Mapping[str, float]], float] = lambda at: -MOST
+
+    def reach(self, k: int) -> Reach:
+        """Of its term of power k."""
+        most = raised(np.array(min(self.least, 1.0)), min(self.powers[k], 0.0))
+        return Reach(float(most), self.low)
 
 
 @dataclass(frozen=True)
@@ -66,7 +76,11 @@ class Term:
         return f"{said} (95 %: {ends}{also}" if ends else f"{said}{also}"
 
 
-def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
+# None: what stands out cannot be what acts
+Law = tuple[Term, ...] | None
+
+
+def law_of(base: Fit, families: list[Family], extra: Any) -> Law:
     """The terms that stand out, the most telling first, in the place of those that
     `base` may have already; extra: a column for every power of every family, in the
     form that Problem.reduce takes."""
@@ -76,6 +90,7 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
     gram, right = columns.T @ project(columns), columns.T @ project(b)
     ends = np.cumsum([0, *(len(f.powers) for f in families)])
     chosen: list[int] = []
+    reaches: list[Reach] = []
     found: list[tuple[Family, float, str, tuple[str, ...]]] = []
     reached, left = 0.0, dict(enumerate(families))
     while left and len(chosen) < len(NAMES):
@@ -88,16 +103,26 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
             own = float(falls[k].max())
             return own > top - WITHIN_CHI2 and families[k].acts is not None, own
 
-        able = (
-            (k, int(ends[k] + np.argmax(falls[k])))
-            for k in sorted(left, key=better, reverse=True)
-            if falls[k].max() - reached >= LEAST_FALL
-        )
-        best = next((o for o in able if _predicts(reduced, sd, chosen, o[1])), None)
+        best, least, absurd = None, reached + LEAST_FALL, False
+        for k in sorted(left, key=better, reverse=True):
+            at = int(ends[k] + np.argmax(falls[k]))
+            if falls[k].max() < least:
+                continue
+            predicts, beside = _predicts(reduced, sd, [*chosen, at])
+            if not predicts:
+                continue
+            reach = families[k].reach(at - ends[k])
+            effects = base.problem.effects
+            if is_possible(base.names, effects, *beside, [*reaches, reach]):
+                best = k, at
+                break
+            # what tells less is no law in its place
+            least, absurd = max(least, float(falls[k].max()) - WITHIN_CHI2), True
         if best is None:
             break
         k, at = best
         chosen.append(at)
+        reaches.append(reach)
         own, reached = falls[k], float(falls[k].max())
         also = dict.fromkeys(
             families[j].quantity
@@ -108,7 +133,7 @@ def law_of(base: Fit, families: list[Family], extra: Any) -> tuple[Term, ...]:
         others = tuple(q for q in also if q not in ("", families[k].quantity))
         found.append((left.pop(k), power, in_words(power, *inside), others))
     if not chosen:
-        return ()
+        return None if absurd else ()
     covariance = np.linalg.inv(gram[np.ix_(chosen, chosen)])
     size, sds = covariance @ right[chosen], np.sqrt(np.diag(covariance))
     return tuple(
@@ -126,22 +151,27 @@ def _falls(
 
 
 def _predicts(
-    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, chosen: list[int], at: int
-) -> bool:
-    """Whether a column predicts left-out recordings beside those chosen; of a single
-    recording that is not known."""
-    if len(reduced) < 2:
-        return True
+    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, chosen: list[int]
+) -> tuple[bool, tuple[tuple[Reduced, ...], np.ndarray]]:
+    """Whether the last of these columns predicts left-out recordings beside the others
+    (of a single recording that is not known); the problem with them."""
+    beside, whole = (
+        _with_columns(reduced, prior_sd, some) for some in (chosen[:-1], chosen)
+    )
+    alone = len(reduced) < 2
+    return alone or sum(squared_errors(*whole)) < sum(squared_errors(*beside)), whole
+
+
+def _with_columns(
+    reduced: tuple[Reduced, ...], prior_sd: np.ndarray, some: list[int]
+) -> tuple[tuple[Reduced, ...], np.ndarray]:
+    """The globals and some of the columns behind them, which may be of any size."""
     count = len(prior_sd)
-    errors = []
-    for terms in (chosen, [*chosen, at]):
-        kept = [*range(count), *(count + k for k in terms)]
-        some = tuple(replace(r, a=r.a[:, kept]) for r in reduced)
-        columns = np.vstack([r.a[:, count:] for r in some])
-        largest = np.linalg.norm(np.concatenate([r.b for r in some]))
-        wide = 10 * largest / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        errors.append(sum(squared_errors(some, np.concatenate([prior_sd, wide]))))
-    return errors[1] < errors[0]
+    kept = [*range(count), *(count + k for k in some)]
+    parts = tuple(replace(r, a=r.a[:, kept]) for r in reduced)
+    a, b = stacked(parts)
+    size = np.maximum(np.linalg.norm(a[:, count:], axis=0), 1e-300)
+    return parts, np.concatenate([prior_sd, 10 * np.linalg.norm(b) / size])
 
 
 def _term(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from benchtwin.infer.conditions import Condition, Contact
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve
-from benchtwin.infer.power_law import Term
+from benchtwin.infer.power_law import Law
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Windows
 
@@ -22,7 +22,7 @@ class DiagnosisTask:
     contact: Mapping[str, Callable[[Explanation], tuple[float, float]]] = field(
         default_factory=dict
     )
-    law: Callable[[Fit], tuple[Term, ...]] = lambda fit: ()  # of unlisted physics
+    law: Callable[[Fit], Law] = lambda fit: ()  # of unlisted physics
     # what to record next
     advice: Callable[[tuple[str, ...]], str | None] = lambda names: None
     notes: tuple[str, ...] = ()

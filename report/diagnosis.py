@@ -14,7 +14,6 @@ from benchtwin.infer.condition_table import FOUND_P
 from benchtwin.infer.finding import Finding
 from benchtwin.report.numbers import capitalised, cells
 from benchtwin.report.residuals import (
-    AXES,
     before_and_after,
     followed,
     points,
@@ -113,24 +112,12 @@ def _where(f: Finding) -> str:
     if best := next((s for s in f.sectors if s.explained > 0), None):
         share = f"{100 * best.explained:.0f} % of the mismatch"
         out += f", which explains {share} ({words.chance(best.p)})"
-    if window := _window(f):
+    if window := words.window(f):
         out += f"; most at {window}"
     if f.best_axis:
-        axis, _ = AXES.get(f.best_axis, (f.best_axis, ""))
+        axis, _ = words.AXES.get(f.best_axis, (f.best_axis, ""))
         out += f"; what is missing follows {axis} best"
     return out
-
-
-def _window(f: Finding) -> str:
-    """ "speed 1.2 to 2.4 m/s", "" without a window."""
-    if f.window is None:
-        return ""
-    axis, unit = AXES.get(f.window.axis, (f.window.axis, ""))
-    if f.window.axis == "n_bounce":
-        numbers = range(math.ceil(f.window.low), math.floor(f.window.high) + 1)
-        return f"flight {', '.join(str(n + 1) for n in numbers)}" if numbers else ""
-    window = f"{axis} {f.window.low:.3g} to {f.window.high:.3g} {unit}"
-    return window.replace("-", "−").rstrip()
 
 
 def _sure(f: Finding) -> str:

@@ -6,21 +6,11 @@ from html import escape
 import numpy as np
 import pandas as pd
 
+from benchtwin.diagnose.words import AXES
 from benchtwin.infer.finding import Curve
 from benchtwin.infer.follow import Follow
 from benchtwin.report import draw
 
-AXES = {
-    "t_s": ("time", "s"),
-    "z_mm": ("height", "mm"),
-    "v_m_s": ("speed", "m/s"),
-    "x_mm": ("place", "mm"),
-    "x_share": ("share of the flank from its crest", ""),
-    "n_bounce": ("bounce number", ""),
-    "tilt_deg": ("tilt", "°"),
-    "travel_mm": ("travel", "mm"),
-    "phase_deg": ("phase", "°"),
-}
 BINS = 150  # points a curve: noise averages out, a page stays small
 TWINS = {
     "recorded": {"color": "#1b1f24", "size": 9, "symbol": "circle-open"},

@@ -1,6 +1,7 @@
 """Drops, from tracks to a finding: flights and impacts as one problem, and its
 alternatives."""
 
+import math
 from functools import partial
 
 import numpy as np
@@ -9,6 +10,7 @@ from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer.conditions import Contact, conditions_of
 from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import (
+    UNSHAPED,
     Alternative,
     Explanation,
     ln_bayes_bound,
@@ -23,7 +25,7 @@ from benchtwin.rigs.drop import impact_problem
 from benchtwin.rigs.drop.effects import EFFECTS
 from benchtwin.rigs.drop.effects.impacts import SHAPE
 from benchtwin.rigs.drop.effects.stated_height import RELEASE_HEIGHT
-from benchtwin.rigs.drop.flight_model import predict
+from benchtwin.rigs.drop.flight_model import Model, predict
 from benchtwin.rigs.drop.impact_problem import elongation_of
 from benchtwin.rigs.drop.impact_quantities import (
     elongation_test,
@@ -41,6 +43,8 @@ from benchtwin.rigs.drop.track_noise import UNSEEN_M
 from benchtwin.rigs.drop.unlisted import law_of, windows_of
 
 RESTITUTION = Contact("restitution", "e", 0.1, 1.0, "impact")
+# what is unlisted, of another size in each flight
+PUSHED = f"{UNSHAPED} flight: another push in each"
 FEW = "too few impacts were seen to tell an effect from their scatter"
 CONTRADICTION_SDS = 3.0  # of a stated height that the recordings contradict
 AXES = ("place across", "height")
@@ -94,8 +98,8 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
     plain = with_impacts(flights, sessions, sounds, z)
     if plain is None:
         raise ValueError(f"{FEW}: the times of at least 5 impacts in all are needed")
-    out = [Alternative(plain)]
     joint: JointModel = plain.model
+    out = [Alternative(plain), *_pushed(plain)]
     if joint.impacts is None or all(
         (s.noise.sigma[:, 0] >= UNSEEN_M).all() for s in sessions
     ):
@@ -120,6 +124,21 @@ def _alternatives(sessions, flights: Fit | None, sounds: Impacts | None, told: d
             )
         )
     return out, conditions, notes
+
+
+def _pushed(plain: Problem) -> list[Alternative]:
+    """The same, of flights that differ by more than flights do: its rows, which allow
+    for that, do not tell. 1/B bounds how often noise gives a Bayes factor of B."""
+    models = [part.model for part in plain.model.parts]
+    beyond = max((model.own_beyond for model in models), default=0.0)
+    if not beyond > 0:
+        return []
+    said, p = own_forces_in_words(models), math.exp(-beyond)
+    return [
+        Alternative(
+            plain, LISTED_ODDS, said, (PUSHED,), "flight", ln_likelihood=beyond, p=p
+        )
+    ]
 
 
 def _same(plain: Problem, longer: Problem) -> float:
@@ -166,13 +185,7 @@ def remarks(fit: Fit) -> tuple[str, ...]:
     models = [part.model for part in fit.problem.model.parts]
     if not any(model.own_shown for model in models):
         return heights_in_words(fit)
-    own = min(float(model.own_force.min()) for model in models)
-    said = [
-        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
-        f" ({own / G_M_S2:.1%} of its weight) of its own, another way each time: a"
-        " turning seed tracked beside its centre of mass, motion towards the camera, or"
-        " seeds that differ"
-    ]
+    said, own = [own_forces_in_words(models)], _own_force(models)
     odd = [
         name
         for model in models
@@ -185,6 +198,22 @@ def remarks(fit: Fit) -> tuple[str, ...]:
             f" other flights (taken as {ODD:g} times as hard), so that it counts little"
         )
     return (*said, *heights_in_words(fit))
+
+
+def _own_force(models: list[Model]) -> float:
+    """Of each flight [m/s²], of those that are not odd."""
+    return min(float(model.own_force.min()) for model in models)
+
+
+def own_forces_in_words(models: list[Model]) -> str:
+    """By how much flights differ, and why they may."""
+    own = _own_force(models)
+    return (
+        f"beside all that they have in common each flight is pushed by {own:.2g} m/s²"
+        f" ({100 * own / G_M_S2:.2g} % of its weight) of its own, another way each"
+        " time: spin, a turning seed tracked beside its centre of mass, motion towards"
+        " the camera, or seeds that differ"
+    )
 
 
 def heights_in_words(fit: Fit) -> tuple[str, ...]:

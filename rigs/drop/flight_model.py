@@ -77,6 +77,7 @@ class Model:
     begins: Places  # (F): each flight at its first row
     own_force: np.ndarray  # (R,) [m/s²] sd, each way
     own_shown: bool = False  # whether the flights show it
+    own_beyond: float = 0.0  # ln likelihood over that of any within MOST_OWN
     laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 

@@ -41,6 +41,9 @@ WIDEST = max(PRIOR_WIDTHS)  # of an effect, times its usual size
 DISTANCES_M = np.geomspace(FARTHEST_M, NEAREST_M, 10)
 TOO_NEAR = 12.0  # ln of the likelihood below the greatest, as no greater one follows
 ODD_FLIGHTS = 0.03  # share of recordings that are pushed otherwise than the others
+# m/s², of a force on each flight of its own, which is a finding and no scatter: a
+# thirtieth of the weight, beside .05 to .15 (at most .3) in real tosses
+MOST_OWN = 0.3
 TOLD = 3  # flights of each recording that tell forces: a force shows by length squared
 
 
@@ -171,7 +174,7 @@ def with_own_forces(
     known = np.eye(width, width + 2 * count)
     made.append(Reduced(known, np.zeros((width, 0)), np.zeros(width)))
     usual = np.full(count, unstated_sd("own-force"))
-    own = own_scatter(tuple(made), width + count, usual, True, ODD_FLIGHTS)
+    own = own_scatter(tuple(made), width + count, usual, True, ODD_FLIGHTS, MOST_OWN)
     times = own.times[:-1]  # of all but what was made of the priors
     by_name = dict(zip(_filmed(joint), own.sd[0] * times, strict=True))
 
@@ -179,7 +182,12 @@ def with_own_forces(
         return np.array([by_name.get(name, own.sd[0]) for name in names])
 
     models = [
-        replace(model, own_force=of_each(model.session.names), own_shown=own.shown)
+        replace(
+            model,
+            own_force=of_each(model.session.names),
+            own_shown=own.shown,
+            own_beyond=own.beyond,
+        )
         for model in (s.problem.model for s in sessions)
     ]
     return tuple(

@@ -1,6 +1,7 @@
 """Unlisted physics of drops: forces in flight, a drifting clock, e and kicks; power
 laws."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,7 @@ from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law
 from benchtwin.infer.power_law import (
     Family,
-    Term,
+    Law,
     counterpart,
     raised,
     reference,
@@ -189,7 +190,7 @@ def _on_rows(model, values: np.ndarray, kind: str) -> np.ndarray:
     return np.concatenate([e[model.e_rows], kick[model.kick_rows]])
 
 
-def law_of(fit: Fit) -> tuple[Term, ...]:
+def law_of(fit: Fit) -> Law:
     """A force in flight, or restitution and kick, as powers; restitution by spin and
     attitude."""
     joint: JointModel = fit.problem.model
@@ -198,8 +199,10 @@ def law_of(fit: Fit) -> tuple[Term, ...]:
     pushes: list[list[np.ndarray]] = [[] for _ in parts]
     families: list[Family] = []
     for axis, way, quantity, powers in FORCES if parts else ():
-        most = reference(max(float(np.abs(a[axis]).max()) for a, _, _ in about))
-        families.append(_force(axis, way, quantity, powers, most))
+        seen = np.concatenate([np.abs(a[axis]).ravel() for a, _, _ in about])
+        most = reference(float(seen.max()))
+        one = _force(axis, way, quantity, powers, most)
+        families.append(replace(one, least=float(seen.min()) / most))
         for k, (axes, _, speeds) in enumerate(about):
             for p in powers:
                 size = G_M_S2 * raised(np.abs(axes[axis]) / most, p)

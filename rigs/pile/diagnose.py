@@ -8,7 +8,7 @@ from benchtwin.infer.effect import separating_recordings
 from benchtwin.infer.explanation import Alternative, Explanation
 from benchtwin.infer.finding import Curve, Finding
 from benchtwin.infer.inference import finding_of
-from benchtwin.infer.power_law import Family, Term
+from benchtwin.infer.power_law import Family, Law
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.task import DiagnosisTask
 from benchtwin.infer.unlisted import Bin, Windows
@@ -113,7 +113,7 @@ def windows_of(fit: Fit) -> Windows:
     return Windows([rows(p, surface) for p in photos], tuple(bins))
 
 
-def law_of(fit: Fit) -> tuple[Term, ...]:
+def law_of(fit: Fit) -> Law:
     """Where a flank breaks."""
     windows = windows_of(fit)
     breaks = [k for k, b in enumerate(windows.bins) if b.push.startswith("break")]

@@ -1,13 +1,15 @@
 """Unlisted physics of rolls: resistance in windows of an axis, and laws for it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from benchtwin.infer import power_law
 from benchtwin.infer.linear import beside_globals, chance, fall_of_chi2
-from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
+from benchtwin.infer.possible_law import LEFT
+from benchtwin.infer.power_law import Family, Law, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.roll.model import run_motion, way_of
@@ -127,7 +129,7 @@ def _phase(model, at: FittedRuns, r: int, low: float, high: float) -> Table:
     return Table(0.0, float(grid[1]), -PUSH * ((phi >= low) & (phi < high)))
 
 
-def law_of(base: Fit) -> tuple[Term, ...]:
+def law_of(base: Fit) -> Law:
     """A resistance as a power of speed, way or time, or on a part of the way; a loss at
     the corner."""
     at, model = fitted_runs(base), base.problem.model
@@ -157,10 +159,20 @@ def law_of(base: Fit) -> tuple[Term, ...]:
         past = np.maximum(grid - waits[r], 0.0)
         return response(base, at, r, time=_table(grid, -raised(past / long, p)))
 
+    def least_drive(at: Mapping[str, float]) -> float:
+        """A force along the motion that goes with speed or time is friction that is
+        less there; with place it may be a plate that is not flat."""
+        return (LEFT - 1) * model.mu * (1 + at["mu"])
+
+    slowest = min(float(s.min()) for s in at.speed) / top
     families = [
-        _resisting("speed", f"at {top:g} m/s", POWERS, _in_the_twin(top)),
+        replace(
+            _resisting("speed", f"at {top:g} m/s", POWERS, _in_the_twin(top)),
+            least=slowest,
+            low=least_drive,
+        ),
         _resisting("travel", f"at {1e3 * far:g} mm", RISING),
-        _resisting("time", f"after {long:g} s", RISING),
+        replace(_resisting("time", f"after {long:g} s", RISING), low=least_drive),
     ]
     columns = [[by_speed(p, r) for p in POWERS] for r in runs]
     for r in runs:
@@ -229,10 +241,11 @@ def _on_part(low: float, high: float) -> Family:
 
 
 CORNER = Family(
-    lambda rises, power: f"a {'loss' if rises else 'gain'} of speed at the corner",
+    lambda rises, power: "a loss of speed at the corner",
     ("1", "of the speed"),
     "onset",
     not_simulated="the twin's corner has no law of its own",
+    low=lambda at: 0.0,
 )
 
 

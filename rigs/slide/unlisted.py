@@ -7,7 +7,7 @@ import numpy as np
 
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.infer import power_law
-from benchtwin.infer.power_law import Family, Term, counterpart, raised, reference
+from benchtwin.infer.power_law import Family, Law, counterpart, raised, reference
 from benchtwin.infer.problem import Fit
 from benchtwin.infer.unlisted import Bin, Windows
 from benchtwin.rigs.slide.model import run_motion
@@ -70,7 +70,7 @@ def _travelled(fit: Fit, pushes: list[list[np.ndarray]]) -> list[np.ndarray]:
     ]
 
 
-def law_of(fit: Fit) -> tuple[Term, ...]:
+def law_of(fit: Fit) -> Law:
     """Friction that changes with a power of way, speed or time."""
     runs = fit.problem.model.session.runs
     if not runs:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchtwin.diagnose.words import verdict_in_words
 from benchtwin.rigs.drop import joint_problem, reduction
 from benchtwin.rigs.drop.diagnose import diagnose_drop
 from benchtwin.rigs.drop.joint_problem import (
@@ -108,6 +109,27 @@ def test_own_forces_raise_no_alarm_and_a_force_in_common_is_found(monkeypatch):
     assert finding((0.0, 0.25)).alarm
     monkeypatch.setattr(joint_problem, "with_own_forces", lambda seen, fit: seen)
     assert finding((0.0, 0.0)).alarm
+
+
+def test_flights_that_differ_by_a_sizeable_share_of_the_weight_are_a_finding():
+    """1.8 m/s² from flight to flight, as hard spin gives balls: said with its size."""
+    found = diagnose_drop(flights(2, 1.8), np.random.default_rng(0))
+    assert found.alarm and found.verdict == "unknown" and not found.names
+    assert found.sectors[0].name == "flight"
+    said = verdict_in_words(found)
+    assert "each flight is pushed by" in said and "spin" in said
+    assert not any("of its own" in note for note in found.notes)  # once
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("own", "count", "least", "most"), [(1.8, 10, 9, 10), (0.1, 20, 0, 0)]
+)
+def test_only_flights_that_differ_by_much_alarm(own, count, least, most):
+    seen = [flights(100 + k, own) for k in range(count)]
+    found = [diagnose_drop(s, np.random.default_rng(0)) for s in seen]
+    assert least <= sum(f.alarm for f in found) <= most
+    assert all(f.verdict in ("none", "unknown") for f in found)
 
 
 @pytest.mark.slow

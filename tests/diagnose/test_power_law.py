@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchtwin.infer.effect import Counterpart
+from benchtwin.infer import power_law
+from benchtwin.infer.effect import Counterpart, Effect
 from benchtwin.infer.noise import Noise, frame_lag
 from benchtwin.infer.power_law import (
     Family,
@@ -66,8 +67,10 @@ def acts(name: str, power: float) -> dict:
     }
 
 
-def found(curves: list[np.ndarray], **about):
-    base = fit(problem(curves))
+def found(curves: list[np.ndarray], listed: Effect | None = None, **about):
+    base = fit(problem(curves, {listed.name: listed} if listed else {}))
+    if listed:
+        base = fit(base.problem, free=(listed.name,), start=base)
     family = Family(
         lambda rises, power: f"it {'rises' if rises else 'falls'} {power}",
         ("1", "at the end"),
@@ -95,6 +98,42 @@ def test_a_drawn_power_is_found_with_its_size(size, power):
 
 def test_noise_has_no_law():
     assert not any(found(drawn(seed))[1] for seed in range(20))
+
+
+BEND = Effect(
+    "bend",
+    "run-out",
+    "1",
+    "of x^2.5",
+    3.0,
+    -np.inf,
+    np.inf,
+    "the test's own",
+    resist=lambda x, value, seed, at: value * raised(x, 2.5),
+)
+
+
+@pytest.mark.parametrize(
+    ("size", "listed", "size_of_log"),
+    [(1.5, None, 0.0), (0.0, BEND, 0.2)],
+    ids=["more than the weight", "undone by a listed effect"],
+)
+def test_a_law_that_cannot_be_is_none(size, listed, size_of_log, monkeypatch):
+    """1.5 of the weight; or x^2.5 ln x, which x^2.75 less x^2.5 is nearly, each of them
+    four times as large. As a control without judging."""
+    curves = [
+        c + size_of_log * raised(places(r), 2.5) * np.log(np.maximum(places(r), 1e-9))
+        for r, c in enumerate(drawn(1, size))
+    ]
+    assert found(curves, listed)[1] is None
+    monkeypatch.setattr(power_law, "is_possible", lambda *about: True)
+    assert found(curves, listed)[1]
+
+
+def test_beside_a_listed_effect_a_law_that_adds_to_it_is_found():
+    curves = [c + 0.3 * raised(places(r), 2.5) for r, c in enumerate(drawn(1, 0.2, 4))]
+    (term,) = found(curves, BEND)[1]
+    assert term.size == pytest.approx(0.2, rel=0.5)
 
 
 def test_a_law_found_is_fitted_as_an_effect():

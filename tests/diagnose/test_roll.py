@@ -10,6 +10,8 @@ import pytest
 from rolling import BALL, STATED, Bench, rolls
 
 from benchtwin.bench.keys import Camera, Seed
+from benchtwin.diagnose.words import verdict_in_words
+from benchtwin.infer import power_law
 from benchtwin.rigs.roll.diagnose import diagnose_roll
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.read import SeenRoll, read_rolls, roll_of
@@ -402,6 +404,28 @@ def test_a_sticky_patch_is_unknown_with_its_place():
 
 
 @pytest.mark.slow
+def test_rails_whose_gap_nobody_stated_make_no_law():
+    """A ball between rails turns more for its way, and so is slower down the incline,
+    which no law of the plate can be; as a control what is printed without judging: a
+    corner that gives speed."""
+    ball = {"length_mm": 15.0, "width_mm": 15.0, "thickness_mm": 15.0}
+    railed = Bench(
+        radius_mm=7.5,
+        added=0.6,
+        stated=ball | {"density_kg_m3": 7800.0},
+        mu_scatter=0.01,
+        common_incline=True,
+        incline_sd=0.03,
+        length_mm=60.0,
+    )
+    found = diagnosed(railed, 0, 6)
+    assert found.verdict == "unknown" and found.law is None and not found.laws
+    assert "of no shape that makes sense" in verdict_in_words(found)
+    with pytest.MonkeyPatch.context() as unjudged:
+        unjudged.setattr(power_law, "is_possible", lambda *about: True)
+        assert diagnosed(railed, 0, 6).laws
+
+
 def test_ripple_of_the_stated_shape_raises_no_alarm():
     """An ellipse whose centre rises as its stated sizes say, if one rolls it across."""
     found = diagnosed(

@@ -134,3 +134,18 @@ def test_a_finding_that_is_stated_is_found_no_more(rig, name, tmp_path):
     again = diagnosed(tmp_path / "2", {key.section: {key.name: whole}})
     print(again.verdict, again.names, again.p_global, verdict_in_words(again))
     assert again.verdict == "none", verdict_in_words(again)
+
+
+def test_a_table_that_cannot_be_read_states_nothing(tmp_path):
+    drops(tmp_path, clock=0.03)
+    table = pd.read_csv(tmp_path / "drop-2" / "track.csv")
+    table = table.iloc[[*range(len(table)), 5]].sort_index()
+    table["x_px"] += 0.1 * np.arange(len(table))  # two places at one time
+    (bad := tmp_path / "twice").mkdir()
+    table.to_csv(bad / "track.csv", index=False)
+    (bad / "recording.toml").write_text(
+        (tmp_path / "drop-2/recording.toml").read_text()
+    )
+    found = diagnose_bench(tmp_path)
+    assert [name for name, *_ in found.trouble] == ["twice"]
+    assert found.findings["drop"].keys["clock-error"].key == "[camera] fps"

@@ -17,6 +17,9 @@ LEAST_ROWS = 16
 # by which a fall turns from the plumb line before that is said; a camera that is rolled
 # by less is fitted, and is what a diagnosis may name (`camera-roll`)
 TURNED_DEG, TURNED_SDS = 10.0, 5.0
+# to which air that slows what is thrown across a picture turns its fall, against its
+# motion; in a picture that is turned it falls along with it
+MOST_SLOWED_DEG = 60.0
 # windows that agree with the best: relative, of the acceleration's vector
 ALIKE = 0.1
 LEAST_SHARE = 0.5  # of the worth of all parabolas, that of those which agree
@@ -69,6 +72,9 @@ def upright(track: Track, recording: Recording) -> tuple[Recording, tuple[str, .
         return recording, ()
     off = abs((fall.deg - (camera.plumb_deg or 0.0) + 180) % 360 - 180)
     if off < max(TURNED_DEG, TURNED_SDS * fall.sd):
+        return recording, ()
+    across = float(used.x[-1] - used.x[0])  # a pull to the left is clockwise
+    if abs(fall.deg) < MOST_SLOWED_DEG and fall.deg * across > 0:
         return recording, ()
     way = "clockwise" if fall.deg > 0 else "anticlockwise"
     said = (

@@ -26,6 +26,9 @@ PLATE_SHARE = 0.15
 # of the track's height, by which an apex lies above the one before where a hand lifted
 # the seed: a spinning seed's rebounds rise by a tenth at most
 LIFTED = 0.3
+# of the track's height, by which what was thrown rises in a track without an impact: a
+# hand that holds still moves by less
+THROWN = 0.05
 
 
 def releases(height: np.ndarray) -> list[slice]:
@@ -83,12 +86,15 @@ def _behind(
     smooth: np.ndarray, begin: int, contacts: list[int]
 ) -> list[tuple[int, int]]:
     """The ranges if the seed was let go behind row `begin`. The first starts where the
-    seed has left its rest: 1 % of the fall below the highest place."""
-    first = contacts[0] if contacts else begin + int(np.argmin(smooth[begin:]))
-    before = smooth[begin : first + 1]
+    seed has left its rest: 1 % of the fall below the highest place; of one that was
+    thrown, and rose, with the track."""
+    top = begin + int(np.argmax(smooth[begin:]))
+    first = contacts[0] if contacts else top + int(np.argmin(smooth[top:]))
+    before, reach = smooth[begin : first + 1], float(np.ptp(smooth))
     fall = before.max() - before[-1]
+    thrown = not contacts and before.max() - before[0] > THROWN * reach
     start = begin
-    if fall > 0.02 * float(np.ptp(smooth)):
+    if fall > 0.02 * reach and not thrown:
         still = np.flatnonzero(before > before.max() - 0.01 * fall)
         start += min(int(still[-1]) + 1, max(first - begin - 3, 0))
     ends = [start, *[low for low in contacts if low > start]]
@@ -126,13 +132,11 @@ def _end_of_last(height: np.ndarray, start: int, after_contact: bool) -> int:
     """Where the last flight ends: back at the level it left from, at rest, or with the
     track."""
     tail = height[start:]
-    if not after_contact:
-        return (
-            start + int(np.argmin(tail > tail.min() + 0.005 * np.ptp(tail))) + 1
-            if np.ptp(tail) > 0
-            else len(height)
-        )
     apex = int(np.argmax(tail))
+    if not after_contact:
+        fall = tail[apex:]
+        falls = fall > fall.min() + 0.005 * np.ptp(tail)
+        return start + apex + int(np.argmin(falls)) + 1 if falls[0] else len(height)
     level = tail[0] + 0.05 * (tail[apex] - tail[0])
     low = np.flatnonzero(tail[apex:] < level)
     return start + apex + int(low[0]) + 1 if len(low) else len(height)

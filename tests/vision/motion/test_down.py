@@ -14,7 +14,7 @@ from benchtwin.rigs.drop.observe import observe_drop
 from benchtwin.rigs.drop.read import drops_of
 from benchtwin.vision.motion.down import direction_of_fall, upright
 from benchtwin.vision.motion.of_recording import to_mm
-from benchtwin.vision.motion.track import Track
+from benchtwin.vision.motion.track import Track, make_track
 from benchtwin.vision.motion.track_seed import track_seed
 
 
@@ -90,3 +90,25 @@ def test_what_does_not_fly_tells_no_direction():
     time = np.arange(300) / 100
     assert direction_of_fall(time, 10 * time, 0 * time) is None
     assert direction_of_fall(time, *rng.normal(0, 1, (2, 300))) is None
+
+
+def thrown(across_m_s: float, slowed_m_s2: float) -> Track:
+    """A ball that rises and falls by 200 mm while air pulls it across, 140 rows a
+    second."""
+    t = np.arange(56) / 140
+    x = 1e3 * (across_m_s * t + slowed_m_s2 * t**2 / 2)
+    y = 1e3 * (1.96 * t - 9.81 * t**2 / 2)
+    noise = 0.3 * np.random.default_rng(0).standard_normal((2, len(t)))
+    return make_track(t, x + noise[0], y + noise[1], frame=np.arange(len(t)))
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_air_that_slows_what_is_thrown_across_turns_no_picture(way):
+    """All of such a flight is read, its rise included; as a control one that falls the
+    way it flies, as in a picture that is turned."""
+    slowed = thrown(6.0 * way, -7.0 * way)
+    told, said = upright(slowed, known())
+    assert told.camera.plumb_deg is None and not said
+    (seen,) = drops_of(slowed, known())
+    assert not seen.trouble and (seen.flight == 0).sum() >= 50
+    assert upright(thrown(1.0 * way, 7.0 * way), known())[1]
