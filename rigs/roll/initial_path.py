@@ -1,8 +1,9 @@
 """A first path of a roll: at rest, speeding up, slowing down, at rest. Initialises the
 fit.
 
-x = x₀ + a B(t; t₀, t₁, t₂): the speed of B grows by 1 a second from t₀ to t₁ and falls
-to 0 at t₂."""
+x = x₀ + a D(t; t₀, t₁) + a k L(t; t₀, t₁, t₂): the speed of D grows by 1 a second from
+t₀ to t₁, where it ends; that of L begins with the speed then reached and falls to 0 at
+t₂; k: what the corner leaves of the speed."""
 
 import math
 from dataclasses import dataclass
@@ -12,24 +13,28 @@ from scipy.optimize import minimize
 
 LATEST = 30.0  # corner and stop, in durations of the track
 LEAST_BEFORE = 3  # rows before the corner that tell where it is
+KEPT_SD = 0.2  # of the speed at the corner
 CORNER_BEFORE = 0.1  # its begin, in its durations
 
 
 @dataclass(frozen=True)
 class Path:
-    """Times [s] of release, corner, stop; place at release [m]; acceleration [m/s²]."""
+    """Times [s] of release, corner, stop; place at release [m]; acceleration [m/s²];
+    share of the speed that the corner leaves."""
 
     release: float
     corner: float
     stop: float
     place: float
     acceleration: float
+    kept: float = 1.0
 
     @property
     def slowing(self) -> float:
         """Deceleration on the level [m/s²]."""
         return (
-            self.acceleration
+            self.kept
+            * self.acceleration
             * (self.corner - self.release)
             / max(self.stop - self.corner, 1e-9)
         )
@@ -40,17 +45,18 @@ class Path:
         return self.acceleration * (self.corner - self.release) ** 2 / 2
 
 
-def shape(time: np.ndarray, release: float, corner: float, stop: float) -> np.ndarray:
-    """B (n,) above."""
+def shapes(time: np.ndarray, release: float, corner: float, stop: float) -> np.ndarray:
+    """D and L (n, 2) above."""
     down = np.clip(time - release, 0, max(corner - release, 0.0))
     level = np.clip(time - corner, 0, max(stop - corner, 1e-9))
     top = max(corner - release, 0.0)
-    return down**2 / 2 + top * (level - level**2 / (2 * max(stop - corner, 1e-9)))
+    slowed = top * (level - level**2 / (2 * max(stop - corner, 1e-9)))
+    return np.column_stack([down**2 / 2, slowed])
 
 
 def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
-    """Least squares over all five numbers, from several starts; ValueError where
-    nothing rolls."""
+    """Least squares over all six numbers, from several starts; ValueError where nothing
+    rolls."""
     thin = slice(None, None, max(1, len(time) // 200))
     t, y = time[thin], x[thin]
     begin, end = t[0], t[-1]
@@ -61,8 +67,7 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
     ]
 
     def solve(times):
-        basis = shape(t, *times)
-        design = np.column_stack([np.ones(len(t)), basis])
+        design = np.column_stack([np.ones(len(t)), shapes(t, *times)])
         return np.linalg.lstsq(design, y, rcond=None)[0]
 
     def times_of(u):
@@ -71,9 +76,10 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
 
     def misfit(u):
         times = times_of(u)
-        found = solve(times)
-        left = y - found[0] - found[1] * shape(t, *times)
-        return np.log(left @ left + 1e-18) + 10 * (found[1] < 0)
+        place, *sizes = solve(times)
+        left = y - place - shapes(t, *times) @ sizes
+        off = (sizes[1] / sizes[0] - 1) / KEPT_SD if sizes[0] > 0 else math.inf
+        return np.log(left @ left + 1e-18) + min(off**2 / len(t), 10.0)
 
     def first(share):
         up = share * span
@@ -101,12 +107,12 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
         options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300},
     )
     release, corner, stop = times_of(best.x)
-    place, acceleration = solve((release, corner, stop))
-    if not acceleration > 0 or way < 2e-3:
+    place, acceleration, level = solve((release, corner, stop))
+    if not min(acceleration, level) > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
-    path = Path(
-        float(release), float(corner), float(stop), float(place), float(acceleration)
-    )
+    times = float(release), float(corner), float(stop)
+    kept = float(level / acceleration)
+    path = Path(*times, float(place), float(acceleration), kept)
     seen = corner > time[min(LEAST_BEFORE, len(time) - 1)]
     return path if seen else _gentle(path, float(begin), float(span))
 
