@@ -282,9 +282,8 @@ def _of_few(seen: Seen, notes: list[str], sign: float) -> Slide:
     level = float(np.median(track.sd)) if stated else FEW_SD_MM
     near = None
     for _ in range(1 if stated else LEVELS):
-        sigma = level * seen.sigma
-        found = alone(run, WHITE, sigma, seen.told, near)
-        near, misfit = found.fit, max(float(((found.left / sigma) ** 2).sum()), 1e-18)
+        found = alone(run, WHITE, level * seen.sigma, seen.told, near)
+        near, misfit = found.fit, _misfit(found, level * seen.sigma)
         level *= math.sqrt(misfit / freedom)
     factor, doubt = variance_factor(misfit, freedom, stated)
     one = _one(found.fit, math.sqrt(factor))
@@ -292,6 +291,21 @@ def _of_few(seen: Seen, notes: list[str], sign: float) -> Slide:
     kinetic = kinetic.doubt(_negative(kinetic), vague(kinetic), doubt)
     onset = all_failed(QUANTITIES[:2], FEW)
     return Slide((*onset, kinetic), None, _curve(seen, found, sign), tuple(notes))
+
+
+def _misfit(found: Alone, sigma: np.ndarray) -> float:
+    """χ² about place, speed and friction alone: priors take no share in few rows'
+    scatter."""
+    of = found.fit
+    assert of.problem.derivatives is not None
+    columns = of.problem.derivatives(0, of.starts, of.values)[1][: len(sigma)]
+    own, shared = np.split(columns, [of.starts.shape[1]], axis=1)
+    free = own[:, [OWN.index(n) for n in ("place", "speed", "own friction")]]
+    beside = own[:, OWN.index("level") :] @ of.starts[0][OWN.index("level") :]
+    left = (found.left + beside + shared @ of.values) / sigma
+    free = free / sigma[:, None]
+    left = left - free @ np.linalg.lstsq(free, left, rcond=None)[0]
+    return max(float(left @ left), 1e-18)
 
 
 def _of_track(

@@ -66,7 +66,7 @@ FEW_SD_MM = 0.5
 EXACT_MM = 1e-4  # floor for simulated tracks
 # flat, each run's own: place, onset, speed, friction; the plate's angle, a phase; lock
 FLAT = 1e3
-OWN_SD = (FLAT, FLAT, FLAT, 1.0, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX, FLAT)
+OWN_SD = (FLAT, FLAT, FLAT, 0.1, 1.0, 1.0, 1.0, LOCK_PX, LOCK_PX, FLAT)
 OWN_STEP = (1e-3, 1e-6, 1e-6, 1e-5, 1e-4, 1e-4, 1e-2, 1e-3, 1e-3, 1e-3)
 MAX_ITERATIONS = 30  # onset and air beside a plate converge slowly
 WHITE = Noise(0.0, 0.0, 1.0)

@@ -128,6 +128,11 @@ def run(folder, script, files):
     return folder
 
 
+def known(value: float) -> Number:
+    """A parameter without doubt."""
+    return Number(value, value, value, value, "calibrated")
+
+
 @needs_lammps
 @pytest.mark.parametrize("speed", [0.1, 1.0])
 def test_two_balls_collide_with_our_restitution(calibrated, tmp_path, speed):
@@ -167,10 +172,10 @@ def test_a_ball_bounces_off_the_wall_with_our_restitution_and_contact_time(
 def test_an_oblique_bounce_turns_as_ours_does(calibrated, tmp_path):
     """Never sliding (μ = 5), no rolling friction: the tangential spring and its damping
     decide."""
-    never = Number(0.0, 0.0, 0.0)
+    never = known(0.0)
     sticking = replace(
         calibrated,
-        on_wall=Pair(calibrated.on_wall.restitution, Number(5.0, 5.0, 5.0), never),
+        on_wall=Pair(calibrated.on_wall.restitution, known(5.0), never),
     )
     scene = ([(0, 0, 1.001 * R)], [(0.01, 0, -0.1)], [Z], 3e-3)
     here, there = (
@@ -281,10 +286,10 @@ def test_the_molecule_that_deposit_inserts_is_the_seed(calibrated, tmp_path):
 
 @needs_lammps
 def test_no_damping_and_no_friction_are_accepted(calibrated, tmp_path):
-    none = Number(0.0, 0.0, 0.0)
+    none = known(0.0)
     plain = replace(
         calibrated.on_seed,
-        restitution=Number(1.0, 1.0, 1.0),
+        restitution=known(1.0),
         static_friction=none,
         rolling_friction=none,
     )

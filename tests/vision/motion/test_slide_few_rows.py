@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchtwin.bench.keys import Air, Camera
+from benchtwin.bench.priors import stated_sd
 from benchtwin.rigs.slide.keys import Slide
 from benchtwin.rigs.slide.measure import measure_slide
 from benchtwin.vision.motion.track import make_track
@@ -65,7 +66,8 @@ def test_intervals_of_few_rows_hold(tmp_path, gates, rate):
             seen = (
                 1000 * np.interp(time, t, x) + 0.5 * rng.standard_normal(len(time))
             ) * scale
-        stated = {"start_deg": start + 0.05 * rng.standard_normal()} | (
+        off = stated_sd("level-plate") * rng.standard_normal()
+        stated = {"start_deg": start + off} | (
             {"tilt_rate_deg_s": rate} if rate else {}
         )
         about = recording(tmp_path, "gates.csv" if gates else "track.csv", **stated)
