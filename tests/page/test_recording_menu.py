@@ -34,6 +34,7 @@ def window(serve, tmp_path_factory):
     for name, keys in (
         ("heap", 'rig = "heap"\n[camera]\nfps = "fast"\n'),
         ("no-toml", "rig = \n"),
+        ("lone", 'rig = "heap"\n'),
     ):
         (bench / name).mkdir()
         (bench / name / "recording.toml").write_text(keys)
@@ -71,13 +72,13 @@ def test_where_both_fit_it_is_asked_and_the_answer_can_be_taken_back(window):
 
 
 def test_deleted_and_put_back(window):
-    window.go("/recording?r=a_0003")
+    window.go("/recording?r=lone")
     window.press("more_vert\nFiles")
     window.press("Delete", ".q-item")
-    window.until(lambda: "Removed: a_0003" in window.text())
-    assert "a_0003" not in names(window.folder)
+    window.until(lambda: "Removed: lone" in window.text())
+    assert "lone" not in names(window.folder)
     window.press("undo\nPut back")
-    window.until(lambda: "a_0003" in names(window.folder))
+    window.until(lambda: "lone" in names(window.folder))
 
 
 def test_a_loose_photo_gets_its_folder_with_the_first_correction(window):
