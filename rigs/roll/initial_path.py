@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 LATEST = 30.0  # corner and stop, in durations of the track
 LEAST_BEFORE = 3  # rows before the corner that tell where it is
-KEPT_SD = 0.2  # of the speed at the corner
+LOSS_CHI2 = 12.0  # fall of χ² by which a corner is seen to take some of the speed
 CORNER_BEFORE = 0.1  # its begin, in its durations
 
 
@@ -66,48 +66,38 @@ def fit_path(time: np.ndarray, x: np.ndarray) -> Path:
         for q in (0.01, 0.05, 0.2, 0.99)
     ]
 
-    def solve(times):
-        design = np.column_stack([np.ones(len(t)), shapes(t, *times)])
-        return np.linalg.lstsq(design, y, rcond=None)[0]
+    def solve(times, loses):
+        both = shapes(t, *times)
+        design = np.column_stack([np.ones(len(t)), both if loses else both.sum(1)])
+        found = np.linalg.lstsq(design, y, rcond=None)[0]
+        return found[[0, 1, -1]], y - design @ found
 
     def times_of(u):
         up, on = np.exp(np.minimum(u[1:], math.log(LATEST * span)))
         return u[0], u[0] + up, u[0] + up + on
 
-    def misfit(u):
-        times = times_of(u)
-        place, *sizes = solve(times)
-        left = y - place - shapes(t, *times) @ sizes
-        off = (sizes[1] / sizes[0] - 1) / KEPT_SD if sizes[0] > 0 else math.inf
-        return np.log(left @ left + 1e-18) + min(off**2 / len(t), 10.0)
+    def misfit(u, loses):
+        found, left = solve(times_of(u), loses)
+        return np.log(left @ left + 1e-18) + 10 * (found[1:].min() < 0)
+
+    def descended(start, loses, precision, most):
+        options = {"xatol": precision[0], "fatol": precision[1], "maxfev": most}
+        return minimize(misfit, start, (loses,), "Nelder-Mead", options=options)
 
     def first(share):
         up = share * span
-        start = np.array(
-            [
-                quarter[0],
-                np.log(up),
-                np.log(max(quarter[3] - quarter[0] - up, 0.2 * span)),
-            ]
-        )
-        return minimize(
-            misfit,
-            start,
-            method="Nelder-Mead",
-            options={"xatol": 1e-5, "fatol": 1e-4, "maxfev": 150},
-        )
+        on = max(quarter[3] - quarter[0] - up, 0.2 * span)
+        start = np.array([quarter[0], np.log(up), np.log(on)])
+        return descended(start, False, (1e-5, 1e-4), 150)
 
     best = min(
         (first(share) for share in (0.03, 0.1, 0.25)), key=lambda found: found.fun
     )
-    best = minimize(
-        misfit,
-        best.x,
-        method="Nelder-Mead",
-        options={"xatol": 1e-6, "fatol": 1e-6, "maxfev": 300},
-    )
-    release, corner, stop = times_of(best.x)
-    place, acceleration, level = solve((release, corner, stop))
+    best = descended(best.x, False, (1e-6, 1e-6), 300)
+    losing = descended(best.x, True, (1e-6, 1e-6), 300)
+    loses = len(t) * (best.fun - losing.fun) > LOSS_CHI2
+    release, corner, stop = times_of((losing if loses else best).x)
+    (place, acceleration, level), _ = solve((release, corner, stop), loses)
     if not min(acceleration, level) > 0 or way < 2e-3:
         raise ValueError("the track shows no seed that speeds up and slows down")
     times = float(release), float(corner), float(stop)

@@ -36,6 +36,7 @@ pytestmark = pytest.mark.skipif(
     not (BROWSER and DRIVER), reason="no Chromium with chromedriver on this machine"
 )
 ANGLE = 30.0
+LOADING_S = 20.0  # of a page; a busy machine takes some seconds
 SURFACE, FITTED = (
     (0x2F, 0xD0, 0x6B),
     (0xFF, 0x4D, 0x4D),
@@ -62,10 +63,19 @@ class Window:
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(DRIVER))
         self.folder, self.root = folder, address.split("?")[0].rstrip("/")
-        self.driver.get(address)
+        self.driver.set_page_load_timeout(LOADING_S)
+        self.open(address)
+
+    def open(self, address: str) -> None:
+        from selenium.common.exceptions import TimeoutException
+
+        try:
+            self.driver.get(address)
+        except TimeoutException:  # the driver missed that the page has loaded
+            self.driver.get(address)
 
     def go(self, path: str) -> None:
-        self.driver.get(self.root + path)
+        self.open(self.root + path)
 
     def all(self, selector: str):
         return self.driver.find_elements("css selector", selector)
@@ -911,7 +921,7 @@ class Elsewhere(http.server.BaseHTTPRequestHandler):
 
 def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
     """Whoever wrote it: no picture, no request, and the frame goes nowhere."""
-    server = http.server.HTTPServer(("127.0.0.1", 0), Elsewhere)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Elsewhere)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     away = f"http://127.0.0.1:{server.server_port}"
     results = window.folder / "results" / "calibrated"
@@ -930,7 +940,7 @@ def test_a_report_draws_itself_and_reaches_nothing_elsewhere(window):
         window.driver.switch_to.default_content()
         time.sleep(2)
         assert Elsewhere.asked == []
-        window.driver.get(f"{away}/control")
+        window.open(f"{away}/control")
         assert Elsewhere.asked[0] == "/control"
     finally:
         server.shutdown()
@@ -961,7 +971,7 @@ def test_the_page_opens_from_a_file_that_holds_the_key(serve, tmp_path):
         window = Window(address.split("?")[0], tmp_path / "bench")
         try:
             assert "holds the key" in window.text()
-            window.driver.get(file.as_uri())
+            window.open(file.as_uri())
             window.until(lambda: "Nothing here yet" in window.text())
             assert "token" not in window.driver.current_url
         finally:
@@ -978,7 +988,7 @@ def test_a_server_on_another_port_gets_no_cookie(serve, tmp_path):
             self.send_response(200)
             self.end_headers()
 
-    server = http.server.HTTPServer(("127.0.0.1", 0), Listener)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Listener)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with serve(tmp_path / "bench", named=True) as address:
         window = Window(address, tmp_path / "bench")
@@ -987,7 +997,7 @@ def test_a_server_on_another_port_gets_no_cookie(serve, tmp_path):
             assert ".localhost" in window.driver.current_url
             assert len(window.driver.get_cookies()) >= 1  # the control
             for name in ("127.0.0.1", "localhost", "other.localhost"):
-                window.driver.get(f"http://{name}:{server.server_port}/")
+                window.open(f"http://{name}:{server.server_port}/")
         finally:
             window.driver.quit()
             server.shutdown()
