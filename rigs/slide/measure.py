@@ -159,7 +159,7 @@ def _measure(track: Track, recording: Recording, few: bool) -> Slide:
     if few:
         return _of_few(seen, notes, sign)
     hows = [MOVING, SET_OFF] if tilt.stands else [MOVING, LETS_GO]
-    ways = likeliest(seen.run, hows, met - begin, seen.sigma, seen.told)
+    ways = likeliest(seen.run, hows, met - begin, seen.sigma)
     return _of_track(seen, ways, begin, noise, notes, sign)
 
 
@@ -171,14 +171,13 @@ def _clock(track: Track) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A track as it is fitted. unit: of its lengths in those of the fit; sigma (n,):
-    relative sds of its rows; told: what is stated; shared: names of parameters whose
-    errors are the same in all slides of a session."""
+    """A track as it is fitted. unit: millimetres of the fit in a unit of its lengths;
+    sigma (n,): relative sds of its rows; shared: names of parameters whose errors are
+    the same in all slides of a session."""
 
     track: Track
     run: Run
     sigma: np.ndarray
-    told: dict
     unit: float
     shared: tuple[str, ...]
 
@@ -219,7 +218,7 @@ def _seen(
     if recording.evidence == "gates.csv" and not all_stated(sd):  # errors of the times
         speed = np.abs(np.gradient(run.travel, run.time))
         sigma = np.maximum(speed, 1e-3 * np.ptp(run.travel) / np.ptp(run.time))
-    return Seen(track, run, sigma / np.median(sigma), told, unit, shared)
+    return Seen(track, run, sigma / np.median(sigma), unit, shared)
 
 
 def _first_unit(run: Run) -> float:
@@ -282,7 +281,7 @@ def _of_few(seen: Seen, notes: list[str], sign: float) -> Slide:
     level = float(np.median(track.sd)) if stated else FEW_SD_MM
     near = None
     for _ in range(1 if stated else LEVELS):
-        found = alone(run, WHITE, level * seen.sigma, seen.told, near)
+        found = alone(run, WHITE, level * seen.sigma, near)
         near, misfit = found.fit, _misfit(found, level * seen.sigma)
         level *= math.sqrt(misfit / freedom)
     factor, doubt = variance_factor(misfit, freedom, stated)
@@ -364,7 +363,7 @@ def _about(seen: Seen, best: Alone) -> tuple[Alone, Noise]:
         usual = np.zeros(wander.shape[1])
         usual[1 : 1 + WAVES] = unstated_sd("friction-to-rest")
         run = replace(run, wander=(wander * usual)[:, 1:])
-    return alone(run, noise, sd, seen.told, best.fit), noise
+    return alone(run, noise, sd, best.fit), noise
 
 
 def _losses(best: Alone) -> tuple[list[tuple[float, Fit]], Alone]:

@@ -169,16 +169,10 @@ class Alone:
         return fit(known, start=near)
 
 
-def alone(
-    run: Run,
-    noise: Noise,
-    sigma: np.ndarray,
-    told: dict | None = None,
-    near: Fit | None = None,
-) -> Alone:
+def alone(run: Run, noise: Noise, sigma: np.ndarray, near: Fit | None = None) -> Alone:
     """The fit of one run; it may lose friction where it lets go. sigma (n,): sds of its
-    rows; told: what is stated of it; near: where to begin."""
-    session = Session((run,), (), (told or {},), ())
+    rows; near: where to begin."""
+    session = Session((run,), (), (), ())
     prepared = Prepared(session, noise, (np.maximum(sigma, EXACT_MM),))
     problem = with_starts(prepared, Model(session, 0.0, effects_of(session)), near)
     free = () if run.in_motion else (LOSES,)
@@ -186,9 +180,7 @@ def alone(
     return Alone(prepared, fit(problem, free=free, start=begun))
 
 
-def likeliest(
-    run: Run, hows: list[str], met: int, sigma: np.ndarray, told: dict | None = None
-) -> list[Alone]:
+def likeliest(run: Run, hows: list[str], met: int, sigma: np.ndarray) -> list[Alone]:
     """Ways in which a block may move, each fitted, likeliest first; met: row at which
     its slide may end: behind it the block may do anything smooth; sigma (n,): relative
     sds of the rows.
@@ -202,7 +194,7 @@ def likeliest(
             if how != MOVING and run.rest < 2:
                 continue
             cut = rows_of(replace(run, how=how), np.arange(n) < end)
-            found = alone(cut, WHITE, rows_sd * sigma[:end], told)
+            found = alone(cut, WHITE, rows_sd * sigma[:end])
             misfit = float(((found.left / sigma[:end]) ** 2).sum()) + after
             count = 3 + (how == SET_OFF) + more
             ln = -n / 2 * math.log(max(misfit, 1e-12) / n) - count / 2 * math.log(n)
