@@ -36,7 +36,7 @@ pytestmark = pytest.mark.skipif(
     not (BROWSER and DRIVER), reason="no Chromium with chromedriver on this machine"
 )
 ANGLE = 30.0
-LOADING_S = 60.0  # of a page; a report with its figures takes seconds, 20 and more on a busy machine
+LOADING_S = 60.0  # of a page; a report takes 20 and more on a busy machine
 SURFACE, FITTED = (
     (0x2F, 0xD0, 0x6B),
     (0xFF, 0x4D, 0x4D),
