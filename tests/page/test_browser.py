@@ -636,15 +636,18 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
         "/left/results/calibrated/report.html",
         "/next?bench=.",
     ]
+
+    def wide():
+        return window.driver.execute_script(
+            "return document.documentElement.scrollWidth"
+        )
+
     try:
         for page in pages:
             window.go(page)
             window.until(lambda: len(window.text()) > 20)
             time.sleep(0.4)  # what is drawn after the page is there
-            wide = window.driver.execute_script(
-                "return document.documentElement.scrollWidth"
-            )
-            assert wide <= width, page
+            window.until(lambda: wide() <= width, 20)  # and finds its place
     finally:
         window.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
