@@ -73,7 +73,8 @@ def other_explanations(base: Fit, free: tuple[str, ...] = ()) -> list[Other]:
         fall = min(other.chi2 - base.chi2, 0.0)
         ln_bayes -= student_ln_likelihood(fall / 2, problem.level_sd)
         told = (effect.reported or float)(size)
-        words = f"{effect.wording[0]} ({told:.3g} {effect.wording[1]})"
+        size_said = f"{told:.3g} {effect.wording[1]}".rstrip()
+        words = f"{effect.wording[0]} ({size_said})"
         out.append(Other(LISTED_ODDS * math.exp(min(ln_bayes, 500.0)), words, other))
     return out
 

@@ -25,6 +25,7 @@ from benchtwin.rigs.one_recording import OneRecording, noise_about
 from benchtwin.rigs.slide.model import OWN, Model, laws_of, of_own, run_motion, tilt_of
 from benchtwin.rigs.slide.motion import friction_at
 from benchtwin.rigs.slide.problem import (
+    FEW_SD_MM,
     LOSES,
     WHITE,
     Alone,
@@ -64,7 +65,7 @@ from benchtwin.vision.motion.outliers import rows_at_rest, single_spikes
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
-FEW_SD_MM, LEVELS = 0.5, 3  # first sd of few rows; times it is estimated
+LEVELS = 3  # times the sd of few rows is estimated
 FEW_ROWS = 16  # with fewer, the rows about the onset do not separate rest and slide
 LEAST_TRAVEL_PX = 2.0
 FRAME_S = 0.01
@@ -298,11 +299,9 @@ def _misfit(found: Alone, sigma: np.ndarray) -> float:
     of = found.fit
     assert of.problem.derivatives is not None
     columns = of.problem.derivatives(0, of.starts, of.values)[1][: len(sigma)]
-    own, shared = np.split(columns, [of.starts.shape[1]], axis=1)
-    free = own[:, [OWN.index(n) for n in ("place", "speed", "own friction")]]
-    beside = own[:, OWN.index("level") :] @ of.starts[0][OWN.index("level") :]
-    left = (found.left + beside + shared @ of.values) / sigma
-    free = free / sigma[:, None]
+    columns = columns / sigma[:, None]
+    left = found.left / sigma + columns @ np.append(of.starts[0], of.values)
+    free = columns[:, [OWN.index(n) for n in ("place", "speed", "own friction")]]
     left = left - free @ np.linalg.lstsq(free, left, rcond=None)[0]
     return max(float(left @ left), 1e-18)
 

@@ -648,6 +648,7 @@ def test_no_page_is_wider_than_the_window(window, calibrated, width):
             window.until(lambda: len(window.text()) > 20)
             time.sleep(0.4)  # what is drawn after the page is there
             window.until(lambda: wide() <= width, 20)  # and finds its place
+            assert wide() <= width, page
     finally:
         window.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
