@@ -51,7 +51,7 @@ class Problem:
     fast_chi2: FastChi2 | None = None
     # (effect) → the same problem with one more candidate
     with_effect: Callable[[Effect], "Problem"] | None = None
-    # of a problem of series: prior sds (L,) of the locals, inf where flat, and
+    # prior sds (L,) of a recording's locals, inf where flat; of a problem of series
     # (r, starts, values) → rows (n,) of recording r, and their slopes (n, L + G)
     own_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
     derivatives: Callable | None = None
@@ -194,15 +194,17 @@ def _fit_from(
     )
 
 
-def joint_covariance(of: Fit, r: int = 0, looser: float = 1.0) -> np.ndarray:
-    """Covariance (L + G, L + G) of recording r's locals and the globals, of a problem
-    of series; looser: factor on the sds of all rows."""
+def joint_covariance(of: Fit, looser: float = 1.0) -> np.ndarray:
+    """Covariance (L + G, L + G) of the locals and the globals, of a problem of one
+    recording; looser: factor on the sds of all rows."""
     reduced, change = of.problem.reduce(of.starts, of.values, looser=looser)
-    still = change(np.zeros(len(of.values)))[r]
-    by = np.column_stack([change(row)[r] - still for row in np.eye(len(of.values))])
+    still = change(np.zeros(len(of.values)))
+    by = np.column_stack(
+        [(change(row) - still).ravel() for row in np.eye(len(of.values))]
+    )
     both = np.vstack([by, np.eye(len(of.values))])
     covariance = both @ ridge(*stacked(reduced), of.prior_sd)[1] @ both.T
-    own = np.linalg.pinv(reduced[r].own)
+    own = np.linalg.pinv(reduced[0].own)[: len(by)]
     covariance[: len(by), : len(by)] += own @ own.T
     return covariance
 

@@ -2,8 +2,8 @@
 true.
 
 A quantity is a function of the parameters by name; its sd is theirs to first order. The
-part of it that all recordings of a session share is what the shared parameters explain.
-"""
+part of it that all recordings of a session share is what errors of the shared
+parameters' priors make of it: √Σ (cov(q, θ)/sd(θ))², sd(θ) of the prior."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -43,12 +43,12 @@ class OneRecording:
 
     @property
     def _count(self) -> int:
-        return self.fit.starts.shape[1]
+        return self.fit.starts.size
 
     def values_of(self, of: Fit) -> np.ndarray:
         """All parameters of a fit."""
         beside = [value for value, _ in (self.beside or {}).values()]
-        return np.concatenate([of.starts[0], of.values, beside])
+        return np.concatenate([of.starts.ravel(), of.values, beside])
 
     def by_name(self, values: np.ndarray) -> dict[str, float]:
         """Parameters by name."""
@@ -64,24 +64,25 @@ class OneRecording:
     ) -> dict[str, Quantity]:
         """Those of some names, with their sds; shared: parameters whose errors all
         recordings of a session have in common."""
-        places = [self.names.index(n) for n in shared]
 
         def asked(values: np.ndarray) -> np.ndarray:
             found = self.of(self.by_name(values))
-            return np.append([found[n] for n in units], values[places])
+            return np.array([found[n] for n in units])
 
         values, fitted = self.values_of(self.fit), self._count + len(self.fit.names)
-        sds = [sd for _, sd in (self.beside or {}).values()]
+        sds = np.array([sd for _, sd in (self.beside or {}).values()])
         covariance = np.diag(np.append(np.zeros(fitted), np.square(sds)))
-        covariance[:fitted, :fitted] = joint_covariance(self.fit, 0, self.looser)
+        covariance[:fitted, :fitted] = joint_covariance(self.fit, self.looser)
         moved = slopes(asked, values, np.sqrt(np.diag(covariance)))
-        spread, n = moved @ covariance @ moved.T, len(units)
-        held = [self.fit.problem.own_sd, self.fit.prior_sd, np.full(len(sds), np.inf)]
-        believed = believed_sds(moved[:n], np.concatenate(held))
-        variance, across = np.diag(spread)[:n], spread[:n, n:]
-        by = across @ np.linalg.pinv(spread[n:, n:], hermitian=True)
-        common = np.sqrt(np.clip((by * across).sum(1), 0, variance))
-        told = zip(asked(values), np.sqrt(variance), common, believed, strict=False)
+        prior = np.append(self.fit.problem.own_sd, self.fit.prior_sd)
+        believed = believed_sds(moved, np.append(prior, np.full(len(sds), np.inf)))
+        held = np.append(prior, sds)
+        across = moved @ covariance
+        variance = np.clip((across * moved).sum(1), 0.0, None)
+        places = [i for n in shared if held[i := self.names.index(n)] > 0]
+        common = ((across[:, places] / held[places]) ** 2).sum(1)
+        common = np.sqrt(np.minimum(common, variance))
+        told = zip(asked(values), np.sqrt(variance), common, believed, strict=True)
         return {
             name: Quantity(name, value, sd, unit, sd_common=part, believed_sd=prior)
             for (name, unit), (value, sd, part, prior) in zip(
