@@ -81,7 +81,8 @@ class Model:
     laws: dict[str, Effect] = field(default_factory=dict)  # found
 
 
-STARTS = 7  # numbers of a start
+START = ("x", "z", "v_x", "v_z", "v_y_square", "y", "v_y")  # of each flight [m, s]
+STARTS = len(START)
 FLAT = 4  # the first of them, which have no prior: x, z, v_x, v_z
 FELT = (2, 3, 4)  # of them, those on which forces depend: v_x, v_z, v_y²
 NEARING = (5, 6)  # of them, those along the line of sight: y, v_y

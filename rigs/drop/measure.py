@@ -14,6 +14,7 @@ is good where its 95 % interval would still hold if the next likeliest explanati
 effect of `effects/`, were true."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -24,18 +25,11 @@ from benchtwin.bench.air import drag_at
 from benchtwin.bench.constants import G_M_S2
 from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import UNKNOWN_DISTANCE_M, unstated_sd
-from benchtwin.infer.linear import ridge, stacked
 from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
 from benchtwin.infer.problem import Fit, fit
-from benchtwin.infer.rivals import (
-    INSIDE_SDS,
-    Other,
-    Rival,
-    by_name,
-    other_explanations,
-    unless,
-)
+from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
 from benchtwin.rigs.drop.flight_model import (
+    START,
     STARTS,
     Model,
     build,
@@ -52,6 +46,7 @@ from benchtwin.rigs.drop.read import SCALE_OF_GRAVITY_SD, SeenTrack, flights_of,
 from benchtwin.rigs.drop.reduction import problem_of, slopes_at
 from benchtwin.rigs.drop.session import Session, assemble
 from benchtwin.rigs.drop.track_noise import TrackNoise, estimate_noise, floored
+from benchtwin.rigs.one_recording import OneRecording
 from benchtwin.vision.measurement import (
     DOUBTFUL,
     GOOD,
@@ -61,11 +56,7 @@ from benchtwin.vision.measurement import (
     failed,
 )
 from benchtwin.vision.motion.flight import Flights
-from benchtwin.vision.motion.least_squares import (
-    all_stated,
-    slopes,
-    variance_factor,
-)
+from benchtwin.vision.motion.least_squares import all_stated, variance_factor
 from benchtwin.vision.motion.track import Track
 from benchtwin.vision.recording import Recording
 
@@ -80,16 +71,16 @@ WHITE = Noise(0.0, 0.0, 1.0)
 CONTRADICTION_SDS = 3.0  # of what is stated
 LEAST_FRAMES = 5  # of a flight whose speed is good
 BELOW, ABOVE = 0.02, 1.0  # restitution of a free bounce
-FELT = 5  # of a flight's starts, those on which its motion depends
 LAWS_FELT = ("scale", "air", "air-slope")  # globals on which lengths and speeds depend
+SPEEDS = ("impact_speed", "rebound_speed", "lateral_before", "lateral_after")
 SURE = 0.9  # share of a height's sd by which it may be off without a word
 SLIPPED_SDS = 4.0  # off the fall, of each row before the impact
 VAGUE = 0.1  # relative sd from which a number is doubtful
 MANY = 5  # rows a parameter, with which effects are told from noise
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 CURVE_POINTS = 80
-OF_LENGTH = (False, *6 * (True,), False)  # of a bounce, see `Fitted.derived`
-EACH = len(OF_LENGTH)
+LENGTH = "length beside the scale"  # by which lengths are other, relative
+DRIFT = "drift"  # of speeds across and up, by how far the optical axis is off
 
 
 @dataclass(frozen=True)
@@ -174,142 +165,108 @@ class Fitted:
     def model(self) -> Model:
         return self.fit.problem.model
 
-    @cached_property
-    def felt(self) -> np.ndarray:
-        """Numbers of those locals and globals on which the motion depends."""
-        flights, names = len(self.fit.starts), self.fit.names
-        own = np.arange(STARTS * flights).reshape(-1, STARTS)[:, :FELT].ravel()
-        shared = [STARTS * flights + names.index(n) for n in LAWS_FELT]
-        return np.concatenate([own, shared])
+    @property
+    def bounces(self) -> int:
+        return len(self.model.session.joint)
 
     @cached_property
-    def covariance(self) -> np.ndarray:
-        """Of all starts and the globals."""
-        of = self.fit
-        reduced, change = of.problem.reduce(of.starts, of.values)
-        still = change(np.zeros(len(of.values))).ravel()
-        by = np.column_stack([change(g).ravel() - still for g in np.eye(len(of.names))])
-        both = np.vstack([by, np.eye(len(of.names))])
-        covariance = both @ ridge(*stacked(reduced), of.prior_sd)[1] @ both.T
-        own = np.linalg.pinv(reduced[0].own)[: len(by)]
-        covariance[: len(by), : len(by)] += own @ own.T
-        return covariance
-
-    def derived(self, p: np.ndarray, of: Fit | None = None) -> np.ndarray:
-        """EACH values of every bounce: t, height at contact, speeds before and after,
-        sideways speeds before and after, rebound height, e; then the fall and √(H₂/H₁);
-        in the track's units, of lengths as true as they can be known."""
-        of, told = of or self.fit, self.told
-        starts = of.starts.copy()
-        starts[:, :FELT] = p[: -len(LAWS_FELT)].reshape(-1, FELT)
-        values = of.by_name | dict(zip(LAWS_FELT, p[-len(LAWS_FELT) :], strict=True))
-        model, scale = of.problem.model, 1 + values["scale"]
-        push = pushed(model, starts, values)
-        time, touch, speed = contact_states(model, starts, push)
-        count, after = len(time), model.session.joint[:, 1]
-        at = points_at(model.session, after, time + speed[count:, 1] / G_M_S2)
-        left = velocities(at, starts, push)[:, 1]  # less than air takes
-        high = places(at, starts, push)[:, 1] + left**2 / (2 * G_M_S2)
-        high = high - touch[:count, 1]
-        fall = released(model, starts, push, values)[0] - touch[0, 1]
-        length = (1 + told.of_length[0] * values["scale"]) / (scale * told.unit)
-        fast = length * told.clock
-        e = -speed[count:, 1] / speed[:count, 1]
-        middle = model.session.view.middle[1]
-        contact = (middle + (touch[:count, 1] - middle) / scale) / told.unit
-        columns = (
-            time / told.clock,
-            contact,
-            -fast * speed[:count, 1],
-            fast * speed[count:, 1],
-            fast * speed[:count, 0],
-            fast * speed[count:, 0],
-            length * high,
-            e,
-        )
-        ratio = math.sqrt(max(high[0], 0.0) / fall) if fall > 0 else math.nan
-        return np.append(np.column_stack(columns).ravel(), [length * fall, ratio])
-
-    def values_of(self, of: Fit) -> np.ndarray:
-        """Those on which the motion depends, of some fit of the same problem."""
-        return np.append(of.starts.ravel(), of.values)[self.felt]
+    def one(self) -> OneRecording:
+        """The fit as quantities are read from it."""
+        flights = range(len(self.fit.starts))
+        own = tuple(f"{name} {f}" for f in flights for name in START)
+        return OneRecording(self.fit, own, self.quantities_at, beside=self.beside)
 
     @cached_property
-    def values(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """`derived`, their sds, and the parts that all recordings of a session share:
-        how far an error of each global's prior moves them."""
-        p, whole = self.values_of(self.fit), self.covariance
-        felt = whole[np.ix_(self.felt, self.felt)]
-        value, moved = self.derived(p), slopes(self.derived, p, np.sqrt(np.diag(felt)))
-        sd = np.sqrt(np.clip(np.diag(moved @ felt @ moved.T), 0.0, None))
-        shared = STARTS * len(self.fit.starts) + np.arange(len(self.fit.names))
-        prior, told = self.fit.prior_sd, self.told
-        held = prior > 0
-        across = moved @ whole[np.ix_(self.felt, shared[held])]
-        common = np.sqrt(((across / prior[held]) ** 2).sum(1))
-        lengths = np.append(np.tile(OF_LENGTH, (len(value) - 2) // EACH), [True, False])
-        by_scale = told.of_length[1] * np.abs(value) * lengths
-        common = np.hypot(np.minimum(common, sd), by_scale)
-        return value, np.sqrt(sd**2 + by_scale**2 + self._by_axis(value) ** 2), common
-
-    def _by_axis(self, value: np.ndarray) -> np.ndarray:
-        """sds of `derived` by the unknown place of the optical axis, anywhere in the
-        view: off by a, a seed that comes nearer by v_y seems to go a v_y/distance
-        faster."""
-        out, told, s = np.zeros_like(value), self.told, self.model.session
-        if told.axis is not None:
-            return out
-        off = s.view.reach / math.sqrt(3) / s.away[0] / told.unit * told.clock
-        drift = off * np.sqrt(self.model.aside_square)
-        gravity = G_M_S2 / told.unit * told.clock**2
-        bounces, sds = value[:-2].reshape(-1, EACH), out[:-2].reshape(-1, EACH)
-        before, after = drift[s.joint].T
-        speed, e = bounces[:, 2], bounces[:, 7]
-        sds[:, 2], sds[:, 4], sds[:, 3], sds[:, 5] = before, before, after, after
-        sds[:, 6] = after * bounces[:, 3] / gravity
-        sds[:, 7] = np.hypot(after, e * before) / speed
-        out[-2] = before[0] * speed[0] / gravity
-        relative = np.hypot(sds[0, 6] / bounces[0, 6], out[-2] / value[-2])
-        out[-1] = value[-1] / 2 * relative
+    def beside(self) -> dict[str, tuple[float, float]]:
+        """What the fit leaves open, with its sd: lengths; and of each flight, where the
+        place of the optical axis is unknown, anywhere in the view, the speeds [m/s] in
+        the picture: off by a, a seed that comes nearer by v_y seems to go a
+        v_y/distance faster."""
+        out, s = {LENGTH: (0.0, self.told.of_length[1])}, self.model.session
+        if self.told.axis is None:
+            off = s.view.reach / math.sqrt(3) / s.away[0]
+            sds = (off * np.sqrt(self.model.aside_square)).tolist()
+            for f, sd in enumerate(sds):
+                out |= {f"{DRIFT} {axis} {f}": (0.0, sd) for axis in "xz"}
         return out
 
-    @cached_property
-    def others(self) -> list[tuple[Other, np.ndarray]]:
-        """Each effect that this recording may show, and `derived` if it holds."""
-        return [
-            (other, self.derived(self.values_of(other.fit), other.fit))
-            for other in other_explanations(self.fit)
-        ]
-
-    def rivals(self, bounce: int = 0) -> list[Rival]:
-        """Each such effect with what the quantities of a bounce then are."""
-        return [
-            Rival(other.odds, other.words, by_name(self.quantities_at(then, bounce)))
-            for other, then in self.others
-        ]
-
-    def quantities_at(self, derived: np.ndarray, bounce: int = 0) -> dict[str, float]:
-        """The quantities of a bounce; √(H₂/H₁) is that of the first."""
-        first = EACH * bounce
-        at = (first + 6, len(derived) - 1, first + 2, first + 3, first + 7)
-        places = zip(QUANTITIES, at, strict=True)
-        factor = {"m/s": 1e-3 if self.told.track.physical else 1.0}
-        return {n: factor.get(unit, 1.0) * derived[k] for (n, unit), k in places}
-
-    @cached_property
-    def quantities(self) -> dict[str, Quantity]:
-        """With their sds and what of these is common to a session, without doubts."""
-        value, sd, common = (self.quantities_at(part) for part in self.values)
-        track = self.told.track
-        units = {"1": "1", "mm": track.unit, "m/s": f"{track.unit}/{track.time_unit}"}
-        if track.physical:
-            units["m/s"] = "m/s"
-        return {
-            n: Quantity(
-                n, float(value[n]), float(sd[n]), units[u], sd_common=float(common[n])
-            )
-            for n, u in QUANTITIES
+    def quantities_at(self, at: Mapping[str, float]) -> dict[str, float]:
+        """The quantities for some parameters; of each bounce, with its number, its
+        time, height of contact, speeds before and after it, up and across, height of
+        the rebound and restitution; in the track's units, speeds in m/s where these are
+        known, lengths as true as they can be known."""
+        model, told = self.model, self.told
+        flights = range(len(self.fit.starts))
+        starts = np.array([[at[f"{name} {f}"] for name in START] for f in flights])
+        values = {n: at[n] for n in self.fit.names}
+        drift = np.array(
+            [[at.get(f"{DRIFT} {c} {f}", 0.0) for c in "xz"] for f in flights]
+        )
+        scale = 1 + values["scale"]
+        push = pushed(model, starts, values)
+        time, touch, speed = contact_states(model, starts, push)
+        count, (before, after) = self.bounces, model.session.joint.T
+        turn = time + speed[count:, 1] / G_M_S2
+        top = points_at(model.session, after, turn)
+        left = velocities(top, starts, push)[:, 1]  # less than air takes
+        high = places(top, starts, push)[:, 1] + left**2 / (2 * G_M_S2)
+        contact = touch[:count, 1]
+        fall = released(model, starts, push, values)[0] - contact[0]
+        into = speed[:count] + scale * drift[before]
+        out = speed[count:] + scale * drift[after]
+        # a drift of the speed moves the height by v dv/g
+        high = high - contact + (out[:, 1] ** 2 - speed[count:, 1] ** 2) / (2 * G_M_S2)
+        fall += (into[0, 1] ** 2 - speed[0, 1] ** 2) / (2 * G_M_S2)
+        length = 1 + told.of_length[0] * values["scale"] + at[LENGTH]
+        length /= scale * told.unit
+        fast = length * told.clock * (1e-3 if told.track.physical else 1.0)
+        middle = model.session.view.middle[1]
+        found = {
+            "t": time / told.clock,
+            "contact": (middle + (contact - middle) / scale) / told.unit,
+            "impact_speed": -fast * into[:, 1],
+            "rebound_speed": fast * out[:, 1],
+            "lateral_before": fast * into[:, 0],
+            "lateral_after": fast * out[:, 0],
+            "rebound_height": length * high,
+            "restitution_normal": -out[:, 1] / into[:, 1],
         }
+        ratio = math.sqrt(max(high[0], 0.0) / fall) if fall > 0 else math.nan
+        return {"fall": length * fall, "restitution": ratio} | {
+            of_bounce(name, k): float(value)
+            for name, each in found.items()
+            for k, value in enumerate(each)
+        }
+
+    @cached_property
+    def rivals(self) -> list[Rival]:
+        """Each effect that this recording may show, fitted in full."""
+        return self.one.rivals()
+
+    @cached_property
+    def known(self) -> dict[str, Quantity]:
+        """All quantities with their sds and what of these is common to a session,
+        without doubts."""
+        track = self.told.track
+        speed = "m/s" if track.physical else f"{track.unit}/{track.time_unit}"
+        kinds = {
+            "t": track.time_unit,
+            "contact": track.unit,
+            "rebound_height": track.unit,
+        }
+        kinds |= dict.fromkeys(SPEEDS, speed) | {"restitution_normal": "1"}
+        units = {
+            of_bounce(name, k): unit
+            for k in range(self.bounces)
+            for name, unit in kinds.items()
+        }
+        units |= {"fall": track.unit, "restitution": "1"}
+        return self.one.quantities(units, [*self.fit.names, LENGTH])
+
+
+def of_bounce(name: str, bounce: int) -> str:
+    """Name of a quantity of a bounce; that of the first is the recording's."""
+    return name if bounce == 0 else f"{name} {bounce + 1}"
 
 
 def measure_drop(
@@ -487,7 +444,7 @@ def _contradiction(free: Fitted) -> str:
     )
     stated = recording.drop.height_mm
     if stated and len(free.model.session.joint) and told.flights.release_seen():
-        fall = free.values[0][-2]
+        fall = free.one.at["fall"]
         if abs(fall / stated - 1) < 0.03:
             return (
                 f"{text}: {fps} (the fall of {stated:g} mm is right, so the scale is)"
@@ -510,7 +467,7 @@ def _with_height(found: Fitted) -> tuple[Fitted, tuple[list[str], list[str]]]:
         both = Fitted(told, _again(found, session))
         if abs(both.fit.by_name[HEIGHT]) < SURE * off_sd:
             return both, ([], [])
-    fall, fall_sd = found.values[0][-2], found.values[1][-2]
+    fall, fall_sd = found.known["fall"].value, found.known["fall"].sd
     if not stated or track.unit != "mm":
         said = f"H1 is the fall seen, {fall:.5g} ± {fall_sd:.2g} {track.unit}"
         return found, ([said] if told.flights.release_seen() else [], [])
@@ -530,7 +487,7 @@ def _with_height(found: Fitted) -> tuple[Fitted, tuple[list[str], list[str]]]:
 def _quantities(found: Fitted, doubt: str, doubts: list[str]) -> tuple[Quantity, ...]:
     """With their doubts; doubt: why scale and clock are not believed; doubts: of the
     stated height."""
-    told, known = found.told, dict(found.quantities)
+    told, known = found.told, {name: found.known[name] for name, _ in QUANTITIES}
     stated, track = told.recording.drop.height_mm, told.track
     if not told.flights.release_seen() and (not stated or track.unit == "px"):
         missing = (
@@ -557,11 +514,11 @@ def _alike_by_clock(found: Fitted) -> set[str]:
     told = found.told
     clock = math.sqrt(1e-3 * told.flights.free / G_M_S2)
     slow = replace(told, unit=1e-3, clock=clock)
-    other = Fitted(slow, _fitted(slow)).quantities
+    other = Fitted(slow, _fitted(slow)).one.at
     return {
         n
-        for n, q in found.quantities.items()
-        if abs(q.value - other[n].value) < INSIDE_SDS * q.sd
+        for n, _ in QUANTITIES
+        if abs(found.known[n].value - other[n]) < INSIDE_SDS * found.known[n].sd
     }
 
 
@@ -593,7 +550,7 @@ def _doubtful(quantity: Quantity, found: Fitted, e: float) -> Quantity:
             f" stated sd is {sd:.2g}"
         )
     return (
-        quantity.doubt(*unless(found.rivals(), quantity)) if told.believed else quantity
+        quantity.doubt(*unless(found.rivals, quantity)) if told.believed else quantity
     )
 
 
@@ -647,32 +604,32 @@ def _bounce_table(found: Fitted) -> pd.DataFrame:
     told, flights = found.told, found.told.flights
     track, recording = told.track, told.recording
     length, time = track.unit, track.time_unit
-    speed, factor = ("m_s", 1e-3) if track.physical else (f"{length}_{time}", 1.0)
-    fast = {
-        f"{name}_{side}": factor
-        for name in ("speed", "lateral")
-        for side in ("before", "after")
+    speed = "m_s" if track.physical else f"{length}_{time}"
+    columns = {
+        "t": ("t", f"_{time}"),
+        "contact": ("contact", f"_{length}"),
+        "speed_before": ("impact_speed", f"_{speed}"),
+        "speed_after": ("rebound_speed", f"_{speed}"),
+        "lateral_before": ("lateral_before", f"_{speed}"),
+        "lateral_after": ("lateral_after", f"_{speed}"),
+        "height": ("rebound_height", f"_{length}"),
+        "restitution": ("restitution_normal", ""),
     }
-    columns = {"t": (time, 1.0), "contact": (length, 1.0)}
-    columns |= {name: (speed, factor) for name in fast}
-    columns |= {"height": (length, 1.0), "restitution": ("", 1.0)}
-    values, sds = (part[:-2].reshape(-1, EACH) for part in found.values[:2])
     rows = []
-    for k, (own, own_sd) in enumerate(zip(values, sds, strict=True)):
+    for k, (before, after) in enumerate(found.model.session.joint):
         row = {"recording": recording.id, "drop": 1, "bounce": k + 1}
-        for (name, (unit, times)), value, sd in zip(columns.items(), own, own_sd):
-            unit = f"_{unit}" if unit else ""
-            row |= {f"{name}{unit}": times * value, f"{name}_sd{unit}": times * sd}
-        before, after = found.model.session.joint[k]
-        for name, flight in (("spin_before", before), ("spin_after", after)):
-            row[f"{name}_rad_{time}"], row[f"{name}_sd_rad_{time}"] = track.spin(
+        for column, (name, unit) in columns.items():
+            q = found.known[of_bounce(name, k)]
+            row |= {f"{column}{unit}": q.value, f"{column}_sd{unit}": q.sd}
+        for column, flight in (("spin_before", before), ("spin_after", after)):
+            row[f"{column}_rad_{time}"], row[f"{column}_sd_rad_{time}"] = track.spin(
                 flights.rows[flight]
             )
         few = min(len(flights.rows[before]), len(flights.rows[after])) < LEAST_FRAMES
         cut = flights.time[flights.rows[after][-1]] < flights.apex_time(after)
-        free = BELOW < own[-1] < ABOVE and own_sd[-1] <= VAGUE * own[-1]
-        e = Quantity("restitution_normal", own[-1], own_sd[-1], "1")
-        unsure = told.believed and unless(found.rivals(k), e)
+        e = found.known[of_bounce("restitution_normal", k)]
+        free = BELOW < e.value < ABOVE and e.sd <= VAGUE * e.value
+        unsure = told.believed and unless(found.rivals, e)
         row["quality"] = DOUBTFUL if few or cut or not free or unsure else GOOD
         rows.append(row)
     order = ["recording", "drop", "bounce", f"t_{time}", f"t_sd_{time}"]

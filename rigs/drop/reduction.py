@@ -73,13 +73,15 @@ def reduce(
     starts: np.ndarray,
     values: np.ndarray,
     pushes: np.ndarray | None = None,
+    looser: float = 1.0,
 ):
     """See Problem.reduce; pushes (K, F, POINTS, 2): accelerations at the flights'
-    nodes.
+    nodes; looser: factor on the sds of rows.
 
     The last entry of each b is the residual that no parameter changes, so that χ² of
     points compare."""
     pushes = np.zeros((0, len(starts), POINTS, 2)) if pushes is None else pushes
+    noise = replace(noise, sigma=looser * noise.sigma)
     blocks = _blocks(model, noise, starts, values, pushes)
     lower, change = _eliminate(
         model, starts, values, blocks[:2], len(values) + len(pushes), blocks[2]
@@ -425,6 +427,7 @@ def problem_of(model: Model, noise: TrackNoise | None = None) -> Problem:
         model,
         MAX_ITERATIONS,
         with_effect=with_effect,
+        own_sd=np.full(STARTS * len(s.middle), np.inf),
     )
 
 
