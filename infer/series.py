@@ -16,12 +16,14 @@ from scipy.linalg import solve_triangular
 from benchtwin.infer.effect import Effect
 from benchtwin.infer.least_squares import FastChi2
 from benchtwin.infer.linear import Reduced
-from benchtwin.infer.noise import Noise
-from benchtwin.infer.problem import Problem
+from benchtwin.infer.noise import Noise, Stretch, estimate, spreads
+from benchtwin.infer.problem import Fit, Problem
 
 # of a prior's sd, for derivatives; less where predictions are exact and bend much
 # within a sd
 STEP = 1e-3
+ALIKE = 1e-2  # of the greatest: slopes that say the same
+FLAT = 1e3  # of a local without a prior, in its own unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +39,12 @@ class Series:
     # derivatives (n,) that are the same everywhere, by number of a local or name of a
     # global; all others are finite differences
     slopes: dict[int | str, np.ndarray] = field(default_factory=dict)
+    known: int = 0  # how many of the last rows have an sd that is known by itself
+
+    @property
+    def few(self) -> bool:
+        """Whether each row errs by itself."""
+        return bool(np.isinf(self.lag).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +113,59 @@ def problem_of(
         max_iterations,
         fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
         own_sd=own.sd,
+        series=series,
         derivatives=derivatives,
     )
+
+
+def noise_about(base: Fit) -> tuple[Noise, np.ndarray]:
+    """Noise of all recordings but those of few rows, about a fit and its slopes, those
+    by effects and smooth curves too, so that what may be missing is not taken for
+    noise; and σ (R,) of each over the sds that its rows have, 1 of few rows."""
+    series, owners, stretches = base.problem.series, [], []
+    for r, one in enumerate(series):
+        if one.few:
+            continue
+        left, columns = _white(base, r)
+        design = np.column_stack([columns, one.smooth / np.reshape(one.sigma, (-1, 1))])
+        design, left = (rows[: len(rows) - one.known] for rows in (design, left))
+        size = np.linalg.norm(design, axis=0)
+        basis, share, _ = np.linalg.svd(design[:, size > 0] / size[size > 0], False)
+        lag = one.lag[: len(left)]
+        stretches.append(Stretch(basis[:, share > ALIKE * share[0]], left, lag))
+        owners.append(r)
+    noise, factor = estimate(stretches), np.ones(len(series))
+    factor[owners] = spreads(stretches, range(len(owners)), len(owners), noise)
+    return noise, factor
+
+
+def power_of_few(base: Fit) -> tuple[float, float]:
+    """χ² of all recordings of few rows, with the sds that these have, and its degrees
+    of freedom: rows less what the parameters take of them, as their priors let them."""
+    few = [r for r, one in enumerate(base.problem.series) if one.few]
+    width, free, chi2 = len(base.problem.own_sd), base.prior_sd > 0, 0.0
+    own_sd = np.where(np.isfinite(base.problem.own_sd), base.problem.own_sd, FLAT)
+    sd = np.append(own_sd, base.prior_sd[free])
+    blocks = []
+    for k, r in enumerate(few):
+        left, columns = _white(base, r)
+        rows = slice(None, len(left) - base.problem.series[r].known)
+        columns = columns[rows][:, np.append(np.ones(width, bool), free)] * sd
+        block = np.zeros((len(columns), width * len(few) + int(free.sum())))
+        block[:, width * k : width * (k + 1)] = columns[:, :width]
+        block[:, width * len(few) :] = columns[:, width:]
+        blocks.append(block)
+        chi2 += float(left[rows] @ left[rows])
+    square = np.linalg.svd(np.vstack(blocks), compute_uv=False) ** 2
+    return chi2, sum(map(len, blocks)) - float((square / (1 + square)).sum())
+
+
+def _white(base: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (n,) of recording r and its slopes (n, L + G), over the rows' sds."""
+    one = base.problem.series[r]
+    assert base.problem.derivatives is not None
+    seen, columns = base.problem.derivatives(r, base.starts, base.values)
+    return (one.data - seen) / one.sigma, columns / np.reshape(one.sigma, (-1, 1))
 
 
 def reduce(

@@ -11,14 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from benchtwin.infer.noise import Noise, Stretch, estimate, spreads
 from benchtwin.infer.problem import Fit, joint_covariance
 from benchtwin.infer.rivals import Measured, Rival, other_explanations
 from benchtwin.vision.measurement import Quantity
 from benchtwin.vision.motion.least_squares import believed_sds, slopes
 
 Values = Mapping[str, float]
-ALIKE = 1e-2  # of the greatest: slopes that say the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,22 +100,3 @@ class OneRecording:
 
             out.append(Rival(other.odds, other.words, value))
         return out
-
-
-def noise_about(
-    base: Fit, data: np.ndarray, lag: np.ndarray, sigma: np.ndarray
-) -> tuple[Noise, np.ndarray]:
-    """Noise of one recording's rows about a fit and its slopes, those by effects too,
-    so that what may be missing is not taken for noise; and the rows' sds (n,).
-
-    data, lag, sigma (n,): the rows in the order of time, first in the fit, frames since
-    the row before, and relative sds."""
-    assert base.problem.derivatives is not None
-    seen, columns = base.problem.derivatives(0, base.starts, base.values)
-    design = columns[: len(data)] / sigma[:, None]
-    size = np.linalg.norm(design, axis=0)
-    basis, share, _ = np.linalg.svd(design[:, size > 0] / size[size > 0], False)
-    left = (data - seen[: len(data)]) / sigma
-    about = [Stretch(basis[:, share > ALIKE * share[0]], left, lag)]
-    noise = estimate(about)
-    return noise, sigma * spreads(about, [0], 1, noise)[0]

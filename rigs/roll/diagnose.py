@@ -19,6 +19,7 @@ from benchtwin.rigs.roll.readings import (
     rulers_of,
 )
 from benchtwin.rigs.roll.readings import curves_of as readings_curves
+from benchtwin.rigs.roll.run_noise import RunNoise, first_noise, noise_of
 from benchtwin.rigs.roll.session import Run, Seed, assemble
 from benchtwin.rigs.roll.unlisted import (
     SEEN_P,
@@ -90,8 +91,8 @@ def baseline(
 ) -> tuple[Problem, Fit, tuple[str, ...]]:
     """The problem, with the ripple of an oblong seed where the runs show one, the fit
     with nothing missing and without ripple, and notes."""
-    turn, phase = arguments(runs, seed)
-    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales)
+    noise, (turn, phase) = session_noise(runs, seed, scales), arguments(runs, seed)
+    problem = roll_problem(build(runs, seed, turn, phase, ripple=False), scales, noise)
     base = fit(problem)
     ripple = find_ripple(base, rng)
     if ripple.p >= SEEN_P:
@@ -104,7 +105,16 @@ def baseline(
         ),
     )
     stated = np.isfinite(seed.rise_mm) and not seed.round
-    return roll_problem(model, scales), base, notes if stated else ()
+    return roll_problem(model, scales, noise), base, notes if stated else ()
+
+
+def session_noise(
+    runs: tuple[Run, ...], seed: Seed, scales: dict[str, float]
+) -> RunNoise:
+    """Noise about the fit with nothing missing; a ripple is not taken for noise."""
+    first = first_noise(runs)
+    model = build(runs, seed, *arguments(runs, seed), ripple=True)
+    return noise_of(fit(roll_problem(model, scales, first)), first)
 
 
 def corner_notes(base: Fit) -> tuple[str, ...]:

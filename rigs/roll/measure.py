@@ -24,7 +24,7 @@ from benchtwin.bench.robust import difference_noise
 from benchtwin.bench.run_out import rolling_friction
 from benchtwin.infer.problem import Fit, fit
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, unless
-from benchtwin.rigs.one_recording import OneRecording, noise_about
+from benchtwin.rigs.one_recording import OneRecording
 from benchtwin.rigs.roll.diagnose import baseline
 from benchtwin.rigs.roll.inertia import inertia_of_recording
 from benchtwin.rigs.roll.initial_path import LEAST_BEFORE
@@ -42,11 +42,10 @@ from benchtwin.rigs.roll.motion import travel
 from benchtwin.rigs.roll.problem import (
     CUT,
     FREE_SCALE_SD,
-    roll_problem,
 )
 from benchtwin.rigs.roll.read import SeenRoll, seen_roll
 from benchtwin.rigs.roll.roll_path import ends_on_incline, stays_on_incline
-from benchtwin.rigs.roll.run_noise import EXACT_M, RunNoise, has_few_rows
+from benchtwin.rigs.roll.run_noise import has_few_rows
 from benchtwin.rigs.roll.session import (
     FEW_ROWS,
     Run,
@@ -327,10 +326,6 @@ def _fitted(told: Evidence) -> tuple[Fitted, str, tuple[str, ...]]:
     scales, rng = {run.session: scale_sd}, np.random.default_rng(1)
     problem, base, notes = baseline((run,), told.seed, scales, rng)
     base = base if base.problem is problem else fit(problem)
-    if not has_few_rows(run):
-        noise, sd = noise_about(base, run.x, run.lag, np.ones(len(run.x)))
-        noises = RunNoise(noise, np.maximum(sd[:1], EXACT_M))
-        base = fit(roll_problem(problem.model, scales, noises))
     looser, doubt = _looser(base)
     return Fitted(told, base, looser), doubt, (*run.notes, *notes, *_said(told))
 

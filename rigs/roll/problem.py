@@ -21,7 +21,6 @@ from benchtwin.rigs.roll.effects.shape_barrier import NAME, quadratures
 from benchtwin.rigs.roll.model import OWN, Model, predict
 from benchtwin.rigs.roll.run_noise import (
     RunNoise,
-    estimate_noise,
     row_weight,
     smooth_curves,
 )
@@ -140,13 +139,9 @@ def level_sd_deg(stated: bool, both_ways: bool) -> float:
     return unstated_sd("level-both-ways" if both_ways else "level-plate")
 
 
-def roll_problem(
-    model: Model, scales: dict[str, float], noise: RunNoise | None = None
-) -> Problem:
-    """scales: relative sd of each session's scale; noise: by flexible curves where
-    nothing better is known."""
+def roll_problem(model: Model, scales: dict[str, float], noise: RunNoise) -> Problem:
+    """scales: relative sd of each session's scale."""
     effects, seed = model.effects, model.seed
-    noise = noise or estimate_noise(model.runs, model.turn)
     known = PRIORS | {
         "inertia": seed.inertia_sd,
         "level": level_sd_deg(
@@ -188,6 +183,7 @@ def roll_problem(
             *seen_rows(run, noise.sigma[r] * row_weight(run)),
             noise.noise,
             smooth_curves(run),
+            known=int(run.junction is not None),
         )
         for r, run in enumerate(model.runs)
     )

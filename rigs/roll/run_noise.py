@@ -1,15 +1,16 @@
-"""Noise of a session's rolls: residuals about curves more flexible than any effect, leg
-by leg."""
+"""Noise of a session's rolls: of rows by themselves first, then about their fit."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.linalg import block_diag
 
 from benchtwin.bench.priors import unstated_sd
-from benchtwin.infer.noise import Noise, Stretch, estimate, frame_lag, spreads
+from benchtwin.bench.robust import difference_noise
+from benchtwin.infer.noise import Noise
+from benchtwin.infer.problem import Fit
+from benchtwin.infer.series import noise_about, power_of_few
 from benchtwin.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
@@ -18,10 +19,7 @@ ENOUGH_ROWS = (
 )
 USUAL_SD_M = unstated_sd("row-of-few") / 1000  # where neither stated nor estimated
 STATED_LEVEL_SD = 0.3  # of ln of a stated noise's power
-DEGREE_DOWN, DEGREE_LEVEL = 3, 6
-SOON_S = (0.01, 0.025, 0.06, 0.15)  # behind the corner, where slip acts
-LATE_S = (0.03, 0.08, 0.2)  # before the stop, where a seed's shape acts most
-GUARD = 2  # averaged rows about the corner and the stop
+DEGREE = 6  # of smooth curves
 
 
 @dataclass(frozen=True)
@@ -32,15 +30,43 @@ class RunNoise:
     sigma: np.ndarray
 
 
-def estimate_noise(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """ρ and white share by REML over all runs, σ of each; short runs share one σ."""
-    if any(has_few_rows(run) for run in runs):
-        return _noise_of_few(runs, turn)
-    found = [(r, s) for r, run in enumerate(runs) for s in _stretches(run, turn[r])]
-    stretches = [s for _, s in found]
-    noise = estimate(stretches)
-    sigma = spreads(stretches, [r for r, _ in found], len(runs), noise)
-    return RunNoise(noise, np.maximum(sigma, EXACT_M))
+def first_noise(runs: tuple[Run, ...]) -> RunNoise:
+    """White: of few rows as stated, else as usual; of many by their differences."""
+    sigma = [
+        _stated(run, USUAL_SD_M) if has_few_rows(run) else difference_noise(run.x, 2)
+        for run in runs
+    ]
+    return RunNoise(Noise(0.0, 0.0, 1.0), np.maximum(sigma, EXACT_M))
+
+
+def noise_of(base: Fit, before: RunNoise) -> RunNoise:
+    """About a fit with the noise `before`; few rows keep their stated sds, but those of
+    light gates that tell them better."""
+    runs, sigma = base.problem.model.runs, before.sigma.copy()
+    noise, factor = noise_about(base)
+    few = [has_few_rows(run) for run in runs]
+    if any(few):
+        chi2, spare = power_of_few(base)
+        passing = any(f and not run.stays for f, run in zip(few, runs, strict=True))
+        # five numbers nearly explain few rows of both legs: the usual sd counts as one
+        usual = 1 if passing or spare < 1 else 0
+        told = math.sqrt((usual + chi2) / (usual + spare))
+        for r in np.flatnonzero(few):
+            stated = math.isfinite(_stated(runs[r], math.nan))
+            if not stated or (runs[r].gates and spare >= ENOUGH_ROWS):
+                factor[r] = told
+        stated_all = all(
+            np.isfinite(run.sd_m).all() for run in runs if has_few_rows(run)
+        )
+        level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / (usual + spare))
+        noise = Noise(0.0, 0.0, level) if all(few) else noise
+    return RunNoise(noise, np.maximum(factor * sigma, EXACT_M))
+
+
+def _stated(run: Run, unstated: float) -> float:
+    """Stated σ [m] of few rows."""
+    stated = float(np.median(run.sd_m / row_weight(run)))
+    return stated if stated > 0 else unstated
 
 
 def has_few_rows(run: Run) -> bool:
@@ -57,113 +83,16 @@ def row_weight(run: Run) -> np.ndarray:
     return speed / speed.mean()
 
 
-def _noise_of_few(runs: tuple[Run, ...], turn: np.ndarray) -> RunNoise:
-    """White noise, stated or of residuals; runs past the same gates share a mean."""
-    long = [r for r, run in enumerate(runs) if not has_few_rows(run)]
-    others = estimate_noise(tuple(runs[r] for r in long), turn[long]) if long else None
-    power, spare = 0.0, 0.0
-    left: dict[tuple | str, list[tuple[np.ndarray, int]]] = {}
-    for run in (run for run in runs if has_few_rows(run)):
-        unknowns = 3 if run.stays else 5
-        t, way = run.time_s, run.way
-        columns = [np.ones(len(t)), t - t.mean(), (t - t.mean()) ** 2]
-        columns += [
-            np.maximum(t - way.corner, 0) ** 2,
-            np.maximum(t - way.stop, 0) ** 2,
-        ]
-        design = np.column_stack(columns[:unknowns]) / row_weight(run)[:, None]
-        data = run.x / row_weight(run)
-        rest = data - design @ np.linalg.lstsq(design, data, rcond=1e-12)[0]
-        key = (run.sign, run.session, tuple(run.x)) if run.gates else run.recording
-        left.setdefault(key, []).append((rest, max(len(run.x) - unknowns, 0)))
-    for alike in left.values():
-        rests = np.array([rest for rest, _ in alike])
-        shared = len(rests) > 1 and rests.shape[1] > 0
-        off = rests - rests.mean(0) if shared else rests
-        power += float((off**2).sum())
-        spare += sum(free for _, free in alike) * (
-            (len(rests) - 1) / len(rests) if shared else 1
-        )
-    # five curves nearly explain few rows of both legs; what is usual counts as one row
-    passing = any(has_few_rows(run) and not run.stays for run in runs)
-    usual = 1 if passing or spare < 1 else 0
-    sigma = np.zeros(len(runs))
-    for r, run in enumerate(runs):
-        stated = (
-            float(np.median(run.sd_m / row_weight(run)))
-            if has_few_rows(run)
-            else math.nan
-        )
-        told = math.sqrt((usual * USUAL_SD_M**2 + power) / (usual + spare))
-        sigma[r] = (
-            stated if stated > 0 and not (run.gates and spare >= ENOUGH_ROWS) else told
-        )
-    if others is not None:
-        sigma[long] = others.sigma
-    stated_all = all(np.isfinite(run.sd_m).all() for run in runs if has_few_rows(run))
-    level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / (usual + spare))
-    noise = Noise(0.0, 0.0, level) if others is None else others.noise
-    return RunNoise(noise, np.maximum(sigma, EXACT_M))
-
-
-def _stretches(run: Run, turn: float) -> list[Stretch]:
-    """The run as one stretch with a curve in each leg, rows at the transitions left
-    out."""
-    t, way = run.time_s, run.way
-    guard = GUARD * float(np.median(np.diff(t)))
-    used, curves, data = [], [], []
-    borders = (-np.inf, way.release, way.corner, way.stop, np.inf)
-    for low, high, design in zip(
-        borders[:-1], borders[1:], (_still, _down, _level, _still), strict=True
-    ):
-        rows = np.flatnonzero((t > low + guard) & (t < high - guard))
-        if len(rows) < 8:
-            continue
-        columns = design(run, rows, turn)
-        if len(rows) >= 2 * columns.shape[1]:
-            used.append(rows)
-            curves.append(columns / np.maximum(np.abs(columns).max(0), 1e-300))
-            data.append(run.x[rows] - run.x[rows[0]])
-    if not used:
-        return []
-    frame = np.cumsum(np.append(0.0, run.lag[1:]))[np.concatenate(used)]
-    return [Stretch(block_diag(*curves), np.concatenate(data), frame_lag(frame))]
-
-
 def smooth_curves(run: Run) -> np.ndarray:
     """(n, k) smooth curves over a run's way from release to stop."""
     rows = np.flatnonzero((run.time_s > run.way.release) & (run.time_s < run.way.stop))
     seen = len(run.time_s) + (run.junction is not None)
-    out = np.zeros((seen, DEGREE_LEVEL + 1))
+    out = np.zeros((seen, DEGREE + 1))
     if len(rows) > 2 * out.shape[1]:
-        out[rows] = legendre.legvander(_tau(run, rows), DEGREE_LEVEL)
+        out[rows] = legendre.legvander(_tau(run, rows), DEGREE)
     return out * float(np.median(np.abs(np.diff(run.x)))) if len(run.x) > 1 else out
 
 
 def _tau(run: Run, rows) -> np.ndarray:
     t = run.time_s[rows]
     return 2 * (t - t[0]) / (t[-1] - t[0]) - 1
-
-
-def _still(run: Run, rows, turn: float) -> np.ndarray:
-    return np.ones((len(rows), 1))
-
-
-def _down(run: Run, rows, turn: float) -> np.ndarray:
-    return legendre.legvander(_tau(run, rows), DEGREE_DOWN)
-
-
-def _level(run: Run, rows, turn: float) -> np.ndarray:
-    tau, t = _tau(run, rows), run.time_s[rows]
-    columns = [*legendre.legvander(tau, DEGREE_LEVEL).T]
-    columns += [np.maximum(run.way.corner + s - t, 0) ** 2 for s in SOON_S]
-    columns += [np.maximum(t - run.way.stop + s, 0) ** 2 for s in LATE_S]
-    if turn:
-        curve = np.column_stack(
-            columns
-        )  # from a smooth path: places as read would explain their own noise
-        path = curve @ np.linalg.lstsq(curve, run.x[rows], rcond=1e-9)[0]
-        columns += [
-            wave(turn * path) * tau**k for wave in (np.cos, np.sin) for k in range(3)
-        ]
-    return np.column_stack(columns)

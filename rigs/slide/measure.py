@@ -18,10 +18,11 @@ from benchtwin.bench.distributions import t as student
 from benchtwin.bench.priors import stated_sd, unstated_sd
 from benchtwin.bench.resolution import reading_step
 from benchtwin.bench.robust import difference_noise
-from benchtwin.infer.noise import Noise, frame_lag
+from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Fit, ln_evidence
 from benchtwin.infer.rivals import INSIDE_SDS, Rival, by_name, unless
-from benchtwin.rigs.one_recording import OneRecording, noise_about
+from benchtwin.infer.series import noise_about
+from benchtwin.rigs.one_recording import OneRecording
 from benchtwin.rigs.slide.model import OWN, Model, laws_of, of_own, run_motion, tilt_of
 from benchtwin.rigs.slide.motion import friction_at
 from benchtwin.rigs.slide.problem import (
@@ -355,8 +356,8 @@ def _about(seen: Seen, best: Alone) -> tuple[Alone, Noise]:
     """The likeliest fit again, with the noise of the rows about it; of a block in
     motion, with a friction that changes along its way as usual."""
     run = best.run
-    sigma = seen.sigma[: len(run.time)]
-    noise, sd = noise_about(best.fit, run.travel, frame_lag(run.frame), sigma)
+    noise, factor = noise_about(best.fit)
+    sd = factor[0] * best.prepared.sigma[0]
     if run.in_motion:
         wander = wander_of(run, float(np.ptp(run.time[run.moving])))
         usual = np.zeros(wander.shape[1])

@@ -445,6 +445,7 @@ def _series(run: Run, prepared: Prepared, sigma: np.ndarray, *, phased: bool) ->
         prepared.noise,
         np.zeros((len(lag), 0)),
         _known_slopes(run, phased),
+        known=1,
     )
 
 

@@ -12,10 +12,10 @@ from rolling import BALL, STATED, Bench, rolls
 from benchtwin.bench.keys import Camera, Seed
 from benchtwin.diagnose.words import verdict_in_words
 from benchtwin.infer import power_law
-from benchtwin.rigs.roll.diagnose import diagnose_roll
+from benchtwin.rigs.roll.diagnose import diagnose_roll, session_noise
 from benchtwin.rigs.roll.keys import Roll
 from benchtwin.rigs.roll.read import SeenRoll, read_rolls, roll_of
-from benchtwin.rigs.roll.run_noise import estimate_noise
+from benchtwin.rigs.roll.run_noise import RunNoise
 from benchtwin.rigs.roll.session import assemble, relative_drag
 from benchtwin.twin import Parameters
 from benchtwin.twin.paths import like, run_path
@@ -35,6 +35,13 @@ def diagnosed(bench, seed=1, count=4, **how):
         rolls(bench, count, np.random.default_rng(seed), **how),
         np.random.default_rng(0),
     )
+
+
+def noise_of_drawn(bench: Bench, count: int, seed: int) -> RunNoise:
+    drawn = rolls(bench, count, np.random.default_rng(seed))
+    scales = {r.session: float(r.description["camera"]["scale_sd"]) for r in drawn}
+    runs, of_seed, _ = assemble(drawn)
+    return session_noise(runs, of_seed, scales)
 
 
 def test_clean_rolls_raise_no_alarm():
@@ -57,8 +64,7 @@ def test_noise_of_short_runs_is_not_overestimated():
     )
     power = []
     for seed in range(4):
-        runs = assemble(rolls(short, 7, np.random.default_rng(seed)))[0]
-        found = estimate_noise(runs, np.full(len(runs), 2 / 3.42e-3)).noise
+        found = noise_of_drawn(short, 7, seed).noise
         power.append(np.log(found.low_frequency / (0.1 + 0.9 * 1.3 / 0.7)))
     assert abs(np.mean(power)) < 0.5 and np.max(power) < 1.0  # each is known to 0.3
 
@@ -80,8 +86,7 @@ def test_slow_noise_is_estimated_from_rest_and_incline():
     )
     off = []
     for seed in range(4):
-        runs = assemble(rolls(wandering, 8, np.random.default_rng(seed)))[0]
-        found = estimate_noise(runs, np.full(len(runs), 2 / 3.5e-3))
+        found = noise_of_drawn(wandering, 8, seed)
         power = (found.sigma.mean() / 45e-6) ** 2 * found.noise.low_frequency
         off.append(np.log(power / (0.35 + 0.65 * 1.9 / 0.1)))
     assert abs(np.median(off)) < 1.0
