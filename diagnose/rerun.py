@@ -64,7 +64,7 @@ class Resimulation:
         return before, after, first.unit, first.quantity
 
     def in_words(self) -> str:
-        """One sentence: run again so that the plate falls by 0.2°, the twin is off by
+        """One sentence: run again so that the plate slopes by 0.2°, the twin is off by
         0.97 mm where it was off by 7.7 mm."""
         if not self.compared:
             return "; ".join(self.notes)

@@ -103,7 +103,7 @@ EFFECTS = (
         restitution=tilted_restitution,
         separating="a spirit level on the plate; the plate turned round by half a turn",
         counterpart=Counterpart(
-            "the plate falls by {value}° towards +x",
+            "the plate slopes by {value}° (positive: falling towards +x)",
             lambda v: {"rig": {"tilt_deg": v["plate-tilt"]}},
         ),
     ),
