@@ -29,7 +29,9 @@ EFFECTS = (
         act=lambda way, value, context: (
             way | {"level": way["level"] + drive(value, context.run.sign)}
         ),
-        counterpart=Counterpart("the level plate slopes by {value}° (positive: falling towards +x)"),
+        counterpart=Counterpart(
+            "the level plate slopes by {value}° (positive: falling towards +x)"
+        ),
         key=Key("roll", "slope_deg", absent=0.0, whole=True),
     ),
 )
