@@ -52,8 +52,9 @@ class Problem:
     # (effect) → the same problem with one more candidate
     with_effect: Callable[[Effect], "Problem"] | None = None
     # prior sds (L,) of a recording's locals, inf where flat; of a problem of series
-    # these and (r, starts, values) → rows (n,) of recording r, slopes (n, L + G)
+    # their centres (R, L), and (r, starts, values) → rows (n,), slopes (n, L + G)
     own_sd: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    own_centre: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     series: tuple = ()
     derivatives: Callable | None = None
     followed: tuple[str, ...] = ()  # globals by which a parameter follows conditions

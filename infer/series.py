@@ -24,6 +24,7 @@ from benchtwin.infer.problem import Fit, Problem
 STEP = 1e-3
 ALIKE = 1e-2  # of the greatest: slopes that say the same
 FLAT = 1e3  # of a local without a prior, in its own unit
+SPREADS = (1e-4, 1e3)  # of few rows, over their sds
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +114,7 @@ def problem_of(
         max_iterations,
         fast_chi2=FastChi2(chi2, reduce_free) if smooth else None,
         own_sd=own.sd,
+        own_centre=own.start,
         series=series,
         derivatives=derivatives,
     )
@@ -139,25 +141,38 @@ def noise_about(base: Fit) -> tuple[Noise, np.ndarray]:
     return noise, factor
 
 
-def power_of_few(base: Fit) -> tuple[float, float]:
-    """χ² of all recordings of few rows, with the sds that these have, and its degrees
-    of freedom: rows less what the parameters take of them, as their priors let them."""
-    few = [r for r, one in enumerate(base.problem.series) if one.few]
-    width, free, chi2 = len(base.problem.own_sd), base.prior_sd > 0, 0.0
-    own_sd = np.where(np.isfinite(base.problem.own_sd), base.problem.own_sd, FLAT)
-    sd = np.append(own_sd, base.prior_sd[free])
-    blocks = []
+def spread_of_few(base: Fit, usual: float) -> tuple[float, float]:
+    """σ of the rows of all recordings of few rows, over the sds that these have, and
+    the rows that tell it, as the parameters' priors let them: at the greatest
+    restricted likelihood, linearised at a fit, effects free as their priors let them;
+    usual: rows that σ = 1 counts as."""
+    problem, few = base.problem, [r for r, s in enumerate(base.problem.series) if s.few]
+    alone = {n: e.prior_sd for n, e in problem.effects.items() if not e.group}
+    shared = np.hypot(base.prior_sd, [alone.get(n, 0.0) for n in base.names])
+    own_sd = np.where(np.isfinite(problem.own_sd), problem.own_sd, FLAT)
+    width, blocks, data = len(own_sd), [], []
     for k, r in enumerate(few):
         left, columns = _white(base, r)
-        rows = slice(None, len(left) - base.problem.series[r].known)
-        columns = columns[rows][:, np.append(np.ones(width, bool), free)] * sd
-        block = np.zeros((len(columns), width * len(few) + int(free.sum())))
+        columns = columns * np.append(own_sd, shared)
+        off = (base.starts[r] - problem.own_centre[r]) / own_sd
+        told = np.divide(
+            base.values, shared, out=np.zeros(len(shared)), where=shared > 0
+        )
+        rows = slice(None, len(left) - problem.series[r].known)
+        block = np.zeros((len(left), width * len(few) + len(shared)))
         block[:, width * k : width * (k + 1)] = columns[:, :width]
         block[:, width * len(few) :] = columns[:, width:]
-        blocks.append(block)
-        chi2 += float(left[rows] @ left[rows])
-    square = np.linalg.svd(np.vstack(blocks), compute_uv=False) ** 2
-    return chi2, sum(map(len, blocks)) - float((square / (1 + square)).sum())
+        blocks.append(block[rows])
+        data.append((left + columns @ np.append(off, told))[rows])
+    axes, sizes, _ = np.linalg.svd(np.vstack(blocks))
+    square = (axes.T @ np.concatenate(data)) ** 2
+    shown = np.append(sizes, np.zeros(len(square) - len(sizes))) ** 2
+    sigma = np.geomspace(*SPREADS, 400)
+    whole = shown + sigma[:, None] ** 2
+    ln = -(np.log(whole) + square / whole).sum(axis=1) / 2
+    ln -= usual * (np.log(sigma) + 1 / (2 * sigma**2))
+    best = int(np.argmax(ln))
+    return float(sigma[best]), float((sigma[best] ** 2 / whole[best]).sum())
 
 
 def _white(base: Fit, r: int) -> tuple[np.ndarray, np.ndarray]:

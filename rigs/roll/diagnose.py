@@ -46,11 +46,7 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
     if not any(len(r.x_mm) for r in usable):
         return diagnose_readings(usable, rng)
     runs, seed, notes = assemble(usable)
-    scales: dict[str, float] = {}  # relative sd, by session
-    for r in (r for r in usable if len(r.x_mm)):
-        sd = float(r.description["camera"]["scale_sd"])
-        scales[r.session] = max(scales.get(r.session, 0.0), sd)
-    problem, base, said_of_shape = baseline(runs, seed, scales, rng)
+    problem, base, said_of_shape = baseline(runs, seed, scales_of(usable), rng)
     notes = (*notes, *said_of_shape)
     told = {r.recording: r for r in usable}
     about = [told[run.recording] for run in runs]
@@ -81,6 +77,15 @@ def diagnose_roll(recordings, rng: np.random.Generator) -> Finding:
         follows=(friction, conditions),
     )
     return finding_of(asked, rng)
+
+
+def scales_of(recordings) -> dict[str, float]:
+    """Relative sd of the scale, by session."""
+    scales: dict[str, float] = {}
+    for r in (r for r in recordings if len(r.x_mm)):
+        sd = float(r.description["camera"]["scale_sd"])
+        scales[r.session] = max(scales.get(r.session, 0.0), sd)
+    return scales
 
 
 def baseline(

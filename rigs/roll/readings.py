@@ -21,7 +21,7 @@ from benchtwin.infer.series import Locals, Series, problem_of
 from benchtwin.infer.unlisted import Windows
 from benchtwin.rigs.roll.effects import EFFECTS
 from benchtwin.rigs.roll.effects.corner import usual_loss
-from benchtwin.rigs.roll.effects.slope import drive
+from benchtwin.rigs.roll.effects.slope import SLOPE, drive
 from benchtwin.rigs.roll.problem import (
     LENGTH_SD_M,
     MU_SD,
@@ -31,7 +31,6 @@ from benchtwin.rigs.roll.problem import (
 )
 from benchtwin.rigs.roll.session import stated_slope_deg
 
-SLOPE = "slope"
 LEAST_READINGS = 3  # in either direction, for a slope
 BALL = 1.4  # 1 + I/mr², for what the corner may take at most
 USUAL_FREEDOM = 2  # degrees of freedom that the usual scatter is worth

@@ -10,7 +10,7 @@ from benchtwin.bench.priors import unstated_sd
 from benchtwin.bench.robust import difference_noise
 from benchtwin.infer.noise import Noise
 from benchtwin.infer.problem import Fit
-from benchtwin.infer.series import noise_about, power_of_few
+from benchtwin.infer.series import noise_about, spread_of_few
 from benchtwin.rigs.roll.session import Run
 
 EXACT_M = 3e-6  # floor for simulated tracks
@@ -46,11 +46,10 @@ def noise_of(base: Fit, before: RunNoise) -> RunNoise:
     noise, factor = noise_about(base)
     few = [has_few_rows(run) for run in runs]
     if any(few):
-        chi2, spare = power_of_few(base)
-        passing = any(f and not run.stays for f, run in zip(few, runs, strict=True))
         # five numbers nearly explain few rows of both legs: the usual sd counts as one
-        usual = 1 if passing or spare < 1 else 0
-        told = math.sqrt((usual + chi2) / (usual + spare))
+        passing = any(f and not run.stays for f, run in zip(few, runs, strict=True))
+        told, spare = spread_of_few(base, float(passing))
+        spare += passing
         for r in np.flatnonzero(few):
             stated = math.isfinite(_stated(runs[r], math.nan))
             if not stated or (runs[r].gates and spare >= ENOUGH_ROWS):
@@ -58,7 +57,7 @@ def noise_of(base: Fit, before: RunNoise) -> RunNoise:
         stated_all = all(
             np.isfinite(run.sd_m).all() for run in runs if has_few_rows(run)
         )
-        level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / (usual + spare))
+        level = STATED_LEVEL_SD if stated_all else math.sqrt(2 / max(spare, 1.0))
         noise = Noise(0.0, 0.0, level) if all(few) else noise
     return RunNoise(noise, np.maximum(factor * sigma, EXACT_M))
 

@@ -4,6 +4,8 @@ import math
 
 from benchtwin.infer.effect import Counterpart, Effect, Key
 
+SLOPE = "slope"
+
 
 def drive(value: float, sign: float) -> float:
     """Weight's share along the motion, sign sin of `value` [deg], falling along +x."""
@@ -12,7 +14,7 @@ def drive(value: float, sign: float) -> float:
 
 EFFECTS = (
     Effect(
-        name="slope",
+        name=SLOPE,
         sector="run-out",
         unit="deg",
         meaning="slope, falling towards +x",
