@@ -1,16 +1,14 @@
 """The cases of drops."""
 
-from benchtwin.prove.cases.drop import Scene, draw
-from benchtwin.prove.cases.drop_bench import bench
-from benchtwin.prove.cases.drop_effects import EFFECTS, IN_CAMERA
+from benchtwin.prove.cases.bench import Scene
+from benchtwin.prove.cases.drop import EFFECTS, IN_CAMERA, draw, record
 from benchtwin.prove.cases.drop_snr import visibility
-from benchtwin.prove.cases.record import Cases
+from benchtwin.prove.cases.record import Cases, field_of
 
 
 def scored(scene: Scene, name: str) -> bool:
     """Not where a camera's effect is in one of two sessions only."""
-    several = scene.one_session and len(scene.cameras) > 1
-    return not (name in IN_CAMERA and several)
+    return not (field_of(name) in IN_CAMERA and scene.request.separated)
 
 
 CASES = Cases(
@@ -20,7 +18,7 @@ CASES = Cases(
     effects=EFFECTS,
     draw=draw,
     visibility=visibility,
-    bench=bench,
+    record=record,
     scored=scored,
     design=("stated_mm", "session"),
     follows="restitution",
