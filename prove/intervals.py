@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import beta
+from scipy.stats import binomtest
 
 from benchtwin.prove.judge import Judged
 
@@ -24,10 +24,8 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
     """
     if n == 0:
         return 0.0, 1.0
-    tail = (1 - level) / 2
-    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
-    high = float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
-    return low, high
+    found = binomtest(k, n).proportion_ci(level, method="exact")
+    return float(found.low), float(found.high)
 
 
 @dataclass(frozen=True)

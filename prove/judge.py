@@ -36,8 +36,8 @@ class Judged:
     sector_right: bool = False
     # of each scored effect: whether the 95 % interval holds its value
     covers: tuple[bool, ...] = ()
-    # of each: (SNR, value, (low, high)), the last two over the truth
-    stated: tuple[tuple[float, float, tuple[float, float]], ...] = ()
+    # of each: (SNR, value, low, high), the last three over the truth
+    stated: tuple[tuple[float, float, float, float], ...] = ()
     removed: float | None = None  # held-out fraction as stated
     seconds: float = math.nan
     as_said: bool = False  # the verdict is true in the sense of its probability
@@ -156,7 +156,7 @@ def main_sector(sectors: list[dict]) -> str:
 
 
 def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
-    """Whether each interval holds the truth; (SNR, value, interval) over the truth."""
+    """Whether each interval holds the truth; (SNR, value, low, high) over the truth."""
     found, covers, stated = answer.get("parameters") or {}, [], []
     for effect in key.effects:
         if not effect.scored:
@@ -177,7 +177,7 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
         if value is not None:
             sign = -1 if effect.either and value * effect.value < 0 else 1
             ends = sorted(sign * end / effect.value for end in (low, high))
-            stated.append((effect.snr, sign * value / effect.value, (ends[0], ends[1])))
+            stated.append((effect.snr, sign * value / effect.value, *ends))
     return tuple(covers), tuple(stated)
 
 

@@ -4,11 +4,12 @@ report.html."""
 import json
 import math
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from plotly.offline import get_plotlyjs
 
 from benchtwin.prove.figures import (
     calibration_figure,
@@ -90,58 +91,38 @@ def render(
     judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int
 ) -> str:
     """The page as text."""
-    from jinja2 import Environment, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
     rng = np.random.default_rng(seed)
-    drawn = {
+    figures = {
         "power": power_figure(judged, rng),
         "confusion": confusion_figure(judged),
         "reliability": reliability_figure(judged),
         "calibration": calibration_figure(judged),
     }
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("benchtwin.prove", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     environment.filters["figure"] = number
-    template = environment.from_string(
-        (files("benchtwin.prove") / "page.html.j2").read_text(encoding="utf8")
-    )
-    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace(
-        "</", "<\\/"
-    )
-    return template.render(
+    return environment.get_template("page.html.j2").render(
         rows=rows,
         rigs=list(dict.fromkeys(r.rig for r in rows)),
-        tables=tables,
-        compared=side_by_side(tables),
+        tables={name: {r.score: r for r in some} for name, some in tables.items()},
+        targets={r.score: r.target for some in tables.values() for r in some},
         judged=judged,
         missing=[j for j in judged if j.missing],
-        drawn=text,
+        drawn={
+            name: figure.to_html(include_plotlyjs=False, full_html=False)
+            for name, figure in figures.items()
+        },
         plotly=get_plotlyjs(),
         seed=seed,
         wrong=[
             j for j in judged if j.wrong_name or (j.key.kind == "clean" and j.alarm)
         ],
     )
-
-
-def side_by_side(
-    tables: dict[str, list[Row]],
-) -> list[tuple[str, str, list[Row | None]]]:
-    """(score, target, a row of each method)."""
-    scores = {row.score: row.target for some in tables.values() for row in some}
-    return [
-        (
-            score,
-            target,
-            [
-                next((r for r in some if r.score == score), None)
-                for some in tables.values()
-            ],
-        )
-        for score, target in scores.items()
-    ]
 
 
 def number(row: Row | None) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 
 import numpy as np
+import pandas as pd
 
 from benchtwin.prove.intervals import (
     Power,
@@ -259,32 +260,20 @@ def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
     return [Row(name, target, rig, middle, low, high, None, len(seconds), met)]
 
 
-def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
+def confusion(judged: list[Judged]) -> pd.DataFrame:
     """Concealed (rows) beside said (columns): counts. What is said is the one definite
     name, else the verdict."""
-
-    def concealed(j: Judged) -> str:
-        return (
-            " + ".join(
-                f"{j.key.rig}: {e.name}" if i == 0 else e.name
-                for i, e in enumerate(j.key.effects)
-            )
-            or f"{j.key.rig}: clean"
-        )
+    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
 
     def said(j: Judged) -> str:
         if j.verdict == "name":
             return " + ".join(sorted(j.names))
-        return {
-            "class": "class with the truth" if j.class_holds else "class without it"
-        }.get(j.verdict, j.verdict)
+        return last[not j.class_holds] if j.verdict == "class" else j.verdict
 
-    pairs = [(concealed(j), said(j)) for j in judged]
-    rows = sorted({r for r, _ in pairs})
-    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
-    named = sorted({c for _, c in pairs} - set(last))
-    columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
-    counts = np.zeros((len(rows), len(columns)), dtype=int)
-    for r, c in pairs:
-        counts[rows.index(r), columns.index(c)] += 1
-    return rows, columns, counts
+    concealed = [
+        f"{j.key.rig}: {' + '.join(e.name for e in j.key.effects) or 'clean'}"
+        for j in judged
+    ]
+    counts = pd.crosstab(np.array(concealed), np.array([said(j) for j in judged]))
+    names = counts.columns.difference(last)
+    return counts[[*names, *(verdict for verdict in last if verdict in counts)]]
