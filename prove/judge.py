@@ -31,7 +31,6 @@ class Judged:
     right: bool = False  # names the concealed effects, all of them and no others
     wrong_name: bool = False  # names effects definitely, and not the right ones
     class_holds: bool = False  # a class that holds the truth
-    unknown: bool = False
     sector: str = ""
     sector_right: bool = False
     # of each scored effect: whether the 95 % interval holds its value
@@ -87,7 +86,6 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
         right=right,
         wrong_name=definite and not right,
         class_holds=held,
-        unknown=verdict == "unknown",
         sector=sector,
         sector_right=sector in key.sectors,
         covers=covers,
@@ -158,26 +156,18 @@ def main_sector(sectors: list[dict]) -> str:
 def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
     """Whether each interval holds the truth; (SNR, value, low, high) over the truth."""
     found, covers, stated = answer.get("parameters") or {}, [], []
-    for effect in key.effects:
-        if not effect.scored:
-            continue
-        if effect.name in RESTITUTION:
-            law = next((found[n] for n in RESTITUTION if n in found), None)
-        else:
-            law = None
-        one = found.get(effect.name) or law or {}
+    for effect in (e for e in key.effects if e.scored):
+        names = (effect.name, *(RESTITUTION if effect.name in RESTITUTION else ()))
+        one = next((found[name] for name in names if name in found), {})
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
-        if low is None or high is None:
-            covers.append(False)
-            continue
-        covers.append(
-            low <= effect.value <= high
-            or (effect.either and low <= -effect.value <= high)
-        )
-        if value is not None:
-            sign = -1 if effect.either and value * effect.value < 0 else 1
-            ends = sorted(sign * end / effect.value for end in (low, high))
-            stated.append((effect.snr, sign * value / effect.value, *ends))
+        truths = (effect.value, -effect.value) if effect.either else (effect.value,)
+        known = low is not None and high is not None
+        covers.append(known and any(low <= true <= high for true in truths))
+        if known and value is not None:
+            true = min(truths, key=lambda true: abs(true - value))
+            stated.append(
+                (effect.snr, value / true, *sorted((low / true, high / true)))
+            )
     return tuple(covers), tuple(stated)
 
 

@@ -114,7 +114,9 @@ def render(
         judged=judged,
         missing=[j for j in judged if j.missing],
         drawn={
-            name: figure.to_html(include_plotlyjs=False, full_html=False)
+            name: figure.to_html(
+                {"displaylogo": False}, include_plotlyjs=False, full_html=False
+            )
             for name, figure in figures.items()
         },
         plotly=get_plotlyjs(),

@@ -118,7 +118,7 @@ SHARES = (
     Share(
         "outside the library: said to be unknown",
         _unlisted,
-        attrgetter("unknown"),
+        lambda j: j.verdict == "unknown",
         least=0.85,
     ),
     Share(

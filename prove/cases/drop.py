@@ -22,7 +22,7 @@ from benchtwin.prove.cases.air import AIR_DENSITY, G_M_S2, drag_number, drag_sca
 from benchtwin.prove.cases.bench import Recording, Request, Scene, log_uniform
 from benchtwin.prove.cases.camera import Camera, magnification, project, true_times
 from benchtwin.prove.cases.flight_laws import SPEED_M_S, fading
-from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy, shocks
+from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
 from benchtwin.prove.cases.picture import film
 from benchtwin.prove.cases.record import Effect, field_of, world_with
 from benchtwin.prove.cases.stated import (
@@ -350,7 +350,7 @@ def record(scene: Scene, world: Any, name: str) -> Recording:
         "y_mm": noisy(y, scene.noise, rng).round(5),
     }
     if np.isfinite(world.angle_sd_deg):
-        misread = world.angle_sd_deg * shocks(n, 1, np.inf, rng)[0]
+        misread = world.angle_sd_deg * rng.standard_normal(n)
         table["angle_deg"] = (np.degrees(body.angle(shapes)) + misread).round(3)
     table["sd_mm"] = float(f"{scene.noise.sd:.3g}")
     return Recording(name, toml, track=pd.DataFrame(table)[kept(n, scene.noise, rng)])

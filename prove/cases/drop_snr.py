@@ -1,4 +1,4 @@
-"""How visible an effect is in a case's drops.
+"""The cases of drops, and how visible an effect is in them.
 
 Flight and picture: by the tracks, every flight a free parabola upwards and every bounce
 a free kick sideways. Impacts: by the numbers that a bounce gives, each with the scatter
@@ -16,18 +16,22 @@ from benchtwin.prove.cases.bench import Scene
 from benchtwin.prove.cases.camera import magnification, stated_times
 from benchtwin.prove.cases.drop import (
     DEPTH_SD_MM,
+    EFFECTS,
     IN_CAMERA,
     IN_FLIGHT,
     PUSH_SD_M_S,
     RUN_SD,
     Path,
     camera_of,
+    draw,
     places,
+    record,
     simulate,
     with_strengths,
 )
 from benchtwin.prove.cases.ellipsoid import rotation
 from benchtwin.prove.cases.flight_laws import acceleration, restitution
+from benchtwin.prove.cases.record import Cases, field_of
 from benchtwin.prove.cases.snr import WHITE, Change, Fitted, Visibility, fitted, slopes
 from benchtwin.prove.cases.stated import known_plumb_deg, known_scale
 
@@ -269,3 +273,49 @@ def _restitution_change(path: Path, world: Any, name: str) -> np.ndarray:
     other = with_strengths(world._replace(**{name: 0.0}))
     hits = enumerate(zip(log["normal_m_s"], log["upright"]))
     return log["e"] - [restitution(v, k, upright, other) for k, (v, upright) in hits]
+
+
+def scored(scene: Scene, name: str) -> bool:
+    """Not where a camera's effect is in one of two sessions only."""
+    return not (field_of(name) in IN_CAMERA and scene.request.separated)
+
+
+CASES = Cases(
+    rig="drop",
+    share=0.55,
+    colour="#1f5fa8",
+    effects=EFFECTS,
+    draw=draw,
+    visibility=visibility,
+    record=record,
+    scored=scored,
+    design=("stated_mm", "session"),
+    follows="restitution",
+    singles=(
+        "drag",
+        "magnus",
+        "draught",
+        "viscoelastic-restitution",
+        "plastic-restitution",
+        "plate-compliance",
+        "film-adhesion",
+        "impact-damage",
+        "plate-tilt",
+        "shape-conversion",
+        "camera-roll",
+        "perspective",
+        "silhouette-wobble",
+    ),
+    need_separation=("film-adhesion", "impact-damage"),
+    confounded=("scale-error", "clock-error", "film-adhesion", "impact-damage"),
+    separable=("film-adhesion", "impact-damage", "draught", "camera-roll"),
+    pairs=(
+        ("drag", "plate-tilt"),
+        ("drag", "camera-roll"),
+        ("drag", "silhouette-wobble"),
+        ("plate-tilt", "perspective"),
+        ("camera-roll", "viscoelastic-restitution"),
+        ("draught", "viscoelastic-restitution"),
+        ("perspective", "impact-damage"),
+    ),
+)

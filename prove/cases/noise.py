@@ -46,21 +46,21 @@ def draw_noise(
 def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndarray:
     """values (n,) [mm] with the noise on them; no frame is lost here."""
     n = len(values)
-    drive = shocks(n, 1, noise.tail, rng)[0] * np.sqrt(1 - noise.rho**2)
+    drive = shocks(n, noise.tail, rng) * np.sqrt(1 - noise.rho**2)
     drive[0] /= np.sqrt(1 - noise.rho**2)  # begins with the spread that it keeps
     slow = lfilter([1.0], [1.0, -noise.rho], drive)
-    white = shocks(n, 1, noise.tail, rng)[0]
+    white = shocks(n, noise.tail, rng)
     lock = noise.lock * np.sin(2 * np.pi * values / noise.pixel)
     coloured = np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow
     return values + lock + noise.sd * (coloured)
 
 
-def shocks(n: int, rows: int, tail: float, rng: np.random.Generator) -> np.ndarray:
-    """(rows, n) independent numbers of unit variance, heavy-tailed when `tail` is
+def shocks(n: int, tail: float, rng: np.random.Generator) -> np.ndarray:
+    """(n,) independent numbers of unit variance, heavy-tailed when `tail` is
     finite."""
     if np.isinf(tail):
-        return rng.standard_normal((rows, n))
-    return rng.standard_t(tail, (rows, n)) * np.sqrt((tail - 2) / tail)
+        return rng.standard_normal(n)
+    return rng.standard_t(tail, n) * np.sqrt((tail - 2) / tail)
 
 
 def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:

@@ -308,7 +308,7 @@ def _visible_beside(
         columns |= {"offset": np.ones_like(change), "scale": rows(world)}
         changes.append(Change(change, columns, own, shared))
     fit = fitted(changes, scene.noise)
-    return Visibility(fit.snr, fit.shared["mu_factor"] / fit.sd["mu_factor"])
+    return Visibility(fit.snr, fit.shared_in_sds["mu_factor"])
 
 
 def record(scene: Scene, world: Any, name: str) -> Recording:

@@ -284,7 +284,7 @@ def visibility(scene: Scene, name: str) -> Visibility:
     fit = fitted(changes, scene.noise)
     # at which value of a condition friction is to be compared nobody says
     comparable = name not in ("follows", "order_drift")
-    return Visibility(fit.snr, fit.shared["mu"] / fit.sd["mu"] if comparable else None)
+    return Visibility(fit.snr, fit.shared_in_sds["mu"] if comparable else None)
 
 
 def _travel(world: Any, t: np.ndarray) -> np.ndarray:

@@ -33,12 +33,11 @@ class Change:
 
 @dataclass(frozen=True)
 class Fitted:
-    """SNR of a change, and what the nuisances make of it: shared ones with their sds,
-    and each recording's own."""
+    """SNR of a change, and what the nuisances make of it: shared ones in sds of their
+    estimates, and each recording's own."""
 
     snr: float
-    shared: dict[str, float]
-    sd: dict[str, float]
+    shared_in_sds: dict[str, float]
     own: list[dict[str, float]]
 
 
@@ -77,8 +76,7 @@ def fitted(changes: list[Change], noise: Noise) -> Fitted:
     shared = inverse @ rest[:, :-1].T @ rest[:, -1]
     return Fitted(
         float(np.linalg.norm(rest[:, -1] - rest[:, :-1] @ shared)),
-        dict(zip(shared_sd, shared)),
-        dict(zip(shared_sd, np.sqrt(np.diag(inverse).clip(0)))),
+        dict(zip(shared_sd, shared / np.sqrt(np.diag(inverse).clip(1e-300)))),
         [
             dict(zip(change.own, one[:, -1] - one[:, :-1] @ shared))
             for change, one in zip(changes, solved)

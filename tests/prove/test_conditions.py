@@ -115,7 +115,7 @@ def test_a_drift_with_the_order_is_scored_as_unknown():
     }
     judged = judge(key, {"rigs": {"drop": said}}, None)
     assert (
-        judged.unknown
+        judged.verdict == "unknown"
         and judged.as_said
         and judged.sector_right
         and judged.p_truth == 0.8
