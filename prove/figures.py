@@ -8,8 +8,7 @@ from plotly.graph_objects import Figure
 from scipy.special import logit, ndtri
 
 from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
-from benchtwin.prove.judge import Judged
-from benchtwin.prove.plan import CLEAN
+from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.score import confusion, power
 
@@ -60,14 +59,12 @@ def power_figure(judged: list[Judged], rng: np.random.Generator) -> Figure:
 
 def _binned(judged: list[Judged]) -> pd.DataFrame:
     """Of each bin of SNR: its geometric mean, share of alarms with its interval."""
-    some = [j for j in judged if j.key.kind != CLEAN and len(j.key.effects) == 1]
-    snr = pd.Series([max(j.key.snr, 0.3) for j in some], dtype=float)
-    alarm = pd.Series([j.alarm for j in some], dtype=float)
-    bins = pd.cut(snr, BINS, right=False)
+    cases = cases_table([j for j in judged if len(j.key.effects) == 1])
+    bins = pd.cut(cases.snr, BINS, right=False)
     rows = []
-    for _, group in alarm.groupby(bins, observed=True):
-        k, n = int(group.sum()), len(group)
-        mean = np.exp(np.log(snr[group.index]).mean())
+    for _, group in cases.groupby(bins, observed=True):
+        k, n = int(group.alarm.sum()), len(group)
+        mean = np.exp(np.log(group.snr.clip(0.3)).mean())
         rows.append((mean, k / n, *binomial_interval(k, n), f"{k} of {n}"))
     return pd.DataFrame(rows, columns=["snr", "share", "low", "high", "counted"])
 
@@ -94,19 +91,18 @@ def confusion_figure(judged: list[Judged]) -> Figure:
 def reliability_figure(judged: list[Judged]) -> Figure:
     """Share of right verdicts with 95 % bounds against their mean stated probability,
     by bins."""
-    bins, figure = reliability(judged), _figure("said", "share right")
-    ends, share = _odds([0.0, 1.0]), _odds([b.share for b in bins])
-    low, high = (_odds([b.bounds[end] for b in bins]) for end in (0, 1))
+    bins, figure = reliability(cases_table(judged)), _figure("said", "share right")
+    ends, share = _odds([0.0, 1.0]), _odds(bins.share)
     figure.add_scatter(x=ends, y=ends, mode="lines", name="as said", line=DOTTED)
     figure.add_scatter(
-        x=_odds([b.mean_p for b in bins]),
+        x=_odds(bins.mean_p),
         y=share,
-        error_y=_bars(share, low, high),
+        error_y=_bars(share, _odds(bins.low95), _odds(bins.high95)),
         mode="markers+text",
         name="right, 95 %",
-        text=[f"{b.k} of {b.n}" for b in bins],
+        text=[f"{k} of {n}" for k, n in zip(bins.right, bins.n)],
         textposition="bottom right",
-        marker={"color": [RIGHT if b.holds else WRONG for b in bins], "size": 10},
+        marker={"color": np.where(bins.holds, RIGHT, WRONG), "size": 10},
     )
     said = [f"{100 * p:g} %" for p in ODDS]
     ticks = {"tickvals": _odds(ODDS), "ticktext": said, "range": ends}
@@ -115,7 +111,7 @@ def reliability_figure(judged: list[Judged]) -> Figure:
 
 def _odds(p) -> np.ndarray:
     """ln p/(1 − p), within the diagram."""
-    return logit(np.clip(p, LEAST_P, MOST_P))
+    return logit(np.clip(np.asarray(p, float), LEAST_P, MOST_P))
 
 
 def calibration_figure(judged: list[Judged]) -> Figure:

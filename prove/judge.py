@@ -4,6 +4,8 @@ wherever it counts."""
 import math
 from dataclasses import dataclass
 
+import pandas as pd
+
 from benchtwin.prove.make import Key
 from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.solve import Attempt
@@ -24,9 +26,8 @@ class Judged:
     """One case compared with its key."""
 
     key: Key
-    missing: bool = False  # there is no diagnosis
     alarm: bool = False  # the diagnosis says that something is missing
-    verdict: str = "missing"
+    verdict: str = "missing"  # there is no diagnosis
     names: tuple[str, ...] = ()
     right: bool = False  # names the concealed effects, all of them and no others
     wrong_name: bool = False  # names effects definitely, and not the right ones
@@ -52,7 +53,7 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
     seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
-        return Judged(key, missing=True, seconds=seconds)
+        return Judged(key, seconds=seconds)
     verdict = str(answer.get("verdict", "none"))
     names = tuple(str(n) for n in answer.get("names") or ())
     truth = {e.name for e in key.effects}
@@ -96,6 +97,43 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
         p=_number(answer.get("p_verdict")),
         p_truth=probability_of_truth(key, answer.get("explanations")),
         matters=matters_right,
+    )
+
+
+def cases_table(judged: list[Judged]) -> pd.DataFrame:
+    """One row a case: what was concealed, what was diagnosed, and how it compares."""
+    return pd.DataFrame(
+        [
+            {
+                "case": j.key.case,
+                "rig": j.key.rig,
+                "kind": j.key.kind,
+                "rendered": j.key.rendered,
+                "concealed": " + ".join(e.name for e in j.key.effects),
+                "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
+                "snr": j.key.snr,
+                "separated": j.key.separated,
+                "verdict": j.verdict,
+                "names": " + ".join(j.names),
+                "alarm": j.alarm,
+                "right": j.right,
+                "wrong_name": j.wrong_name,
+                "class_holds": j.class_holds,
+                "sector": j.sector,
+                "sector_right": j.sector_right,
+                "covers": " ".join(str(c) for c in j.covers),
+                "removed_fraction": j.removed,
+                "seconds": j.seconds,
+                "p_verdict": j.p,
+                "as_said": j.as_said,
+                "p_truth": j.p_truth,
+                "truly_matters": j.key.matters,
+                "matters_right": j.matters,
+                "conditions": " ".join(j.key.conditions),
+                "absent": " ".join(j.key.absent),
+            }
+            for j in judged
+        ]
     )
 
 

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from plotly.offline import get_plotlyjs
 
@@ -19,7 +18,7 @@ from benchtwin.prove.figures import (
 )
 from benchtwin.prove.files import write_whole
 from benchtwin.prove.intervals import reliability
-from benchtwin.prove.judge import Judged
+from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.score import Row
 
 
@@ -36,7 +35,7 @@ def write_all(
         "cases": len(judged),
         "rng": seed,
         "scores": [_plain(row) for row in rows],
-        "reliability": [one.to_dict() for one in reliability(judged)],
+        "reliability": reliability(cases_table(judged)).to_dict("records"),
         "drops_with_tracks": {
             name: [_plain(row) for row in some] for name, some in tables.items()
         },
@@ -45,46 +44,10 @@ def write_all(
         out / "prove.json",
         json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False),
     )
-    write_whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
+    cases = cases_table(judged).round({"snr": 2})
+    write_whole(out / "cases.csv", cases.to_csv(index=False))
     write_whole(out / "report.html", render(judged, rows, tables, seed))
     (out / "report.pdf").unlink(missing_ok=True)  # a print of an older one
-
-
-def cases_table(judged: list[Judged]) -> pd.DataFrame:
-    """One row a case: what was concealed, what was diagnosed, and how it compares."""
-    return pd.DataFrame(
-        [
-            {
-                "case": j.key.case,
-                "rig": j.key.rig,
-                "kind": j.key.kind,
-                "rendered": j.key.rendered,
-                "concealed": " + ".join(e.name for e in j.key.effects),
-                "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
-                "snr": round(j.key.snr, 2),
-                "separated": j.key.separated,
-                "verdict": j.verdict,
-                "names": " + ".join(j.names),
-                "alarm": j.alarm,
-                "right": j.right,
-                "wrong_name": j.wrong_name,
-                "class_holds": j.class_holds,
-                "sector": j.sector,
-                "sector_right": j.sector_right,
-                "covers": " ".join(str(c) for c in j.covers),
-                "removed_fraction": j.removed,
-                "seconds": j.seconds,
-                "p_verdict": j.p,
-                "as_said": j.as_said,
-                "p_truth": j.p_truth,
-                "truly_matters": j.key.matters,
-                "matters_right": j.matters,
-                "conditions": " ".join(j.key.conditions),
-                "absent": " ".join(j.key.absent),
-            }
-            for j in judged
-        ]
-    )
 
 
 def render(
@@ -112,7 +75,7 @@ def render(
         tables={name: {r.score: r for r in some} for name, some in tables.items()},
         targets={r.score: r.target for some in tables.values() for r in some},
         judged=judged,
-        missing=[j for j in judged if j.missing],
+        missing=[j for j in judged if j.verdict == "missing"],
         drawn={
             name: figure.to_html(
                 {"displaylogo": False}, include_plotlyjs=False, full_html=False
