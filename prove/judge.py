@@ -8,7 +8,6 @@ import pandas as pd
 
 from benchtwin.prove.make import Key
 from benchtwin.prove.rigs import RIGS
-from benchtwin.prove.solve import Attempt
 
 # the class of the laws of restitution that no drop tells apart, and these
 RESTITUTION = (
@@ -48,10 +47,9 @@ class Judged:
     matters: bool | None = None
 
 
-def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
-    """Compare a diagnosis.json, or its absence, with the key."""
+def judge(key: Key, diagnosis: dict | None, seconds: float = math.nan) -> Judged:
+    """Compare a diagnosis.json, or its absence, with the key; seconds: it took."""
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
-    seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
         return Judged(key, seconds=seconds)
     verdict = str(answer.get("verdict", "none"))

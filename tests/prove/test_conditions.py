@@ -113,7 +113,7 @@ def test_a_drift_with_the_order_is_scored_as_unknown():
         "p_verdict": 0.9,
         "explanations": [{"effects": ["(unlisted) impact"], "probability": 0.8}],
     }
-    judged = judge(key, {"rigs": {"drop": said}}, None)
+    judged = judge(key, {"rigs": {"drop": said}})
     assert (
         judged.verdict == "unknown"
         and judged.as_said
@@ -179,7 +179,7 @@ def test_matters_is_scored_where_the_truth_is_known(truth, said, right):
     answer = {"alarm": True, "verdict": "name", "names": ["slope"]} | (
         {} if said is None else {"matters": said}
     )
-    judged = judge(key, {"rigs": {"roll": answer}}, None)
+    judged = judge(key, {"rigs": {"roll": answer}})
     assert judged.matters is right
     rows = {r.score: r for r in table([judged], RNG(0)) if r.rig == "all"}
     assert ("said rightly whether it matters" in rows) == (right is not None)

@@ -16,9 +16,8 @@ from benchtwin.prove.intervals import (
 from benchtwin.prove.judge import Judged, cases_table, judge
 from benchtwin.prove.make import Concealed, Key
 from benchtwin.prove.score import table
-from benchtwin.prove.solve import Attempt
 
-TIME = Attempt("case", 2.0, 0, "")
+TIME = 2.0  # s
 
 
 def key(
@@ -148,8 +147,8 @@ def test_two_effects_need_their_exact_set():
 )
 def test_a_missing_diagnosis_fails_every_score(diagnosis):
     clean, strong = (
-        judge(key(kind="clean"), diagnosis, None),
-        judge(key(drag()), diagnosis, None),
+        judge(key(kind="clean"), diagnosis),
+        judge(key(drag()), diagnosis),
     )
     rows = {
         r.score: r
