@@ -46,7 +46,7 @@ from benchtwin.prove.cases.stated import (
     stated_distance_mm,
 )
 
-STEP_S = 2e-4
+STEP_S, FINEST_STEP_S = 2e-4, 1e-9
 JOG = 0.2  # of a stair's time is spent climbing it
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
 # of a tilt that nobody recorded, at the film's first moment
@@ -138,6 +138,13 @@ def drive(t, x, v, world):
 
 
 @njit(cache=True)
+def holds(t, x, world):
+    """What friction at rest could hold beyond the push, over mass [m/s²]."""
+    push, normal = drive(t, x, 0.0, world)
+    return static(world) * normal - push
+
+
+@njit(cache=True)
 def pulled(t, x, v, world):
     """Acceleration along the plate [m/s²] at time t [s], travel x [m], speed v
     [m/s]."""
@@ -156,14 +163,16 @@ def simulate(world, times):
     end."""
     x, v, now, out = 0.0, 0.0, times[0], np.zeros(times.size)
     for k in range(times.size):
-        steps = max(1, math.ceil((times[k] - now) / STEP_S))
-        h = (times[k] - now) / steps
-        for _ in range(steps):
+        while now < times[k]:
+            h = min(STEP_S, times[k] - now)
             if v <= 0.0:
                 v = 0.0
-                push, normal = drive(now, x, v, world)
-                if push <= static(world) * normal:
-                    now += h
+                held = holds(now, x, world)
+                if held >= 0.0:
+                    later = holds(now + h, x, world)
+                    # a step ends where it lets go
+                    h *= held / (held - later) if later < 0.0 else 1.0
+                    now = now + max(h, FINEST_STEP_S)
                     continue
             a = pulled(now, x, v, world)
             half = max(v + h / 2 * a, 0.0)
@@ -265,7 +274,7 @@ def visibility(scene: Scene, name: str) -> Visibility:
         "start_deg": TILT_SD_DEG,
         "scale": known_scale(scene.request, scene.scale_sd),
     }
-    steps = {"mu": 1e-4, "start_deg": 2e-3}
+    steps = {"mu": 1e-6, "start_deg": 1e-4}
     if scene.worlds[0].air > 0:
         shared["air"] = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
         shared["shade"] = SHADE_SD

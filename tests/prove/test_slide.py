@@ -47,3 +47,16 @@ def test_what_resists_makes_it_slower(fields):
     plain, n = slide.simulate(world, t)
     slower, _ = slide.simulate(world._replace(**fields), t)
     assert slower[n - 1] < plain[n - 1]
+
+
+def test_it_lets_go_exactly_so_that_an_snr_may_ask_for_slopes():
+    """A plate that was tilted a ten-thousandth of a degree more lets go that much
+    sooner."""
+    world = block(0.35, start_deg=18.0, rate_deg_s=2.0, travel_mm=np.inf)
+    t = np.arange(0, 1.6, 1 / 500)
+    x, _ = slide.simulate(world, t)
+    more, _ = slide.simulate(world._replace(start_deg=18.0 + 1e-4), t)
+    speed = np.gradient(x, t)
+    late = (x > 1.0)[:-1]
+    slope = ((more - x) / 1e-4)[:-1][late]
+    np.testing.assert_allclose(slope, speed[:-1][late] / 2.0, rtol=0.02)
