@@ -194,12 +194,14 @@ def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
     found, covers, stated = answer.get("parameters") or {}, [], []
     for effect in (e for e in key.effects if e.scored):
         names = (effect.name, *(RESTITUTION if effect.name in RESTITUTION else ()))
-        one = next((found[name] for name in names if name in found), {})
+        one: dict = next((found[name] for name in names if name in found), {})
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
         truths = (effect.value, -effect.value) if effect.either else (effect.value,)
-        known = low is not None and high is not None
-        covers.append(known and any(low <= true <= high for true in truths))
-        if known and value is not None:
+        if low is None or high is None:
+            covers.append(False)
+            continue
+        covers.append(any(low <= true <= high for true in truths))
+        if value is not None:
             true = min(truths, key=lambda true: abs(true - value))
             stated.append(
                 (effect.snr, value / true, *sorted((low / true, high / true)))

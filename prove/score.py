@@ -155,8 +155,8 @@ def _reliability_rows(rig: str, cases: pd.DataFrame) -> list[Row]:
     for one in reliability(cases).to_dict("records"):
         name = f"right, of verdicts said with {one['from']:g}–{one['to']:g}"
         target = f"{100 * one['mean_p']:.1f} % within"
-        found = [one[key] for key in ("share", "low95", "high95", "right", "n")]
-        rows.append(Row(name, target, rig, *found, one["holds"]))
+        ends, counts = (one["low95"], one["high95"]), (one["right"], one["n"])
+        rows.append(Row(name, target, rig, one["share"], *ends, *counts, one["holds"]))
     clean = cases.kind == CLEAN
     for name, some in (("clean", clean), ("something missing", ~clean)):
         mean, error, n = log_score(cases.p_truth[some])
