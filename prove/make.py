@@ -58,9 +58,6 @@ class Key:
         """Of the least visible effect; 0 when clean."""
         return min((e.snr for e in self.effects), default=0.0)
 
-    def to_dict(self) -> dict:
-        return asdict(self)
-
     @staticmethod
     def from_dict(content: dict) -> "Key":
         effects = tuple(Concealed(**e) for e in content["effects"])
@@ -212,4 +209,4 @@ def make_folder(spec: Spec, seed: int, folder: Path) -> dict:
     made, key = conceal(spec, seed)
     if not folder.exists():
         write_bench(made.bench(RIGS[spec.rig]), folder)
-    return key.to_dict()
+    return asdict(key)

@@ -10,11 +10,10 @@ field [1/s²] away from a place beside the rig; oriented_restitution: relative, 
 landing minus flat. follows, order_drift: change of e over half the range of a
 condition, of the order."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import brentq
 
 from benchtwin.prove.cases import ellipsoid as body
@@ -22,7 +21,7 @@ from benchtwin.prove.cases.air import AIR_DENSITY, G_M_S2, drag_number, drag_sca
 from benchtwin.prove.cases.bench import Recording, Request, Scene, log_uniform
 from benchtwin.prove.cases.camera import Camera, magnification, project, true_times
 from benchtwin.prove.cases.flight_laws import SPEED_M_S, fading
-from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
+from benchtwin.prove.cases.noise import Noise, draw_noise, tracked
 from benchtwin.prove.cases.picture import film
 from benchtwin.prove.cases.record import Effect, field_of, world_with
 from benchtwin.prove.cases.stated import (
@@ -333,24 +332,24 @@ def record(scene: Scene, world: Any, name: str) -> Recording:
         ),
         "drop": {"height_mm": world.stated_mm, "height_sd_mm": 1.0},
     }
-    shapes = body.outlines(path.rows, np.array(world.axes))
     place = places(path, camera)
     if scene.request.rendered:
         toml["camera"]["exposure_s"] = 1e-4
+        shapes = body.outlines(path.rows, np.array(world.axes))
         larger = magnification(camera.distance_mm, 1e3 * path.rows[:, 1])
         outlines = shapes * ((1e3 / pixel * larger) ** 2)[:, None, None]
         frames = film(place.T / pixel, outlines, camera, pixel, rng)
         pictures = {f"frames/{i:06d}.png": frame for i, frame in enumerate(frames)}
         return Recording(name, toml, pictures=pictures)
-    n = len(path.rows)
     x, y = place[0] + ORIGIN_MM[0], place[1] + camera.centre_mm[1] + ORIGIN_MM[1]
-    table: dict = {
-        "t_s": np.round(path.stated_s, 7),
-        "x_mm": noisy(x, scene.noise, rng).round(5),
-        "y_mm": noisy(y, scene.noise, rng).round(5),
-    }
-    if np.isfinite(world.angle_sd_deg):
-        misread = world.angle_sd_deg * rng.standard_normal(n)
-        table["angle_deg"] = (np.degrees(body.angle(shapes)) + misread).round(3)
-    table["sd_mm"] = float(f"{scene.noise.sd:.3g}")
-    return Recording(name, toml, track=pd.DataFrame(table)[kept(n, scene.noise, rng)])
+    looked = np.isfinite(world.angle_sd_deg)
+    read = {"angle_deg": partial(_read_angle, path)} if looked else {}
+    t = np.round(path.stated_s, 7)
+    return Recording(name, toml, track=tracked(t, x, y, scene.noise, rng, **read))
+
+
+def _read_angle(path: Path, rng: np.random.Generator) -> np.ndarray:
+    """The silhouette's angle [deg] as somebody reads it."""
+    turned = body.angle(body.outlines(path.rows, np.array(path.world.axes)))
+    misread = path.world.angle_sd_deg * rng.standard_normal(len(turned))
+    return (np.degrees(turned) + misread).round(3)

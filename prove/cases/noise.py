@@ -1,9 +1,11 @@
 """Tracking noise as cameras have it: white and slowly varying, heavy tails, pulled
 towards whole pixels, frames lost."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numba import njit
 from scipy.signal import lfilter
 
@@ -70,6 +72,26 @@ def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:
         lost[start : start + 5] = True
     lost[: min(3, n)] = lost[-min(3, n) :] = False
     return ~lost
+
+
+def tracked(
+    t: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    noise: Noise,
+    rng: np.random.Generator,
+    **read: Callable[[np.random.Generator], np.ndarray],
+) -> pd.DataFrame:
+    """The track that is recorded of places (n,) [mm] at stated times (n,) [s], and
+    columns that other instruments read with errors of their own."""
+    table = {
+        "t_s": t,
+        "x_mm": noisy(x, noise, rng).round(5),
+        "y_mm": noisy(y, noise, rng).round(5),
+        **{column: values(rng) for column, values in read.items()},
+        "sd_mm": float(f"{noise.sd:.3g}"),
+    }
+    return pd.DataFrame(table)[kept(len(t), noise, rng)]
 
 
 @njit(cache=True)

@@ -12,14 +12,13 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numba import njit
 from scipy.optimize import brentq
 
 from benchtwin.prove.cases.air import G_M_S2, blown, drag_scale
 from benchtwin.prove.cases.bench import Recording, Request, Scene, log_uniform
 from benchtwin.prove.cases.camera import magnification
-from benchtwin.prove.cases.noise import draw_noise, kept, noisy
+from benchtwin.prove.cases.noise import draw_noise, tracked
 from benchtwin.prove.cases.record import Cases, Effect, world_with
 from benchtwin.prove.cases.snr import Change, Visibility, fitted, matched, slopes
 from benchtwin.prove.cases.stated import (
@@ -325,13 +324,7 @@ def record(scene: Scene, world: Any, name: str) -> Recording:
     toml = {"session": "day-1", "roll": way, "camera": camera}
     t, _ = travel(world)
     x = seen(world, t)[0] / (1 + world.scale_off)
-    table = {
-        "t_s": t.round(6),
-        "x_mm": noisy(x, scene.noise, rng).round(5),
-        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5),
-        "sd_mm": float(f"{scene.noise.sd:.3g}"),
-    }
-    track = pd.DataFrame(table)[kept(len(t), scene.noise, rng)]
+    track = tracked(t.round(6), x, np.zeros(len(t)), scene.noise, rng)
     return Recording(name, toml, track=track)
 
 

@@ -20,7 +20,7 @@ from numba import njit
 
 from benchtwin.prove.cases.air import G_M_S2, blown, drag_scale
 from benchtwin.prove.cases.bench import Recording, Request, Scene
-from benchtwin.prove.cases.noise import draw_noise, kept, noisy
+from benchtwin.prove.cases.noise import draw_noise, tracked
 from benchtwin.prove.cases.record import Cases, Effect, world_with
 from benchtwin.prove.cases.snr import (
     WHITE,
@@ -355,14 +355,9 @@ def record(scene: Scene, world: Any, name: str) -> Recording:
         slide["start_deg"] = round(float(start), 1)
     x, n = simulate(world, times(world))
     t, x = times(world)[:n], x[:n] / (1 + world.scale_off)
-    table = {
-        "t_s": t.round(6),
-        "x_mm": noisy(x, scene.noise, rng).round(5),
-        "y_mm": noisy(np.zeros(n), scene.noise, rng).round(5),
-        "sd_mm": float(f"{scene.noise.sd:.3g}"),
-        "tilt_deg": recorded_tilt(world, t, rng),
-    }
-    return Recording(name, toml, track=pd.DataFrame(table)[kept(n, scene.noise, rng)])
+    tilt = partial(recorded_tilt, world, t)
+    place = (t.round(6), x, np.zeros(n), scene.noise)
+    return Recording(name, toml, track=tracked(*place, rng, tilt_deg=tilt))
 
 
 def _read(world: Any, rng: np.random.Generator) -> np.ndarray:

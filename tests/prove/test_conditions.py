@@ -1,7 +1,7 @@
 """Conditions that matter, and those that do not; drifts; whether an effect moves a
 contact parameter."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -124,7 +124,7 @@ def test_a_drift_with_the_order_is_scored_as_unknown():
 
 def test_a_key_survives_writing_and_reading():
     key = conceal(*following(3))[1]
-    assert Key.from_dict(key.to_dict()) == key and key.absent
+    assert Key.from_dict(asdict(key)) == key and key.absent
 
 
 def test_a_slope_that_no_second_direction_shows_is_taken_for_rolling_friction():
