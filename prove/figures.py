@@ -1,15 +1,14 @@
-"""The report's figures as plain Plotly JSON: power curves, confusion, reliability,
-calibration."""
+"""The report's figures: power curves, confusion, reliability, calibration."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
-from scipy.special import ndtri
+import pandas as pd
+from plotly.graph_objects import Figure
+from scipy.special import logit, ndtri
 
 from benchtwin.prove.intervals import FALSE_ALARM, GRID, binomial_interval, reliability
-from benchtwin.prove.judge import Judged
-from benchtwin.prove.plan import CLEAN
+from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.rigs import RIGS
 from benchtwin.prove.score import confusion, power
 
@@ -18,139 +17,137 @@ COLOURS = {"all": BLACK} | {name: rig.colour for name, rig in RIGS.items()}
 BINS = (0.0, 2.5, 4.0, 5.5, 7.5, 12.0, 20.0, math.inf)
 # ticks of the reliability diagram, on a scale of ln p/(1 − p)
 ODDS = (0.05, 0.25, 0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
+LEAST_P, MOST_P = 0.02, 0.9985
 # SNR at these powers of a two-sided test of a known law among EFFECTS others
 EFFECTS = 12
 LEAST_SNR = float(ndtri(1 - FALSE_ALARM / EFFECTS / 2))
 THEORY = {p: LEAST_SNR + float(ndtri(p)) for p in (0.5, 0.9)}
+DOTTED = {"color": GREY, "dash": "dot"}
 
 
-def power_figure(judged: list[Judged], rng: np.random.Generator) -> dict:
+def power_figure(judged: list[Judged], rng: np.random.Generator) -> Figure:
     """Share of alarms against SNR: fitted curves, shares by bins with their intervals,
     and the theory's two points."""
-    traces = []
+    figure = _figure("SNR of the concealed effect", "share of alarms")
     for rig, colour in COLOURS.items():
         curve = power([j for j in judged if rig in ("all", j.key.rig)], rng)
         if math.isfinite(curve.snr50):
             line = {"color": colour, "width": 3 if rig == "all" else 1.5}
-            traces.append(_trace(rig, GRID, curve.at(GRID), "lines", line=line))
-    cross = {"symbol": "x", "color": GREY, "size": 11}
-    theory = _trace("limit by theory", THEORY.values(), THEORY, marker=cross)
-    share = _axis("share of alarms", range=[-0.02, 1.02], tickformat=".0%")
-    snr = _axis("SNR of the concealed effect", type="log")
-    layout = _layout(xaxis=snr, yaxis=share)
-    return {"data": [*traces, _binned(judged), theory], "layout": layout}
+            figure.add_scatter(
+                x=GRID, y=curve.at(GRID), mode="lines", name=rig, line=line
+            )
+    binned = _binned(judged)
+    figure.add_scatter(
+        x=binned.snr,
+        y=binned.share,
+        error_y=_bars(binned.share, binned.low, binned.high),
+        text=binned.counted,
+        mode="markers",
+        name="all, binned (95 %)",
+        marker={"color": BLACK, "size": 8},
+    )
+    figure.add_scatter(
+        x=[*THEORY.values()],
+        y=[*THEORY],
+        mode="markers",
+        name="limit by theory",
+        marker={"symbol": "x", "color": GREY, "size": 11},
+    )
+    figure.update_xaxes(type="log")
+    return figure.update_yaxes(range=[-0.02, 1.02], tickformat=".0%")
 
 
-def _binned(judged: list[Judged]) -> dict:
+def _binned(judged: list[Judged]) -> pd.DataFrame:
+    """Of each bin of SNR: its geometric mean, share of alarms with its interval."""
+    cases = cases_table([j for j in judged if len(j.key.effects) == 1])
+    bins = pd.cut(cases.snr, BINS, right=False)
     rows = []
-    concealed = [j for j in judged if j.key.kind != CLEAN and len(j.key.effects) == 1]
-    for low, high in pairwise(BINS):
-        some = [j for j in concealed if low <= j.key.snr < high]
-        if some:
-            k = sum(j.alarm for j in some)
-            logs = [math.log(max(j.key.snr, 0.3)) for j in some]
-            ends = binomial_interval(k, len(some))
-            counted = f"{k} of {len(some)}"
-            rows.append((math.exp(np.mean(logs)), k / len(some), ends, counted))
-    x, y, ends, said = list(zip(*rows)) or [()] * 4
-    marker = {"color": BLACK, "size": 8}
-    return _trace("all, binned (95 %)", x, y, ends=ends, text=said, marker=marker)
+    for _, group in cases.groupby(bins, observed=True):
+        k, n = int(group.alarm.sum()), len(group)
+        mean = np.exp(np.log(group.snr.clip(0.3)).mean())
+        rows.append((mean, k / n, *binomial_interval(k, n), f"{k} of {n}"))
+    return pd.DataFrame(rows, columns=["snr", "share", "low", "high", "counted"])
 
 
-def confusion_figure(judged: list[Judged]) -> dict:
+def confusion_figure(judged: list[Judged]) -> Figure:
     """Confusion matrix: concealed effects (rows), diagnoses (columns), as shares of
     each row with the counts written in."""
-    rows, columns, counts = confusion(judged)
-    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
-    heat = {
-        "type": "heatmap",
-        **{"x": columns, "y": rows, "z": [_listed(r) for r in share]},
-        "text": [[str(n) if n else "" for n in row] for row in counts.tolist()],
-        "texttemplate": "%{text}",
-        "colorscale": [[0, "#ffffff"], [1, "#1f5fa8"]],
-        "showscale": False,
+    counts = confusion(judged)
+    figure = _figure("", "", height=180 + 22 * len(counts))
+    figure.add_heatmap(
+        x=counts.columns,
+        y=counts.index,
+        z=counts.div(counts.sum(axis=1), axis=0),
+        text=counts.astype(str).replace("0", ""),
+        texttemplate="%{text}",
+        colorscale=[[0, "#ffffff"], [1, "#1f5fa8"]],
+        showscale=False,
         **{"zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1},
-    }
-    xaxis = {"tickangle": -50, "automargin": True}
-    layout = _layout(xaxis=xaxis, yaxis={"autorange": "reversed", "automargin": True})
-    return {"data": [heat], "layout": layout | {"height": 180 + 22 * len(rows)}}
+    )
+    figure.update_xaxes(tickangle=-50, automargin=True)
+    return figure.update_yaxes(autorange="reversed", automargin=True)
 
 
-def reliability_figure(judged: list[Judged]) -> dict:
+def reliability_figure(judged: list[Judged]) -> Figure:
     """Share of right verdicts with 95 % bounds against their mean stated probability,
     by bins."""
-    bins = reliability(judged)
-    found = _trace(
-        "right, 95 %",
-        [_logit(b.mean_p) for b in bins],
-        [_logit(b.share) for b in bins],
-        "markers+text",
-        ends=[tuple(map(_logit, b.bounds)) for b in bins],
-        text=[f"{b.k} of {b.n}" for b in bins],
+    bins, figure = reliability(cases_table(judged)), _figure("said", "share right")
+    ends, share = _odds([0.0, 1.0]), _odds(bins.share)
+    figure.add_scatter(x=ends, y=ends, mode="lines", name="as said", line=DOTTED)
+    figure.add_scatter(
+        x=_odds(bins.mean_p),
+        y=share,
+        error_y=_bars(share, _odds(bins.low95), _odds(bins.high95)),
+        mode="markers+text",
+        name="right, 95 %",
+        text=[f"{k} of {n}" for k, n in zip(bins.right, bins.n)],
         textposition="bottom right",
-        marker={"color": [RIGHT if b.holds else WRONG for b in bins], "size": 10},
+        marker={"color": np.where(bins.holds, RIGHT, WRONG), "size": 10},
     )
-    ends = [_logit(0.0), _logit(1.0)]
-    line = _trace("as said", ends, ends, "lines", line={"color": GREY, "dash": "dot"})
-    ticks = {
-        "tickvals": [_logit(p) for p in ODDS],
-        "ticktext": [f"{100 * p:g} %" for p in ODDS],
-        "range": ends,
-    }
-    axes = {"xaxis": _axis("said", **ticks), "yaxis": _axis("share right", **ticks)}
-    return {"data": [line, found], "layout": _layout(**axes)}
+    said = [f"{100 * p:g} %" for p in ODDS]
+    ticks = {"tickvals": _odds(ODDS), "ticktext": said, "range": ends}
+    return figure.update_xaxes(**ticks).update_yaxes(**ticks)
 
 
-def _logit(p: float) -> float:
-    p = min(max(p, 0.02), 0.9985)
-    return math.log(p / (1 - p))
+def _odds(p) -> np.ndarray:
+    """ln p/(1 − p), within the diagram."""
+    return logit(np.clip(np.asarray(p, float), LEAST_P, MOST_P))
 
 
-def calibration_figure(judged: list[Judged]) -> dict:
+def calibration_figure(judged: list[Judged]) -> Figure:
     """(SNR, stated / true, interval / true) of every right name, by rig: 1 is right,
     bars are 95 % intervals."""
-    traces = []
+    figure = _figure("SNR", "stated / true")
     for rig in RIGS:
         points = [point for j in judged if j.key.rig == rig for point in j.stated]
-        x, y, ends = list(zip(*points)) or [()] * 3
-        marker = {"color": COLOURS[rig], "size": 6}
-        traces.append(_trace(rig, x, y, ends=ends, thickness=1, marker=marker))
-    dotted = {"color": GREY, "dash": "dot"}
-    line = _trace("", [2, 60], [1, 1], "lines", line=dotted, showlegend=False)
-    axes = {"xaxis": _axis("SNR", type="log")}
-    axes["yaxis"] = _axis("stated / true", range=[0, 2])
-    layout = _layout(**axes)
-    return {"data": [*traces, line], "layout": layout}
+        found = pd.DataFrame(points, columns=["snr", "value", "low", "high"])
+        figure.add_scatter(
+            x=found.snr,
+            y=found.value,
+            error_y=_bars(found.value, found.low, found.high, thickness=1),
+            mode="markers",
+            name=rig,
+            marker={"color": COLOURS[rig], "size": 6},
+        )
+    figure.add_hline(1, line=DOTTED)
+    figure.update_xaxes(type="log")
+    return figure.update_yaxes(range=[0, 2])
 
 
-def _trace(
-    name: str, x, y, mode: str = "markers", *, ends=None, thickness: float = 2, **look
-) -> dict:
-    """Points or a line; ends: (low, high) of each point's bar."""
-    drawn = {"type": "scatter", "mode": mode, "name": name} | look
-    if ends is not None:
-        drawn["error_y"] = {
-            "type": "data",
-            "symmetric": False,
-            "array": _listed(high - v for v, (_, high) in zip(y, ends)),
-            "arrayminus": _listed(v - low for v, (low, _) in zip(y, ends)),
-            "thickness": thickness,
+def _bars(value, low, high, thickness: float = 2) -> dict:
+    """Error bars from low to high."""
+    bars = {"type": "data", "symmetric": False, "thickness": thickness}
+    return bars | {"array": high - value, "arrayminus": value - low}
+
+
+def _figure(x: str, y: str, height: int = 420) -> Figure:
+    return Figure(
+        layout={
+            "template": "none",
+            "margin": {"l": 60, "r": 15, "t": 10, "b": 50},
+            "height": height,
+            "legend": {"orientation": "h", "y": -0.25},
+            "xaxis": {"title": {"text": x}},
+            "yaxis": {"title": {"text": y}},
         }
-    return drawn | {"x": _listed(x), "y": _listed(y)}
-
-
-def _axis(title: str, **more) -> dict:
-    return {"title": {"text": title}, **more}
-
-
-def _layout(**axes) -> dict:
-    return {
-        "margin": {"l": 60, "r": 15, "t": 10, "b": 50},
-        "height": 420,
-        "legend": {"orientation": "h", "y": -0.25},
-        **axes,
-    }
-
-
-def _listed(values) -> list[float]:
-    return [float(f"{v:.5g}") for v in values]
+    )

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 from scipy.optimize import minimize
-from scipy.stats import beta
-
-from benchtwin.prove.judge import Judged
+from scipy.stats import binomtest
 
 FALSE_ALARM = 0.001  # p below which the diagnosis raises an alarm
 GRID = np.exp(np.linspace(np.log(0.5), np.log(60), 120))
@@ -24,10 +23,8 @@ def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float
     """
     if n == 0:
         return 0.0, 1.0
-    tail = (1 - level) / 2
-    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
-    high = float(beta.ppf(1 - tail, k + 1, n - k)) if k < n else 1.0
-    return low, high
+    found = binomtest(k, n).proportion_ci(level, method="exact")
+    return float(found.low), float(found.high)
 
 
 @dataclass(frozen=True)
@@ -103,71 +100,26 @@ def _points(middle: float, steepness: float) -> tuple[float, float]:
     return half, most
 
 
-@dataclass(frozen=True)
-class Bin:
-    """Verdicts said with probabilities from low up to high: k of n are right, mean_p is
-    their mean probability."""
-
-    low: float
-    high: float
-    n: int
-    k: int
-    mean_p: float
-
-    @property
-    def share(self) -> float:
-        return self.k / self.n
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """95 %, Clopper–Pearson, of the share."""
-        return binomial_interval(self.k, self.n)
-
-    @property
-    def holds(self) -> bool:
-        return self.bounds[0] <= self.mean_p <= self.bounds[1]
-
-    def to_dict(self) -> dict:
-        found = {
-            "share": self.share,
-            "low95": self.bounds[0],
-            "high95": self.bounds[1],
-            "holds": self.holds,
-        }
-        return {
-            "from": self.low,
-            "to": self.high,
-            "n": self.n,
-            "right": self.k,
-            "mean_p": self.mean_p,
-        } | found
-
-
-def reliability(judged: list[Judged]) -> list[Bin]:
-    """The bins of EDGES that hold a verdict; verdicts without a probability are in
-    none."""
-    out = []
+def reliability(cases: pd.DataFrame) -> pd.DataFrame:
+    """Of verdicts said with probabilities of each bin of EDGES: n, how many are right,
+    their mean probability, share with its 95 % bounds, and whether these hold the mean;
+    verdicts without a probability are in none."""
+    rows = []
     for low, high in pairwise(EDGES):
-        some = [
-            j
-            for j in judged
-            if j.p is not None and (low <= j.p < high or j.p == high == EDGES[-1])
-        ]
-        if some:
-            right = sum(j.as_said for j in some)
-            mean_p = float(np.mean([j.p for j in some]))
-            out.append(Bin(low, high, len(some), right, mean_p))
-    return out
+        said = cases[cases.p_verdict.between(low, high, inclusive="left")]
+        if high == EDGES[-1]:
+            said = cases[cases.p_verdict >= low]
+        if n := len(said):
+            right, mean_p = int(said.as_said.sum()), float(said.p_verdict.mean())
+            ends = binomial_interval(right, n)
+            holds = ends[0] <= mean_p <= ends[1]
+            rows.append((low, high, n, right, mean_p, right / n, *ends, holds))
+    names = ["from", "to", "n", "right", "mean_p", "share", "low95", "high95", "holds"]
+    return pd.DataFrame(rows, columns=names)
 
 
-def log_score(judged: list[Judged]) -> tuple[float, float, int]:
+def log_score(p_truth: pd.Series) -> tuple[float, float, int]:
     """(mean, its standard error, count) of ln of the probability given to the truth, at
     least FLOOR; NaN without any."""
-    some = [math.log(max(j.p_truth, FLOOR)) for j in judged if j.p_truth is not None]
-    if not some:
-        return math.nan, math.nan, 0
-    if len(some) > 1:
-        error = float(np.std(some, ddof=1)) / math.sqrt(len(some))
-    else:
-        error = math.nan
-    return float(np.mean(some)), error, len(some)
+    logs = np.log(p_truth.dropna().astype(float).clip(FLOOR))
+    return float(logs.mean()), float(logs.sem()), len(logs)

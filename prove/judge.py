@@ -4,9 +4,10 @@ wherever it counts."""
 import math
 from dataclasses import dataclass
 
+import pandas as pd
+
 from benchtwin.prove.make import Key
 from benchtwin.prove.rigs import RIGS
-from benchtwin.prove.solve import Attempt
 
 # the class of the laws of restitution that no drop tells apart, and these
 RESTITUTION = (
@@ -24,20 +25,18 @@ class Judged:
     """One case compared with its key."""
 
     key: Key
-    missing: bool = False  # there is no diagnosis
     alarm: bool = False  # the diagnosis says that something is missing
-    verdict: str = "missing"
+    verdict: str = "missing"  # there is no diagnosis
     names: tuple[str, ...] = ()
     right: bool = False  # names the concealed effects, all of them and no others
     wrong_name: bool = False  # names effects definitely, and not the right ones
     class_holds: bool = False  # a class that holds the truth
-    unknown: bool = False
     sector: str = ""
     sector_right: bool = False
     # of each scored effect: whether the 95 % interval holds its value
     covers: tuple[bool, ...] = ()
-    # of each: (SNR, value, (low, high)), the last two over the truth
-    stated: tuple[tuple[float, float, tuple[float, float]], ...] = ()
+    # of each: (SNR, value, low, high), the last three over the truth
+    stated: tuple[tuple[float, float, float, float], ...] = ()
     removed: float | None = None  # held-out fraction as stated
     seconds: float = math.nan
     as_said: bool = False  # the verdict is true in the sense of its probability
@@ -48,12 +47,11 @@ class Judged:
     matters: bool | None = None
 
 
-def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
-    """Compare a diagnosis.json, or its absence, with the key."""
+def judge(key: Key, diagnosis: dict | None, seconds: float = math.nan) -> Judged:
+    """Compare a diagnosis.json, or its absence, with the key; seconds: it took."""
     answer = (diagnosis or {}).get("rigs", {}).get(key.rig)
-    seconds = attempt.seconds if attempt else math.nan
     if not isinstance(answer, dict):
-        return Judged(key, missing=True, seconds=seconds)
+        return Judged(key, seconds=seconds)
     verdict = str(answer.get("verdict", "none"))
     names = tuple(str(n) for n in answer.get("names") or ())
     truth = {e.name for e in key.effects}
@@ -87,7 +85,6 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
         right=right,
         wrong_name=definite and not right,
         class_holds=held,
-        unknown=verdict == "unknown",
         sector=sector,
         sector_right=sector in key.sectors,
         covers=covers,
@@ -98,6 +95,43 @@ def judge(key: Key, diagnosis: dict | None, attempt: Attempt | None) -> Judged:
         p=_number(answer.get("p_verdict")),
         p_truth=probability_of_truth(key, answer.get("explanations")),
         matters=matters_right,
+    )
+
+
+def cases_table(judged: list[Judged]) -> pd.DataFrame:
+    """One row a case: what was concealed, what was diagnosed, and how it compares."""
+    return pd.DataFrame(
+        [
+            {
+                "case": j.key.case,
+                "rig": j.key.rig,
+                "kind": j.key.kind,
+                "rendered": j.key.rendered,
+                "concealed": " + ".join(e.name for e in j.key.effects),
+                "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
+                "snr": j.key.snr,
+                "separated": j.key.separated,
+                "verdict": j.verdict,
+                "names": " + ".join(j.names),
+                "alarm": j.alarm,
+                "right": j.right,
+                "wrong_name": j.wrong_name,
+                "class_holds": j.class_holds,
+                "sector": j.sector,
+                "sector_right": j.sector_right,
+                "covers": " ".join(str(c) for c in j.covers),
+                "removed_fraction": j.removed,
+                "seconds": j.seconds,
+                "p_verdict": j.p,
+                "as_said": j.as_said,
+                "p_truth": j.p_truth,
+                "truly_matters": j.key.matters,
+                "matters_right": j.matters,
+                "conditions": " ".join(j.key.conditions),
+                "absent": " ".join(j.key.absent),
+            }
+            for j in judged
+        ]
     )
 
 
@@ -156,28 +190,22 @@ def main_sector(sectors: list[dict]) -> str:
 
 
 def interval_coverage(key: Key, answer: dict) -> tuple[tuple[bool, ...], tuple]:
-    """Whether each interval holds the truth; (SNR, value, interval) over the truth."""
+    """Whether each interval holds the truth; (SNR, value, low, high) over the truth."""
     found, covers, stated = answer.get("parameters") or {}, [], []
-    for effect in key.effects:
-        if not effect.scored:
-            continue
-        if effect.name in RESTITUTION:
-            law = next((found[n] for n in RESTITUTION if n in found), None)
-        else:
-            law = None
-        one = found.get(effect.name) or law or {}
+    for effect in (e for e in key.effects if e.scored):
+        names = (effect.name, *(RESTITUTION if effect.name in RESTITUTION else ()))
+        one: dict = next((found[name] for name in names if name in found), {})
         value, low, high = (_number(one.get(k)) for k in ("value", "low95", "high95"))
+        truths = (effect.value, -effect.value) if effect.either else (effect.value,)
         if low is None or high is None:
             covers.append(False)
             continue
-        covers.append(
-            low <= effect.value <= high
-            or (effect.either and low <= -effect.value <= high)
-        )
+        covers.append(any(low <= true <= high for true in truths))
         if value is not None:
-            sign = -1 if effect.either and value * effect.value < 0 else 1
-            ends = sorted(sign * end / effect.value for end in (low, high))
-            stated.append((effect.snr, sign * value / effect.value, (ends[0], ends[1])))
+            true = min(truths, key=lambda true: abs(true - value))
+            stated.append(
+                (effect.snr, value / true, *sorted((low / true, high / true)))
+            )
     return tuple(covers), tuple(stated)
 
 

@@ -4,19 +4,19 @@ answer key."""
 import math
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from benchtwin.prove.cases.bench import Bench, Request, write_bench
-from benchtwin.prove.cases.conditions import Condition, draw_conditions, stating
-from benchtwin.prove.cases.record import FOLLOWS, Cases
+from benchtwin.prove.cases.bench import Bench, Request, Scene, write_bench
+from benchtwin.prove.cases.conditions import Condition, draw_conditions
+from benchtwin.prove.cases.record import FOLLOWS, ORDER_DRIFT, Cases, field_of
 from benchtwin.prove.cases.snr import Visibility
 from benchtwin.prove.cases.stated import draw_absent_keys, without_absent_keys
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.rigs import RIGS
 
 SCENES, ROUNDS = 5, 5
+CLOSE = 1.08  # it is not sought nearer
 NEAR = 1.25  # a size that makes the wanted SNR within this factor will do
 # sds of a contact parameter: half an sd, give or take the factor of 3 by which fits
 # differ
@@ -58,9 +58,6 @@ class Key:
         """Of the least visible effect; 0 when clean."""
         return min((e.snr for e in self.effects), default=0.0)
 
-    def to_dict(self) -> dict:
-        return asdict(self)
-
     @staticmethod
     def from_dict(content: dict) -> "Key":
         effects = tuple(Concealed(**e) for e in content["effects"])
@@ -72,15 +69,23 @@ class Key:
 
 @dataclass(frozen=True)
 class MadeCase:
-    """A scene, the sizes of what is concealed in it, and the conditions that its
-    recordings state."""
+    """A scene with what is concealed in it, and the conditions that its recordings
+    state."""
 
-    scene: Any
-    sizes: dict[str, float]
+    scene: Scene
     conditions: tuple[Condition, ...]
 
     def bench(self, rig: Cases) -> Bench:
-        bench = stating(rig.bench(self.scene, self.sizes), self.conditions)
+        recordings = []
+        for k, world in enumerate(self.scene.worlds):
+            name = f"{rig.rig}-{k + 1:02d}"
+            made = rig.record(self.scene, world, name)
+            toml = {"rig": rig.rig, "id": name} | made.toml
+            stated = {c.name: c.values[k] for c in self.conditions}
+            if stated := {n: v for n, v in stated.items() if v is not None}:
+                toml["conditions"] = stated
+            recordings.append(replace(made, toml=toml))
+        bench = Bench(self.scene.toml, tuple(recordings))
         return without_absent_keys(bench, self.scene.request.absent)
 
 
@@ -94,10 +99,10 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
         asked = Request(spec.effects, spec.separated, spec.rendered, absent)
         scene = rig.draw(asked, rng)
         scene, conditions = _with_conditions(scene, rig, spec, rng)
-        sizes, seen = sized(rig, scene, spec, rng)
+        scene, seen = sized(rig, scene, spec, rng)
         ratios = [max(one.snr, 1e-3) / w for one, w in zip(seen, spec.wanted_snr)]
         off = max((abs(math.log(ratio)) for ratio in ratios), default=0.0)
-        tried.append((off, MadeCase(scene, sizes, conditions), seen))
+        tried.append((off, MadeCase(scene, conditions), seen))
         if off < math.log(NEAR):
             break
     _, made, seen = min(tried, key=lambda one: one[0])
@@ -105,50 +110,37 @@ def conceal(spec: Spec, seed: int) -> tuple[MadeCase, Key]:
 
 
 def _with_conditions(
-    scene: Any, rig: Cases, spec: Spec, rng: np.random.Generator
-) -> tuple[Any, tuple[Condition, ...]]:
-    """The scene, its runs following the condition that matters or their order; and what
-    the recordings state."""
-    order = np.linspace(-1, 1, len(scene.runs))
-    design = np.array(
-        [[float(getattr(run, name)) for name in rig.design] for run in scene.runs]
-    )
-    conditions = draw_conditions(
-        np.column_stack([order, design]),
-        FOLLOWS in spec.effects,
-        not spec.effects,
-        rng,
-    )
-    follows = (
-        conditions[0].follows
-        if FOLLOWS in spec.effects
-        else order
-        if "order-drift" in spec.effects
-        else None
-    )
-    if follows is not None:
-        pairs = zip(scene.runs, follows, strict=True)
-        runs = tuple(replace(run, follows=float(f)) for run, f in pairs)
-        scene = replace(scene, runs=runs)
-    return scene, conditions
+    scene: Scene, rig: Cases, spec: Spec, rng: np.random.Generator
+) -> tuple[Scene, tuple[Condition, ...]]:
+    """The scene, its parameters following the condition that matters or their order;
+    and what the recordings state."""
+    worlds = scene.worlds
+    order = np.linspace(-1, 1, len(worlds))
+    design = [[float(getattr(world, name)) for name in rig.design] for world in worlds]
+    beside = np.column_stack([order, np.array(design)])
+    follows = FOLLOWS in spec.effects
+    conditions = draw_conditions(beside, follows, not spec.effects, rng)
+    places = conditions[0].follows if follows else order
+    if follows or ORDER_DRIFT in spec.effects:
+        pairs = zip(worlds, places, strict=True)
+        worlds = tuple(world._replace(followed=float(at)) for world, at in pairs)
+    return replace(scene, worlds=worlds), conditions
 
 
 def sized(
-    rig: Cases, scene: Any, spec: Spec, rng: np.random.Generator
-) -> tuple[dict[str, float], list[Visibility]]:
-    """Sizes with which the effects have about the SNR that is wanted, as far as sizes
-    are believable; how visible they are."""
-    sizes: dict[str, float] = {}
-    for name, wanted in zip(spec.effects, spec.wanted_snr):
+    rig: Cases, scene: Scene, spec: Spec, rng: np.random.Generator
+) -> tuple[Scene, list[Visibility]]:
+    """The scene with effects of about the SNR that is wanted, as far as sizes are
+    believable; how visible they are."""
+    fields = [field_of(name) for name in spec.effects]
+    for name, key, wanted in zip(spec.effects, fields, spec.wanted_snr):
         of = rig.effects[name]
         low, high, sign = of.least, of.most, of.sign or int(rng.choice([-1, 1]))
         # nothing is seen of nothing; what a nuisance hides is a hinge
-        size = math.sqrt(low * high)
-        before = 0.0
-        seen = 0.0
+        size, before, seen = math.sqrt(low * high), 0.0, 0.0
         for _ in range(ROUNDS):
-            snr = rig.visibility(scene, sizes | {name: sign * size}, name).snr
-            if max(snr / wanted, wanted / max(snr, 1e-9)) < 1.08:
+            snr = rig.visibility(scene.changed(**{key: sign * size}), key).snr
+            if max(snr / wanted, wanted / max(snr, 1e-9)) < CLOSE:
                 break
             slope = (snr - seen) / (size - before)
             better = size + (wanted - snr) / slope if slope > 0 else math.inf
@@ -156,41 +148,37 @@ def sized(
             if better == size:
                 break
             size, before, seen = better, size, snr
-        sizes[name] = sign * float(f"{size:.4g}")
-    return sizes, [rig.visibility(scene, sizes, name) for name in spec.effects]
+        scene = scene.changed(**{key: sign * float(f"{size:.4g}")})
+    return scene, [rig.visibility(scene, key) for key in fields]
 
 
 def _key(spec: Spec, made: MadeCase, seen: list[Visibility]) -> Key:
     rig, scene = RIGS[spec.rig], made.scene
     effects = []
     for name, one in zip(spec.effects, seen):
-        of, value, snr = rig.effects[name], float(made.sizes[name]), round(one.snr, 3)
+        of, snr = rig.effects[name], round(one.snr, 3)
+        value = float(getattr(scene.worlds[0], field_of(name)))
         if name == FOLLOWS:
             effects.append(_following(rig.follows, made.conditions[0], value, snr))
-            continue
-        scored = bool(of.unit) and rig.scored(scene, name)
-        effects.append(Concealed(name, value, of.unit, snr, of.either, scored))
-    # a compound shows in several places; where is then not asked
-    sectors = rig.effects[spec.effects[0]].sectors if len(effects) == 1 else ()
-    noise = (
-        {k: v if math.isfinite(v) else None for k, v in asdict(scene.noise).items()}
-        if hasattr(scene, "noise")
-        else {}
-    )
+        else:
+            scored = bool(of.unit) and rig.scored(scene, name)
+            effects.append(Concealed(name, value, of.unit, snr, of.either, scored))
+    noise = asdict(scene.noise) if scene.noise else {}
     others = set(RIGS) - {spec.rig}
-    stated = scene.request.absent
-    absent = tuple(sorted(k for k in stated if k.split(".")[0] not in others))
-    known = (_matters(spec, seen), absent, tuple(c.name for c in made.conditions))
+    absent = scene.request.absent
     return Key(
         spec.name,
         spec.rig,
         spec.kind,
         tuple(effects),
-        sectors,
+        # a compound shows in several places; where is then not asked
+        rig.effects[spec.effects[0]].sectors if len(effects) == 1 else (),
         spec.separated,
         spec.rendered,
-        noise,
-        *known,
+        {k: v if math.isfinite(v) else None for k, v in noise.items()},
+        _matters(spec, seen),
+        tuple(sorted(k for k in absent if k.split(".")[0] not in others)),
+        tuple(c.name for c in made.conditions),
     )
 
 
@@ -221,4 +209,4 @@ def make_folder(spec: Spec, seed: int, folder: Path) -> dict:
     made, key = conceal(spec, seed)
     if not folder.exists():
         write_bench(made.bench(RIGS[spec.rig]), folder)
-    return key.to_dict()
+    return asdict(key)

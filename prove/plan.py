@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchtwin.prove.cases.record import Cases
+from benchtwin.prove.cases.record import FOLLOWS, ORDER_DRIFT, Cases
 from benchtwin.prove.rigs import RIGS
 
 CLEAN = "clean"
@@ -34,7 +34,7 @@ OFFERED: dict[str, Callable[[Cases], tuple]] = {  # what cases of a kind hold in
     SEPARATED: lambda rig: rig.separable,
     COMPOUND: lambda rig: rig.pairs,
     UNLISTED_KIND: lambda rig: rig.unlisted,
-    CONDITION: lambda rig: rig.conditions,
+    CONDITION: lambda rig: (FOLLOWS,) if rig.follows else (),
 }
 
 
@@ -94,11 +94,9 @@ def _spec(
         float(np.exp(rng.uniform(*np.log([LEAST_SNR.get(kind, 7.0), MOST_SNR]))))
         for _ in effects
     )
-    few = rendered and not set(effects) & {
-        "follows",
-        "order-drift",
-    }  # films in pictures are three: too few for that
-    return Spec(index, rig, kind, effects, wanted, separated, few)
+    # films in pictures are three: too few for what follows something
+    rendered &= not {FOLLOWS, ORDER_DRIFT} & set(effects)
+    return Spec(index, rig, kind, effects, wanted, separated, rendered)
 
 
 def _apportioned(shares: dict[str, float], count: int) -> list[str]:

@@ -4,11 +4,11 @@ report.html."""
 import json
 import math
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from plotly.offline import get_plotlyjs
 
 from benchtwin.prove.figures import (
     calibration_figure,
@@ -18,7 +18,7 @@ from benchtwin.prove.figures import (
 )
 from benchtwin.prove.files import write_whole
 from benchtwin.prove.intervals import reliability
-from benchtwin.prove.judge import Judged
+from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.score import Row
 
 
@@ -35,7 +35,7 @@ def write_all(
         "cases": len(judged),
         "rng": seed,
         "scores": [_plain(row) for row in rows],
-        "reliability": [one.to_dict() for one in reliability(judged)],
+        "reliability": reliability(cases_table(judged)).to_dict("records"),
         "drops_with_tracks": {
             name: [_plain(row) for row in some] for name, some in tables.items()
         },
@@ -44,104 +44,50 @@ def write_all(
         out / "prove.json",
         json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False),
     )
-    write_whole(out / "cases.csv", cases_table(judged).to_csv(index=False))
+    cases = cases_table(judged).round({"snr": 2})
+    write_whole(out / "cases.csv", cases.to_csv(index=False))
     write_whole(out / "report.html", render(judged, rows, tables, seed))
     (out / "report.pdf").unlink(missing_ok=True)  # a print of an older one
-
-
-def cases_table(judged: list[Judged]) -> pd.DataFrame:
-    """One row a case: what was concealed, what was diagnosed, and how it compares."""
-    return pd.DataFrame(
-        [
-            {
-                "case": j.key.case,
-                "rig": j.key.rig,
-                "kind": j.key.kind,
-                "rendered": j.key.rendered,
-                "concealed": " + ".join(e.name for e in j.key.effects),
-                "values": " ".join(f"{e.value:.4g}" for e in j.key.effects),
-                "snr": round(j.key.snr, 2),
-                "separated": j.key.separated,
-                "verdict": j.verdict,
-                "names": " + ".join(j.names),
-                "alarm": j.alarm,
-                "right": j.right,
-                "wrong_name": j.wrong_name,
-                "class_holds": j.class_holds,
-                "sector": j.sector,
-                "sector_right": j.sector_right,
-                "covers": " ".join(str(c) for c in j.covers),
-                "removed_fraction": j.removed,
-                "seconds": j.seconds,
-                "p_verdict": j.p,
-                "as_said": j.as_said,
-                "p_truth": j.p_truth,
-                "truly_matters": j.key.matters,
-                "matters_right": j.matters,
-                "conditions": " ".join(j.key.conditions),
-                "absent": " ".join(j.key.absent),
-            }
-            for j in judged
-        ]
-    )
 
 
 def render(
     judged: list[Judged], rows: list[Row], tables: dict[str, list[Row]], seed: int
 ) -> str:
     """The page as text."""
-    from jinja2 import Environment, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
     rng = np.random.default_rng(seed)
-    drawn = {
+    figures = {
         "power": power_figure(judged, rng),
         "confusion": confusion_figure(judged),
         "reliability": reliability_figure(judged),
         "calibration": calibration_figure(judged),
     }
     environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("benchtwin.prove", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     environment.filters["figure"] = number
-    template = environment.from_string(
-        (files("benchtwin.prove") / "page.html.j2").read_text(encoding="utf8")
-    )
-    text = json.dumps(drawn, separators=(",", ":"), allow_nan=False).replace(
-        "</", "<\\/"
-    )
-    return template.render(
+    return environment.get_template("page.html.j2").render(
         rows=rows,
         rigs=list(dict.fromkeys(r.rig for r in rows)),
-        tables=tables,
-        compared=side_by_side(tables),
+        tables={name: {r.score: r for r in some} for name, some in tables.items()},
+        targets={r.score: r.target for some in tables.values() for r in some},
         judged=judged,
-        missing=[j for j in judged if j.missing],
-        drawn=text,
+        missing=[j for j in judged if j.verdict == "missing"],
+        drawn={
+            name: figure.to_html(
+                {"displaylogo": False}, include_plotlyjs=False, full_html=False
+            )
+            for name, figure in figures.items()
+        },
         plotly=get_plotlyjs(),
         seed=seed,
         wrong=[
             j for j in judged if j.wrong_name or (j.key.kind == "clean" and j.alarm)
         ],
     )
-
-
-def side_by_side(
-    tables: dict[str, list[Row]],
-) -> list[tuple[str, str, list[Row | None]]]:
-    """(score, target, a row of each method)."""
-    scores = {row.score: row.target for some in tables.values() for row in some}
-    return [
-        (
-            score,
-            target,
-            [
-                next((r for r in some if r.score == score), None)
-                for some in tables.values()
-            ],
-        )
-        for score, target in scores.items()
-    ]
 
 
 def number(row: Row | None) -> str:

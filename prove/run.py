@@ -3,6 +3,7 @@ A stopped proof goes on where it was."""
 
 import hashlib
 import json
+import math
 import shutil
 import time
 from collections.abc import Callable, Iterable
@@ -55,14 +56,10 @@ def prove(settings: Settings, progress: Progress) -> list[Judged]:
     if not (settings.out / "keys.json").is_file():
         keys, salts = _make_all(settings, specs, progress)
         _solve_all(settings, specs, progress)
-        files = {
-            s.name: settings.out / "solutions" / s.name / "diagnosis.json"
-            for s in specs
-        }
-        hashes: dict[str, str | None] = dict.fromkeys(files)
-        for name, file in files.items():
-            if file.is_file():
-                hashes[name] = hashlib.sha256(file.read_bytes()).hexdigest()
+        solutions = settings.out / "solutions"
+        hashes: dict[str, str | None] = {spec.name: None for spec in specs}
+        for file in solutions.glob("*/diagnosis.json"):
+            hashes[file.parent.name] = hashlib.sha256(file.read_bytes()).hexdigest()
         write_json(settings.out / "submitted.json", hashes)  # before any key is opened
         content = {"keys": keys, "salts": salts, "seed": settings.seed}
         write_json(settings.out / "keys.json", content)
@@ -73,15 +70,13 @@ def judged(out: Path) -> list[Judged]:
     """The cases of a proof whose keys are open, each beside its solution."""
     opened = read_json(out / "keys.json")
     verify(opened["keys"], opened["salts"], read_json(out / "hashes.json"))
-    folders = {case: out / "solutions" / case for case in opened["keys"]}
-    return [
-        judge(
-            Key.from_dict(key),
-            read_diagnosis(folders[case]),
-            read_attempt(folders[case]),
-        )
-        for case, key in opened["keys"].items()
-    ]
+    found = []
+    for case, key in opened["keys"].items():
+        solution = out / "solutions" / case
+        attempt = read_attempt(solution)
+        seconds = attempt.seconds if attempt else math.nan
+        found.append(judge(Key.from_dict(key), read_diagnosis(solution), seconds))
+    return found
 
 
 def seed_of(out: Path) -> int:

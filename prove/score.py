@@ -1,11 +1,10 @@
 """Scores with their targets, over all rigs and rig by rig, from judged cases."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from operator import attrgetter
 
 import numpy as np
+import pandas as pd
 
 from benchtwin.prove.intervals import (
     Power,
@@ -14,7 +13,7 @@ from benchtwin.prove.intervals import (
     power_curve,
     reliability,
 )
-from benchtwin.prove.judge import Judged
+from benchtwin.prove.judge import Judged, cases_table
 from benchtwin.prove.plan import (
     CLEAN,
     COMPOUND,
@@ -47,11 +46,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Share:
-    """A score that is a share of cases. least or most: what the share must be."""
+    """A score that is a share of cases: of those that `of` picks how many are such as
+    `counts` says, both about columns of the table of cases. least or most: what the
+    share must be."""
 
     name: str
-    of: Callable[[Judged], bool]
-    counts: Callable[[Judged], bool]
+    of: str
+    counts: str
     least: float | None = None
     most: float | None = None
 
@@ -63,78 +64,60 @@ class Share:
         return f"≤ {100 * self.most:g} %" if self.most else "0"
 
 
-def _strong(kind: str, snr: float = NAMED_SNR) -> Callable[[Judged], bool]:
-    return lambda j: j.key.kind == kind and j.key.snr >= snr
-
-
-def _identifiable(j: Judged) -> bool:
-    return j.key.kind in (SINGLE, SEPARATED) and j.key.snr >= NAMED_SNR
-
-
-def _clean(j: Judged) -> bool:
-    return j.key.kind == CLEAN
-
-
-def _any(j: Judged) -> bool:
-    return True
-
-
-_right, _wrong_name = attrgetter("right"), attrgetter("wrong_name")
-_unlisted = _strong(UNLISTED_KIND)
-_confounded = _strong(CONFOUNDED)
+IDENTIFIABLE = f"kind in ['{SINGLE}', '{SEPARATED}'] and snr >= {NAMED_SNR}"
+TWINS = f"kind == '{CONFOUNDED}' and snr >= {NAMED_SNR}"
+UNLISTED = f"kind == '{UNLISTED_KIND}' and snr >= {NAMED_SNR}"
+CLEAN_CASES = f"kind == '{CLEAN}'"
+ALL_CASES = "snr >= 0"
 HOLDS_TRUTH = "without the separator: class (or name) holds the truth"
 SHARES = (
-    Share("false alarms on clean", _clean, lambda j: j.alarm or j.missing, most=0.01),
     Share(
-        "false definite names on clean", _clean, lambda j: j.verdict == "name", most=0.0
+        "false alarms on clean", CLEAN_CASES, "alarm or verdict == 'missing'", most=0.01
     ),
-    Share("right name, SNR ≥ 7, identifiable", _identifiable, _right, least=0.90),
+    Share("false definite names on clean", CLEAN_CASES, "verdict == 'name'", most=0.0),
+    Share("right name, SNR ≥ 7, identifiable", IDENTIFIABLE, "right", least=0.90),
     Share(
         "wrong definite name, SNR ≥ 7, identifiable",
-        _identifiable,
-        _wrong_name,
+        IDENTIFIABLE,
+        "wrong_name",
         most=0.01,
     ),
     Share(
-        "named with the separating recording", _strong(SEPARATED), _right, least=0.90
+        "named with the separating recording",
+        f"kind == '{SEPARATED}' and snr >= {NAMED_SNR}",
+        "right",
+        least=0.90,
     ),
     Share(
-        "condition that matters named, SNR ≥ 7", _strong(CONDITION), _right, least=0.90
+        "condition that matters named, SNR ≥ 7",
+        f"kind == '{CONDITION}' and snr >= {NAMED_SNR}",
+        "right",
+        least=0.90,
     ),
-    Share(HOLDS_TRUTH, _confounded, lambda j: j.class_holds or j.right, least=0.95),
-    Share(
-        "without the separator: wrong definite name",
-        _confounded,
-        _wrong_name,
-        most=0.02,
-    ),
+    Share(HOLDS_TRUTH, TWINS, "class_holds or right", least=0.95),
+    Share("without the separator: wrong definite name", TWINS, "wrong_name", most=0.02),
     Share(
         "compound, exact set, SNR ≥ 10 each",
-        _strong(COMPOUND, PAIR_SNR),
-        _right,
+        f"kind == '{COMPOUND}' and snr >= {PAIR_SNR}",
+        "right",
         least=0.90,
     ),
     Share(
         "outside the library: said to be unknown",
-        _unlisted,
-        attrgetter("unknown"),
+        UNLISTED,
+        "verdict == 'unknown'",
         least=0.85,
     ),
-    Share(
-        "outside the library: sector right",
-        _unlisted,
-        attrgetter("sector_right"),
-        least=0.95,
-    ),
+    Share("outside the library: sector right", UNLISTED, "sector_right", least=0.95),
     Share(
         "said rightly whether it matters",
-        lambda j: j.matters is not None,
-        lambda j: bool(j.matters),
+        "matters_right.notna()",
+        "matters_right == True",
         least=0.90,
     ),
-    Share("no p_verdict", _any, lambda j: j.p is None, most=0.0),
-    Share("no explanations", _any, lambda j: j.p_truth is None, most=0.0),
-    Share("no diagnosis", _any, lambda j: j.missing, most=0.0),
+    Share("no p_verdict", ALL_CASES, "p_verdict.isna()", most=0.0),
+    Share("no explanations", ALL_CASES, "p_truth.isna()", most=0.0),
+    Share("no diagnosis", ALL_CASES, "verdict == 'missing'", most=0.0),
 )
 
 
@@ -146,49 +129,40 @@ def table(judged: list[Judged], rng: np.random.Generator) -> list[Row]:
         some = [j for j in judged if rig in ("all", j.key.rig)]
         if not some:
             continue
-        rows += [
-            _share_row(share, rig, some)
-            for share in SHARES
-            if any(share.of(j) for j in some)
-        ]
-        rows += _reliability_rows(rig, some) + _power_rows(rig, some, rng)
+        cases = cases_table(some)
+        for share in SHARES:
+            rows += _share_row(share, rig, cases)
+        rows += _reliability_rows(rig, cases) + _power_rows(rig, some, rng)
         rows += _coverage_row(rig, some)
-        rows += _held_out_row(rig, some) + _time_row(rig, some)
+        rows += _held_out_row(rig, cases) + _time_row(rig, cases)
     return rows
 
 
-def _share_row(share: Share, rig: str, judged: list[Judged]) -> Row:
-    chosen = [share.counts(j) for j in judged if share.of(j)]
-    k, n = sum(chosen), len(chosen)
-    value = k / n
-    met = None
-    if share.least is not None:
-        met = value >= share.least
-    elif share.most is not None:
-        met = value <= share.most
-    return Row(
-        share.name, share.target, rig, value, *binomial_interval(k, n), k, n, met
-    )
+def _share_row(share: Share, rig: str, cases: pd.DataFrame) -> list[Row]:
+    chosen = cases.query(share.of).eval(share.counts)
+    k, n = int(chosen.sum()), len(chosen)
+    if not n:
+        return []
+    least, most = share.least or 0.0, 1.0 if share.most is None else share.most
+    ends, met = binomial_interval(k, n), least <= k / n <= most
+    return [Row(share.name, share.target, rig, k / n, *ends, k, n, met)]
 
 
-def _reliability_rows(rig: str, judged: list[Judged]) -> list[Row]:
+def _reliability_rows(rig: str, cases: pd.DataFrame) -> list[Row]:
     """Of verdicts said with about the same probability the share that is right; and
     what the explanations gave to the truth."""
     rows = []
-    for one in reliability(judged):
-        name = f"right, of verdicts said with {one.low:g}–{one.high:g}"
-        target = f"{100 * one.mean_p:.1f} % within"
-        rows.append(
-            Row(name, target, rig, one.share, *one.bounds, one.k, one.n, one.holds)
-        )
-    for name, clean in (
-        ("log score, clean", True),
-        ("log score, something missing", False),
-    ):
-        mean, error, n = log_score([j for j in judged if _clean(j) == clean])
+    for one in reliability(cases).to_dict("records"):
+        name = f"right, of verdicts said with {one['from']:g}–{one['to']:g}"
+        target = f"{100 * one['mean_p']:.1f} % within"
+        ends, counts = (one["low95"], one["high95"]), (one["right"], one["n"])
+        rows.append(Row(name, target, rig, one["share"], *ends, *counts, one["holds"]))
+    clean = cases.kind == CLEAN
+    for name, some in (("clean", clean), ("something missing", ~clean)):
+        mean, error, n = log_score(cases.p_truth[some])
+        ends = (mean - 1.96 * error, mean + 1.96 * error)
         if n:
-            ends = (mean - 1.96 * error, mean + 1.96 * error)
-            rows.append(Row(name, "", rig, mean, *ends, None, n, None))
+            rows.append(Row(f"log score, {name}", "", rig, mean, *ends, None, n, None))
     return rows
 
 
@@ -229,62 +203,45 @@ def _coverage_row(rig: str, judged: list[Judged]) -> list[Row]:
     return [Row(name, target, rig, k / n, *binomial_interval(k, n), k, n, met)]
 
 
-def _held_out_row(rig: str, judged: list[Judged]) -> list[Row]:
+def _held_out_row(rig: str, cases: pd.DataFrame) -> list[Row]:
     """Mean of the removed fractions; a case without one counts as zero."""
-    some = [
-        j.removed or 0.0
-        for j in judged
-        if j.key.kind in (SINGLE, SEPARATED, COMPOUND) and j.key.snr >= HELD_OUT_SNR
-    ]
-    if not some:
+    kinds = cases.kind.isin([SINGLE, SEPARATED, COMPOUND])
+    some = cases.removed_fraction[kinds & (cases.snr >= HELD_OUT_SNR)]
+    some = some.astype(float).fillna(0.0)
+    if some.empty:
         return []
-    value, n = float(np.mean(some)), len(some)
-    se = float(np.std(some, ddof=1) / math.sqrt(n)) if n > 1 else math.nan
+    value, se = float(some.mean()), float(some.sem())
     ends = (value - 1.96 * se, value + 1.96 * se)
     name = "held-out removed fraction, SNR ≥ 10"
-    return [Row(name, "≥ .9", rig, value, *ends, None, n, value >= 0.9)]
+    return [Row(name, "≥ .9", rig, value, *ends, None, len(some), value >= 0.9)]
 
 
-def _time_row(rig: str, judged: list[Judged]) -> list[Row]:
+def _time_row(rig: str, cases: pd.DataFrame) -> list[Row]:
     """Wall time of a folder, pictures left out; low and high are the 5th and 95th
     percentiles."""
-    seconds = [
-        j.seconds for j in judged if not j.key.rendered and math.isfinite(j.seconds)
-    ]
-    if not seconds:
+    seconds = cases.seconds[~cases.rendered].dropna()
+    if seconds.empty:
         return []
-    low, middle, high = np.quantile(seconds, [0.05, 0.5, 0.95]).tolist()
+    low, middle, high = seconds.quantile([0.05, 0.5, 0.95]).tolist()
     name, target = "time per folder of tracks [s]", "≤ 6; 95 % ≤ 15"
     met = bool(middle <= 6 and high <= 15)
     return [Row(name, target, rig, middle, low, high, None, len(seconds), met)]
 
 
-def confusion(judged: list[Judged]) -> tuple[list[str], list[str], np.ndarray]:
+def confusion(judged: list[Judged]) -> pd.DataFrame:
     """Concealed (rows) beside said (columns): counts. What is said is the one definite
     name, else the verdict."""
-
-    def concealed(j: Judged) -> str:
-        return (
-            " + ".join(
-                f"{j.key.rig}: {e.name}" if i == 0 else e.name
-                for i, e in enumerate(j.key.effects)
-            )
-            or f"{j.key.rig}: clean"
-        )
+    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
 
     def said(j: Judged) -> str:
         if j.verdict == "name":
             return " + ".join(sorted(j.names))
-        return {
-            "class": "class with the truth" if j.class_holds else "class without it"
-        }.get(j.verdict, j.verdict)
+        return last[not j.class_holds] if j.verdict == "class" else j.verdict
 
-    pairs = [(concealed(j), said(j)) for j in judged]
-    rows = sorted({r for r, _ in pairs})
-    last = ["class with the truth", "class without it", "unknown", "none", "missing"]
-    named = sorted({c for _, c in pairs} - set(last))
-    columns = [*named, *(c for c in last if any(c == s for _, s in pairs))]
-    counts = np.zeros((len(rows), len(columns)), dtype=int)
-    for r, c in pairs:
-        counts[rows.index(r), columns.index(c)] += 1
-    return rows, columns, counts
+    concealed = [
+        f"{j.key.rig}: {' + '.join(e.name for e in j.key.effects) or 'clean'}"
+        for j in judged
+    ]
+    counts = pd.crosstab(np.array(concealed), np.array([said(j) for j in judged]))
+    names = counts.columns.difference(last)
+    return counts[[*names, *(verdict for verdict in last if verdict in counts)]]

@@ -1,80 +1,80 @@
 """Baselines: white-noise BIC, sparse regression of derivatives, a Gaussian process for
 the discrepancy, all parameters free."""
 
-import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+from scipy.signal import savgol_filter
 
-from benchtwin.prove.baselines.drops import (
-    FLIGHT_NAMES,
-    IMPACT_NAMES,
-    Flight,
-    bounces,
-    impact_columns,
-    read_drops,
-    smooth_acceleration,
-)
+from benchtwin.prove.baselines.drops import Flight, bounces, impact_columns, read_drops
 
 BIC_MARGIN = 10.0  # "very strong", Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773
 FREE_T = 3.0
 GP_MARGIN = 5.0
 SPARSE_M_S2 = 0.2  # a term smaller than this, root mean square, is dropped
 POINTS = 60  # of a flight: a process that needs more is noise
+SECTORS = dict.fromkeys(("drag", "draught", "magnus"), "flight") | dict.fromkeys(
+    ("camera-roll", "scale-error", "perspective", "silhouette-wobble"), "measurement"
+)  # of what is seen in flights; what bounces tell is "impact"
 
 
 def answer(
-    alarm: bool,
-    verdict: str,
-    names: Sequence[str] = (),
-    sector: str = "flight",
-    parameters: dict | None = None,
+    names: Sequence[str] = (), parameters: dict | None = None, unknown: bool = False
 ) -> dict:
     """A diagnosis of the drop in the solver's schema."""
-    sectors = [{"name": sector, "explained": 1.0, "p": 0.0}]
+    sector = SECTORS.get(names[0], "impact") if names else "flight"
     rig = {
-        "alarm": bool(alarm),
-        "verdict": verdict,
+        "alarm": bool(names) or unknown,
+        "verdict": "name" if names else "unknown" if unknown else "none",
         "names": list(names),
-        "sectors": sectors,
+        "sectors": [{"name": sector, "explained": 1.0, "p": 0.0}],
         "held_out": {},
+        "parameters": parameters or {},
     }
-    rig["parameters"] = parameters or {}
     return {"schema": 1, "rigs": {"drop": rig}}
 
 
-def sector_of(name: str) -> str:
-    """Where an effect acts: "impact", "flight" or "measurement"."""
-    if name in IMPACT_NAMES:
-        return "impact"
-    return "flight" if name in ("drag", "draught", "magnus") else "measurement"
+def _tracks(drops: list[list[Flight]]) -> tuple[np.ndarray, pd.DataFrame]:
+    """All flights' residuals, and what effects do to them."""
+    flights = [f for d in drops for f in d]
+    residual = np.concatenate([f.residual() for f in flights])
+    return residual, pd.concat([f.columns() for f in flights])
+
+
+def _impacts(drops: list[list[Flight]], least: int) -> tuple[np.ndarray, pd.DataFrame]:
+    """Restitutions less their mean, and what effects do to them; nothing of fewer than
+    `least` bounces."""
+    found = bounces(drops)
+    shapes = impact_columns(found)
+    if len(found) < least:
+        return np.zeros(0), shapes.iloc[:0, :0]
+    e = found["restitution"].to_numpy()
+    return e - e.mean(), shapes - shapes.mean()
 
 
 def white_bic(drops: list[list[Flight]]) -> dict:
     """The candidate with the best BIC if it beats none by BIC_MARGIN; every frame
     counts as independent."""
-    residual, columns = _stacked(drops)
-    gains = {
-        name: _bic_gain(residual, columns[:, k]) for k, name in enumerate(FLIGHT_NAMES)
-    }
-    found = bounces(drops)
-    if len(found) > 3:
-        e = found["restitution"].to_numpy()
-        shapes = impact_columns(found)
-        gains |= {
-            name: _bic_gain(e - e.mean(), shapes[:, k] - shapes[:, k].mean())
-            for k, name in enumerate(IMPACT_NAMES)
-        }
-    best = max(gains, key=gains.__getitem__)
-    if gains[best] < BIC_MARGIN:
-        return answer(False, "none")
-    return answer(
-        True, "name", [best], sector_of(best), _parameter(best, residual, columns)
-    )
+    (residual, columns), (e, shapes) = _tracks(drops), _impacts(drops, 4)
+    gains = columns.apply(_bic_gain, residual=residual)
+    losses = shapes.apply(_bic_gain, residual=e)
+    if max(gains.max(), losses.max()) < BIC_MARGIN:
+        return answer()
+    if losses.max() > gains.max():
+        return answer([losses.idxmax()])
+    best = gains.idxmax()
+    column = columns[best].to_numpy()
+    value = float(column @ residual) / float(column @ column)
+    off = 1.96 * float(np.std(residual - value * column) / np.linalg.norm(column))
+    stated = {"unit": "", "value": value, "low95": value - off, "high95": value + off}
+    # magnus is in arbitrary units
+    parameters = {} if best == "magnus" else {best: stated}
+    return answer([best], parameters)
 
 
-def _bic_gain(residual: np.ndarray, column: np.ndarray) -> float:
+def _bic_gain(column: pd.Series, residual: np.ndarray) -> float:
     """By how much one more free coefficient lowers n ln(RSS/n) + k ln n."""
     size = float(column @ column)
     if size <= 0:
@@ -84,108 +84,76 @@ def _bic_gain(residual: np.ndarray, column: np.ndarray) -> float:
     return n * np.log(rss / left) - np.log(n)
 
 
-def _parameter(name: str, residual: np.ndarray, columns: np.ndarray) -> dict:
-    if name not in FLIGHT_NAMES or name == "magnus":
-        return {}
-    c = columns[:, FLIGHT_NAMES.index(name)]
-    value = float(c @ residual) / float(c @ c)
-    se = float(np.std(residual - value * c)) / float(np.sqrt(c @ c))
-    low, high = value - 1.96 * se, value + 1.96 * se
-    return {name: {"unit": "", "value": value, "low95": low, "high95": high}}
-
-
 def all_free(drops: list[list[Flight]]) -> dict:
     """Everything fitted at once by least squares; what lies FREE_T standard errors off
     zero is named."""
-    residual, columns = _stacked(drops)
-    names = _significant(residual, columns, FLIGHT_NAMES)
-    found = bounces(drops)
-    if len(found) > len(IMPACT_NAMES) + 3:
-        e, shapes = found["restitution"].to_numpy(), impact_columns(found)
-        names += _significant(e - e.mean(), shapes - shapes.mean(axis=0), IMPACT_NAMES)
-    sector = sector_of(names[0]) if names else "flight"
-    return answer(bool(names), "name" if names else "none", names, sector)
+    return answer(_significant(*_tracks(drops)) + _significant(*_impacts(drops, 8)))
 
 
-def _significant(
-    residual: np.ndarray, columns: np.ndarray, names: tuple[str, ...]
-) -> list[str]:
-    seen = np.flatnonzero((columns**2).sum(axis=0) > 0)
-    scale = np.sqrt((columns[:, seen] ** 2).sum(axis=0))
-    a = columns[:, seen] / scale
+def _significant(residual: np.ndarray, columns: pd.DataFrame) -> list[str]:
+    columns = columns.loc[:, (columns != 0).any()]
+    if columns.empty:
+        return []
+    a = columns / np.sqrt((columns**2).sum())
     inverse = np.linalg.pinv(a.T @ a)
     coefficient = inverse @ (a.T @ residual)
     spread = np.std(residual - a @ coefficient) * np.sqrt(np.diag(inverse))
-    return [
-        names[k] for k, c, s in zip(seen, coefficient, spread) if abs(c) > FREE_T * s
-    ]
+    return list(columns.columns[np.abs(coefficient) > FREE_T * spread])
 
 
 def sindy(drops: list[list[Flight]]) -> dict:
     """Sparse regression (sequentially thresholded least squares) of smoothed
     accelerations on speeds and height."""
-    parts = [
-        p
-        for flights in drops
-        for f in flights
-        if (p := smooth_acceleration(f)) is not None
-    ]
-    if not parts:
-        return answer(False, "none")
-    vx, vy, ax, ay = (np.concatenate(column) for column in zip(*parts))
+    parts = [_smooth(f) for flights in drops for f in flights]
+    vx, vy, ax, ay = np.hstack([np.zeros((4, 0)), *parts])
     size = np.hypot(vx, vy)
-    library = np.column_stack([np.ones_like(vx), vx, vy, size * vx, size * vy, size])
+    library = pd.DataFrame(
+        {"1": 1.0, "vx": vx, "vy": vy, "v vx": size * vx, "v vy": size * vy, "v": size}
+    )
     across, up = _sparse(library, ax), _sparse(library, ay + 9.80665)
     names = []
-    if up[4] < 0:
+    if up["v vy"] < 0:
         names.append("drag")
-    elif up[0]:
+    elif up["1"]:
         names.append("scale-error")
-    if across[0]:
+    if across["1"]:
         names.append("camera-roll")
-    elif across[5]:
+    elif across["v"]:
         names.append("draught")
-    alarm = bool(np.any(across) or np.any(up))
-    verdict = "name" if names else "unknown" if alarm else "none"
-    return answer(alarm, verdict, names, sector_of(names[0]) if names else "flight")
+    return answer(names, unknown=bool(across.any() or up.any()))
 
 
-def _sparse(library: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Coefficients of the columns that are kept; by pysindy where it is installed."""
-    scale = np.sqrt((library**2).mean(axis=0))
-    a = library / scale
-    try:
-        from pysindy.optimizers import STLSQ
-    except ImportError:
-        return _thresholded(a, target) / scale
-    with warnings.catch_warnings():
-        # that the threshold took all terms is an answer
-        warnings.simplefilter("ignore")
-        sparse = STLSQ(threshold=SPARSE_M_S2, alpha=1e-6)
-        return np.ravel(sparse.fit(a, target[:, None]).coef_) / scale
+def _smooth(flight: Flight) -> np.ndarray:
+    """(vx, vy, ax, ay) in m and s (4, n) by Savitzky–Golay over 20 ms; none where the
+    flight is too short."""
+    step = float(np.median(np.diff(flight.t)))
+    window = max(7, round(0.02 / step) // 2 * 2 + 1)
+    if len(flight.t) < window + 4:
+        return np.zeros((4, 0))
+    places = np.array([flight.x, flight.y]) * 1e-3
+    out = [savgol_filter(places, window, 3, deriv=d, delta=step) for d in (1, 2)]
+    return np.vstack(out)[:, window // 2 : -(window // 2)]
 
 
-def _thresholded(a: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Sequentially thresholded least squares; Brunton et al., PNAS 113 (2016) 3932."""
-    kept = np.ones(a.shape[1], dtype=bool)
-    out = np.zeros(a.shape[1])
-    for _ in range(20):
-        out[:] = 0
-        if not kept.any():
-            break
-        out[kept] = np.linalg.lstsq(a[:, kept], target, rcond=None)[0]
-        small = np.abs(out) < SPARSE_M_S2
-        if not (small & kept).any():
-            break
+def _sparse(library: pd.DataFrame, target: np.ndarray) -> pd.Series:
+    """Coefficients by sequentially thresholded least squares; Brunton et al., PNAS 113
+    (2016) 3932."""
+    a = library / np.sqrt((library**2).mean())
+    kept = pd.Series(len(a) > 0, index=a.columns)
+    while True:
+        out = pd.Series(0.0, index=a.columns)
+        out[kept] = np.linalg.lstsq(a.loc[:, kept], target, rcond=None)[0]
+        small = kept & (out.abs() < SPARSE_M_S2)
+        if not small.any():
+            return out
         kept &= ~small
-    return out
 
 
 def gp(drops: list[list[Flight]]) -> dict:
     """A Gaussian process in time (Kennedy & O'Hagan 2001): whether, never what, is
     missing."""
-    missing = sum(_gp_gain(f) for flights in drops for f in flights) > GP_MARGIN
-    return answer(missing, "unknown" if missing else "none")
+    gain = sum(_gp_gain(f) for flights in drops for f in flights)
+    return answer(unknown=gain > GP_MARGIN)
 
 
 def _gp_gain(flight: Flight) -> float:
@@ -206,13 +174,6 @@ def _gp_gain(flight: Flight) -> float:
                 best, -0.5 * m * np.log((z**2).sum(axis=0) / m) - size - white - 2
             )
     return float(best.sum())
-
-
-def _stacked(drops: list[list[Flight]]) -> tuple[np.ndarray, np.ndarray]:
-    flights = [f for d in drops for f in d]
-    return np.concatenate([f.residual() for f in flights]), np.concatenate(
-        [f.columns() for f in flights]
-    )
 
 
 METHODS: dict[str, Callable[[list[list[Flight]]], dict]] = {

@@ -1,9 +1,10 @@
-"""What a case shall hold, and a bench folder before it is written."""
+"""What a case shall hold, a bench as it is, and as a folder."""
 
 import shutil
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -30,6 +31,24 @@ class Request:
         return not self.absent & {"seed.sizes", "seed.mass_g"}
 
 
+@dataclass(frozen=True)
+class Scene:
+    """A bench as it is. worlds: what is true of each recording, named tuples whose
+    fields hold the effects, too, 0 where they are not; toml: of bench.toml."""
+
+    worlds: tuple[Any, ...]
+    request: Request
+    toml: dict
+    noise: Any = None  # of its camera, a Noise
+    scale_sd: float = 0.001  # of mm per pixel, relative
+    plumb_sd_deg: float = 0.05
+
+    def changed(self, **fields: Any) -> Self:
+        """The scene with these fields in all of its worlds."""
+        worlds = tuple(world._replace(**fields) for world in self.worlds)
+        return replace(self, worlds=worlds)
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One recording with one kind of evidence."""
@@ -38,8 +57,7 @@ class Recording:
     toml: dict  # content of recording.toml
     track: pd.DataFrame | None = None  # columns of track.csv
     readings: pd.DataFrame | None = None
-    frames: tuple[np.ndarray, ...] = ()  # (n, h, w) uint8
-    photos: tuple[np.ndarray, ...] = ()  # (h, w) each
+    pictures: dict[str, np.ndarray] = field(default_factory=dict)  # file → (h, w) uint8
 
 
 @dataclass(frozen=True)
@@ -47,7 +65,7 @@ class Bench:
     """A bench folder: bench.toml's content and the recordings."""
 
     toml: dict
-    recordings: tuple[Recording, ...] = field(default=())
+    recordings: tuple[Recording, ...]
 
 
 def log_uniform(low: float, high: float, rng: np.random.Generator) -> float:
@@ -72,21 +90,14 @@ def _write(recording: Recording, folder: Path) -> None:
     (folder / "recording.toml").write_text(
         tomli_w.dumps(recording.toml), encoding="utf8"
     )
-    if recording.track is not None:
-        recording.track.to_csv(folder / "track.csv", index=False)
-    if recording.readings is not None:
-        recording.readings.to_csv(folder / "readings.csv", index=False)
-    if recording.frames:
-        (folder / "frames").mkdir()
-    for i, frame in enumerate(recording.frames):
-        _picture(folder / "frames" / f"{i:06d}.png", frame)
-    for i, photo in enumerate(recording.photos):
-        _picture(folder / f"photo-{i + 1}.png", photo)
-
-
-def _picture(file: Path, pixels) -> None:
-    if not cv2.imwrite(str(file), pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4]):
-        raise OSError(f"{file}: cannot be written")
+    for name, table in (("track", recording.track), ("readings", recording.readings)):
+        if table is not None:
+            table.to_csv(folder / f"{name}.csv", index=False)
+    for name, pixels in recording.pictures.items():
+        file = folder / name
+        file.parent.mkdir(exist_ok=True)
+        if not cv2.imwrite(str(file), pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4]):
+            raise OSError(f"{file}: cannot be written")
 
 
 def drop_frames(folder: Path) -> None:

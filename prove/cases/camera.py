@@ -8,14 +8,12 @@ distortion: radial, relative, at the picture's edge. wobble_mm: the tracked cent
 off by (cos 2φ, sin 2φ), φ the seed's angle in the picture. distance_mm: to the plane of
 the motion; what is nearer looks larger."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Camera:
+class Camera(NamedTuple):
     """centre_mm: the point of the rig in the picture's middle; half_mm: from there to
     the edge."""
 
@@ -31,11 +29,15 @@ class Camera:
     wobble_mm: float = 0.0
     distance_mm: float = np.inf
 
+    def turn(self) -> float:
+        """By how much the picture is turned clockwise [rad]."""
+        return np.radians(self.roll_deg + self.plumb_deg)
 
-def magnification(camera: Camera, depth_mm: Any) -> Any:
+
+def magnification(distance_mm: float, depth_mm: Any) -> Any:
     """By how much larger than in the plane of the motion something `depth_mm` behind it
     looks [1]: d / (d + depth)."""
-    return 1 / (1 + depth_mm / camera.distance_mm)
+    return 1 / (1 + depth_mm / distance_mm)
 
 
 def project(
@@ -44,17 +46,15 @@ def project(
     y_mm: np.ndarray,
     angle_rad: np.ndarray,
     depth_mm: np.ndarray | float = 0.0,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Places in the picture, in stated millimetres, from its middle."""
+) -> np.ndarray:
+    """Places (2, n) in the picture, in stated millimetres, from its middle."""
     x = x_mm + camera.wobble_mm * np.cos(2 * angle_rad) - camera.centre_mm[0]
     y = y_mm + camera.wobble_mm * np.sin(2 * angle_rad) - camera.centre_mm[1]
-    larger = (1 + camera.perspective * y * 1e-3) * magnification(camera, depth_mm)
-    x, y = x * larger, y * larger
-    bent = 1 + camera.distortion * (x**2 + y**2) / camera.half_mm**2
-    turn = np.radians(camera.roll_deg + camera.plumb_deg)
-    x, y = bent * x, bent * y
-    x, y = x * np.cos(turn) + y * np.sin(turn), y * np.cos(turn) - x * np.sin(turn)
-    return x / (1 + camera.scale_error), y / (1 + camera.scale_error)
+    larger = magnification(camera.distance_mm, depth_mm)
+    place = np.array([x, y]) * (1 + camera.perspective * y * 1e-3) * larger
+    place *= 1 + camera.distortion * (place**2).sum(axis=0) / camera.half_mm**2
+    cos, sin = np.cos(camera.turn()), np.sin(camera.turn())
+    return np.array([[cos, sin], [-sin, cos]]) @ place / (1 + camera.scale_error)
 
 
 def stated_times(camera: Camera, t_s: np.ndarray) -> np.ndarray:
@@ -65,8 +65,4 @@ def stated_times(camera: Camera, t_s: np.ndarray) -> np.ndarray:
 def true_times(camera: Camera, stated_s: np.ndarray) -> np.ndarray:
     """True times of frames that the clock puts at `stated_s`."""
     rate = 1 + camera.clock_error
-    if camera.clock_drift == 0:
-        return stated_s / rate
-    return (np.sqrt(rate**2 + 4 * camera.clock_drift * stated_s) - rate) / (
-        2 * camera.clock_drift
-    )
+    return 2 * stated_s / (rate + np.sqrt(rate**2 + 4 * camera.clock_drift * stated_s))

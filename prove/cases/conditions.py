@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from benchtwin.prove.cases.bench import Bench
-
 NUMBERS = {  # name with its unit → least, most, digits
     "moisture_pct": (8.0, 20.0, 1),
     "pressure_mbar": (980.0, 1030.0, 0),
@@ -101,16 +99,3 @@ def _likeness(follows: tuple[float, ...], beside: np.ndarray) -> float:
     a, b = np.asarray(follows) - np.mean(follows), beside - beside.mean(axis=0)
     size = np.linalg.norm(a) * np.linalg.norm(b, axis=0)
     return float(np.max(np.abs(a @ b) / np.where(size > 0, size, np.inf), initial=0.0))
-
-
-def stating(bench: Bench, conditions: tuple[Condition, ...]) -> Bench:
-    """The bench with [conditions] in its recordings."""
-    made = []
-    for i, recording in enumerate(bench.recordings):
-        values = {c.name: c.values[i] for c in conditions if c.values[i] is not None}
-        made.append(
-            replace(recording, toml=recording.toml | {"conditions": values})
-            if values
-            else recording
-        )
-    return Bench(bench.toml, tuple(made))

@@ -1,9 +1,11 @@
 """Tracking noise as cameras have it: white and slowly varying, heavy tails, pulled
 towards whole pixels, frames lost."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numba import njit
 from scipy.signal import lfilter
 
@@ -46,21 +48,21 @@ def draw_noise(
 def noisy(values: np.ndarray, noise: Noise, rng: np.random.Generator) -> np.ndarray:
     """values (n,) [mm] with the noise on them; no frame is lost here."""
     n = len(values)
-    drive = shocks(n, 1, noise.tail, rng)[0] * np.sqrt(1 - noise.rho**2)
+    drive = shocks(n, noise.tail, rng) * np.sqrt(1 - noise.rho**2)
     drive[0] /= np.sqrt(1 - noise.rho**2)  # begins with the spread that it keeps
     slow = lfilter([1.0], [1.0, -noise.rho], drive)
-    white = shocks(n, 1, noise.tail, rng)[0]
+    white = shocks(n, noise.tail, rng)
     lock = noise.lock * np.sin(2 * np.pi * values / noise.pixel)
     coloured = np.sqrt(noise.white) * white + np.sqrt(1 - noise.white) * slow
     return values + lock + noise.sd * (coloured)
 
 
-def shocks(n: int, rows: int, tail: float, rng: np.random.Generator) -> np.ndarray:
-    """(rows, n) independent numbers of unit variance, heavy-tailed when `tail` is
+def shocks(n: int, tail: float, rng: np.random.Generator) -> np.ndarray:
+    """(n,) independent numbers of unit variance, heavy-tailed when `tail` is
     finite."""
     if np.isinf(tail):
-        return rng.standard_normal((rows, n))
-    return rng.standard_t(tail, (rows, n)) * np.sqrt((tail - 2) / tail)
+        return rng.standard_normal(n)
+    return rng.standard_t(tail, n) * np.sqrt((tail - 2) / tail)
 
 
 def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:
@@ -70,6 +72,26 @@ def kept(n: int, noise: Noise, rng: np.random.Generator) -> np.ndarray:
         lost[start : start + 5] = True
     lost[: min(3, n)] = lost[-min(3, n) :] = False
     return ~lost
+
+
+def tracked(
+    t: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    noise: Noise,
+    rng: np.random.Generator,
+    **read: Callable[[np.random.Generator], np.ndarray],
+) -> pd.DataFrame:
+    """The track that is recorded of places (n,) [mm] at stated times (n,) [s], and
+    columns that other instruments read with errors of their own."""
+    table = {
+        "t_s": t,
+        "x_mm": noisy(x, noise, rng).round(5),
+        "y_mm": noisy(y, noise, rng).round(5),
+        **{column: values(rng) for column, values in read.items()},
+        "sd_mm": float(f"{noise.sd:.3g}"),
+    }
+    return pd.DataFrame(table)[kept(len(t), noise, rng)]
 
 
 @njit(cache=True)

@@ -25,9 +25,9 @@ def film(
     low = np.floor(places.min(axis=0) - reach - MARGIN_PX)
     high = np.ceil(places.max(axis=0) + reach + MARGIN_PX)
     low[0], high[0] = min(low[0], -45), max(high[0], 45)
-    _, plate = project(camera, np.array([0.0]), np.array([0.0]), np.zeros(1))
+    plate = project(camera, np.zeros(1), np.zeros(1), np.zeros(1))[1]
     ground = _bench(low, high, plate[0] / mm_per_px, camera, rng)
-    t = np.radians(camera.roll_deg + camera.plumb_deg)
+    t = camera.turn()
     turn = np.array([[np.cos(t), np.sin(t)], [-np.sin(t), np.cos(t)]])
     return tuple(
         _frame(ground, p, turn @ s @ turn.T, low, high, rng)
@@ -44,7 +44,7 @@ def _bench(low, high, plate_px: float, camera: Camera, rng) -> np.ndarray:
         + 0.12 * rng.uniform(-1, 1) * x / np.ptp(x)
         + 0.12 * rng.uniform(-1, 1) * y / np.ptp(y)
     )
-    slope = np.tan(np.radians(camera.roll_deg + camera.plumb_deg))
+    slope = np.tan(camera.turn())
     cover = np.clip(plate_px - slope * x - y + 0.5, 0, 1)
     grain = np.cumsum(rng.normal(0, 0.15, y.shape[1]))[None, :]
     return light * (GROUND + cover * (PLATE - GROUND + grain - grain.mean()))

@@ -2,14 +2,16 @@
 weighs and writes them. A module of this folder, or `cases.py` in a rig's own, holds one
 as `CASES`."""
 
+from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchtwin.prove.cases.bench import Bench, Request
+from benchtwin.prove.cases.bench import Recording, Request, Scene
 from benchtwin.prove.cases.snr import Visibility
 
 FOLLOWS = "follows"  # a contact parameter that follows a condition
+ORDER_DRIFT = "order-drift"  # one that drifts from recording to recording
 
 
 @dataclass(frozen=True)
@@ -28,25 +30,42 @@ class Effect:
     listed: bool = True
 
 
+def field_of(effect: str) -> str:
+    """The field of a world that holds the size of an effect."""
+    return effect.replace("-", "_")
+
+
+def world_with(effects: Mapping[str, Effect], base: Any) -> Any:
+    """A named tuple of the fields of `base`, of how far a recording lies on the scale
+    that a parameter follows (−1 … 1), and of each effect, 0 where it is not."""
+    more = ["followed", *map(field_of, effects)]
+    return namedtuple(
+        "World",
+        [*base._fields, *more],
+        defaults=[0.0] * len(more),
+        module=base.__module__,
+    )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Cases:
     """One rig. share: of the cases; colour: in figures; follows: the parameter that may
-    follow a condition; design: fields of a run that differ by design.
+    follow a condition; design: fields of a world that differ by design.
 
-    draw(request, rng) → scene; visibility(scene, sizes, name); bench(scene, sizes);
-    scored(scene, name): whether one number is true of all recordings. Effects that
-    cases hold in turn: singles, one at a time; need_separation: of them those that are
-    told apart by further recordings only; confounded: without such, separable: with
+    draw(request, rng) → scene; visibility(scene, effect's field); record(scene, world,
+    name); scored(scene, name): whether one number is true of all recordings. Effects
+    that cases hold in turn: singles, one at a time; need_separation: of them those that
+    are told apart by further recordings only; confounded: without such, separable: with
     them; pairs."""
 
     rig: str
     share: float
     colour: str
     effects: Mapping[str, Effect] = field(hash=False)
-    draw: Callable[[Request, Any], Any]
-    visibility: Callable[[Any, dict[str, float], str], Visibility]
-    bench: Callable[[Any, dict[str, float]], Bench]
-    scored: Callable[[Any, str], bool] = lambda scene, name: True
+    draw: Callable[[Request, Any], Scene]
+    visibility: Callable[[Scene, str], Visibility]
+    record: Callable[[Scene, Any, str], Recording]
+    scored: Callable[[Scene, str], bool] = lambda scene, name: True
     design: tuple[str, ...] = ()
     follows: str = ""
     singles: tuple[str, ...]
@@ -59,8 +78,3 @@ class Cases:
     def unlisted(self) -> tuple[str, ...]:
         """Effects that the solver does not know."""
         return tuple(n for n, e in self.effects.items() if not e.listed)
-
-    @property
-    def conditions(self) -> tuple[str, ...]:
-        """What cases hold in which a parameter follows a condition."""
-        return (FOLLOWS,) if self.follows else ()

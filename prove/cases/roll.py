@@ -1,47 +1,46 @@
 """Rolls: round seeds run down an incline and out along a level plate, one way or both.
 
-Signs. viscous-rolling: dμ_r/dv [s/m]. slope: the run-out falls towards +x [deg], so
-that a run in direction −x climbs it. initial-slip: v − ωr at the incline's foot [m/s].
-corner-loss: lost share of the speed there. shape-barrier: highest less lowest centre in
-a turn [mm]. drag: force over weight at 0.5 m/s. sticky-patch: more μ_r on a stretch of
-the level. follows, order-drift: change of μ_r over half the range of a condition, of
-the order."""
+By the midpoint rule. Effects, fields of a world by their names: viscous_rolling:
+dμ_r/dv [s/m]. slope: the run-out falls towards +x [deg], so that a run in direction −x
+climbs it. initial_slip: v − ωr at the incline's foot [m/s]. corner_loss: lost share of
+the speed there. shape_barrier: highest less lowest centre in a turn [mm]. drag: force
+over weight at 0.5 m/s. sticky_patch: more μ_r on a stretch of the level. follows,
+order_drift: change of μ_r over half the range of a condition, of the order."""
 
-from dataclasses import dataclass, replace
+import math
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
+from numba import njit
 from scipy.optimize import brentq
 
-from benchtwin.prove.cases import ground_motion as ground
-from benchtwin.prove.cases.bench import Bench, Recording, Request, log_uniform
-from benchtwin.prove.cases.camera import Camera, magnification
-from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
-from benchtwin.prove.cases.record import Cases, Effect
-from benchtwin.prove.cases.snr import Channel, RecordingChange, Visibility, fitted
+from benchtwin.prove.cases.air import G_M_S2, blown, drag_scale
+from benchtwin.prove.cases.bench import Recording, Request, Scene, log_uniform
+from benchtwin.prove.cases.camera import magnification
+from benchtwin.prove.cases.noise import draw_noise, tracked
+from benchtwin.prove.cases.record import Cases, Effect, world_with
+from benchtwin.prove.cases.snr import Change, Visibility, fitted, matched, slopes
 from benchtwin.prove.cases.stated import (
-    AIR_DENSITY,
     AIRY_SHARE,
+    bench_keys,
     camera_keys,
-    drag_scale,
     draw_distance_mm,
     draw_scale_sd,
     known_scale,
     stated_distance_mm,
 )
 
+STEP_S, FINEST_STEP_S = 2e-4, 1e-9
+ROLLS, DRAG_SPEED_M_S = 5 / 7, 0.5
 RUN_SD, INCLINE_SD_DEG, LEVEL_SD_DEG, START_SD_MM = 0.03, 0.1, 0.003, 0.2
 # of a sphere's drag in free air, in all runs; size and mass known or not
 DRAG_NEAR_PLATE = (0.7, 2.0)
 DRAG_NEAR_PLATE_SD = (0.4, 1.0)
 SEED_SD = 0.04  # each seed's own
 ASTRAY_SD = 0.009  # tangent of the angle in which a seed runs away from the camera
-FOLLOWS = ("follows", "order-drift")
-AT_CORNER = (
-    "corner-loss",
-    "initial-slip",
-)  # what a corner might take by itself besides
-# of 5/7 (1 − cos β) of the speed: a sharp corner takes that, a rounded one nothing
+# what a corner might take by itself besides: shares of 5/7 (1 − cos β) of the speed: a
+# sharp corner takes that, a rounded one nothing
 CORNER = (0.0, 0.5, 1.0)
 CORNER_SD = 0.25
 EFFECTS = {
@@ -57,308 +56,276 @@ EFFECTS = {
 }
 
 
-@dataclass(frozen=True)
-class Run:
-    """One roll: its direction, and how it differs from the others."""
+class Roll(NamedTuple):
+    """One roll, as it is without effects."""
 
-    forwards: bool
+    sign: float  # of its direction along x
     mu_factor: float
     start_off_mm: float
     phase: float
     late_s: float
-    pull: float  # its drag over the lot's
+    air: float  # beside a sphere's in free flight; 0: none
     astray: float
     noise_seed: int
-    follows: float = 0.0
-
-
-@dataclass(frozen=True)
-class Scene:
-    """All that a case of rolls has beside its effects."""
-
-    runs: tuple[Run, ...]
-    mu: float
+    lot_mu: float
     diameter_mm: float
-    density: float
     way_mm: float
-    incline_deg: float
     incline_off_deg: float  # what the bench left open, as the next two
-    level_deg: float
+    level_off_deg: float
     scale_off: float
-    scale_sd: float
     fps: float
-    noise: Noise
-    air: float  # beside a sphere's in free flight; 0: none, or none stated
-    patch: tuple[float, float]  # of the run-out
+    patch_from: float  # share of the run-out in the direction +x
+    patch_to: float
     distance_mm: float
-    request: Request
+    lone_drag: float  # of a sphere in free flight: ρ A / 2m [1/m]
+    re_per_speed: float
+    grip: float  # friction of a seed that slips from the start; 0: it rolls
+
+
+World = world_with(EFFECTS, Roll)
+INCLINE_DEG = 15.0
+
+
+@njit(cache=True)
+def rolling(world):
+    """Rolling friction [1] of this roll at rest."""
+    mu = world.lot_mu * world.mu_factor
+    return mu + world.followed * (world.follows + world.order_drift)
+
+
+@njit(cache=True)
+def fall(x, world):
+    """How steeply the way falls at x from the junction [m], in rad."""
+    if x < 0:
+        return math.radians(INCLINE_DEG + world.incline_off_deg)
+    return -world.sign * math.radians(world.level_off_deg - world.slope)
+
+
+@njit(cache=True)
+def driven(x, world):
+    """Downhill push over weight [1] at x from the junction [m]: slope and shape."""
+    radius = world.diameter_mm * 5e-4
+    held = world.shape_barrier * 1e-3 / radius
+    return math.sin(fall(x, world)) - held * math.sin(2 * x / radius + world.phase)
+
+
+@njit(cache=True)
+def resisted(x, v, world):
+    """What is against the motion, over weight [1]."""
+    resist = rolling(world) + world.viscous_rolling * abs(v)
+    place = 1e3 * x / reach_mm(world)
+    if world.sign < 0:
+        place = 1 - place
+    if world.patch_from < place < world.patch_to:
+        resist += world.sticky_patch
+    air = abs(blown(v, world.lone_drag * world.air, world.re_per_speed)) / G_M_S2
+    drag = world.drag * (v / DRAG_SPEED_M_S) ** 2
+    return resist * math.cos(fall(x, world)) + drag + air
+
+
+@njit(cache=True)
+def reach_mm(world):
+    """How far a seed of the baseline runs out: μ_r = S sin β / (S cos β + L)."""
+    beta, mu = math.radians(INCLINE_DEG), world.lot_mu
+    return world.way_mm * (math.sin(beta) - mu * math.cos(beta)) / mu
+
+
+@njit(cache=True)
+def rolled(x, v, way, world):
+    """Acceleration [m/s²] of pure rolling in the direction `way` (±1)."""
+    return ROLLS * G_M_S2 * (driven(x, world) - way * resisted(x, v, world))
+
+
+@njit(cache=True)
+def simulate(world, times):
+    """Travel [mm] at `times` after the release (n,), and speed [mm/s]."""
+    length = (world.way_mm + world.start_off_mm) * 1e-3
+    x, v, slip, now, way = -length, 0.0, 0.0, 0.0, 1.0
+    out, speed = np.zeros(times.size), np.zeros(times.size)
+    slips = world.grip > 0.0
+    for k in range(times.size):
+        while now < times[k]:
+            h = min(STEP_S, times[k] - now)
+            if x < 0.0 < x + 2 * h * v:  # a step ends where the incline does
+                h = min(h, max(-x / v, FINEST_STEP_S))
+            before = x
+            # the foot slides: friction drives the turning, v − ωr is the slip
+            if slips:
+                tilt = fall(x, world)
+                grip = world.grip * math.cos(tilt)
+                a = G_M_S2 * (math.sin(tilt) - grip)
+                turning = 2.5 * rolling(world) * math.cos(tilt)
+                slip += h * G_M_S2 * (math.sin(tilt) - 3.5 * grip + turning)
+                x += h * (v + h / 2 * a)
+                v += h * a
+                slips = slip >= 0.0
+            elif way != 0.0:
+                a = rolled(x, v, way, world)
+                middle = rolled(x + h / 2 * v, v + h / 2 * a, way, world)
+                x += h * (v + h / 2 * a)
+                v += h * middle
+                if v * way <= 0.0:  # it turns back, or stays
+                    v, push = 0.0, driven(x, world)
+                    stays = abs(push) <= resisted(x, 0.0, world)
+                    way = 0.0 if stays else math.copysign(1.0, push)
+            if before < 0.0 <= x:
+                v *= 1 - world.corner_loss
+            now = now + h if h < times[k] - now else times[k]
+        out[k], speed[k] = 1e3 * (x + length), 1e3 * v
+    return out, speed
+
+
+def with_grip(world: Any) -> Any:
+    """The world with the friction with which a seed that slips from the start slips by
+    `initial_slip` [m/s] at the foot of the incline."""
+    beta, mu_r = fall(-1.0, world), rolling(world)
+    steep, level = G_M_S2 * np.sin(beta), G_M_S2 * np.cos(beta)
+
+    def off(mu: float) -> float:
+        pushed = (steep - (3.5 * mu - 2.5 * mu_r) * level) / np.sqrt(steep - mu * level)
+        return pushed * np.sqrt(2e-3 * world.way_mm) - world.initial_slip
+
+    if world.initial_slip <= 0 or off(0.0) <= 0:
+        return world._replace(grip=0.0)
+    return world._replace(grip=brentq(off, 0.0, (np.tan(beta) + 2.5 * mu_r) / 3.5))
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
-    """A scene of the requested effects: rolls, their camera, and what is stated of
-    them."""
+    """Rolls as requested: their camera, and what is stated of them."""
     both = request.separated or (request.separated is None and rng.random() < 0.5)
     pixel, scale_sd = float(rng.uniform(0.1, 0.3)), draw_scale_sd(request, rng)
-    runs = tuple(
-        Run(
-            not (both and i % 2),
-            float(1 + rng.normal(0, RUN_SD)),
-            float(rng.normal(0, START_SD_MM)),
-            float(rng.uniform(0, 2 * np.pi)),
-            float(rng.uniform(-0.05, 0.01)),
-            float(1 + rng.normal(0, SEED_SD)),
-            float(rng.normal(0, ASTRAY_SD)),
-            int(rng.integers(2**62)),
-        )
+    runs = [
+        {
+            "sign": -1.0 if both and i % 2 else 1.0,
+            "mu_factor": float(1 + rng.normal(0, RUN_SD)),
+            "start_off_mm": float(rng.normal(0, START_SD_MM)),
+            "phase": float(rng.uniform(0, 2 * np.pi)),
+            "late_s": float(rng.uniform(-0.05, 0.01)),
+            "air": float(1 + rng.normal(0, SEED_SD)),
+            "astray": float(rng.normal(0, ASTRAY_SD)),
+            "noise_seed": int(rng.integers(2**62)),
+        }
         for i in range(int(rng.integers(6, 10)))
-    )
-    mu, way = log_uniform(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
-    return Scene(
-        runs,
-        mu,
-        round(float(rng.uniform(5, 8)), 2),
-        rng.uniform(1050, 1350),
-        way,
-        15.0,
-        rng.normal(0, INCLINE_SD_DEG),
-        rng.normal(0, LEVEL_SD_DEG),
-        rng.normal(0, scale_sd),
-        scale_sd,
-        float(rng.choice([240.0, 500.0, 1000.0])),
-        draw_noise(rng, sd=(0.015, 0.08), pixel=pixel),
-        float(rng.uniform(*DRAG_NEAR_PLATE))
-        * bool(
-            "drag" not in request.effects
-            and ("air" in request.absent or rng.random() < AIRY_SHARE)
-        ),
-        tuple(np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])),
-        draw_distance_mm(rng),
-        request,
-    )
-
-
-def seed(
-    scene: Scene,
-    run: Run,
-    sizes: dict[str, float],
-    mu_factor: float = 1.0,
-    level_more: float = 0.0,
-    air_more: float = 0.0,
-) -> np.ndarray:
-    """The seed and the plate as ground_motion.roll takes them."""
-    sign = 1.0 if run.forwards else -1.0
-    out = np.zeros(ground.SEED)
-    mu = scene.mu * run.mu_factor + run.follows * sum(
-        sizes.get(name, 0.0) for name in FOLLOWS
-    )
-    out[ground.ROLLING] = mu * mu_factor
-    out[ground.GROWING] = sizes.get("viscous-rolling", 0.0)
-    out[ground.LEVEL] = sign * np.radians(
-        scene.level_deg + level_more - sizes.get("slope", 0.0)
-    )
-    out[ground.BARRIER] = sizes.get("shape-barrier", 0.0) * 1e-3
-    out[ground.RADIUS] = scene.diameter_mm * 5e-4
-    out[ground.PHASE], out[ground.DRAG] = run.phase, sizes.get("drag", 0.0)
-    if sizes.get("initial-slip", 0.0) > 0:
-        out[ground.SLIPS] = 1.0
-        incline = np.radians(scene.incline_deg + scene.incline_off_deg)
-        out[ground.SLIP_FRICTION] = slip_friction(
-            incline, scene.way_mm, sizes["initial-slip"], out[ground.ROLLING]
-        )
-    out[ground.LOST] = sizes.get("corner-loss", 0.0)
-    out[ground.PATCH] = sizes.get("sticky-patch", 0.0)
-    lone, out[ground.RE] = drag_scale((scene.diameter_mm,) * 3, scene.density)
-    out[ground.BLOWN] = lone * (scene.air * run.pull + air_more)
-    ends = np.array(scene.patch) if run.forwards else 1 - np.array(scene.patch[::-1])
-    out[[ground.PATCH_FROM, ground.PATCH_TO]] = ends * reach_mm(scene) * 1e-3
-    return out
-
-
-def slip_friction(incline: float, way_mm: float, slip: float, rolling: float) -> float:
-    """Friction with which a seed that slips from the start slips by `slip` [m/s] at the
-    foot of the incline."""
-    steep, level = ground.G_M_S2 * np.sin(incline), ground.G_M_S2 * np.cos(incline)
-
-    def off(mu: float) -> float:
-        return (steep - (3.5 * mu - 2.5 * rolling) * level) * np.sqrt(
-            2e-3 * way_mm / (steep - mu * level)
-        ) - slip
-
-    if off(0.0) > 0:
-        return brentq(off, 0.0, (np.tan(incline) + 2.5 * rolling) / 3.5)
-    return 0.0
-
-
-def reach_mm(scene: Scene) -> float:
-    """How far a seed of the baseline runs out: μ_r = S sin β / (S cos β + L)."""
-    beta = np.radians(scene.incline_deg)
-    return scene.way_mm * (np.sin(beta) - scene.mu * np.cos(beta)) / scene.mu
-
-
-def travel(
-    scene: Scene,
-    run: Run,
-    sizes: dict[str, float],
-    *,
-    mu_factor: float = 1.0,
-    incline_more: float = 0.0,
-    level_more: float = 0.0,
-    air_more: float = 0.0,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(times [s] from the film's start, travel [mm], speed [mm/s]); 0.15 s of rest at
-    the end."""
-    incline = np.radians(scene.incline_deg + scene.incline_off_deg + incline_more)
-    way_mm = scene.way_mm + reach_mm(scene)
-    longest = 4 * np.sqrt(2 * way_mm * 1e-3 / (ground.G_M_S2 * scene.mu * 0.7)) + 1
-    t = np.arange(int(longest * scene.fps)) / scene.fps
-    rolling = np.maximum(t + run.late_s, 0.0)
-    start = (scene.way_mm + run.start_off_mm) * 1e-3
-    args = (start, incline, seed(scene, run, sizes, mu_factor, level_more, air_more))
-    x, v = ground.roll(np.r_[0.0, rolling], *args)
-    x, v = x[1:], v[1:]
-    moving = np.flatnonzero(np.abs(v) > 0)
-    n = min(len(t), int(moving[-1] + 0.15 * scene.fps)) if len(moving) else len(t)
-    return t[:n], 1e3 * x[:n], 1e3 * v[:n]
-
-
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
-    """How visible `name` is in the world of all `sizes`, beside the corner that hides
-    it best."""
-    others = {k: v for k, v in sizes.items() if k != name}
-    sharp = 5 / 7 * (1 - np.cos(np.radians(scene.incline_deg)))
-    corners = [share * sharp for share in CORNER] if name in AT_CORNER else [0.0]
-    worlds = [
-        others | {"corner-loss": max(others.get("corner-loss", 0.0), taken)}
-        for taken in corners
     ]
+    mu, way = log_uniform(0.02, 0.06, rng), float(rng.choice([10.0, 20.0, 40.0]))
+    diameter, density = round(float(rng.uniform(5, 8)), 2), rng.uniform(1050, 1350)
+    shared = {
+        "incline_off_deg": rng.normal(0, INCLINE_SD_DEG),
+        "level_off_deg": rng.normal(0, LEVEL_SD_DEG),
+        "scale_off": rng.normal(0, scale_sd),
+        "fps": float(rng.choice([240.0, 500.0, 1000.0])),
+    }
+    noise = draw_noise(rng, sd=(0.015, 0.08), pixel=pixel)
+    air = float(rng.uniform(*DRAG_NEAR_PLATE)) * (
+        "drag" not in request.effects
+        and ("air" in request.absent or rng.random() < AIRY_SHARE)
+    )
+    patch = np.sort(rng.uniform(0.15, 0.8, 2)) + np.array([0.0, 0.08])
+    shared |= dict(zip(("patch_from", "patch_to"), patch.tolist()))
+    shared |= {"distance_mm": draw_distance_mm(rng), "lot_mu": mu, "way_mm": way}
+    axes = np.full(3, diameter)
+    scale = dict(zip(("lone_drag", "re_per_speed"), drag_scale(axes, density)))
+    shared |= {"diameter_mm": diameter, "grip": 0.0, **scale}
+    worlds = tuple(World(**run | shared | {"air": air * run["air"]}) for run in runs)
+    toml = bench_keys(axes, density, airy=air > 0)
+    return Scene(worlds, request, toml, noise, scale_sd)
+
+
+def travel(world: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(times [s] from the film's start, travel [mm]); 0.15 s of rest at the end."""
+    way_mm = world.way_mm + reach_mm(world)
+    longest = 4 * np.sqrt(2 * way_mm * 1e-3 / (G_M_S2 * world.lot_mu * 0.7)) + 1
+    t = np.arange(int(longest * world.fps)) / world.fps
+    x, v = simulate(with_grip(world), np.maximum(t + world.late_s, 0.0))
+    moving = np.flatnonzero(np.abs(v) > 0)
+    n = min(len(t), int(moving[-1] + 0.15 * world.fps)) if len(moving) else len(t)
+    return t[:n], x[:n]
+
+
+def seen(world: Any, t: np.ndarray) -> np.ndarray:
+    """Travel (1, n) [mm] at times t as the camera sees it, above the middle of the way:
+    who runs away from it looks slower."""
+    x = simulate(with_grip(world), np.maximum(t + world.late_s, 0.0))[0]
+    middle = (world.way_mm + reach_mm(world)) / 2
+    larger = magnification(world.distance_mm, world.astray * x)
+    return (middle + (x - middle) * larger)[None]
+
+
+def visibility(scene: Scene, name: str) -> Visibility:
+    """How visible the effect `name` is beside the others, and beside the corner that
+    hides it best."""
+    sharp = 5 / 7 * (1 - np.cos(np.radians(INCLINE_DEG)))
+    at_corner = name in ("corner_loss", "initial_slip")
     seen = min(
-        (_visible_beside(scene, sizes, without, sharp) for without in worlds),
+        (
+            _visible_beside(scene, name, share * sharp, CORNER_SD * sharp)
+            for share in (CORNER if at_corner else CORNER[:1])
+        ),
         key=lambda one: one.snr,
     )
-    return replace(seen, moved=None) if name in FOLLOWS else seen
+    # at which value of a condition friction is to be compared nobody says
+    comparable = name not in ("follows", "order_drift")
+    return seen if comparable else Visibility(seen.snr)
 
 
 def _visible_beside(
-    scene: Scene, sizes: dict[str, float], without: dict[str, float], sharp: float
+    scene: Scene, name: str, taken: float, corner_sd: float
 ) -> Visibility:
-    """How visible it is what the world of `sizes` has beyond the one `without`."""
-    recordings = []
-    unit = scene.noise.sd / RUN_SD
-    for run in scene.runs:
-        t, x, v = travel(scene, run, sizes)
-        n = len(t)
-        like = _same_reach(scene, run, x[-1], without)
-        later = replace(run, start_off_mm=run.start_off_mm + 0.01)
-        other = _padded(travel(scene, run, without, mu_factor=like)[1], n)
-        mu = (_padded(travel(scene, run, sizes, mu_factor=1.002)[1], n) - x) / 0.002
-        start = (_padded(travel(scene, later, sizes)[1], n) - x) / 0.01
-        incline = (
-            _padded(travel(scene, run, sizes, incline_more=0.01)[1], n) - x
-        ) / 0.01
-        level = (_padded(travel(scene, run, sizes, level_more=1e-3)[1], n) - x) / 1e-3
-        struck = sizes | {"corner-loss": sizes.get("corner-loss", 0.0) + 1e-3}
-        lost = (_padded(travel(scene, run, struck)[1], n) - x) / 1e-3
-        blown = _padded(travel(scene, run, sizes, air_more=0.1)[1], n)
-        air = (blown - x) / 0.1 * bool(scene.air)
-        astray = (
-            _seen(scene, replace(run, astray=run.astray + 1e-4), x)
-            - _seen(scene, run, x)
-        ) / 1e-4
-        own = np.column_stack([np.ones(n), v, mu, start, air, astray])
-        shared = np.column_stack([np.zeros(n), incline, level, x, lost, air])
-        # its friction is the pair's within RUN_SD: that it was moved to run as far is
-        # paid for by one more row
-        paid = Channel(
-            np.array([(like - 1) * unit]), -unit * np.eye(6)[2:3], unit * np.eye(6)[:1]
-        )
-        own_sd = np.array([np.inf, np.inf, np.inf, START_SD_MM, SEED_SD, ASTRAY_SD])
-        recordings.append(
-            RecordingChange((Channel(x - other, own, shared), paid), own_sd)
-        )
-    scale_sd = known_scale(scene.request, scene.scale_sd)
-    beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
-    known = np.array(
-        [np.inf, INCLINE_SD_DEG, LEVEL_SD_DEG, scale_sd, CORNER_SD * sharp, beside]
-    )
-    fit = fitted(recordings, known, scene.noise)
-    return Visibility(fit.snr, float(fit.shared[0] / fit.shared_sd[0]))
-
-
-def _seen(scene: Scene, run: Run, x_mm: np.ndarray) -> np.ndarray:
-    """Travel as the camera sees it, above the middle of the way [mm]: who runs away
-    from it looks slower."""
-    middle = (scene.way_mm + reach_mm(scene)) / 2
-    camera = Camera((middle, 0.0), middle, distance_mm=scene.distance_mm)
-    return middle + (x_mm - middle) * magnification(camera, run.astray * x_mm)
-
-
-def _same_reach(
-    scene: Scene, run: Run, wanted_mm: float, without: dict[str, float]
-) -> float:
-    """Factor of friction with which the run without the effect goes as far as with
-    it."""
-
-    def beyond(factor: float) -> float:
-        return travel(scene, run, without, mu_factor=factor)[1][-1] - wanted_mm
-
-    low, high = 0.35, 2.2
-    return (
-        brentq(beyond, low, high, xtol=1e-5) if beyond(low) > 0 > beyond(high) else 1.0
-    )
-
-
-def _padded(x: np.ndarray, n: int) -> np.ndarray:
-    return x[:n] if len(x) >= n else np.r_[x, np.full(n - len(x), x[-1])]
-
-
-def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
-    """The bench folder of a scene with these effects."""
-    d = scene.diameter_mm
-    size = {
-        "length_mm": d,
-        "width_mm": d,
-        "thickness_mm": d,
-        "mass_g": float(f"{np.pi / 6 * d**3 * scene.density * 1e-6:.4g}"),
+    """How visible it is where the corner by itself takes a share `taken` of the speed,
+    known to corner_sd."""
+    own = {
+        "offset": np.inf,
+        "late_s": np.inf,
+        "mu_factor": RUN_SD,
+        "start_off_mm": START_SD_MM,
+        "astray": ASTRAY_SD,
     }
-    air = {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}
-    toml = {"provenance": "measured", "seed": size, "air": air}
-    return Bench(
-        toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs)))
-    )
+    shared = {
+        "mu_factor": np.inf,
+        "incline_off_deg": INCLINE_SD_DEG,
+        "level_off_deg": LEVEL_SD_DEG,
+        "corner_loss": corner_sd,
+        "scale": known_scale(scene.request, scene.scale_sd),
+    }
+    steps = {
+        **{"late_s": 1e-3, "mu_factor": 2e-3, "start_off_mm": 0.01, "astray": 1e-4},
+        **{"incline_off_deg": 0.01, "level_off_deg": 1e-3, "corner_loss": 1e-3},
+    }
+    if scene.worlds[0].air > 0:
+        steps["air"], own["air"] = 0.1, SEED_SD
+        shared["air"] = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
+    changes = []
+    for world in scene.worlds:
+        bare = world._replace(**{name: 0.0})
+        bare = bare._replace(corner_loss=max(bare.corner_loss, taken))
+        t, x = travel(world)
+        near = matched(lambda w: travel(w)[1][-1], x[-1], bare, mu_factor=(0.3, 2.3))
+        rows = partial(seen, t=t)
+        columns = slopes(rows, world, steps)
+        moved = near.mu_factor - bare.mu_factor
+        change = rows(world) - rows(near) + moved * columns["mu_factor"]
+        columns |= {"offset": np.ones_like(change), "scale": rows(world)}
+        changes.append(Change(change, columns, own, shared))
+    fit = fitted(changes, scene.noise)
+    return Visibility(fit.snr, fit.shared_in_sds["mu_factor"])
 
 
-def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
-    run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
-    name = f"roll-{i + 1:02d}"
+def record(scene: Scene, world: Any, name: str) -> Recording:
+    """What is filmed of one roll."""
+    rng = np.random.default_rng(world.noise_seed)
+    away = stated_distance_mm(world.distance_mm, rng)
+    pixel = scene.noise.pixel
     way = {
-        "incline_deg": scene.incline_deg,
-        "incline_length_mm": scene.way_mm,
-        "direction": "+x" if run.forwards else "-x",
+        "incline_deg": INCLINE_DEG,
+        "incline_length_mm": world.way_mm,
+        "direction": "+x" if world.sign > 0 else "-x",
     }
-    toml = {
-        "rig": "roll",
-        "id": name,
-        "session": "day-1",
-        "roll": way,
-        "camera": camera_keys(
-            scene.noise.pixel,
-            scene.scale_sd,
-            fps=scene.fps,
-            distance_mm=stated_distance_mm(scene.distance_mm, rng),
-        ),
-    }
-    t, x, _ = travel(scene, run, sizes)
-    table = {
-        "t_s": t.round(6),
-        "x_mm": noisy(
-            _seen(scene, run, x) / (1 + scene.scale_off), scene.noise, rng
-        ).round(5),
-        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5),
-        "sd_mm": float(f"{scene.noise.sd:.3g}"),
-    }
-    return Recording(
-        name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)]
-    )
+    camera = camera_keys(pixel, scene.scale_sd, fps=world.fps, distance_mm=away)
+    toml = {"session": "day-1", "roll": way, "camera": camera}
+    t, _ = travel(world)
+    x = seen(world, t)[0] / (1 + world.scale_off)
+    track = tracked(t.round(6), x, np.zeros(len(t)), scene.noise, rng)
+    return Recording(name, toml, track=track)
 
 
 CASES = Cases(
@@ -368,8 +335,8 @@ CASES = Cases(
     effects=EFFECTS,
     draw=draw,
     visibility=visibility,
-    bench=bench,
-    design=("forwards",),
+    record=record,
+    design=("sign",),
     follows="rolling_friction",
     singles=("slope", "initial-slip", "corner-loss", "shape-barrier"),
     need_separation=("slope",),

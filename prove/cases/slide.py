@@ -1,45 +1,53 @@
 """Slides: a block of taped seeds on a plate that tilts up, filmed beside a tilt sensor;
 or only the angles that were read.
 
-Signs. kinetic-friction: μ_s − μ_k. stribeck: μ at rest less μ at high speed.
-viscous-sliding: dμ/dv. adhesion: pull towards the plate [mN], whatever the load.
-reading-delay: the angle is read after so much travel [mm]. clock-offset: a tilt of true
-time T is stamped T + offset. angle-offset: recorded less true tilt. plate-vibration:
-amplitude along the plate [m/s²]. partial-rolling: added inertia over mass.
-stepped-tilt: height of the stairs in which the plate climbs [deg]. worn-track: dμ/dx
-[1/m]. follows, order-drift: change of μ over half the range of a condition, of the
-order."""
+By the midpoint rule. Effects, fields of a world by their names: kinetic_friction:
+μ_s − μ_k. stribeck: μ at rest less μ at high speed. viscous_sliding: dμ/dv. adhesion:
+pull towards the plate [mN], whatever the load. reading_delay: the angle is read after
+so much travel [mm]. clock_offset: a tilt of true time T is stamped T + offset.
+angle_offset: recorded less true tilt. plate_vibration: amplitude along the plate
+[m/s²]. partial_rolling: added inertia over mass. stepped_tilt: height of the stairs in
+which the plate climbs [deg]. worn_track: dμ/dx [1/m]. follows, order_drift: change of μ
+over half the range of a condition, of the order."""
 
 import math
-from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numba import njit
 
-from benchtwin.prove.cases import ground_motion as ground
-from benchtwin.prove.cases.bench import Bench, Recording, Request
-from benchtwin.prove.cases.noise import Noise, draw_noise, kept, noisy
-from benchtwin.prove.cases.record import Cases, Effect
+from benchtwin.prove.cases.air import G_M_S2, blown, drag_scale
+from benchtwin.prove.cases.bench import Recording, Request, Scene
+from benchtwin.prove.cases.noise import draw_noise, tracked
+from benchtwin.prove.cases.record import Cases, Effect, world_with
 from benchtwin.prove.cases.snr import (
-    Channel,
-    RecordingChange,
+    WHITE,
+    Change,
     Visibility,
     fitted,
-    scatter_snr,
+    matched,
+    slopes,
 )
 from benchtwin.prove.cases.stated import (
-    AIR_DENSITY,
     AIRY_SHARE,
-    Reading,
+    GRID_SHARES,
+    GRIDS_DEG,
+    LIFT_SHARES,
+    LIFTS,
+    bench_keys,
     camera_keys,
-    drag_scale,
     draw_distance_mm,
-    draw_reading,
     draw_scale_sd,
     known_scale,
+    mean_sd_deg,
+    on_grid,
     stated_distance_mm,
 )
 
+STEP_S, FINEST_STEP_S = 2e-4, 1e-9
+JOG = 0.2  # of a stair's time is spent climbing it
 TILT_SD_DEG, RUN_SD, READING_SD_DEG = 0.05, 0.003, 0.02
 # of a tilt that nobody recorded, at the film's first moment
 START_SD_DEG = 0.2
@@ -51,8 +59,6 @@ COLUMN_SHARES = (0.65, 0.23, 0.12)
 DRAG_NEAR_PLATE = (0.4, 1.6)
 DRAG_NEAR_PLATE_SD = (0.35, 1.0)
 SHADE, SHADE_SD = (0.0, 0.5), 0.15  # among n seeds each is blown at by n^−shade as much
-READ = ("reading-delay",)
-FOLLOWS = ("follows", "order-drift")
 EFFECTS = {
     "kinetic-friction": Effect(("onset", "sliding"), "1", 0.0003, 0.2),
     "stribeck": Effect(("sliding", "onset"), "1", 0.0005, 0.2),
@@ -70,374 +76,307 @@ EFFECTS = {
 }
 
 
-@dataclass(frozen=True)
-class Run:
-    """One slide: how its plate is tilted, and how it differs from the others."""
+class Slide(NamedTuple):
+    """One slide, as it is without effects."""
 
+    mu: float  # at rest
     rate_deg_s: float
     start_deg: float  # the tilt at the film's first moment
-    count: int
-    mu_off: float
+    seeds: int  # in the block
     hinge_m: float
     noise_seed: int
-    follows: float = 0.0
-
-
-@dataclass(frozen=True)
-class Scene:
-    """All that a case of slides has beside its effects."""
-
-    runs: tuple[Run, ...]
-    mu: float
     mass: float  # of a seed [kg]
-    axes_mm: tuple[float, float, float]
-    tilt_off_deg: float  # this session's own, as the next
+    lone_drag: float  # of a seed in free flight: ρ A / 2m [1/m]
+    re_per_speed: float
+    air: float  # beside the plate, of free flight's; 0: none
+    shade: float
+    lot_mu: float  # of all slides
+    tilt_off_deg: float  # of the recorded tilt, in all slides
     scale_off: float
-    scale_sd: float
     travel_mm: float
     fps: float
-    noise: Noise
     shake_hz: float
     stribeck_m_s: float
-    air: float  # beside the plate, of free flight's; 0: none
-    shade: float  # by how little it blows among others
-    readings: int  # how many a recording holds; 0: it is filmed
-    reading: Reading
-    column_grid_deg: float
     distance_mm: float
-    request: Request
+    column_grid_deg: float
+    readings: int  # how many the recording holds; 0: it is filmed
+    reading_grid_deg: float
+    reading_lift: float
+
+
+World = world_with(EFFECTS, Slide)
+
+
+@njit(cache=True)
+def tilted(steady, rate, stair):
+    """(tilt, rate): `steady`, or stairs climbed s²(3 − 2s) in the last JOG of their
+    time."""
+    if stair <= 0.0:
+        return steady, rate
+    below = math.floor(steady / stair)
+    s = max(0.0, (steady / stair - below - 1 + JOG) / JOG)
+    return stair * (below + s * s * (3 - 2 * s)), rate * 6 * s * (1 - s) / JOG
+
+
+@njit(cache=True)
+def static(world):
+    """Coefficient of friction at rest [1]."""
+    return world.mu + world.followed * (world.follows + world.order_drift)
+
+
+@njit(cache=True)
+def drive(t, x, v, world):
+    """(downhill push, normal force) over mass [m/s²] in the plate's frame: weight, film
+    pull, turning plate, shaking plate."""
+    rate = math.radians(world.rate_deg_s)
+    steady = math.radians(world.start_deg) + rate * t
+    tilt, rate = tilted(steady, rate, math.radians(world.stepped_tilt))
+    push = G_M_S2 * math.sin(tilt) - (world.hinge_m - x) * rate * rate
+    push += world.plate_vibration * math.sin(2 * math.pi * world.shake_hz * t)
+    pull = world.adhesion * 1e-3 / (world.seeds * world.mass)
+    return push, max(G_M_S2 * math.cos(tilt) + pull - 2 * rate * v, 0.0)
+
+
+@njit(cache=True)
+def holds(t, x, world):
+    """What friction at rest could hold beyond the push, over mass [m/s²]."""
+    push, normal = drive(t, x, 0.0, world)
+    return static(world) * normal - push
+
+
+@njit(cache=True)
+def pulled(t, x, v, world):
+    """Acceleration along the plate [m/s²] at time t [s], travel x [m], speed v
+    [m/s]."""
+    push, normal = drive(t, x, v, world)
+    mu = static(world) - world.kinetic_friction
+    mu -= world.stribeck * (1 - math.exp(-v / world.stribeck_m_s))
+    mu += world.viscous_sliding * v + world.worn_track * x
+    air = world.lone_drag * world.air * world.seeds**-world.shade
+    held = mu * normal + blown(v, air, world.re_per_speed)
+    return (push - held) / (1 + world.partial_rolling)
+
+
+@njit(cache=True)
+def simulate(world, times):
+    """Travel [mm] at `times` [s] (n,), and the number of times up to the travel's
+    end."""
+    x, v, now, out = 0.0, 0.0, times[0], np.zeros(times.size)
+    for k in range(times.size):
+        while now < times[k]:
+            h = min(STEP_S, times[k] - now)
+            if v <= 0.0:
+                v = 0.0
+                held = holds(now, x, world)
+                if held >= 0.0:
+                    later = holds(now + h, x, world)
+                    # a step ends where it lets go
+                    h *= held / (held - later) if later < 0.0 else 1.0
+                    now = now + max(h, FINEST_STEP_S)
+                    continue
+            a = pulled(now, x, v, world)
+            half = max(v + h / 2 * a, 0.0)
+            middle = pulled(now + h / 2, x + h / 2 * v, half, world)
+            x += h * (v + h / 2 * a)
+            v += h * middle
+            now += h
+        out[k] = 1e3 * x
+        if out[k] > world.travel_mm:
+            return out, k + 1
+    return out, times.size
+
+
+def times(world: Any) -> np.ndarray:
+    """Frame times from the film's beginning."""
+    span = np.degrees(np.arctan(world.lot_mu)) - world.start_deg + 14
+    return np.arange(int(span / world.rate_deg_s * world.fps)) / world.fps
 
 
 def draw(request: Request, rng: np.random.Generator) -> Scene:
-    """A scene of the requested effects: slides, their camera, and what is stated of
-    them."""
-    read = bool(set(READ) & set(request.effects)) or (
-        not request.effects and rng.random() < 0.2
-    )
+    """Slides as requested: their camera, and what is stated of them."""
+    effects = set(request.effects)
+    read = "reading-delay" in effects or (not effects and rng.random() < 0.2)
     count = int(rng.integers(3, 5)) if read else int(rng.integers(5, 9))
     several = (
         request.separated or read or (request.separated is None and rng.random() < 0.5)
     )
-    rates = (
-        (0.5, 2.0, 5.0)
-        if read
-        else (1.0, 5.0)
-        if several
-        else (float(rng.choice([1.0, 2.0, 4.0])),)
-    )
+    if read:
+        rates = [0.5, 2.0, 5.0]
+    else:
+        rates = [1.0, 5.0] if several else [float(rng.choice([1.0, 2.0, 4.0]))]
     loads = [4]
-    if "adhesion" in request.effects or (several and rng.random() < 0.4):
+    if "adhesion" in effects or (several and rng.random() < 0.4):
         loads = [2, 8]
     length = rng.uniform(6, 10)
-    axes = (
-        round(length, 2),
-        round(length * rng.uniform(0.75, 0.95), 2),
-        round(length * rng.uniform(0.65, 0.74), 2),
-    )
+    shares = np.array([1.0, rng.uniform(0.75, 0.95), rng.uniform(0.65, 0.74)])
+    axes = (length * shares).round(2)
     pixel = float(rng.uniform(0.08, 0.3))
     scale_sd = draw_scale_sd(request, rng)
     mu = rng.uniform(0.25, 0.5)
     # it may let go so much sooner
-    ahead = 3.5 if set(FOLLOWS) & set(request.effects) or rng.random() < 0.2 else 0.0
-    runs = tuple(
-        Run(
-            rate,
-            float(
-                np.degrees(np.arctan(mu)) - _margin(rate) - ahead - rng.uniform(0, 0.5)
-            ),
-            loads[i // 2 % len(loads)],
-            float(rng.normal(0, RUN_SD)),
-            round(float(rng.uniform(0.12, 0.25)), 3),
-            int(rng.integers(2**62)),
-        )
-        for i, rate in enumerate((rates * count)[:count])
-    )
-    filmed = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
-    if request.separated is False:
-        stribeck = rng.uniform(0.004, 0.01)
-    else:
-        stribeck = rng.uniform(0.08, 0.16)
-    if "air" in request.absent or rng.random() < AIRY_SHARE:
-        air = rng.uniform(*DRAG_NEAR_PLATE)
-    else:
-        air = 0.0
-    return Scene(
-        runs=runs,
-        mu=mu,
-        mass=np.pi / 6 * math.prod(axes) * 1e-9 * rng.uniform(1050, 1350),
-        axes_mm=axes,
-        tilt_off_deg=rng.normal(0, TILT_SD_DEG),
-        scale_off=rng.normal(0, scale_sd),
-        scale_sd=scale_sd,
-        travel_mm=round(float(rng.uniform(50, 90))),
-        fps=float(rng.choice([120.0, 240.0, 500.0])),
-        noise=filmed,
-        shake_hz=rng.uniform(15, 40),
-        stribeck_m_s=stribeck,
-        air=air,
-        shade=rng.uniform(*SHADE),
-        readings=int(rng.integers(10, 16)) if read else 0,
-        reading=draw_reading(rng),
-        column_grid_deg=float(rng.choice(COLUMN_GRIDS, p=COLUMN_SHARES)),
-        distance_mm=draw_distance_mm(rng),
-        request=request,
-    )
+    following = {"follows", "order-drift"} & effects
+    ahead = 3.5 if following or rng.random() < 0.2 else 0.0
+    runs = []
+    for i in range(count):
+        rate = rates[i % len(rates)]
+        # a film begins so long [deg] before the block may let go
+        margin = min(4.0, max(1.2, 0.8 * rate)) + ahead + rng.uniform(0, 0.5)
+        run = {
+            "start_deg": float(np.degrees(np.arctan(mu)) - margin),
+            "mu": mu + float(rng.normal(0, RUN_SD)),
+            "hinge_m": round(float(rng.uniform(0.12, 0.25)), 3),
+            "noise_seed": int(rng.integers(2**62)),
+        }
+        runs.append(run | {"rate_deg_s": rate, "seeds": loads[i // 2 % len(loads)]})
+    noise = draw_noise(rng, sd=(0.015, 0.06), pixel=pixel)
+    slow = request.separated is False
+    stribeck_m_s = rng.uniform(0.004, 0.01) if slow else rng.uniform(0.08, 0.16)
+    airy = "air" in request.absent or rng.random() < AIRY_SHARE
+    air = rng.uniform(*DRAG_NEAR_PLATE) if airy else 0.0
+    density = rng.uniform(1050, 1350)
+    lone_drag, re_per_speed = drag_scale(axes, density)
+    shared = {
+        "tilt_off_deg": rng.normal(0, TILT_SD_DEG),
+        "scale_off": rng.normal(0, scale_sd),
+        "travel_mm": float(round(rng.uniform(50, 90))),
+        "fps": float(rng.choice([120.0, 240.0, 500.0])),
+        "shake_hz": rng.uniform(15, 40),
+        "shade": rng.uniform(*SHADE),
+        "readings": int(rng.integers(10, 16)) if read else 0,
+        "reading_grid_deg": float(rng.choice(GRIDS_DEG, p=GRID_SHARES)),
+        "reading_lift": float(rng.choice(LIFTS, p=LIFT_SHARES)),
+        "column_grid_deg": float(rng.choice(COLUMN_GRIDS, p=COLUMN_SHARES)),
+        "distance_mm": draw_distance_mm(rng),
+        "lot_mu": mu,
+        "mass": np.pi / 6 * np.prod(axes) * 1e-9 * density,
+        "lone_drag": lone_drag,
+        "re_per_speed": re_per_speed,
+        "air": air,
+        "stribeck_m_s": stribeck_m_s,
+    }
+    worlds = tuple(World(**run, **shared) for run in runs)
+    toml = bench_keys(axes, density, airy)
+    return Scene(worlds, request, toml, noise, scale_sd)
 
 
-def block(
-    scene: Scene,
-    run: Run,
-    sizes: dict[str, float],
-    mu_more: float = 0.0,
-    air_more: float = 0.0,
-) -> np.ndarray:
-    """The block as ground_motion.slide takes it. air_more: of free flight's, on each
-    seed."""
-    followed = sum(sizes.get(name, 0.0) for name in FOLLOWS)
-    mu = scene.mu + run.mu_off + mu_more + run.follows * followed
-    out = np.zeros(ground.BLOCK)
-    out[[ground.STATIC, ground.KINETIC]] = mu
-    out[ground.KINETIC] -= sizes.get("kinetic-friction", 0.0) + sizes.get(
-        "stribeck", 0.0
-    )
-    out[ground.FALLING] = sizes.get("stribeck", 0.0)
-    out[ground.STRIBECK_SPEED] = scene.stribeck_m_s
-    out[ground.VISCOUS] = sizes.get("viscous-sliding", 0.0)
-    out[ground.WORN] = sizes.get("worn-track", 0.0)
-    out[ground.PULL] = sizes.get("adhesion", 0.0) * 1e-3 / (run.count * scene.mass)
-    out[ground.SHAKE] = sizes.get("plate-vibration", 0.0)
-    out[ground.SHAKE_HZ] = scene.shake_hz
-    out[ground.ADDED] = sizes.get("partial-rolling", 0.0)
-    out[ground.HINGE] = run.hinge_m
-    out[ground.STAIR] = np.radians(sizes.get("stepped-tilt", 0.0))
-    lone, out[ground.REYNOLDS] = drag_scale(
-        scene.axes_mm, scene.mass / (np.pi / 6 * math.prod(scene.axes_mm) * 1e-9)
-    )
-    out[ground.AIR] = lone * (scene.air * run.count**-scene.shade + air_more)
-    return out
-
-
-def _margin(rate_deg_s: float) -> float:
-    """A film begins so long [deg] before the block may let go."""
-    return min(4.0, max(1.2, 0.8 * rate_deg_s))
-
-
-def times(scene: Scene, run: Run) -> np.ndarray:
-    """Frame times from the film's beginning."""
-    span = np.degrees(np.arctan(scene.mu)) - run.start_deg + 14
-    return np.arange(int(span / run.rate_deg_s * scene.fps)) / scene.fps
-
-
-def travel(
-    scene: Scene,
-    run: Run,
-    sizes: dict[str, float],
-    mu_more: float = 0.0,
-    tilt_more: float = 0.0,
-    air_more: float = 0.0,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(times, travel [mm], speed [mm/s]) up to the travel's end."""
-    t = times(scene, run)
-    args = (
-        np.radians(run.start_deg + tilt_more),
-        np.radians(run.rate_deg_s),
-        block(scene, run, sizes, mu_more, air_more),
-    )
-    x, v, n = ground.slide(t, *args, scene.travel_mm * 1e-3)
-    return t[:n], 1e3 * x[:n], 1e3 * v[:n]
-
-
-def visibility(scene: Scene, sizes: dict[str, float], name: str) -> Visibility:
-    """How visible `name` is in the world of all `sizes`."""
-    if scene.readings:
-        return _visible_in_readings(scene, sizes, name)
-    recordings, without = [], {k: v for k, v in sizes.items() if k != name}
-    like = [_same_onset(scene, run, sizes, without) for run in scene.runs]
-    mean = float(np.mean(like))
-    for run, more in zip(scene.runs, like, strict=True):
-        with_tilt, other_tilt = _tilt_off(sizes, run), _tilt_off(without, run)
-        base = travel(scene, run, sizes, tilt_more=with_tilt)[1]
-        n = len(base)
-        shifted = travel(scene, run, without, mu_more=more, tilt_more=other_tilt)[1]
-        moved = [_padded(shifted, n)]
-        moved += [
-            _padded(travel(scene, run, sizes, mu_more=1e-4, tilt_more=with_tilt)[1], n),
-            _padded(travel(scene, run, sizes, tilt_more=with_tilt + 2e-3)[1], n),
-            _padded(travel(scene, run, sizes, tilt_more=with_tilt, air_more=0.5)[1], n),
-        ]
-        mu, tilt = (moved[1] - base) / 1e-4, (moved[2] - base) / 2e-3
-        own = np.column_stack([np.ones(n), mu, tilt])
-        air = (moved[3] - base) / 0.5 * bool(scene.air)
-        lone = run.count**-scene.shade
-        shade = scene.air * math.log(run.count) * run.count**-scene.shade
-        shared = np.column_stack([mu, tilt, base, lone * air, shade * air])
-        track = Channel(base - moved[0], own, shared)
-        # its friction is the pair's within RUN_SD: that it was moved to let go at the
-        # same moment is paid for by one more row
-        unit = scene.noise.sd / RUN_SD
-        change = np.array([(mean - more) * unit])
-        friction = Channel(change, np.array([[0.0, unit, 0.0]]), np.zeros((1, 5)))
-        own_sd = np.array([np.inf, np.inf, _own_tilt_sd(scene)])
-        recordings.append(RecordingChange((track, friction), own_sd))
-    beside = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
-    scale_sd = known_scale(scene.request, scene.scale_sd)
-    known = np.array([np.inf, TILT_SD_DEG, scale_sd, beside, SHADE_SD])
-    fit = fitted(recordings, known, scene.noise)
-    # at which value of a condition friction is to be compared nobody says
-    comparable = name not in FOLLOWS
-    return Visibility(
-        fit.snr,
-        (mean + float(fit.shared[0])) / float(fit.shared_sd[0]) if comparable else None,
-    )
-
-
-def _own_tilt_sd(scene: Scene) -> float:
-    """How well each recording's tilt is known beside the others' [deg]: by its column,
-    else by the start that is stated."""
+def visibility(scene: Scene, name: str) -> Visibility:
+    """How visible the effect `name` is beside the others."""
+    if scene.worlds[0].readings:
+        return _visible_in_readings(scene)
+    stated = scene.request.known
     if "track.tilt_deg" in scene.request.absent:
-        return scene.request.known(
-            "slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG
-        )
-    return max(scene.column_grid_deg / 8, 1e-4)
+        tilt_sd = stated("slide.start_deg", START_SD_DEG, UNSTATED_START_SD_DEG)
+    else:
+        tilt_sd = max(scene.worlds[0].column_grid_deg / 8, 1e-4)
+    own = {"offset": np.inf, "mu": RUN_SD, "start_deg": tilt_sd}
+    shared = {
+        "mu": np.inf,
+        "start_deg": TILT_SD_DEG,
+        "scale": known_scale(scene.request, scene.scale_sd),
+    }
+    steps = {"mu": 1e-6, "start_deg": 1e-4}
+    if scene.worlds[0].air > 0:
+        shared["air"] = DRAG_NEAR_PLATE_SD[not scene.request.sizes_known()]
+        shared["shade"] = SHADE_SD
+        steps |= {"air": 0.5, "shade": 0.05}
+    changes = []
+    for world in scene.worlds:
+        here, bare = _as_recorded(world), _as_recorded(world._replace(**{name: 0.0}))
+        t = times(world)
+        onset = partial(_onset_s, t=t)
+        near = matched(onset, onset(here), bare, mu=(0.0, 2 * here.mu + 0.5))
+        rows = partial(_travel, t=t[: simulate(here, t)[1]])
+        columns = slopes(rows, here, steps)
+        change = rows(here) - rows(near) + (near.mu - bare.mu) * columns["mu"]
+        columns |= {"offset": np.ones_like(change), "scale": rows(here)}
+        changes.append(Change(change, columns, own, shared))
+    fit = fitted(changes, scene.noise)
+    # at which value of a condition friction is to be compared nobody says
+    comparable = name not in ("follows", "order_drift")
+    return Visibility(fit.snr, fit.shared_in_sds["mu"] if comparable else None)
 
 
-def _tilt_off(sizes: dict[str, float], run: Run) -> float:
-    """In the recorded tilt's own terms an offset is a plate that was elsewhere, by so
-    much [deg]."""
-    return sizes.get("clock-offset", 0.0) * run.rate_deg_s - sizes.get(
-        "angle-offset", 0.0
-    )
+def _travel(world: Any, t: np.ndarray) -> np.ndarray:
+    """Travel (1, n) [mm] at times t, on a plate that is long enough."""
+    return simulate(world._replace(travel_mm=np.inf), t)[0][None]
 
 
-def _same_onset(
-    scene: Scene, run: Run, sizes: dict[str, float], without: dict[str, float]
-) -> float:
-    """More friction with which the block without the effect lets go as with it."""
-
-    def onset(effects, more: float) -> float:
-        t, x, _ = travel(
-            scene, run, effects, mu_more=more, tilt_more=_tilt_off(effects, run)
-        )
-        return run.start_deg + run.rate_deg_s * float(np.interp(0.3, x, t))
-
-    wanted, more = np.tan(np.radians(onset(sizes, 0.0))), 0.0
-    for _ in range(3):
-        more += wanted - np.tan(np.radians(onset(without, more)))
-    return float(more)
+def _as_recorded(world: Any) -> Any:
+    """In the recorded tilt's own terms an offset is a plate that was elsewhere."""
+    off_deg = world.clock_offset * world.rate_deg_s - world.angle_offset
+    return world._replace(start_deg=world.start_deg + off_deg)
 
 
-def _padded(x: np.ndarray, n: int) -> np.ndarray:
-    """The first n values; one that ended sooner goes on at its last speed."""
-    if len(x) >= n:
-        return x[:n]
-    return np.r_[x, x[-1] + (x[-1] - x[-2]) * np.arange(1, n - len(x) + 1)]
+def _onset_s(world: Any, t: np.ndarray) -> float:
+    """When the block has gone 0.3 mm."""
+    x, n = simulate(world, t)
+    return float(np.interp(0.3, x[:n], t[:n]))
 
 
-def _visible_in_readings(
-    scene: Scene, sizes: dict[str, float], name: str
-) -> Visibility:
+def _visible_in_readings(scene: Scene) -> Visibility:
     """Of a reading's delay: what it adds to the angles, beside a friction of any
     size."""
-    shift = np.array(
-        [overshoot_deg(scene.mu, run.rate_deg_s, sizes[name]) for run in scene.runs]
-    )
-    scatter = np.hypot(
-        np.degrees(RUN_SD * np.cos(np.arctan(scene.mu)) ** 2), READING_SD_DEG
-    )
-    sd = scene.reading.mean_sd_deg(float(scatter), scene.readings)
-    snr = scatter_snr(shift, np.full(len(shift), sd), np.ones((len(shift), 1)))
-    moved = float(shift.mean()) / float(np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG))
-    return Visibility(snr, moved)
+    one = scene.worlds[0]
+    scatter = np.degrees(RUN_SD * np.cos(np.arctan(one.lot_mu)) ** 2)
+    scatter = float(np.hypot(scatter, READING_SD_DEG))
+    sd = mean_sd_deg(one.reading_grid_deg, scatter, one.readings)
+    shift = [overshoot_deg(world) for world in scene.worlds]
+    per_sd = {"friction": np.array([[1 / sd]])}
+    free = {"friction": np.inf}
+    changes = [Change(np.array([[s / sd]]), per_sd, {}, free) for s in shift]
+    moved = np.mean(shift) / np.hypot(sd / np.sqrt(len(shift)), TILT_SD_DEG)
+    return Visibility(fitted(changes, WHITE).snr, float(moved))
 
 
-def overshoot_deg(mu: float, rate_deg_s: float, delay_mm: float) -> float:
-    """By how much the plate has tilted on when the block has gone `delay_mm`: x = g Ω
-    (cos θ + μ sin θ) t³ / 6."""
-    theta, rate = np.arctan(mu), np.radians(rate_deg_s)
-    grows = np.cos(theta) + mu * np.sin(theta)
-    t = (6 * delay_mm * 1e-3 / (ground.G_M_S2 * rate * (grows))) ** (1 / 3)
-    return float(rate_deg_s * t)
+def overshoot_deg(world: Any) -> float:
+    """By how much the plate has tilted on when the block has gone the reading's delay:
+    x = g Ω (cos θ + μ sin θ) t³ / 6."""
+    theta, rate = np.arctan(world.lot_mu), np.radians(world.rate_deg_s)
+    grows = np.cos(theta) + world.lot_mu * np.sin(theta)
+    t = (6 * world.reading_delay * 1e-3 / (G_M_S2 * rate * grows)) ** (1 / 3)
+    return float(world.rate_deg_s * t)
 
 
-def bench(scene: Scene, sizes: dict[str, float]) -> Bench:
-    """The bench folder of a scene with these effects."""
-    seed = dict(zip(("length_mm", "width_mm", "thickness_mm"), scene.axes_mm)) | {
-        "mass_g": float(f"{scene.mass * 1e3:.4g}")
-    }
-    air = {"density_kg_m3": AIR_DENSITY if scene.air > 0 else 0.0}
-    toml = {"provenance": "measured", "seed": seed, "air": air}
-    return Bench(
-        toml, tuple(_recording(scene, sizes, i) for i in range(len(scene.runs)))
-    )
-
-
-def _recording(scene: Scene, sizes: dict[str, float], i: int) -> Recording:
-    run, rng = scene.runs[i], np.random.default_rng(scene.runs[i].noise_seed)
-    name = f"slide-{i + 1:02d}"
-    toml: dict = {
-        "rig": "slide",
-        "id": name,
-        "session": "day-1",
-        "seed": {"count": run.count},
-        "slide": {"tilt_rate_deg_s": run.rate_deg_s, "travel_mm": scene.travel_mm},
-    }
-    if scene.readings:
-        toml["reading"] = {"resolution_deg": scene.reading.grid_deg}
-        return Recording(
-            name,
-            toml,
-            readings=pd.DataFrame({"slide_angle_deg": _read(scene, run, sizes, rng)}),
-        )
-    away = stated_distance_mm(scene.distance_mm, rng)
-    toml["camera"] = camera_keys(
-        scene.noise.pixel, scene.scale_sd, fps=scene.fps, distance_mm=away
-    )
-    toml["slide"]["start_mm"] = 1e3 * run.hinge_m
+def record(scene: Scene, world: Any, name: str) -> Recording:
+    """What is filmed, or read, of one slide."""
+    rng = np.random.default_rng(world.noise_seed)
+    slide = {"tilt_rate_deg_s": world.rate_deg_s, "travel_mm": int(world.travel_mm)}
+    toml = {"session": "day-1", "seed": {"count": world.seeds}, "slide": slide}
+    if world.readings:
+        toml["reading"] = {"resolution_deg": world.reading_grid_deg}
+        read = pd.DataFrame({"slide_angle_deg": _read(world, rng)})
+        return Recording(name, toml, readings=read)
+    away = stated_distance_mm(world.distance_mm, rng)
+    pixel = scene.noise.pixel
+    toml["camera"] = camera_keys(pixel, scene.scale_sd, fps=world.fps, distance_mm=away)
+    slide["start_mm"] = 1e3 * world.hinge_m
     if "track.tilt_deg" in scene.request.absent:
-        toml["slide"]["start_deg"] = round(
-            float(run.start_deg + rng.normal(0, START_SD_DEG)), 1
-        )
-    t, x, _ = travel(scene, run, sizes)
-    table = {
-        "t_s": t.round(6),
-        "x_mm": noisy(x / (1 + scene.scale_off), scene.noise, rng).round(5),
-        "y_mm": noisy(np.zeros(len(t)), scene.noise, rng).round(5),
-        "sd_mm": float(f"{scene.noise.sd:.3g}"),
-        "tilt_deg": _column(scene, run, sizes, t, rng),
-    }
-    return Recording(
-        name, toml, track=pd.DataFrame(table)[kept(len(t), scene.noise, rng)]
-    )
+        start = world.start_deg + rng.normal(0, START_SD_DEG)
+        slide["start_deg"] = round(float(start), 1)
+    x, n = simulate(world, times(world))
+    t, x = times(world)[:n], x[:n] / (1 + world.scale_off)
+    tilt = partial(recorded_tilt, world, t)
+    place = (t.round(6), x, np.zeros(n), scene.noise)
+    return Recording(name, toml, track=tracked(*place, rng, tilt_deg=tilt))
 
 
-def _read(scene: Scene, run: Run, sizes: dict[str, float], rng) -> np.ndarray:
+def _read(world: Any, rng: np.random.Generator) -> np.ndarray:
     """Angles that somebody read [deg], each of a slide of its own."""
-    mu = scene.mu + rng.normal(0, RUN_SD, scene.readings)
-    angle = (
-        np.degrees(np.arctan(mu))
-        + scene.tilt_off_deg
-        + rng.normal(0, READING_SD_DEG, scene.readings)
-    )
-    angle += overshoot_deg(scene.mu, run.rate_deg_s, sizes.get("reading-delay", 0.0))
-    return scene.reading.of(angle)
+    mu = world.lot_mu + rng.normal(0, RUN_SD, world.readings)
+    scatter = rng.normal(0, READING_SD_DEG, world.readings)
+    angle = np.degrees(np.arctan(mu)) + world.tilt_off_deg + scatter
+    angle += overshoot_deg(world)
+    return on_grid(angle, world.reading_grid_deg, world.reading_lift)
 
 
-def _column(
-    scene: Scene, run: Run, sizes: dict[str, float], t: np.ndarray, rng
-) -> np.ndarray:
+def recorded_tilt(world: Any, t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """The tilt that is recorded at times t [deg]."""
-    steady = np.radians(
-        run.start_deg + run.rate_deg_s * (t - sizes.get("clock-offset", 0.0))
-    )
-    plate, rate = block(scene, run, sizes), np.radians(run.rate_deg_s)
-    tilt = np.degrees([ground.tilted(angle, rate, plate)[0] for angle in steady])
-    tilt += (
-        scene.tilt_off_deg
-        + sizes.get("angle-offset", 0.0)
-        + rng.normal(0, 0.005, len(t))
-    )
-    if scene.column_grid_deg:
-        return Reading(scene.column_grid_deg, "nearest").of(tilt)
+    steady = np.radians(world.start_deg + world.rate_deg_s * (t - world.clock_offset))
+    stair = np.radians(world.stepped_tilt)
+    tilt = np.degrees([tilted(angle, 0.0, stair)[0] for angle in steady])
+    tilt += world.tilt_off_deg + world.angle_offset + rng.normal(0, 0.005, len(t))
+    if world.column_grid_deg:
+        return on_grid(tilt, world.column_grid_deg)
     return tilt.round(4)
 
 
@@ -448,8 +387,8 @@ CASES = Cases(
     effects=EFFECTS,
     draw=draw,
     visibility=visibility,
-    bench=bench,
-    design=("rate_deg_s", "count"),
+    record=record,
+    design=("rate_deg_s", "seeds"),
     follows="static_friction",
     singles=(
         "kinetic-friction",

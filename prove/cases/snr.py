@@ -1,34 +1,44 @@
-"""How visible an effect is: √Δχ² of its change of the tracks, after the nuisance
+"""How visible an effect is: √Δχ² of its change of the rows, after the nuisance
 parameters were fitted.
 
     SNR² = sᵀ C⁻¹ s − sᵀ C⁻¹ B (Bᵀ C⁻¹ B + P)⁻¹ Bᵀ C⁻¹ s
 
-s the change, C the noise's covariance, B the tracks' change with each nuisance, P the
+s the change, C the noise's covariance, B the rows' change with each nuisance, P the
 nuisances' prior precisions."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from benchtwin.prove.cases.noise import Noise, whitened
 
-
-@dataclass(frozen=True)
-class Channel:
-    """One coordinate of one recording, each (n, …) in mm: the effect's change; own
-    nuisances, with sds; shared ones."""
-
-    change: np.ndarray
-    own: np.ndarray
-    shared: np.ndarray
+WHITE = Noise(1.0, 0.0, 1.0, np.inf, 0.0, 1.0, 0.0)  # of rows that are given in sds
 
 
 @dataclass(frozen=True)
-class RecordingChange:
-    """One recording: its coordinates, and the sds of its own nuisances (inf: free)."""
+class Change:
+    """What an effect makes of one recording, rows (channels, n) in the noise's unit.
 
-    channels: tuple[Channel, ...]
-    own_sd: np.ndarray
+    columns: the rows' change with each nuisance; own, shared: sds to which a nuisance
+    is known of this recording, of all together (inf: free)."""
+
+    rows: np.ndarray
+    columns: dict[str, np.ndarray]
+    own: dict[str, float]
+    shared: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """SNR of a change, and what the nuisances make of it: shared ones in sds of their
+    estimates, and each recording's own."""
+
+    snr: float
+    shared_in_sds: dict[str, float]
+    own: list[dict[str, float]]
 
 
 @dataclass(frozen=True)
@@ -40,75 +50,67 @@ class Visibility:
     moved: float | None = None
 
 
-@dataclass(frozen=True)
-class Fitted:
-    """SNR of a change, and what the nuisances make of it: shared ones (q,) with their
-    sds, and each recording's own."""
-
-    snr: float
-    shared: np.ndarray
-    shared_sd: np.ndarray
-    own: list[np.ndarray]
-
-
-def fitted(
-    recordings: list[RecordingChange], shared_sd: np.ndarray, noise: Noise
-) -> Fitted:
-    """The change over all recordings; `shared_sd` are the prior sds of what recordings
-    share."""
-    q, parts = len(shared_sd), []
-    corner, side, total = np.diag(_precision(shared_sd)), np.zeros(q), 0.0
-    for recording in recordings:
-        p = len(recording.own_sd)
-        normal, right = np.zeros((p + q, p + q)), np.zeros(p + q)
-        normal[:p, :p] = np.diag(_precision(recording.own_sd))
-        for c in recording.channels:
-            columns = np.column_stack([c.own, c.shared, c.change])
-            white = whitened(columns, noise.rho, noise.white, noise.sd)
-            basis, signal = white[:, :-1], white[:, -1]
-            normal += basis.T @ basis
-            right += basis.T @ signal
-            total += float(signal @ signal)
+def fitted(changes: list[Change], noise: Noise) -> Fitted:
+    """The change over all recordings."""
+    shared_sd = {name: sd for change in changes for name, sd in change.shared.items()}
+    solved, left = [], [_priors(shared_sd.values(), 1)]
+    for change in changes:
+        p = len(change.own)
+        names = [*change.own, *shared_sd]
+        nothing = np.zeros_like(change.rows)
+        parts = [change.columns.get(name, nothing) for name in names]
+        own = change.own.values()
+        white = np.vstack(
+            [
+                whitened(np.column_stack(channel), noise.rho, noise.white, noise.sd)
+                for channel in zip(*parts, change.rows)
+            ]
+            + [_priors(own, len(shared_sd) + 1)]
+        )
         # what is this recording's own is projected out here, so that only the shared
         # ones are carried on
-        solved = np.linalg.lstsq(
-            normal[:p, :p], np.column_stack([normal[:p, p:], right[:p]]), rcond=1e-12
-        )[0]
-        corner += normal[p:, p:] - normal[p:, :p] @ solved[:, :-1]
-        side += right[p:] - normal[p:, :p] @ solved[:, -1]
-        total -= float(right[:p] @ solved[:, -1])
-        parts.append(solved)
-    inverse = np.linalg.pinv(corner, rcond=1e-12, hermitian=True)
-    shared = inverse @ side
-    own = [solved[:, -1] - solved[:, :-1] @ shared for solved in parts]
-    snr = np.sqrt(max(total - float(side @ shared), 0.0))
-    return Fitted(float(snr), shared, np.sqrt(np.diag(inverse).clip(0)), own)
-
-
-def _precision(sd: np.ndarray) -> np.ndarray:
-    return np.where(np.isinf(sd), 0.0, 1 / np.maximum(sd, 1e-300) ** 2)
-
-
-def scatter_snr(
-    change: np.ndarray,
-    sd: np.ndarray,
-    floating: np.ndarray,
-    floating_sd: np.ndarray | None = None,
-) -> float:
-    """SNR of changes (n,) of independent numbers with sds (n,), `floating` (n, p) free,
-    or known to floating_sd (p,)."""
-    s, b = change / sd, floating / sd[:, None]
-    if floating_sd is not None:
-        s = np.r_[s, np.zeros(len(floating_sd))]
-        b = np.vstack([b, np.diag(1 / floating_sd)])
-    if b.shape[1]:
-        s = s - b @ np.linalg.lstsq(b, s, rcond=None)[0]
-    return float(np.sqrt(s @ s))
-
-
-def spread_snr(ratio: float, count: int) -> float:
-    """SNR of `count` numbers scattering `ratio` times as much as stated: 2 ln of the
-    likelihoods' ratio, expected."""
-    return float(
-        np.sqrt(max(count * (ratio**2 - 1 - 2 * np.log(max(ratio, 1e-9))), 0.0))
+        solved.append(np.linalg.lstsq(white[:, :p], white[:, p:], rcond=1e-6)[0])
+        left.append(white[:, p:] - white[:, :p] @ solved[-1])
+    rest = np.vstack(left)
+    inverse = np.linalg.pinv(rest[:, :-1].T @ rest[:, :-1], 1e-12, hermitian=True)
+    shared = inverse @ rest[:, :-1].T @ rest[:, -1]
+    return Fitted(
+        float(np.linalg.norm(rest[:, -1] - rest[:, :-1] @ shared)),
+        dict(zip(shared_sd, shared / np.sqrt(np.diag(inverse).clip(1e-300)))),
+        [
+            dict(zip(change.own, one[:, -1] - one[:, :-1] @ shared))
+            for change, one in zip(changes, solved)
+        ],
     )
+
+
+def _priors(sds: Iterable[float], others: int) -> np.ndarray:
+    """A row for each nuisance, with no entry in `others` further columns."""
+    rows = np.diag([1 / sd for sd in sds])
+    return np.hstack([rows, np.zeros((len(rows), others))])
+
+
+def slopes(
+    rows: Callable[[Any], np.ndarray], world: Any, steps: dict[str, float]
+) -> dict[str, np.ndarray]:
+    """Change of the rows of a world with fields of it, by differences of `steps`."""
+    base = rows(world)
+    return {
+        name: (rows(world._replace(**{name: getattr(world, name) + h})) - base) / h
+        for name, h in steps.items()
+    }
+
+
+def matched(
+    end: Callable[[Any], float], wanted: float, world: Any, **between: tuple
+) -> Any:
+    """The world whose one field, `between` two values, makes it end as wanted; the
+    world itself where none does."""
+    ((name, ends),) = between.items()
+
+    def off(value: float) -> float:
+        return end(world._replace(**{name: value})) - wanted
+
+    if off(ends[0]) * off(ends[1]) >= 0:
+        return world
+    return world._replace(**{name: brentq(off, *ends, xtol=1e-6)})

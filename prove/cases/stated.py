@@ -1,10 +1,11 @@
 """Which keys a bench states, which it leaves out, and how people round the angles that
 they read."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from benchtwin.prove.cases.air import AIR_DENSITY
 from benchtwin.prove.cases.bench import Bench, Request, log_uniform
 
 # of benches that leave a key out; "seed.sizes": all three, "track.…": a column
@@ -65,47 +66,25 @@ UNSTATED_PLUMB_SD_DEG = 0.5
 DISTANCE_M = (0.3, 20.0)
 TAPE = 0.01
 GRIDS_DEG, GRID_SHARES = (0.1, 0.2, 0.25, 0.5, 1.0), (0.3, 0.1, 0.1, 0.4, 0.1)
-WAYS = {
-    "nearest": (0.5, 0.7),
-    "cut": (0.0, 0.15),
-    "upward": (1.0, 0.15),
-}  # added before it is cut; share of readers
-AIR_DENSITY, AIR_VISCOSITY = 1.20, 1.81e-5
+# added before it is cut to the line below: to the nearest, down, up; share of readers
+LIFTS, LIFT_SHARES = (0.5, 0.0, 1.0), (0.7, 0.15, 0.15)
 AIRY_SHARE = 0.7  # of benches that stand in air; the others say that they do not
 
 
-@dataclass(frozen=True)
-class Reading:
-    """How somebody reads an angle: to which grid [deg], and whether to the nearest
-    line, the one below or the one above."""
-
-    grid_deg: float
-    way: str
-
-    def of(self, angle_deg: np.ndarray) -> np.ndarray:
-        lines = np.floor(angle_deg / self.grid_deg + WAYS[self.way][0])
-        return (lines * self.grid_deg).round(4)
-
-    def mean_sd_deg(self, sd_deg: float, count: int) -> float:
-        """sd of the mean of `count` readings that scatter by sd_deg.
-
-        What a grid leaves of a small scatter does not average out: a sine of amplitude
-        (g/π) exp(−2π² sd²/g²) over a line's distance.
-        """
-        stays = (
-            self.grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / self.grid_deg) ** 2)
-        )
-        return float(
-            np.sqrt((sd_deg**2 + self.grid_deg**2 / 12) / count + stays**2 / 2)
-        )
+def on_grid(values: np.ndarray, grid: float, lift: float = 0.5) -> np.ndarray:
+    """Values as they are read to lines `grid` apart, to the nearest or by another
+    lift."""
+    return (np.floor(values / grid + lift) * grid).round(4)
 
 
-def draw_reading(rng: np.random.Generator) -> Reading:
-    """How one reader reads angles: grid and rounding, drawn by their shares."""
-    return Reading(
-        float(rng.choice(GRIDS_DEG, p=GRID_SHARES)),
-        str(rng.choice(list(WAYS), p=[p for _, p in WAYS.values()])),
-    )
+def mean_sd_deg(grid_deg: float, sd_deg: float, count: int) -> float:
+    """sd of the mean of `count` readings on a grid that scatter by sd_deg.
+
+    What a grid leaves of a small scatter does not average out: a sine of amplitude
+    (g/π) exp(−2π² sd²/g²) over a line's distance.
+    """
+    stays = grid_deg / np.pi * np.exp(-2 * (np.pi * sd_deg / grid_deg) ** 2)
+    return float(np.sqrt((sd_deg**2 + grid_deg**2 / 12) / count + stays**2 / 2))
 
 
 def draw_absent_keys(
@@ -206,9 +185,11 @@ def _without(toml: dict, absent: frozenset[str]) -> dict:
     return out
 
 
-def drag_scale(
-    axes_mm: tuple[float, float, float], density: float
-) -> tuple[float, float]:
-    """(ρ A/2m [1/m], Re at 1 m/s) of the sphere of a seed's volume, axes (3,) full."""
-    d = float(np.prod(axes_mm)) ** (1 / 3) * 1e-3
-    return 0.75 * AIR_DENSITY / density / d, AIR_DENSITY * d / AIR_VISCOSITY
+def bench_keys(axes_mm: np.ndarray, density: float, airy: bool) -> dict:
+    """bench.toml of seeds with these full axes (3,) and density [kg/m³]."""
+    names = ("length_mm", "width_mm", "thickness_mm")
+    sizes = {name: round(float(axis), 2) for name, axis in zip(names, axes_mm)}
+    mass_g = float(f"{np.pi / 6 * np.prod(axes_mm) * density * 1e-6:.4g}")
+    air = {"density_kg_m3": AIR_DENSITY if airy else 0.0}
+    seed = sizes | {"mass_g": mass_g}
+    return {"provenance": "measured", "seed": seed, "air": air}

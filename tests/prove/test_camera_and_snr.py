@@ -1,8 +1,6 @@
 """Camera signs, noise as stated, and the SNR estimate beside answers known
 otherwise."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,15 +9,21 @@ from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.camera import Camera, project, stated_times, true_times
 from benchtwin.prove.cases.drop_snr import visibility
 from benchtwin.prove.cases.noise import Noise, kept, noisy, whitened
-from benchtwin.prove.cases.snr import Channel, RecordingChange, fitted, scatter_snr
+from benchtwin.prove.cases.snr import WHITE, Change, fitted
 
 CAMERA = Camera((0.0, 100.0), 120.0)
 NOTHING = np.zeros(2)
 
 
+def seen(rows, columns, **shared) -> Change:
+    """One channel, its nuisances free but for the shared ones."""
+    own = dict.fromkeys(columns.keys() - shared.keys(), np.inf)
+    return Change(rows[None], {k: c[None] for k, c in columns.items()}, own, shared)
+
+
 def test_gravity_points_clockwise_by_the_roll():
     x, y = project(
-        replace(CAMERA, roll_deg=2.0), np.zeros(2), np.array([100.0, 90.0]), NOTHING
+        CAMERA._replace(roll_deg=2.0), np.zeros(2), np.array([100.0, 90.0]), NOTHING
     )
     down = np.array([x[1] - x[0], y[1] - y[0]]) / 10
     np.testing.assert_allclose(
@@ -29,21 +33,21 @@ def test_gravity_points_clockwise_by_the_roll():
 
 def test_a_scale_that_is_truly_larger_makes_lengths_read_small():
     _, y = project(
-        replace(CAMERA, scale_error=0.01), np.zeros(2), np.array([100.0, 0.0]), NOTHING
+        CAMERA._replace(scale_error=0.01), np.zeros(2), np.array([100.0, 0.0]), NOTHING
     )
     assert y[0] - y[1] == pytest.approx(100 / 1.01)
 
 
 def test_a_clock_that_runs_fast_stretches_time_and_both_ways_agree():
     for camera in (
-        replace(CAMERA, clock_error=0.01),
-        replace(CAMERA, clock_error=0.01, clock_drift=0.02),
+        CAMERA._replace(clock_error=0.01),
+        CAMERA._replace(clock_error=0.01, clock_drift=0.02),
     ):
         t = np.linspace(0, 1, 5)
         np.testing.assert_allclose(
             true_times(camera, stated_times(camera, t)), t, atol=1e-12
         )
-    assert stated_times(replace(CAMERA, clock_error=0.01), np.ones(1))[
+    assert stated_times(CAMERA._replace(clock_error=0.01), np.ones(1))[
         0
     ] == pytest.approx(1.01)
 
@@ -74,11 +78,8 @@ def test_snr_is_the_same_as_with_the_whole_covariance():
     lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
     c = noise.sd**2 * (0.8 * 0.9**lag + 0.2 * np.eye(n))
     change, own, shared = 0.2 * t**2, np.column_stack([np.ones(n), t]), t[:, None] ** 3
-    got = fitted(
-        [RecordingChange((Channel(change, own, shared),), np.full(2, np.inf))],
-        np.array([0.05]),
-        noise,
-    ).snr
+    columns = {"level": own[:, 0], "slope": own[:, 1], "cube": shared[:, 0]}
+    got = fitted([seen(change, columns, cube=0.05)], noise).snr
     basis, inverse = np.column_stack([own, shared]), np.linalg.inv(c)
     normal = basis.T @ inverse @ basis + np.diag([0, 0, 1 / 0.05**2])
     right = basis.T @ inverse @ change
@@ -91,20 +92,12 @@ def test_snr_is_the_same_as_with_the_whole_covariance():
 def test_snr_grows_with_the_root_of_the_recordings_and_vanishes_for_a_free_nuisance():
     n, noise = 200, Noise(0.05, 0.0, 1.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
-    one = RecordingChange(
-        (Channel(0.1 * t**2, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),),
-        np.full(2, np.inf),
-    )
-    four = fitted([one] * 4, np.ones(1), noise).snr
-    assert four == pytest.approx(2 * fitted([one], np.ones(1), noise).snr)
-    absorbed = RecordingChange(
-        (Channel(0.1 * t, np.column_stack([np.ones(n), t]), np.zeros((n, 1))),),
-        np.full(2, np.inf),
-    )
-    assert fitted([absorbed], np.ones(1), noise).snr < 1e-4
-    assert scatter_snr(
-        np.full(9, 0.1), np.full(9, 0.1), np.zeros((9, 0))
-    ) == pytest.approx(3.0)
+    line = {"level": np.ones(n), "slope": t}
+    one = seen(0.1 * t**2, line)
+    four = fitted([one] * 4, noise).snr
+    assert four == pytest.approx(2 * fitted([one], noise).snr)
+    assert fitted([seen(0.1 * t, line)], noise).snr < 1e-4
+    assert fitted([seen(np.ones(9), {})], WHITE).snr == pytest.approx(3.0)
 
 
 def test_snr_is_the_spread_of_the_best_estimate():
@@ -112,10 +105,7 @@ def test_snr_is_the_spread_of_the_best_estimate():
     n, noise = 400, Noise(0.05, 0.9, 0.0, np.inf, 0.0, 0.2, 0.0)
     t = np.linspace(0, 1, n)
     own = np.column_stack([np.ones(n), t])
-    visible = RecordingChange(
-        (Channel(0.1 * t**2, own, np.zeros((n, 1))),), np.full(2, np.inf)
-    )
-    snr = fitted([visible], np.ones(1), noise).snr
+    snr = fitted([seen(0.1 * t**2, {"level": own[:, 0], "slope": t})], noise).snr
     rng = np.random.default_rng(3)
     white = whitened(np.column_stack([0.1 * t**2, own]), 0.9, 0.0, 0.05)
     noises = whitened(
@@ -138,8 +128,5 @@ def test_a_clock_error_is_no_more_visible_than_its_twin_of_scale_lets_it_be():
         Request(("clock-error",), separated=False), np.random.default_rng(5)
     )
     most = 2 * 0.004 / np.hypot(scene.scale_sd, 5e-4)
-    assert (
-        0.9 * most
-        < visibility(scene, {"clock-error": 0.004}, "clock-error").snr
-        < 1.03 * most
-    )
+    found = visibility(scene.changed(clock_error=0.004), "clock_error").snr
+    assert 0.9 * most < found < 1.03 * most

@@ -11,9 +11,10 @@ from benchtwin.prove.baselines.drops import bounces, read_drops
 from benchtwin.prove.baselines.methods import METHODS, diagnose
 from benchtwin.prove.cases.bench import Request, write_bench
 from benchtwin.prove.cases.pile import photograph
+from benchtwin.prove.cases.record import FOLLOWS, field_of
 from benchtwin.prove.cases.roll import travel
 from benchtwin.prove.cases.snr import Visibility
-from benchtwin.prove.make import sized
+from benchtwin.prove.make import MadeCase, sized
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.rigs import RIGS
 from benchtwin.vision.evidence.frames import open_frames
@@ -40,8 +41,8 @@ def spec(
 def test_the_vocabulary_is_the_one_that_is_planned_and_made():
     for rig, made in RIGS.items():
         planned = {
-            *(*made.singles, *made.confounded, *made.separable),
-            *(*made.unlisted, *made.conditions),
+            *(*made.singles, *made.confounded, *made.separable, *made.unlisted),
+            *((FOLLOWS,) if made.follows else ()),
             *(n for pair in made.pairs for n in pair),
         }
         assert planned <= set(made.effects) and made.rig == rig
@@ -84,7 +85,7 @@ def test_without_the_second_direction_a_slope_cannot_be_seen():
         scene = RIGS["roll"].draw(
             Request(("slope",), separated), np.random.default_rng(4)
         )
-        seen.append(RIGS["roll"].visibility(scene, {"slope": 0.1}, "slope").snr)
+        seen.append(RIGS["roll"].visibility(scene.changed(slope=0.1), "slope").snr)
     assert seen[1] < 0.2 * seen[0]
 
 
@@ -94,15 +95,17 @@ def test_one_kind_of_heap_hardly_tells_of_its_gate():
     seen = {}
     for name, separated in (("gate-speed", False), ("base-vibration", None)):
         scene = RIGS["pile"].draw(Request((name,), separated), np.random.default_rng(1))
+        key = field_of(name)
         seen[name] = [
-            RIGS["pile"].visibility(scene, {name: mm}, name).snr for mm in (1.5, 6.0)
+            RIGS["pile"].visibility(scene.changed(**{key: mm}), key).snr
+            for mm in (1.5, 6.0)
         ]
     assert max(seen["gate-speed"]) < 2.5 and min(seen["base-vibration"]) > 2.5
 
 
 def test_photos_of_one_heap_show_one_skin_with_a_noise_of_their_own():
     scene = RIGS["pile"].draw(Request(), np.random.default_rng(2))
-    one, other = (photograph(scene, scene.runs[0], {}, k).astype(float) for k in (0, 1))
+    one, other = (photograph(scene.worlds[0], k).astype(float) for k in (0, 1))
     assert (
         1.0 < (one - other).std() < 6.0
     )  # in grey levels: grains that lie elsewhere would differ by tens
@@ -112,10 +115,10 @@ def test_the_corner_is_met_exactly_so_that_an_snr_may_ask_for_slopes():
     """A hundredth of a millimetre more on the incline: L + S goes on in proportion to
     S."""
     scene = RIGS["roll"].draw(Request(("slope",), True), np.random.default_rng(4))
-    run = scene.runs[0]
-    way = scene.way_mm + run.start_off_mm
+    world = scene.worlds[0]
+    way = world.way_mm + world.start_off_mm
     end, later = (
-        travel(scene, replace(run, start_off_mm=run.start_off_mm + m), {})[1][-1]
+        travel(world._replace(start_off_mm=world.start_off_mm + m))[1][-1]
         for m in (0.0, 0.01)
     )
     assert (later - end) / 0.01 == pytest.approx(end / way, rel=0.02)
@@ -142,11 +145,12 @@ def test_benches_are_read_by_the_measuring_code(rig, tmp_path):
 @pytest.mark.slow
 def test_the_tracker_finds_the_drawn_seed(tmp_path):
     scene = RIGS["drop"].draw(Request(rendered=True), np.random.default_rng(12))
-    bench = RIGS["drop"].bench(replace(scene, runs=scene.runs[:1]), {})
+    scene = replace(scene, worlds=scene.worlds[:1])
+    bench = MadeCase(scene, ()).bench(RIGS["drop"])
     write_bench(bench, tmp_path / "case")
     recording = find_all([tmp_path / "case"])[0]
     track = track_seed(open_frames(recording), falling=True).track
-    assert len(track) > 0.95 * len(bench.recordings[0].frames)
+    assert len(track) > 0.95 * len(bench.recordings[0].pictures)
     flying = track.y[: len(track) // 8]
     third = np.diff(flying, 3)
     assert np.std(third) / np.sqrt(20) < 0.06  # px; SNRs of pictures are told for 0.03
@@ -172,13 +176,12 @@ def test_a_size_is_found_where_a_nuisance_hides_the_small_ones():
     more."""
     rig = replace(
         RIGS["roll"],
-        visibility=lambda scene, sizes, name: Visibility(
-            1000 * max(sizes[name] - 0.024, 0.0)
+        visibility=lambda scene, name: Visibility(
+            1000 * max(getattr(scene.worlds[0], name) - 0.024, 0.0)
         ),
     )
-    sizes, seen = sized(
-        rig, None, spec("roll", "corner-loss", snr=12.0), np.random.default_rng(0)
-    )
-    assert seen[0].snr == pytest.approx(12.0, rel=0.08) and sizes[
-        "corner-loss"
-    ] == pytest.approx(0.036, rel=0.03)
+    rng = np.random.default_rng(0)
+    scene = rig.draw(Request(), rng)
+    scene, seen = sized(rig, scene, spec("roll", "corner-loss", snr=12.0), rng)
+    assert seen[0].snr == pytest.approx(12.0, rel=0.08)
+    assert scene.worlds[0].corner_loss == pytest.approx(0.036, rel=0.03)

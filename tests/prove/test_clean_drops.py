@@ -2,57 +2,47 @@
 and camera must not pass for physics."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from benchtwin.prove.cases.bench import Request
-from benchtwin.prove.cases.drop import Scene, SimulatedDrop, draw, fly_all
-from benchtwin.prove.cases.drop_snr import _flights, _places, _pushed, _recording_change
-from benchtwin.prove.cases.ellipsoid import G_M_S2
-from benchtwin.prove.cases.snr import fitted
-
-NUISANCES = ("scale_error", "roll_deg", "distortion", "perspective")
+from benchtwin.prove.cases.air import G_M_S2
+from benchtwin.prove.cases.bench import Request, Scene
+from benchtwin.prove.cases.drop import camera_of, draw, places, simulate
+from benchtwin.prove.cases.drop_snr import flights, own_nuisances, pushed
+from benchtwin.prove.cases.snr import Change, fitted, slopes
 
 
 def beyond_the_textbook(scene: Scene) -> float:
     """SNR of all that tracks show beside gravity, the nominal drag, free bounces and
     the nuisances at their stated sds."""
-    sds = np.r_[
-        np.tile([scene.scale_sd, scene.plumb_sd_deg, 2e-4, 1e-3], len(scene.cameras)),
-        0.15,
-    ]
-    return fitted(
-        [_recording(scene, drop, sds) for drop in fly_all(scene, {})], sds, scene.noise
-    ).snr
+    sds = {
+        "scale_error": scene.scale_sd,
+        "roll_deg": scene.plumb_sd_deg,
+        "distortion": 2e-4,
+        "perspective": 1e-3,
+    }
+    return fitted([_change(world, sds) for world in scene.worlds], scene.noise).snr
 
 
-def _recording(scene: Scene, drop: SimulatedDrop, sds: np.ndarray):
-    seen = _places(drop, drop.camera)
-    stated, none = drop.law.copy(), drop.law.copy()
-    stated[1], none[1] = scene.air.drag, 0.0
-    air, fall, flight = (
-        _pushed(drop, stated, none),
-        np.zeros(len(drop.rows)),
-        _flights(drop),
-    )
+def _change(world, sds: dict) -> Change:
+    path = simulate(world)
+    seen = partial(places, path)
+    columns, own = own_nuisances(path, 1e3)
+    columns |= slopes(seen, camera_of(world), sds)
+    columns["air"] = pushed(path, world, world._replace(air=0.0))
+    flight, rows = flights(path), seen(camera_of(world)) - columns["air"]
     for k in range(flight.max() + 1):
-        rows = flight == k
-        fall[rows] = -0.5e3 * G_M_S2 * (drop.true_s[rows] - drop.true_s[rows][:1]) ** 2
-    shared = [np.zeros((len(drop.rows), len(sds))) for _ in range(2)]
-    for i, (key, sd) in enumerate(zip(NUISANCES, sds)):
-        moved = _places(
-            drop, replace(drop.camera, **{key: getattr(drop.camera, key) + sd})
-        )
-        for axis in range(2):
-            shared[axis][:, 4 * drop.run.session + i] = (moved[axis] - seen[axis]) / sd
-    for axis in range(2):
-        shared[axis][:, -1] = air[axis]
-    made = _recording_change(
-        drop, [seen[0] - air[0], seen[1] - air[1] - fall], shared, 1.0
-    )
-    return replace(
-        made, own_sd=np.full(len(made.own_sd), np.inf)
-    )  # ways to and from the camera too
+        t = path.true_s[flight == k]
+        rows[1, flight == k] += 0.5e3 * G_M_S2 * (t - t[:1]) ** 2
+    inside = flight >= 0
+    columns = {key: column[:, inside] for key, column in columns.items()}
+    # ways to and from the camera are free, too
+    own = dict.fromkeys(own, np.inf)
+    session = f" {world.session}"
+    shared = {key + session: sd for key, sd in sds.items()} | {"air": 0.15}
+    columns |= {key + session: columns.pop(key) for key in sds}
+    return Change(rows[:, inside], columns, own, shared)
 
 
 def test_clean_drops_are_textbook_drops():
@@ -63,8 +53,9 @@ def test_clean_drops_are_textbook_drops():
     for seed in range(8):
         scene = draw(Request(), np.random.default_rng(seed))
         plumb = tuple(
-            replace(camera, plumb_deg=0.0, distance_mm=2e4) for camera in scene.cameras
+            world._replace(camera=world.camera._replace(plumb_deg=0.0, distance_mm=2e4))
+            for world in scene.worlds
         )
-        found.append(beyond_the_textbook(replace(scene, cameras=plumb)))
+        found.append(beyond_the_textbook(replace(scene, worlds=plumb)))
     assert np.median(found) < 3
     assert max(found) < 5

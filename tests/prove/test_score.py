@@ -13,12 +13,11 @@ from benchtwin.prove.intervals import (
     power_curve,
     reliability,
 )
-from benchtwin.prove.judge import Judged, judge
+from benchtwin.prove.judge import Judged, cases_table, judge
 from benchtwin.prove.make import Concealed, Key
 from benchtwin.prove.score import table
-from benchtwin.prove.solve import Attempt
 
-TIME = Attempt("case", 2.0, 0, "")
+TIME = 2.0  # s
 
 
 def key(
@@ -148,8 +147,8 @@ def test_two_effects_need_their_exact_set():
 )
 def test_a_missing_diagnosis_fails_every_score(diagnosis):
     clean, strong = (
-        judge(key(kind="clean"), diagnosis, None),
-        judge(key(drag()), diagnosis, None),
+        judge(key(kind="clean"), diagnosis),
+        judge(key(drag()), diagnosis),
     )
     rows = {
         r.score: r
@@ -295,25 +294,26 @@ def solver(kept: float, rng: np.random.Generator) -> list[Judged]:
     return out
 
 
+def truth_score(judged: list[Judged]) -> tuple[float, float, int]:
+    return log_score(cases_table(judged).p_truth)
+
+
 def test_reliability_holds_for_calibrated_probabilities_not_for_overconfident_ones():
     rng = np.random.default_rng(3)
     calibrated, overconfident = (
-        reliability(solver(1.0, rng)),
-        reliability(solver(3.0, rng)),
+        reliability(cases_table(solver(kept, rng))) for kept in (1.0, 3.0)
     )
     assert (
         len(calibrated) == len(overconfident) == len(EDGES) - 1
-        and sum(b.n for b in calibrated) == 1000
+        and calibrated.n.sum() == 1000
     )
-    assert all(b.holds for b in calibrated)
-    assert not any(b.holds for b in overconfident[:4]) and all(
-        b.mean_p > b.bounds[1] for b in overconfident[:4]
-    )
+    assert calibrated.holds.all() and not overconfident.holds[:4].any()
+    assert (overconfident.mean_p > overconfident.high95)[:4].all()
 
 
 def test_the_log_score_is_best_for_calibrated_probabilities():
     rng = np.random.default_rng(4)
-    calibrated, overconfident = (log_score(solver(kept, rng)) for kept in (1.0, 3.0))
+    calibrated, overconfident = (truth_score(solver(kept, rng)) for kept in (1.0, 3.0))
     expected = np.mean(
         [p * np.log(p) + (1 - p) * np.log(1 - p) for p in np.linspace(0.3, 0.999, 500)]
     )
@@ -324,13 +324,13 @@ def test_the_log_score_is_best_for_calibrated_probabilities():
         answer("none", explanations=[{"effects": [], "probability": 1.0}]),
         TIME,
     )
-    assert log_score([ruled_out])[0] == pytest.approx(np.log(FLOOR))
+    assert truth_score([ruled_out])[0] == pytest.approx(np.log(FLOOR))
 
 
 def test_an_absent_probability_is_missing_and_not_zero():
     silent = judge(key(drag()), answer("name", "drag"), TIME)
     assert silent.p is None and silent.p_truth is None
-    assert reliability([silent]) == [] and log_score([silent])[2] == 0
+    assert reliability(cases_table([silent])).empty and truth_score([silent])[2] == 0
     rows = {
         r.score: r for r in table([silent], np.random.default_rng(0)) if r.rig == "all"
     }

@@ -6,19 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchtwin.prove.cases import drop, drop_bench, drop_snr, slide
-from benchtwin.prove.cases import ground_motion as ground
+from benchtwin.prove.cases import drop, drop_snr, slide
 from benchtwin.prove.cases.bench import Request
 from benchtwin.prove.cases.camera import Camera, project
+from benchtwin.prove.cases.record import field_of
 from benchtwin.prove.cases.stated import (
     DISTANCE_M,
     GRIDS_DEG,
+    LIFTS,
     NEEDED,
     SHARES,
-    Reading,
     draw_absent_keys,
     draw_distance_mm,
-    draw_reading,
+    mean_sd_deg,
+    on_grid,
 )
 from benchtwin.prove.plan import Spec
 from benchtwin.prove.rigs import RIGS
@@ -94,8 +95,9 @@ def test_a_key_that_differs_between_recordings_is_always_stated():
 def test_an_absent_key_makes_its_effect_less_visible(key, effect, size):
     scene = drop.draw(Request((effect,)), RNG(7))
     bare = replace(scene, request=replace(scene.request, absent=frozenset({key})))
+    key = field_of(effect)
     known, unknown = (
-        drop_snr.visibility(s, {effect: size}, effect).snr for s in (scene, bare)
+        drop_snr.visibility(s.changed(**{key: size}), key).snr for s in (scene, bare)
     )
     assert unknown < 0.99 * known
 
@@ -103,70 +105,60 @@ def test_an_absent_key_makes_its_effect_less_visible(key, effect, size):
 @pytest.mark.parametrize("grid", GRIDS_DEG)
 def test_readings_lie_on_their_grid_by_their_way(grid):
     angle = RNG(2).uniform(15, 30, 2000)
-    read = {way: Reading(grid, way).of(angle) for way in ("nearest", "cut", "upward")}
+    read = {lift: on_grid(angle, grid, lift) for lift in LIFTS}
     for values in read.values():
         np.testing.assert_allclose(values / grid, np.round(values / grid), atol=1e-3)
-    bias = {way: np.mean(values - angle) / grid for way, values in read.items()}
-    assert bias == pytest.approx({"nearest": 0.0, "cut": -0.5, "upward": 0.5}, abs=0.03)
+    bias = {lift: np.mean(values - angle) / grid for lift, values in read.items()}
+    assert bias == pytest.approx({0.5: 0.0, 0.0: -0.5, 1.0: 0.5}, abs=0.03)
 
 
 @pytest.mark.parametrize(
     ("grid", "scatter"), [(0.1, 0.15), (0.5, 0.15), (1.0, 0.15), (0.5, 0.02)]
 )
 def test_the_mean_of_readings_is_known_as_told(grid, scatter):
-    rng, reading = RNG(3), Reading(grid, "nearest")
+    rng = RNG(3)
     true = rng.uniform(20, 25, 4000)
-    means = reading.of(true[:, None] + scatter * rng.standard_normal((4000, 12))).mean(
-        axis=1
-    )
-    assert np.std(means - true) == pytest.approx(
-        reading.mean_sd_deg(scatter, 12), rel=0.15
-    )
+    angles = true[:, None] + scatter * rng.standard_normal((4000, 12))
+    off = on_grid(angles, grid).mean(axis=1) - true
+    assert np.std(off) == pytest.approx(mean_sd_deg(grid, scatter, 12), rel=0.15)
 
 
 def test_people_read_in_all_these_ways():
-    drawn = [draw_reading(RNG(k)) for k in range(300)]
-    assert {r.grid_deg for r in drawn} == set(GRIDS_DEG) and len(
-        {r.way for r in drawn}
-    ) == 3
+    read = Request(("reading-delay",))
+    drawn = [slide.draw(read, RNG(k)).worlds[0] for k in range(300)]
+    assert {world.reading_grid_deg for world in drawn} == set(GRIDS_DEG)
+    assert {world.reading_lift for world in drawn} == set(LIFTS)
 
 
-def filmed(seed: int, **more) -> slide.Scene:
+def filmed(seed: int):
     scene = slide.draw(Request(("stepped-tilt",)), RNG(seed))
-    return replace(scene, column_grid_deg=0.0, tilt_off_deg=0.0, **more)
+    return scene.worlds[0]._replace(column_grid_deg=0.0, tilt_off_deg=0.0)
 
 
 def test_a_plate_that_climbs_in_stairs_moves_the_block_in_stairs():
     """It lets go while a stair is climbed, and no column on a grid makes it do so."""
-    scene = filmed(4)
-    run, stair = replace(scene.runs[0], rate_deg_s=1.0), 0.8
-    t, x, _ = slide.travel(scene, run, {"stepped-tilt": stair})
-    part = (run.start_deg + t[np.argmax(x > 0)]) / stair % 1
-    assert part > 1 - ground.JOG - 0.05 or part < 0.05
-    coarse = replace(scene, column_grid_deg=0.5)
-    assert np.array_equal(
-        slide.travel(coarse, run, {})[1], slide.travel(scene, run, {})[1]
-    )
-    tilt = slide._column(scene, run, {"stepped-tilt": stair}, t, RNG(0))
+    stair = 0.8
+    plain = filmed(4)._replace(rate_deg_s=1.0)
+    world, t = plain._replace(stepped_tilt=stair), slide.times(plain)
+    x, n = slide.simulate(world, t)
+    t, x = t[:n], x[:n]
+    part = (world.start_deg + t[np.argmax(x > 0)]) / stair % 1
+    assert part > 1 - slide.JOG - 0.05 or part < 0.05
+    coarse = plain._replace(column_grid_deg=0.5)
+    assert np.array_equal(slide.simulate(coarse, t)[0], slide.simulate(plain, t)[0])
+    tilt = slide.recorded_tilt(world, t, RNG(0))
     standing = np.abs(tilt / stair - np.round(tilt / stair)) * stair < 0.03
-    assert np.mean(standing) == pytest.approx(1 - ground.JOG, abs=0.1)
-    assert (
-        np.mean(
-            np.abs(slide._column(scene, run, {}, t, RNG(0)) / stair % 1 - 0.5) > 0.46
-        )
-        < 0.15
-    )
+    assert np.mean(standing) == pytest.approx(1 - slide.JOG, abs=0.1)
+    steady = slide.recorded_tilt(plain, t, RNG(0))
+    assert np.mean(np.abs(steady / stair % 1 - 0.5) > 0.46) < 0.15
 
 
 def test_a_recorded_tilt_on_a_grid_is_a_smooth_plate():
-    scene = replace(filmed(4), column_grid_deg=0.5)
-    t = slide.times(scene, scene.runs[0])
-    column = slide._column(scene, scene.runs[0], {}, t, RNG(0))
+    world = filmed(4)._replace(column_grid_deg=0.5)
+    t = slide.times(world)
+    column = slide.recorded_tilt(world, t, RNG(0))
     np.testing.assert_allclose(column / 0.5, np.round(column / 0.5), atol=1e-6)
-    assert (
-        np.abs(column - scene.runs[0].start_deg - scene.runs[0].rate_deg_s * t).max()
-        < 0.3
-    )
+    assert np.abs(column - world.start_deg - world.rate_deg_s * t).max() < 0.3
 
 
 def test_camera_distances_span_their_range():
@@ -176,6 +168,10 @@ def test_camera_distances_span_their_range():
     assert np.median(distance) == pytest.approx(np.sqrt(0.3 * 20), rel=0.25)
 
 
+def at_distance(world, distance_mm: float):
+    return world._replace(camera=world.camera._replace(distance_mm=distance_mm))
+
+
 def test_perspective_acts_whether_or_not_the_distance_is_stated():
     near = Camera((0.0, 0.0), 100.0, distance_mm=500.0)
     x, _ = project(
@@ -183,16 +179,13 @@ def test_perspective_acts_whether_or_not_the_distance_is_stated():
     )
     assert x[0] == pytest.approx(40 / (1 - 20 / 500))
     scene = drop.draw(Request(), RNG(9))
-    scene = replace(
-        scene, cameras=tuple(replace(c, distance_mm=400.0) for c in scene.cameras)
-    )
-    far = replace(
-        scene, cameras=tuple(replace(c, distance_mm=np.inf) for c in scene.cameras)
-    )
-    moved = [
-        np.abs(a.track.x_mm - b.track.x_mm).max()
-        for a, b in zip(*(drop_bench.bench(s, {}).recordings for s in (scene, far)))
-    ]
+    moved = []
+    for world in scene.worlds:
+        near, far = (
+            drop.record(scene, at_distance(world, mm), "drop-01").track
+            for mm in (400.0, np.inf)
+        )
+        moved.append(np.abs(near.x_mm - far.x_mm).max())
     assert np.median(moved) > 3 * scene.noise.sd
 
 
@@ -202,9 +195,7 @@ def test_a_near_camera_hides_a_force_that_a_far_one_shows():
     scene = drop.draw(Request(("updraught",)), RNG(11))
     snr = []
     for distance in (400.0, 2e4):
-        moved = replace(
-            scene,
-            cameras=tuple(replace(c, distance_mm=distance) for c in scene.cameras),
-        )
-        snr.append(drop_snr.visibility(moved, {"updraught": 3.0}, "updraught").snr)
+        worlds = tuple(at_distance(world, distance) for world in scene.worlds)
+        moved = replace(scene, worlds=worlds).changed(updraught=3.0)
+        snr.append(drop_snr.visibility(moved, "updraught").snr)
     assert snr[0] < 0.95 * snr[1]
