@@ -1,29 +1,32 @@
-"""`benchtwin.measure`: recordings → quantities with standard deviations, as tables."""
+"""What `benchtwin.measure` finds: quantities with standard deviations, as tables."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
+from rich.progress import BarColumn, Progress, TimeRemainingColumn
 
 from benchtwin import shown
 from benchtwin.bench.conditions import MEASURED
+from benchtwin.bench.exits import DONE, FAILED, say
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.blas import on_one_blas_thread
+from benchtwin.bench.terminal import Terminal, Words
 from benchtwin.measure import batch
+from benchtwin.measure.observe import observe_or_fail, observe_seeds_photo
 from benchtwin.measure.observed import Observed, PackedPictures
 from benchtwin.report import draw
-from benchtwin.rigs.pile.observe import LEAST_WINDOW
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
 from benchtwin.vision.pile.repose import PileOptions
-from benchtwin.vision.results import Results, row_of
+from benchtwin.vision.results import Results, measured_anything, row_of
 from benchtwin.vision.summary import as_table, summarise
-
-Paths = str | Path | Sequence[str | Path]
+from benchtwin.vision.terminal import show_results
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +36,15 @@ class Measurements:
 
     observations: one a recording, with its track, bounces and readings as tables, and
     pictures of what was found. notes: (recording, note) of what was assumed or left
-    out. folder: where files were written, None where none were. observed: the
-    recordings themselves; its fields may change between versions."""
+    out; unread: those on files that benchtwin does not read. folder: where files were
+    written, None where none were. observed: the recordings themselves; its fields may
+    change between versions."""
 
     observations: tuple[Observation, ...] = field(repr=False)
     observed: Observed = field(repr=False)
     notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     folder: Path | None = None
+    unread: tuple[tuple[str, str], ...] = field(default=(), repr=False)
 
     @property
     def quantities(self) -> pd.DataFrame:
@@ -107,65 +112,102 @@ class Measurements:
         )
         return shown.html(f"{len(self.observations)} recordings", cells)
 
+    def tell(self, *, quiet: bool) -> int:
+        """Print this as the command does, and return its exit code."""
+        table, out = self.quantities, self.folder or Path()
+        found = measured_anything(table)
+        if not quiet:
+            means = summarise(self.observations)
+            show_results(table, means, self.notes, self.unread, out)
+        elif not found:
+            why = f"the reasons are in {out / 'measurements.csv'}"
+            say("measure", f"nothing could be measured; {why}", FAILED)
+        return DONE if found else FAILED
 
-Bench = str | Path | Measurements  # what may be calibrated, diagnosed or audited
 
-
-def recordings_of(bench: Bench) -> Path | Observed:
+def recordings_of(bench: str | Path | Measurements) -> Path | Observed:
     """The recordings of a bench: those measured before, or the folder that holds
     them."""
     return bench.observed if isinstance(bench, Measurements) else Path(bench)
 
 
-@on_one_blas_thread
-def measure(
-    paths: Paths,
-    *,
-    out: str | Path | None = None,
-    overwrite: bool = False,
-    window_pct: tuple[float, float] = (20.0, 80.0),
-    region_px: tuple[int, int, int, int] | None = None,
-    baseline_px: tuple[float, float, float, float] | None = None,
-    trim: bool = False,
-) -> Measurements:
-    """Measure photos, films, sound and tables: one path or several, each a file, a
-    recording or a bench folder.
-
-    out: folder for the files that `benchtwin measure` writes (tables, tracks, pictures
-    of what was found), none without it; overwrite: replace results that are there. Of
-    piles: window_pct, heights in % of the crest's between which the line is fitted;
-    region_px (x, y, width, height), where to look; baseline_px (x1, y1, x2, y2), the
-    plate's line, y down. trim: of readings leave out one highest and one lowest.
-
-    A recording that cannot be measured stands in the tables with its reason. Raises
-    FileNotFoundError for a path that is not there; MeasurementError for a window below
-    a tenth of the crest's height, or where `out` must not be replaced."""
-    chosen = [
-        Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)
-    ]
+def existing(paths: str | Path | Sequence[str | Path]) -> list[Path]:
+    """One path or several as a list; FileNotFoundError for one that is not there."""
+    chosen = [Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]
     if missing := [path for path in chosen if not path.exists()]:
         raise FileNotFoundError(f"{missing[0]}: no such file or folder")
-    options = PileOptions(_fractions(window_pct), region_px, baseline_px)
-    entries = tuple(batch.find_all(chosen))
-    observed = Observed(_folder_of(chosen), entries, options, trim)
-    results = None if out is None else Results(Path(out), chosen, overwrite)
-    unread = batch.unread_notes(chosen, list(entries))
-    kept = []
+    return chosen
+
+
+@contextmanager
+def results_in(
+    out: str | Path | None, inputs: list[Path], overwrite: bool
+) -> Iterator[Results | None]:
+    """What writes results into `out`, whole or not at all; None without it. OSError
+    where `out` cannot be written."""
+    if out is None:
+        yield None
+        return
+    results = Results(Path(out), inputs, overwrite)
     try:
-        for observation in batch.measure_each(entries, observed.observe):
+        yield results
+    except OSError as error:
+        why = error.strerror or error
+        raise OSError(f"cannot write to {out}: {why}") from error
+    finally:
+        results.abandon()
+
+
+def measured(
+    paths: list[Path],
+    options: PileOptions,
+    *,
+    trim: bool,
+    seeds: bool,
+    results: Results | None,
+    progress: bool,
+) -> Measurements:
+    """What is measured under these paths, also written to `results`. seeds: of photos
+    of spread seeds; progress: shown on stderr."""
+    entries = tuple(batch.find_all(paths))
+    observed = Observed(_folder_of(paths), entries, options, trim)
+    unread = tuple(batch.unread_notes(paths, list(entries)))
+    if results is not None:
+        results.notes += unread
+
+    def one(entry: batch.Entry, tell: batch.Progress) -> Observation:
+        if seeds:
+            return observe_or_fail(entry, observe_seeds_photo, "seeds")
+        return observe_or_fail(entry, partial(observed.observe, progress=tell))
+
+    kept = []
+    with _bar(len(entries), progress) as told:
+        for observation in batch.measure_each(entries, one, told):
             if results is not None:
                 results.add(observation)
             kept.append(_packed(observation))
-        if results is not None:
-            results.notes += unread
-            results.finish()
-    finally:
-        if results is not None:
-            results.abandon()
+    if results is not None:
+        results.finish()
+    folder = None if results is None else results.out
     notes = (*unread, *((o.recording, note) for o in kept for note in o.notes))
-    return Measurements(
-        tuple(kept), observed, notes, None if out is None else Path(out)
+    return Measurements(tuple(kept), observed, notes, folder, unread)
+
+
+@contextmanager
+def _bar(total: int, shown: bool) -> Iterator[Callable[[float, batch.Entry], None]]:
+    """A bar on stderr; yields what moves it."""
+    columns = (
+        Words("{task.description}"),
+        BarColumn(),
+        Words("{task.completed:.0f}/{task.total}"),
+        TimeRemainingColumn(),
     )
+    console = Terminal(stderr=True)
+    with Progress(*columns, console=console, disable=not shown, transient=True) as bar:
+        task = bar.add_task("measuring", total=total)
+        yield lambda done, entry: bar.update(
+            task, completed=done, description=getattr(entry, "id", "?")[:40]
+        )
 
 
 def _packed(observation: Observation) -> Observation:
@@ -182,7 +224,10 @@ def _folder_of(paths: Sequence[Path]) -> Path:
     return Path(os.path.commonpath([path.resolve() for path in paths] or [Path.cwd()]))
 
 
-def _fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
+def fractions(window_pct: tuple[float, float]) -> tuple[float, float]:
+    """Two heights in % as shares; MeasurementError where no line fits between them."""
+    from benchtwin.rigs.pile.observe import LEAST_WINDOW  # brings optimisers
+
     low, high = (share / 100 for share in window_pct)
     if not 0 <= low < high <= 1 or high - low < LEAST_WINDOW:
         raise MeasurementError(
