@@ -10,8 +10,9 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from filelock import Timeout
+
 from benchtwin.sim.lammps.program import cores_here
-from benchtwin.twin.campaign import claims
 from benchtwin.twin.campaign.attempt import Order, Reply, Work, attempt, recorded
 from benchtwin.twin.campaign.cluster import Workers, joined, local
 from benchtwin.twin.campaign.interrupt import kept_interrupt
@@ -51,7 +52,6 @@ def stream_campaign(
     keep: str = "photos",
     retry_failed: bool = False,
     work: Work = simulate_and_measure,
-    stale_s: float = claims.STALE_S,
 ) -> Iterator[Outcome]:
     """Outcomes as they come, one a key: first what the store has, then what is
     computed.
@@ -62,8 +62,7 @@ def stream_campaign(
     outcomes, and every LOOK_S. keep: which pictures stay (`work.KEEP`). retry_failed:
     run again what failed or could not be measured in an earlier call; failures of the
     machine (memory, files) always are. work(job, folder, threads): what a job does,
-    importable by the workers. stale_s: silence after which a job's owner on another
-    machine is taken for dead. Raises CampaignStopped when the store cannot be written
+    importable by the workers. Raises CampaignStopped when the store cannot be written
     or the workers are gone, ValueError for an unknown option."""
     if keep not in KEEP:
         raise ValueError(f"keep = {keep!r}: one of {', '.join(KEEP)}")
@@ -72,7 +71,7 @@ def stream_campaign(
     opened = _opened(store)
     by_key = {job.key: job for job in jobs}
     order = Order(
-        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed, stale_s
+        str(opened.root), opened.id, work, keep, 1, _now(opened), retry_failed
     )
     tally = Tally({key: _kind(job) for key, job in by_key.items()})
     for key, outcome in opened.find(by_key).items():
@@ -176,20 +175,14 @@ class _Run:
             return self.failed(key, f"{type(error).__name__}: {error}")
 
     def failed(self, key: str, reason: str) -> Reply:
-        claim = claims.take(self.store.claimed, key, stale_s=self.order.stale_s)
-        if claim is None:
-            return Reply(key, busy=True)
-        told = {
-            "reason": reason,
-            "lasting": False,
-            "input": self.jobs[key].input,
-        }
+        told = {"reason": reason, "lasting": False, "input": self.jobs[key].input}
         try:
-            return Reply(key, self.store.put_failure(claim, told))
+            with self.store.claim(key):
+                return Reply(key, self.store.put_failure(key, told))
+        except Timeout:
+            return Reply(key, busy=True)
         except OSError as error:
             return Reply(key, stop=f"{self.store.root}: cannot be written: {error}")
-        finally:
-            claim.release()
 
     def settle(self, replies: list[Reply]) -> Iterator[Outcome]:
         """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped
@@ -218,12 +211,7 @@ class _Run:
         self.slots, self.looked = self.workers.slots(), time.monotonic()
         waiting = sorted(self.elsewhere)
         found = {key: recorded(self.store, self.order, key) for key in waiting}
-        free = [
-            k
-            for k in waiting
-            if not found[k]
-            and not claims.holder(self.store.claimed, k, stale_s=self.order.stale_s)
-        ]
+        free = [k for k in waiting if not (found[k] or self.store.is_claimed(k))]
         self.submit([self.jobs[key] for key in free])
         self.elsewhere -= {*free, *(key for key, outcome in found.items() if outcome)}
         yield from self.settle(
