@@ -70,8 +70,12 @@ class CalibrationSummary:
         figure, places = shown.panels([draw.name(n) for n in table["parameter"]])
         for row, place in zip(table.itertuples(), places, strict=True):
             if np.isfinite([row.low, row.value, row.high]).all():
-                for trace in shown.across(row.low, row.value, row.high, " "):
-                    figure.add_trace(trace, **place)
+                ends = {"array": [row.high - row.value]}
+                ends |= {"arrayminus": [row.value - row.low]}
+                bar = ends | {"color": draw.BLUE, "thickness": 5}
+                mark = {"color": draw.RED, "size": 11, "symbol": "diamond"}
+                point = {"x": [row.value], "y": [" "], "mode": "markers"}
+                figure.add_scatter(**point, marker=mark, error_x=bar, **place)
         figure.update_layout(height=60 + 110 * math.ceil(len(table) / 2))
         return figure
 

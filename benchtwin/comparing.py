@@ -10,6 +10,7 @@ from plotly.graph_objects import Figure
 
 from benchtwin import shown
 from benchtwin.bench.exits import DONE
+from benchtwin.report.draw import BLUE
 from benchtwin.twin.compare.differences import QUANTITIES
 from benchtwin.twin.compare.written import show
 
@@ -37,8 +38,9 @@ class EngineComparison:
         figure, places = shown.panels([QUANTITIES[str(name)] for name, _ in groups])
         for (_, rows), place in zip(groups, places, strict=True):
             reach = (rows["high"] - rows["difference"]).replace(np.nan, 0.0)
-            drawn = shown.points(rows["row"].map(str), rows["difference"], reach)
-            figure.add_trace(drawn, **place)
+            at = {"x": rows["row"].map(str), "y": rows["difference"]}
+            look = {"mode": "markers", "marker": {"size": 8, "color": BLUE}}
+            figure.add_scatter(**at, **look, error_y_array=reach, **place)
         figure.add_hline(0.0, line_dash="dot")
         return figure
 

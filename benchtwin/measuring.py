@@ -1,30 +1,22 @@
 """What `benchtwin.measure` finds: quantities with standard deviations, as tables."""
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from plotly.graph_objects import Figure
-from rich.progress import BarColumn, Progress, TimeRemainingColumn
 
 from benchtwin import shown
 from benchtwin.bench.conditions import MEASURED
 from benchtwin.bench.exits import DONE, FAILED, say
 from benchtwin.bench.numbers import plus_minus
-from benchtwin.bench.terminal import Terminal, Words
-from benchtwin.measure import batch
-from benchtwin.measure.observe import observe_or_fail, observe_seeds_photo
-from benchtwin.measure.observed import Observed, PackedPictures
+from benchtwin.measure.observed import Observed
 from benchtwin.report import draw
 from benchtwin.twin.campaign.results import Measurement
 from benchtwin.vision.measurement import MeasurementError, Observation
-from benchtwin.vision.pile.repose import PileOptions
-from benchtwin.vision.results import Results, measured_anything, row_of
+from benchtwin.vision.results import measured_anything, row_of
 from benchtwin.vision.summary import as_table, summarise
 from benchtwin.vision.terminal import show_results
 
@@ -35,16 +27,20 @@ class Measurements:
     in the place of the bench's folder, and read no recording again.
 
     observations: one a recording, with its track, bounces and readings as tables, and
-    pictures of what was found. notes: (recording, note) of what was assumed or left
-    out; unread: those on files that benchtwin does not read. folder: where files were
-    written, None where none were. observed: the recordings themselves; its fields may
-    change between versions."""
+    pictures of what was found. folder: where files were written, None where none were;
+    unread: notes on files that benchtwin does not read. observed: the recordings
+    themselves; its fields may change between versions."""
 
     observations: tuple[Observation, ...] = field(repr=False)
     observed: Observed = field(repr=False)
-    notes: tuple[tuple[str, str], ...] = field(default=(), repr=False)
     folder: Path | None = None
     unread: tuple[tuple[str, str], ...] = field(default=(), repr=False)
+
+    @property
+    def notes(self) -> tuple[tuple[str, str], ...]:
+        """(recording, note) of what was assumed or left out."""
+        own = ((o.recording, note) for o in self.observations for note in o.notes)
+        return (*self.unread, *own)
 
     @property
     def quantities(self) -> pd.DataFrame:
@@ -90,9 +86,15 @@ class Measurements:
         for (_, rows), place in zip(groups, places, strict=True):
             colour = [shown.COLOURS[quality] for quality in rows["quality"]]
             reach = 1.96 * rows["sd"].fillna(0.0)
-            across, up, text = rows["recording"], rows["value"], rows["reason"]
-            trace = shown.points(across, up, reach, colour=colour, text=text)
-            figure.add_trace(trace, **place)
+            figure.add_scatter(
+                x=rows["recording"].map(escape),
+                y=rows["value"],
+                error_y={"array": reach, "color": draw.GREY},
+                text=rows["reason"].map(escape),
+                mode="markers",
+                marker={"size": 8, "color": colour},
+                **place,
+            )
         return figure
 
     def _repr_html_(self) -> str:
@@ -129,99 +131,6 @@ def recordings_of(bench: str | Path | Measurements) -> Path | Observed:
     """The recordings of a bench: those measured before, or the folder that holds
     them."""
     return bench.observed if isinstance(bench, Measurements) else Path(bench)
-
-
-def existing(paths: str | Path | Sequence[str | Path]) -> list[Path]:
-    """One path or several as a list; FileNotFoundError for one that is not there."""
-    chosen = [Path(p) for p in ([paths] if isinstance(paths, str | Path) else paths)]
-    if missing := [path for path in chosen if not path.exists()]:
-        raise FileNotFoundError(f"{missing[0]}: no such file or folder")
-    return chosen
-
-
-@contextmanager
-def results_in(
-    out: str | Path | None, inputs: list[Path], overwrite: bool
-) -> Iterator[Results | None]:
-    """What writes results into `out`, whole or not at all; None without it. OSError
-    where `out` cannot be written."""
-    if out is None:
-        yield None
-        return
-    results = Results(Path(out), inputs, overwrite)
-    try:
-        yield results
-    except OSError as error:
-        why = error.strerror or error
-        raise OSError(f"cannot write to {out}: {why}") from error
-    finally:
-        results.abandon()
-
-
-def measured(
-    paths: list[Path],
-    options: PileOptions,
-    *,
-    trim: bool,
-    seeds: bool,
-    results: Results | None,
-    progress: bool,
-) -> Measurements:
-    """What is measured under these paths, also written to `results`. seeds: of photos
-    of spread seeds; progress: shown on stderr."""
-    entries = tuple(batch.find_all(paths))
-    observed = Observed(_folder_of(paths), entries, options, trim)
-    unread = tuple(batch.unread_notes(paths, list(entries)))
-    if results is not None:
-        results.notes += unread
-
-    def one(entry: batch.Entry, tell: batch.Progress) -> Observation:
-        if seeds:
-            return observe_or_fail(entry, observe_seeds_photo, "seeds")
-        return observe_or_fail(entry, partial(observed.observe, progress=tell))
-
-    kept = []
-    with _bar(len(entries), progress) as told:
-        for observation in batch.measure_each(entries, one, told):
-            if results is not None:
-                results.add(observation)
-            kept.append(_packed(observation))
-    if results is not None:
-        results.finish()
-    folder = None if results is None else results.out
-    notes = (*unread, *((o.recording, note) for o in kept for note in o.notes))
-    return Measurements(tuple(kept), observed, notes, folder, unread)
-
-
-@contextmanager
-def _bar(total: int, shown: bool) -> Iterator[Callable[[float, batch.Entry], None]]:
-    """A bar on stderr; yields what moves it."""
-    columns = (
-        Words("{task.description}"),
-        BarColumn(),
-        Words("{task.completed:.0f}/{task.total}"),
-        TimeRemainingColumn(),
-    )
-    console = Terminal(stderr=True)
-    with Progress(*columns, console=console, disable=not shown, transient=True) as bar:
-        task = bar.add_task("measuring", total=total)
-        yield lambda done, entry: bar.update(
-            task, completed=done, description=getattr(entry, "id", "?")[:40]
-        )
-
-
-def _packed(observation: Observation) -> Observation:
-    """Megabytes a recording become a tenth; those kept by an `Observed` are packed."""
-    if isinstance(observation.pictures, PackedPictures):
-        return observation
-    return replace(observation, pictures=PackedPictures(observation.pictures))
-
-
-def _folder_of(paths: Sequence[Path]) -> Path:
-    """The one path, or the folder that holds all of them."""
-    if len(paths) == 1:
-        return paths[0]
-    return Path(os.path.commonpath([path.resolve() for path in paths] or [Path.cwd()]))
 
 
 def fractions(window_pct: tuple[float, float]) -> tuple[float, float]:

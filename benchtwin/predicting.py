@@ -48,14 +48,14 @@ class PredictionSummary:
         recorded = self.beside.set_index("quantity")["measured"]
         for row, place in zip(table.itertuples(), places, strict=True):
             runs = self.runs[row.quantity].dropna()
-            drawn = shown.points(["runs"] * len(runs), runs, colour=GREY)
-            figure.add_trace(drawn, **place)
-            mean = shown.points(["predicted"], [row.mean], [row.high - row.mean])
-            figure.add_trace(mean, **place)
+            reach = [row.high - row.mean]
+            points = [("runs", runs, [], GREY), ("predicted", [row.mean], reach, BLUE)]
             if row.quantity in recorded:
-                seen = shown.points(["recorded"], [recorded[row.quantity]], colour=RED)
-                figure.add_trace(seen, **place)
-        figure.update_traces(error_y_color=BLUE)
+                points.append(("recorded", [recorded[row.quantity]], [], RED))
+            for name, values, half, colour in points:
+                at = {"x": [name] * len(values), "y": values, "error_y_array": half}
+                look = {"mode": "markers", "marker": {"size": 8, "color": colour}}
+                figure.add_scatter(**at, **look, **place)
         return figure
 
     def _repr_html_(self) -> str:

@@ -93,15 +93,26 @@ def measure(
     FileNotFoundError for a path that is not there; MeasurementError for a window below
     a tenth of the crest's height, or where `out` must not be replaced; OSError where it
     cannot be written."""
-    from benchtwin.measuring import existing, fractions, measured, results_in
+    from benchtwin.measure.measured import (
+        existing,
+        measured,
+        observed_under,
+        results_in,
+    )
+    from benchtwin.measuring import Measurements, fractions
     from benchtwin.vision.pile.repose import PileOptions
 
     options = PileOptions(fractions(window_pct), region_px, baseline_px)
     chosen = existing(paths)
-    with results_in(out, chosen, overwrite) as results:
-        return measured(
-            chosen, options, trim=trim, seeds=seeds, results=results, progress=progress
-        )
+    observed, unread = observed_under(chosen, options, trim)
+    kept = []
+    with results_in(out, chosen, unread, overwrite) as add:
+        for observation in measured(observed, seeds=seeds, progress=progress):
+            add(observation)
+            kept.append(observation)
+    return Measurements(
+        tuple(kept), observed, None if out is None else Path(out), unread
+    )
 
 
 def import_(

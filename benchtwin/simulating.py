@@ -48,10 +48,9 @@ class Simulations:
             if name in truth:
                 known = [truth[name].get(r) for r in rows["recording"]]
                 cross = {"symbol": "x-thin", "size": 12, "line": {"width": 2}}
-                marked = shown.points(rows["recording"], known) | {"marker": cross}
-                figure.add_trace(
-                    marked, row=1 + k // 2, col=1 + k % 2 if len(groups) > 1 else 1
-                )
+                at = {"x": rows["recording"], "y": known, "mode": "markers"}
+                place = {"row": 1 + k // 2, "col": 1 + k % 2}
+                figure.add_scatter(**at, marker=cross, **place)
         return figure
 
     def _repr_html_(self) -> str:
