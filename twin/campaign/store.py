@@ -153,10 +153,8 @@ class Store:
             "seconds": round(seconds, 3),
             **more,
         }
-        with (folder / MEASUREMENTS).open("w", encoding="utf8") as out:
-            json.dump(told, out, indent=1, allow_nan=False)
-            out.flush()
-            os.fsync(out.fileno())
+        text = json.dumps(told, indent=1, allow_nan=False)
+        write_whole(folder / MEASUREMENTS, text)
         try:
             folder.rename(final)
         except OSError as error:
