@@ -76,15 +76,15 @@ def _add(
     function: Callable[..., Any],
     *,
     stopped: str = GOES_ON,
-    misuses: Errors = MISUSES,
+    misuses: Errors | Callable[[], Errors] = MISUSES,
     failures: Errors = FAILURES,
     **defaults: object,
 ) -> None:
     """Make a function a command: its options are those of the signature, its help the
     docstring up to a form feed; what it returns is printed, an error becomes a line.
 
-    stopped: said of what an interrupt leaves; defaults: of options, where the command
-    line has others than Python."""
+    stopped: said of what an interrupt leaves; misuses, failures: as `exit_code` has
+    them; defaults: of options, where the command line has others than Python."""
     signature = inspect.signature(function)
 
     @wraps(function)
@@ -96,9 +96,10 @@ def _add(
             return int(found.tell(quiet=not options.get("progress", True)))
 
         out = options.get("out") or next(iter(options.values()))
+        wrong = misuses if isinstance(misuses, tuple) else misuses()
         raise typer.Exit(
             exit_code(
-                name, out, work, stopped=stopped, misuses=misuses, failures=failures
+                name, out, work, stopped=stopped, misuses=wrong, failures=failures
             )
         )
 
@@ -115,18 +116,27 @@ def _add(
     COMMANDS[name] = app.command(name)(command)
 
 
+def _unreadable() -> Errors:
+    from benchtwin.vision.measurement import MeasurementError  # takes its time to load
+
+    return (MeasurementError, OSError)
+
+
+# what says by itself what went wrong
+ITSELF: Any = {"stopped": NOTHING, "failures": ()}
+
 _add(
     "measure",
     recordings.measure,
     out=REQUIRED,
     window_pct="20-80",
-    misuses=(ValueError, OSError),
-    stopped="nothing was written to {out}",
+    misuses=_unreadable,
+    **ITSELF,
 )
-_add("import", recordings.import_)
-_add("board", recordings.board)
-_add("shape", recordings.shape)
-_add("clump", recordings.clump)
+_add("import", recordings.import_, **ITSELF)
+_add("board", recordings.board, **ITSELF)
+_add("shape", recordings.shape, **ITSELF)
+_add("clump", recordings.clump, **ITSELF)
 _add("simulate", simulations.simulate_and_measure, misuses=(ValueError, OSError))
 _add("calibrate", simulations.calibrate, out=REQUIRED)
 _add("predict", simulations.predict, misuses=(*MISUSES, ValueError))
@@ -140,12 +150,12 @@ _add(
 )
 _add("seeds", recordings.seeds, misuses=(ValueError,))
 _add("export", simulations.export, misuses=(*MISUSES, ValueError))
-_add("pdf", recordings.pdf, stopped=NOTHING)
+_add("pdf", recordings.pdf, stopped=NOTHING, misuses=(Misuse,))
 _add("pack", recordings.pack, stopped=NOTHING)
 _add("unpack", recordings.unpack, stopped=NOTHING)
-_add("prove", simulations.prove)
-_add("new", recordings.new, misuses=(ValueError, OSError))
-_add("page", recordings.page)
+_add("prove", simulations.prove, **ITSELF)
+_add("new", recordings.new, misuses=_unreadable)
+_add("page", recordings.page, **ITSELF)
 
 
 def _version(asked: bool) -> None:

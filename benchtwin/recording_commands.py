@@ -298,15 +298,15 @@ def page(
     ] = Path(),
     port: Annotated[int, said("Of this machine; 0: a free one.", min=0, max=65535)] = 0,
     browser: Annotated[bool, said("Open the page in the browser.")] = True,
-) -> int:
+) -> None:
     """Open benches in the browser: add files, correct, calibrate, diagnose, see the
     results. Only this machine reaches it.
 
     Exit code 0: ended with Ctrl+C; 2: the folder or the port cannot be used.
     """
-    from benchtwin.page.command import page_command
+    from benchtwin.page.command import page
 
-    return page_command(folder, port, browser)
+    page(folder, port, browser)
 
 
 def pdf(

@@ -52,3 +52,16 @@ def test_every_command_is_one_function():
     of_python = {"measure", "calibrate", "predict", "diagnose", "export"}
     assert of_python <= set(COMMANDS) and len(COMMANDS) == 18
     assert COMMANDS["calibrate"].__wrapped__ is calibrate
+
+
+def test_a_fault_of_ours_is_not_taken_for_misuse(tmp_path, monkeypatch):
+    """Where a command says by itself what is wrong, another error is none of the
+    user's."""
+    from benchtwin.measure import measured
+
+    def broken(*_, **__):
+        raise ValueError("no such row")
+
+    monkeypatch.setattr(measured, "find_all", broken)
+    ended = CliRunner().invoke(app, ["measure", str(tmp_path), "--out", "out"])
+    assert isinstance(ended.exception, ValueError)
