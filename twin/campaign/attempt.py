@@ -31,7 +31,7 @@ class Order:
     job.
 
     since_s: when the campaign began, by the store's clock; failures recorded later
-    count. retry_failed: earlier ones do not."""
+    count. retry_failed: earlier ones do not. wait: for who has the job."""
 
     root: str
     id: str
@@ -40,6 +40,7 @@ class Order:
     threads: int
     since_s: float
     retry_failed: bool
+    wait: bool = False
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def attempt(order: Order, job: Any, key: str) -> Reply:
     try:
         store = open_store(Path(order.root), id=order.id)
         # asked once the claim is ours: a winner releases it after publishing
-        with store.claim(key):
+        with store.claim(key, wait=order.wait):
             known = recorded(store, order, key)
             return Reply(key, known) if known else _compute(store, order, job)
     except Timeout:

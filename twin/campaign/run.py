@@ -21,7 +21,7 @@ from benchtwin.twin.campaign.results import DONE, Outcome, Results, in_order
 from benchtwin.twin.campaign.store import CampaignStopped, Store, open_store
 from benchtwin.twin.campaign.work import KEEP, simulate_and_measure
 
-LOOK_S = 0.5  # how often jobs of other campaigns are asked for, and progress is told
+LOOK_S = 0.5  # how often progress is told
 
 
 def run_campaign(jobs: Sequence, store: str | Path, **options: Any) -> Results:
@@ -133,18 +133,26 @@ class _Run:
             self.order, threads=threads_each(len(todo), self.workers.cores)
         )
         self.jobs = {job.key: job for job in todo}
-        self.submit(todo)
+        self.submit(list(self.jobs))
         while self.tally.open:
             self.check_interrupt()
             yield from self.settle(self.replies())
+            if self.elsewhere and not self.keys:  # nothing else is left to do
+                self.order = replace(self.order, wait=True)
+                self.submit(sorted(self.elsewhere))
             if time.monotonic() - self.looked > LOOK_S:
-                yield from self.look()
+                self.slots, self.looked = self.workers.slots(), time.monotonic()
+                self.tell()
 
-    def submit(self, jobs: list) -> None:
-        for job in jobs:
-            future = self.workers.executor.submit(attempt, self.order, job, job.key)
-            self.keys[future] = job.key
+    def submit(self, keys: list[str]) -> None:
+        for key in keys:
+            job = self.jobs[key]
+            future = self.workers.executor.submit(attempt, self.order, job, key)
+            self.keys[future] = key
             future.add_done_callback(self.ended.put)
+
+    def tell(self) -> None:
+        self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
 
     def cancel(self) -> None:
         """Take back what no worker has begun."""
@@ -187,37 +195,21 @@ class _Run:
     def settle(self, replies: list[Reply]) -> Iterator[Outcome]:
         """Take replies in: outcomes go out, busy jobs are waited for; CampaignStopped
         when nothing can be stored."""
-        done = [
-            (reply.outcome, reply.computed)
-            for reply in replies
-            if reply.outcome is not None
-        ]
-        self.elsewhere |= {reply.key for reply in replies if reply.busy}
-        for outcome, computed in done:
-            self.tally.add(outcome, found=not computed)
-        if done:
-            self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
-        yield from (outcome for outcome, _ in done)
+        for reply in replies:
+            self.elsewhere.discard(reply.key)
+            if reply.busy:
+                self.elsewhere.add(reply.key)
+            elif reply.outcome is not None:
+                self.tally.add(reply.outcome, found=not reply.computed)
+        if replies:
+            self.tell()
+        yield from (reply.outcome for reply in replies if reply.outcome is not None)
         for reply in replies:
             if reply.stop:
                 raise CampaignStopped(
                     f"{reply.stop}; what is finished is kept, and the same call goes on"
                     " from there"
                 )
-
-    def look(self) -> Iterator[Outcome]:
-        """Ask the store for jobs that another campaign has, take back those whose
-        owners died, and tell the progress."""
-        self.slots, self.looked = self.workers.slots(), time.monotonic()
-        waiting = sorted(self.elsewhere)
-        found = {key: recorded(self.store, self.order, key) for key in waiting}
-        free = [k for k in waiting if not (found[k] or self.store.is_claimed(k))]
-        self.submit([self.jobs[key] for key in free])
-        self.elsewhere -= {*free, *(key for key, outcome in found.items() if outcome)}
-        yield from self.settle(
-            [Reply(key, outcome) for key, outcome in found.items() if outcome]
-        )
-        self.progress(self.tally.progress(self.slots, len(self.elsewhere)))
 
 
 def threads_each(jobs: int, cores: int) -> int:

@@ -57,24 +57,16 @@ class Store:
     id: str
 
     @contextmanager
-    def claim(self, key: str) -> Iterator[None]:
+    def claim(self, key: str, *, wait: bool = False) -> Iterator[None]:
         """Held by whoever computes a job, on whatever machine that sees the store; the
-        system releases it when the process dies. `filelock.Timeout`, at once, where
-        another holds it."""
+        system releases it when the process dies. Where another holds it, it is waited
+        for, or `filelock.Timeout` raised at once."""
         file = self.root / "claims" / key
-        with FileLock(file, timeout=0):
+        with FileLock(file, timeout=-1 if wait else 0):
             try:
                 yield
             finally:
                 file.unlink(missing_ok=True)  # whoever waits for it makes a new one
-
-    def is_claimed(self, key: str) -> bool:
-        """Whether a live process computes this job."""
-        try:
-            with self.claim(key):
-                return False
-        except Timeout:
-            return True
 
     def part(self, key: str) -> tempfile.TemporaryDirectory[str]:
         """A new folder in which a job is computed; it goes with the block."""
