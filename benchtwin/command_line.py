@@ -122,7 +122,7 @@ def _unreadable() -> Errors:
     return (MeasurementError, OSError)
 
 
-# what says by itself what went wrong
+# the command says what was typed wrongly; any other error is a fault of ours
 ITSELF: Any = {"stopped": NOTHING, "failures": ()}
 
 _add(
